@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mean-Value Deform: pose a mesh by a few anchor vertices, keeping its surface detail.
+
+Nothing is imported here but what register() needs, so that `core/` can be used without Blender.
+"""
+
+bl_info = {
+    "name": "Mean-Value Deform",
+    "author": "The Mean-Value Deform contributors",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "3D View > Sidebar > Mean-Value",
+    "description": "Pose a mesh by a few anchor vertices, keeping its surface detail",
+    "category": "Mesh",
+}
+
+
+def register():
+    from . import registration
+
+    registration.register()
+
+
+def unregister():
+    from . import registration
+
+    registration.unregister()

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mesh data as numpy arrays: float32 and int32, Blender's own types, which foreach_get copies without conversion."""
+
+import contextlib
+
+import bpy
+import numpy as np
+
+from .. import compat
+
+
+def vertex_positions(mesh):
+    """n x 3 float32 of `mesh.vertices`. Shape keys do not show here."""
+    positions = np.empty(3 * len(mesh.vertices), np.float32)
+    if len(positions):
+        store, name = compat.position_store(mesh)
+        store.foreach_get(name, positions)
+    return positions.reshape(-1, 3)
+
+
+def faces(mesh):
+    """(corners, starts): vertex index of every face corner, and where each face begins in it; int32."""
+    corners = np.empty(len(mesh.loops), np.int32)
+    starts = np.empty(len(mesh.polygons), np.int32)
+    if len(corners):
+        store, name = compat.corner_store(mesh)
+        store.foreach_get(name, corners)
+        mesh.polygons.foreach_get("loop_start", starts)
+    return corners, starts
+
+
+def triangles(mesh, bind_input):
+    """m x 3 int32: Blender's own triangulation of the rest shape.
+
+    How a quad is split depends on where its corners are. The mesh's own triangles are right if its vertices are in
+    the rest shape; else a temporary mesh in the rest shape is triangulated.
+    """
+    if np.array_equal(vertex_positions(mesh), bind_input.rest):
+        return _loop_triangles(mesh)
+    with _temporary_mesh(bind_input) as rest_mesh:
+        return _loop_triangles(rest_mesh)
+
+
+def _loop_triangles(mesh):
+    mesh.calc_loop_triangles()
+    corners = np.empty(3 * len(mesh.loop_triangles), np.int32)
+    mesh.loop_triangles.foreach_get("vertices", corners)
+    return corners.reshape(-1, 3)
+
+
+@contextlib.contextmanager
+def _temporary_mesh(bind_input):
+    mesh = bpy.data.meshes.new("Mean-Value rest shape")
+    try:
+        mesh.vertices.add(len(bind_input.rest))
+        store, name = compat.position_store(mesh)
+        store.foreach_set(name, bind_input.rest.ravel())
+        mesh.loops.add(len(bind_input.face_corners))
+        mesh.loops.foreach_set("vertex_index", bind_input.face_corners)
+        mesh.polygons.add(len(bind_input.face_starts))
+        mesh.polygons.foreach_set("loop_start", bind_input.face_starts)
+        ends = np.append(bind_input.face_starts[1:], len(bind_input.face_corners))
+        compat.set_face_sizes(mesh, (ends - bind_input.face_starts).astype(np.int32))
+        yield mesh
+    finally:
+        bpy.data.meshes.remove(mesh)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
+
+from .. import ids
+from ..core.bind_input import BindInput, anchor_union, region_mask
+from ..core import wording
+from ..errors import SceneProblem
+from . import mesh_arrays, shape_keys, vertex_groups
+
+
+def object_problem(obj):
+    """Why `obj` cannot be worked on at all, or None. Cheap: operators ask it in poll()."""
+    if obj is None:
+        return "There is no active object. Click a mesh object"
+    if obj.type != 'MESH':
+        return f"'{obj.name}' is not a mesh. Click a mesh object"
+    if obj.library is not None:
+        return f"'{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local)"
+    if obj.data.library is not None:
+        return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local)"
+    return None
+
+
+def mode_problem(obj):
+    """Why the object's mode is in the way, or None. Blender's mesh data is only up to date in Object Mode."""
+    if obj.mode != 'OBJECT':
+        return f"'{obj.name}' is in {mode_name(obj.mode)}. Go back to Object Mode"
+    return None
+
+
+def mode_name(mode):
+    names = {
+        'VERTEX_PAINT': "Vertex Paint Mode",
+        'WEIGHT_PAINT': "Weight Paint Mode",
+        'TEXTURE_PAINT': "Texture Paint Mode",
+        'PARTICLE_EDIT': "Particle Edit Mode",
+    }
+    return names.get(mode, f"{mode.title()} Mode")
+
+
+def gather(obj):
+    """The BindInput of `obj`, checked. @throws SceneProblem."""
+    settings = obj.meanvalue
+    names = [group.name for group in settings.anchor_groups]
+    region_name = settings.roi_group
+    if not names:
+        raise SceneProblem("No anchors are listed. Add a vertex group to Anchors: its vertices will hold and pose the mesh")
+    for name in names:
+        vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+    if region_name:
+        vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
+    members = vertex_groups.members(obj, {*names, *([region_name] if region_name else [])})
+    _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
+    corners, starts = mesh_arrays.faces(obj.data)
+    bind_input = BindInput(
+        rest=shape_keys.rest_positions(obj.data),
+        face_corners=corners,
+        face_starts=starts,
+        anchors=anchor_union([members[name] for name in names]),
+        roi=region_mask(len(obj.data.vertices), members.get(region_name), settings.roi_invert),
+        settings=f"method={ids.METHOD}",
+    )
+    bind_input.check()
+    return bind_input
+
+
+def _require_members(names, region_name, invert, members, vertex_count):
+    empty = [name for name in names if len(members[name]) == 0]
+    if empty:
+        raise SceneProblem(
+            f"Anchor {'group' if len(empty) == 1 else 'groups'} {wording.quoted(empty)} "
+            f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
+            f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'} from Anchors"
+        )
+    if not region_name:
+        return
+    if not invert and len(members[region_name]) == 0:
+        raise SceneProblem(
+            f"The region '{region_name}' has no vertices with a weight above zero. Assign the vertices that may move, "
+            "or clear the field"
+        )
+    if invert and len(members[region_name]) == vertex_count:
+        raise SceneProblem(
+            f"The region is empty: '{region_name}' has every vertex and is inverted. Turn Invert off or choose "
+            "another group"
+        )
+
+
+def sharing_note(obj):
+    """A sentence if other objects use the mesh too, else None."""
+    others = obj.data.users - int(obj.data.use_fake_user) - 1
+    if others > 0:
+        return f"The mesh is shared with {wording.counted(others, 'other object')}, which show the result too"
+    return None

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The only file that knows differences between Blender versions (3.4 to 5.x).
+
+Where possible a feature is looked for rather than a version number.
+"""
+
+import bpy
+
+
+def position_store(mesh):
+    """(collection, property) of the vertex coordinates for foreach_get/foreach_set.
+
+    The attribute is about a hundred times quicker where it exists (3.5 and later).
+    """
+    if bpy.app.version >= (3, 5, 0):
+        return mesh.attributes["position"].data, "vector"
+    return mesh.vertices, "co"
+
+
+def key_store(key):
+    """(collection, property) of a shape key's coordinates; `points` (4.1 and later) is a hundred times quicker."""
+    return (key.points if hasattr(key, "points") else key.data), "co"
+
+
+def corner_store(mesh):
+    """(collection, property) of the vertex index of every face corner."""
+    attribute = mesh.attributes.get(".corner_vert")
+    return (attribute.data, "value") if attribute else (mesh.loops, "vertex_index")
+
+
+def set_face_sizes(mesh, sizes):
+    """Blender 3.4 stores the sizes of faces; later they follow from the starts and cannot be set."""
+    if bpy.app.version < (4, 0, 0):
+        mesh.polygons.foreach_set("loop_total", sizes)
+
+
+def session_key(id_block):
+    """Tells datablocks apart while the file is open, whatever they are called. Only for caches; do not store it."""
+    if hasattr(id_block, "session_uid"):
+        return id_block.session_uid
+    return id_block.as_pointer()

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything a binding depends on, as arrays that belong to us."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import SceneProblem
+from . import fixed_points, wording
+from .fingerprint import Fingerprint, digest
+
+
+@dataclass(frozen=True, eq=False)
+class BindInput:
+    """The rest mesh and what is fixed of it.
+
+    rest          n x 3 float32, object space
+    face_corners  vertex index of every face corner, int32, faces one after another
+    face_starts   where each face begins in face_corners, int32
+    anchors       k vertex indices, int32, ascending, each once
+    roi           n bool, True may move; anchors may be anywhere
+    settings      text of all other settings that the solver's binding depends on
+    """
+
+    rest: np.ndarray
+    face_corners: np.ndarray
+    face_starts: np.ndarray
+    anchors: np.ndarray
+    roi: np.ndarray
+    settings: str
+
+    @cached_property
+    def fingerprint(self):
+        return Fingerprint(
+            vertex_count=len(self.rest),
+            face_count=len(self.face_starts),
+            faces=digest(self.face_starts, self.face_corners),
+            rest_shape=digest(self.rest),
+            anchors=digest(self.anchors),
+            roi=digest(np.packbits(self.roi)),
+            settings=digest(self.settings),
+        )
+
+    @cached_property
+    def free(self):
+        """n bool: the vertices that the solver places."""
+        free = self.roi.copy()
+        free[self.anchors] = False
+        return free
+
+    @cached_property
+    def diagonal(self):
+        """Of the rest shape's bounding box; energies are shown for diagonal 1."""
+        return fixed_points.bounding_box_diagonal(self.rest)
+
+    def check(self):
+        """@throws SceneProblem if this cannot be bound, with what to do about it."""
+        if len(self.face_starts) == 0:
+            raise SceneProblem("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
+        require_finite(self.rest, "rest shape")
+        if not self.free.any():
+            raise SceneProblem(
+                "Nothing is free to move: every vertex of the region is an anchor. "
+                "Take vertices out of the anchor groups or enlarge the region"
+            )
+        if not fixed_points.span_a_plane(self.rest[~self.free]):
+            raise SceneProblem(
+                f"{wording.counted(int((~self.free).sum()), 'fixed point')} cannot hold the mesh: it needs at least "
+                "three that are not in one line (anchors and vertices outside the region count). "
+                "Add anchor vertices, or choose a region that leaves some vertices out"
+            )
+
+
+def require_finite(positions, what):
+    """@throws SceneProblem if n x 3 `positions` hold NaN or infinity."""
+    finite = np.isfinite(positions).all(axis=1)
+    if not finite.all():
+        broken = np.flatnonzero(~finite)
+        raise SceneProblem(
+            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) "
+            f"{'has' if len(broken) == 1 else 'have'} coordinates that are not numbers. Move or delete "
+            f"{'it' if len(broken) == 1 else 'them'}"
+        )
+
+
+def anchor_union(groups):
+    """Ascending indices, each once, of all anchor groups; their order in the list does not matter."""
+    return np.unique(np.concatenate([np.empty(0, np.int32), *groups])).astype(np.int32)
+
+
+def region_mask(vertex_count, members, invert):
+    """n bool from the indices of the region's group; None stands for no group, all may move."""
+    if members is None:
+        return np.ones(vertex_count, bool)
+    mask = np.zeros(vertex_count, bool)
+    mask[members] = True
+    return ~mask if invert else mask

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The most recently used deformers, by what they were bound to."""
+
+from collections import OrderedDict
+
+
+class DeformerCache:
+    """Keeps at most `capacity` entries and, but for the newest, at most `byte_limit` bytes.
+
+    Only a cache: whatever is dropped is built again on demand, with the same result.
+    """
+
+    def __init__(self, capacity, byte_limit):
+        self._capacity = capacity
+        self._byte_limit = byte_limit
+        self._entries = OrderedDict()
+
+    def __len__(self):
+        return len(self._entries)
+
+    def get(self, key):
+        """The entry, now the newest, or None."""
+        if key not in self._entries:
+            return None
+        self._entries.move_to_end(key)
+        return self._entries[key][0]
+
+    def put(self, key, entry, byte_count):
+        self._entries[key] = (entry, byte_count)
+        self._entries.move_to_end(key)
+        while len(self._entries) > 1 and (len(self._entries) > self._capacity or self._total() > self._byte_limit):
+            self._entries.popitem(last=False)
+
+    def discard(self, key):
+        self._entries.pop(key, None)
+
+    def clear(self):
+        self._entries.clear()
+
+    def _total(self):
+        return sum(byte_count for _, byte_count in self._entries.values())

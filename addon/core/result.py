@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a solve gives back to the scene: the positions to write and the words to say."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import wording
+
+
+def compose(bind_input, pose, solved):
+    """n x 3 float32 for the result key.
+
+    Free vertices are where the solver put them. What is fixed is copied, not converted there and back, so it keeps
+    its bits: anchors those of the pose (n x 3 float32), all else those of the rest shape.
+    """
+    positions = bind_input.rest.copy()
+    free = bind_input.free
+    positions[free] = solved[free]
+    positions[bind_input.anchors] = pose[bind_input.anchors]
+    return positions
+
+
+@dataclass(frozen=True)
+class BindSummary:
+    """What is worth telling about a binding."""
+
+    vertex_count: int
+    anchor_count: int
+    free_count: int
+    guarded_count: int
+    unheld_part_count: int
+    seconds: float
+
+    def text(self):
+        return (
+            f"{wording.vertices(self.vertex_count)}, {wording.counted(self.anchor_count, 'anchor')}, "
+            f"{self.free_count:,} free, {wording.seconds(self.seconds)}"
+        )
+
+    def notes(self):
+        """Sentences for what is unusual, none of it an error."""
+        if self.unheld_part_count:
+            yield (
+                f"{wording.counted(self.unheld_part_count, 'part')} of the mesh "
+                f"{'has' if self.unheld_part_count == 1 else 'have'} fewer than three fixed points that are not in one "
+                f"line and {'stays' if self.unheld_part_count == 1 else 'stay'} in place. Give each part three anchors"
+            )
+
+    @classmethod
+    def of(cls, report, seconds):
+        """From the native deformer's report."""
+        return cls(
+            vertex_count=int(report.vertex_count),
+            anchor_count=int(report.anchor_count),
+            free_count=int(report.free_count),
+            guarded_count=len(report.guarded),
+            unheld_part_count=sum(1 for part in report.components if part.free_count and part.undetermined),
+            seconds=seconds,
+        )
+
+
+def nothing_is_held(report):
+    """True if no part with free vertices has enough fixed points: a solve could move nothing."""
+    parts = [part for part in report.components if part.free_count]
+    return bool(parts) and all(part.undetermined for part in parts)
+
+
+@dataclass(frozen=True)
+class SolveSummary:
+    """What is worth telling about a solve. `energy` is for a rest bounding box of diagonal 1."""
+
+    iterations: int
+    energy: float
+    seconds: float
+    converged: bool
+    stop_reason: str
+
+    def text(self):
+        return (
+            f"{wording.counted(self.iterations, 'iteration')}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
+        )
+
+    def notes(self):
+        if not self.converged:
+            yield (
+                f"It stopped before it had converged ({self.stop_reason}): look at the shape, and try targets that are "
+                "closer to the rest shape"
+            )
+
+    @classmethod
+    def of(cls, solution, diagonal, seconds):
+        """From the native solution."""
+        return cls(
+            iterations=int(solution.iterations),
+            energy=float(solution.energy) / diagonal**2,
+            seconds=seconds,
+            converged=bool(solution.converged),
+            stop_reason=str(solution.stop_reason),
+        )
+
+
+def all_finite(positions):
+    return bool(np.isfinite(positions).all())

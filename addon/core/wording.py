@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbers and names as messages show them."""
+
+
+def counted(count, singular, plural=None):
+    """`counted(1, "face")` is "1 face", `counted(1200, "vertex", "vertices")` is "1,200 vertices"."""
+    word = singular if count == 1 else (plural or singular + "s")
+    return f"{count:,} {word}"
+
+
+def vertices(count):
+    return counted(count, "vertex", "vertices")
+
+
+def seconds(value):
+    """As many figures as it takes to see what is slow: "0.4 ms", "35 ms", "2.31 s", "140 s"."""
+    if value < 0.001:
+        return f"{value * 1000:.1g} ms"
+    if value < 1.0:
+        return f"{value * 1000:.0f} ms"
+    return f"{value:.2f} s" if value < 100.0 else f"{value:.0f} s"
+
+
+def listed(words):
+    """"a", "a and b", "a, b and c"."""
+    words = list(words)
+    if len(words) < 2:
+        return "".join(words)
+    return ", ".join(words[:-1]) + " and " + words[-1]
+
+
+def quoted(names, limit=3):
+    """Names in quotes; after `limit` of them only how many more there are."""
+    names = list(names)
+    shown = [f"'{name}'" for name in names[:limit]]
+    if len(names) > limit:
+        shown.append(f"{len(names) - limit} more")
+    return listed(shown)
+
+
+def sentence(text):
+    """First letter in upper case, the rest untouched, one full stop."""
+    return text[:1].upper() + text[1:].rstrip(".") + "."

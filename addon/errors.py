@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can go wrong, one class per kind of blame. Every message says what is wrong and what to do about it."""
+
+
+class MeanValueError(Exception):
+    """Base of all: an operator reports it as {'ERROR'} and leaves the scene as it was."""
+
+
+class SceneProblem(MeanValueError):
+    """The scene is not ready; the artist can put it right."""
+
+
+class StaleBinding(SceneProblem):
+    """The mesh is not the one that was bound."""
+
+
+class NativeModuleMissing(MeanValueError):
+    """The compiled solver cannot be loaded; the installation must be put right."""
+
+
+class SolverProblem(MeanValueError):
+    """The solver refused its input or failed."""

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts a vertex group on the list of anchors."""
+
+import bpy
+
+from .. import ids
+from ..errors import SceneProblem
+from .base import MeshOperator
+
+
+class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
+    """Use a vertex group as anchors: its vertices hold and pose the mesh"""
+
+    bl_idname = "meanvalue.add_anchor_group"
+    bl_label = "Add Anchor Group"
+    needs_object_mode = False
+
+    group: bpy.props.StringProperty(
+        name="Vertex Group",
+        description="Name of the vertex group; the active one if empty",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+
+    def run(self, obj):
+        settings = obj.meanvalue
+        name = self.group or _active_group_name(obj)
+        if name not in obj.vertex_groups:
+            raise SceneProblem(f"'{obj.name}' has no vertex group '{name}'. Choose one that it has")
+        if any(group.name == name for group in settings.anchor_groups):
+            raise SceneProblem(
+                f"Vertex group '{name}' is on the list already. Choose another one in "
+                "Object Data Properties > Vertex Groups"
+            )
+        settings.anchor_groups.add().name = name
+        settings.active_anchor_group = len(settings.anchor_groups) - 1
+        return f"'{name}' is an anchor group now", []
+
+
+def _active_group_name(obj):
+    if obj.vertex_groups.active is None:
+        raise SceneProblem(
+            f"'{obj.name}' has no vertex groups. Make one in Object Data Properties > Vertex Groups and assign the "
+            "anchor vertices to it in Edit Mode"
+        )
+    return obj.vertex_groups.active.name

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all operators share: when they are available, and how they report."""
+
+from ..bridge import scene_input
+from ..core import wording
+from ..errors import MeanValueError
+
+
+class MeshOperator:
+    """Mix-in for operators on the active mesh object. Subclasses define run(obj).
+
+    run() either returns (message, [notes]) or raises MeanValueError before it has changed anything.
+    """
+
+    bl_options = {'REGISTER', 'UNDO'}
+
+    #: Operators that only edit the settings work in every mode.
+    needs_object_mode = True
+
+    @classmethod
+    def poll(cls, context):
+        problem = cls.problem(context.object)
+        if problem:
+            cls.poll_message_set(wording.sentence(problem))
+        return problem is None
+
+    @classmethod
+    def problem(cls, obj):
+        """Why the operator is not available for `obj`, or None."""
+        problem = scene_input.object_problem(obj)
+        if problem is None and cls.needs_object_mode:
+            problem = scene_input.mode_problem(obj)
+        return problem
+
+    def execute(self, context):
+        try:
+            message, warnings = self.run(context.object)
+        except MeanValueError as error:
+            self.report({'ERROR'}, wording.sentence(str(error)))
+            return {'CANCELLED'}
+        text = " ".join(wording.sentence(part) for part in (message, *warnings))
+        self.report({'WARNING' if warnings else 'INFO'}, text)
+        return {'FINISHED'}

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The add-on's entry in Preferences: whether the compiled solver is there, and what it has to fit."""
+
+import bpy
+
+from . import native_loader
+from .ui import text_box
+
+
+class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):
+    bl_idname = __package__
+
+    def draw(self, context):
+        box = self.layout.box()
+        box.label(text="Solver")
+        problem = native_loader.problem()
+        if problem:
+            text_box.draw_wrapped(box, context, problem, icon='ERROR')
+        else:
+            box.label(text=f"Ready, version {native_loader.module().__version__}", icon='CHECKMARK')
+        for label, value in native_loader.environment():
+            split = box.split(factor=0.3)
+            split.label(text=label)
+            split.label(text=value)

@@ -1,0 +1,219 @@
+"""The command line of `./dev demo`. No bpy."""
+
+import argparse
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .selection import SYNTAX, Selection, parse_selection
+
+FORMATS = (".blend", ".obj", ".ply", ".stl", ".off")
+AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+DESCRIPTION = """\
+Poses meshes by their anchors with the Mean-Value Deform add-on, without a display, and leaves pictures
+before and after, the .blend and a report.
+
+Without FILE: an octopus that lifts a tentacle, and a figure-eight twisted by 90 degrees.
+With FILE: your own mesh. Anchors hold the mesh; those that you move pull it along."""
+
+EXAMPLES = """\
+examples:
+  A .blend whose active shape key has the anchor groups "hand" and "hips" where they should go:
+    ./dev demo figure.blend --anchor-group hand hips
+  The same groups, moved from here; the group "arm" is what may move:
+    ./dev demo figure.blend --anchor-group hand --roi-group arm --move hand 0 0 0.5 --rotate hand X 30
+  A mesh without vertex groups:
+    ./dev demo horse.off --anchor head=near:0.1,0.9,0.3,0.05 --hold legs=near:0,0,0,0.3 --move head 0 0.2 0
+
+A selection of vertices is written """ + SYNTAX + """.
+Coordinates, moves and rotation axes are the mesh's own (object space); a group turns about its centroid."""
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """An anchor group: one of the file's vertex groups, or made from a selection."""
+
+    name: str
+    selection: Selection = None
+    is_held: bool = False
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How one group goes to its target: turned about its centroid, then moved. `group` "" is the only one."""
+
+    group: str
+    offset: tuple = (0.0, 0.0, 0.0)
+    axis: tuple = (0.0, 0.0, 1.0)
+    angle_deg: float = 0.0
+
+
+@dataclass(frozen=True)
+class Options:
+    """The checked command line. `file` None asks for the built-in meshes."""
+
+    file: Path
+    output: Path
+    engine: str
+    samples: int
+    camera_deg: tuple = None  # azimuth, elevation
+    up: str = "Z"
+    object_name: str = None
+    anchors: list = field(default_factory=list)
+    roi: str = None
+    motions: list = field(default_factory=list)
+    only: str = None
+
+
+def build_parser():
+    """The argparse parser, with nothing checked across options yet."""
+    parser = argparse.ArgumentParser(
+        prog="./dev demo",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("file", metavar="FILE", nargs="?", type=Path, help="a mesh: " + ", ".join(FORMATS))
+    mesh = parser.add_argument_group("anchors and region (with FILE)")
+    mesh.add_argument(
+        "--anchor-group", metavar="NAME", nargs="+", action="extend", default=[], help="vertex groups of the file that are anchors"
+    )
+    mesh.add_argument(
+        "--anchor", metavar="NAME=SELECTION", action="append", default=[], help="makes an anchor group from a selection"
+    )
+    mesh.add_argument(
+        "--hold", metavar="NAME[=SELECTION]", nargs="+", action="extend", default=[], help="anchor groups that stay where they are"
+    )
+    mesh.add_argument(
+        "--roi-group",
+        "--roi",
+        metavar="NAME|SELECTION",
+        dest="roi",
+        help="the vertices that may move: a vertex group or a selection; the whole mesh if left out",
+    )
+    mesh.add_argument("--object", metavar="NAME", help="which mesh object of the file; the active or only one if left out")
+    pose = parser.add_argument_group("pose (with FILE)")
+    pose.add_argument(
+        "--move", metavar="[NAME] X Y Z", nargs="+", action="append", default=[], help="moves an anchor group; NAME may be left out if only one is not held"
+    )
+    pose.add_argument(
+        "--rotate", metavar="[NAME] AXIS DEGREES", nargs="+", action="append", default=[], help="turns an anchor group about its centroid; AXIS is X, Y, Z or like 0,1,1"
+    )
+    look = parser.add_argument_group("pictures")
+    look.add_argument("--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s")
+    look.add_argument("--camera", metavar=("AZIMUTH", "ELEVATION"), nargs=2, type=float, help="degrees; 0 0 looks from the front (-y)")
+    look.add_argument("--up", choices=("Y", "Z"), help="which way is up in FILE; default: Z, Y for .obj and what .blend says")
+    look.add_argument("--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer; default: %(default)s")
+    look.add_argument("--samples", metavar="N", type=int, default=40, help="Cycles samples per pixel; default: %(default)s")
+    look.add_argument("--only", choices=("octopus", "figure_eight"), help="without FILE: just one of the two meshes")
+    return parser
+
+
+def parse(argv):
+    """Options from the words of the command line; leaves with a message and status 2 if they make no sense."""
+    parser = build_parser()
+    words = parser.parse_args(argv)
+    try:
+        if words.samples < 1:
+            raise ValueError(f"--samples {words.samples}: at least 1 is needed")
+        anchors = parse_anchors(words)
+        motions = [parse_move(move, anchors) for move in words.move]
+        motions += [parse_rotation(rotation, anchors) for rotation in words.rotate]
+        check_file(words, anchors)
+    except ValueError as error:
+        parser.error(str(error))
+    return Options(
+        file=words.file,
+        output=words.output,
+        engine={"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine],
+        samples=words.samples,
+        camera_deg=tuple(words.camera) if words.camera else None,
+        up=words.up,
+        object_name=words.object,
+        anchors=anchors,
+        roi=words.roi,
+        motions=motions,
+        only=words.only,
+    )
+
+
+def check_file(words, anchors):
+    """@throws ValueError when FILE and the other options do not fit together."""
+    if words.file is None:
+        if anchors or words.move or words.rotate or words.roi or words.object or words.up:
+            raise ValueError("anchors, region and pose need a FILE; without one the built-in meshes are posed")
+        return
+    if words.only:
+        raise ValueError("--only is for the built-in meshes, without FILE")
+    if words.file.suffix.lower() not in FORMATS:
+        raise ValueError(f"{words.file}: the format must be one of {', '.join(FORMATS)}")
+    if not words.file.is_file():
+        raise ValueError(f"{words.file}: there is no such file")
+    if not anchors:
+        raise ValueError(
+            "no anchors: name vertex groups of the file (--anchor-group NAME ...) or select vertices (--anchor NAME=SELECTION)"
+        )
+
+
+def parse_anchors(words):
+    """All anchor groups in the order given. @throws ValueError."""
+    anchors = [Anchor(name) for name in words.anchor_group]
+    anchors += [named_selection(text, is_held=False) for text in words.anchor]
+    anchors += [named_selection(text, True) if "=" in text else Anchor(text, is_held=True) for text in words.hold]
+    names = [anchor.name for anchor in anchors]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"anchor group '{twice[0]}' is named twice")
+    return anchors
+
+
+def named_selection(text, is_held):
+    """An Anchor from NAME=SELECTION. @throws ValueError."""
+    name, equals, selection = text.partition("=")
+    if not (name and equals):
+        raise ValueError(f"'{text}': write NAME=SELECTION, where the selection is {SYNTAX}")
+    return Anchor(name, parse_selection(selection), is_held)
+
+
+def parse_move(words, anchors):
+    """A Motion from [NAME] X Y Z. @throws ValueError."""
+    group, offset = split_motion("--move", words, 3, anchors)
+    return Motion(group, offset=tuple(number("--move", word) for word in offset))
+
+
+def parse_rotation(words, anchors):
+    """A Motion from [NAME] AXIS DEGREES. @throws ValueError."""
+    group, (axis, degrees) = split_motion("--rotate", words, 2, anchors)
+    if axis.upper() in AXES:
+        vector = AXES[axis.upper()]
+    else:
+        vector = tuple(number("--rotate", word) for word in axis.split(","))
+        if len(vector) != 3 or not any(vector):
+            raise ValueError(f"--rotate: the axis '{axis}' should be X, Y, Z or three numbers like 0,1,1")
+    return Motion(group, axis=vector, angle_deg=number("--rotate", degrees))
+
+
+def split_motion(option, words, value_count, anchors):
+    """(group name, values). @throws ValueError."""
+    movable = [anchor.name for anchor in anchors if not anchor.is_held]
+    if len(words) == value_count and len(movable) == 1:
+        return movable[0], words
+    if len(words) != value_count + 1:
+        raise ValueError(
+            f"{option} {' '.join(words)}: give the group's name and {value_count} values "
+            f"(the name may be left out if there is one anchor group that is not held; here: {', '.join(movable) or 'none'})"
+        )
+    if words[0] not in movable:
+        raise ValueError(
+            f"{option} {words[0]}: that is not one of the anchor groups that may be moved ({', '.join(movable) or 'none'})"
+        )
+    return words[0], words[1:]
+
+
+def number(option, word):
+    """@throws ValueError that names the option."""
+    try:
+        return float(word)
+    except ValueError:
+        raise ValueError(f"{option}: '{word}' is not a number") from None

@@ -1,0 +1,71 @@
+"""The two meshes that the demo brings: the octopus of Figure 5 and the figure-eight of Figure 3."""
+
+import numpy as np
+
+from . import creature, figure_eight, motion, scene_mesh
+from .subject import Subject, View
+
+ROI_START, ANCHOR_AT = 0.10, 0.80  # fractions of the lifted tentacle's length
+LIFT_ANGLE_DEG = 48.0
+TWIST_ANGLE_DEG = 90.0
+
+SKIN_COLOUR, WART_COLOUR = np.array([0.50, 0.085, 0.035]), np.array([0.72, 0.30, 0.10])
+SUCKER_COLOUR, EYE_COLOUR, PUPIL_COLOUR = (0.86, 0.55, 0.42), (0.90, 0.80, 0.45), (0.01, 0.01, 0.015)
+CLAY_COLOUR = (0.13, 0.33, 0.52)
+
+
+def octopus():
+    """The creature with the outer part of one tentacle as region, lifted by one anchor vertex near its tip."""
+    model = creature.build_creature()
+    mesh = model.mesh
+    obj = scene_mesh.new_object("Octopus", mesh.vertices, mesh.quads)
+    scene_mesh.shade_smooth(obj)
+    wart = model.wart[:, None]
+    scene_mesh.set_vertex_colours(obj, (1.0 - wart) * SKIN_COLOUR + wart * WART_COLOUR)
+    scene_mesh.set_face_materials(
+        obj,
+        [
+            scene_mesh.tinted_material("Skin", tuple(SKIN_COLOUR), 0.40),
+            scene_mesh.plain_material("Sucker", SUCKER_COLOUR, 0.40),
+            scene_mesh.plain_material("Eye", EYE_COLOUR, 0.20),
+            scene_mesh.plain_material("Pupil", PUPIL_COLOUR, 0.10),
+        ],
+        mesh.part,
+    )
+    roi = model.tentacle_vertices(creature.LIFTED_TENTACLE, ROI_START)
+    anchor = model.upper_vertex(creature.LIFTED_TENTACLE, ANCHOR_AT)
+    scene_mesh.add_vertex_group(obj, "tentacle", np.flatnonzero(roi))
+    scene_mesh.add_vertex_group(obj, "tip", [anchor])
+
+    root = mesh.vertices[roi & (mesh.along < ROI_START + 0.03)].mean(axis=0)
+    outwards = (mesh.vertices[anchor] - root) * [1.0, 1.0, 0.0]
+    targets = mesh.vertices.copy()
+    targets[anchor] = motion.bent_chord(
+        mesh.vertices[anchor], root, np.cross(outwards, [0.0, 0.0, 1.0]), np.radians(LIFT_ANGLE_DEG)
+    )
+    return Subject("Octopus, one tentacle lifted by one anchor", "octopus", obj, ("tip",), "tentacle", targets, View(12.0, 20.0))
+
+
+def twisted_eight():
+    """The figure-eight, held at its lower end, its upper end turned about the long axis."""
+    model = figure_eight.build_figure_eight()
+    mesh = model.mesh
+    obj = scene_mesh.new_object("Figure Eight", mesh.vertices, mesh.quads)
+    scene_mesh.shade_smooth(obj)
+    scene_mesh.set_face_materials(obj, [scene_mesh.plain_material("Clay", CLAY_COLOUR, 0.35)], mesh.part)
+    scene_mesh.add_vertex_group(obj, "lower end", model.lower_anchors)
+    scene_mesh.add_vertex_group(obj, "upper end", model.upper_anchors)
+
+    targets = mesh.vertices.copy()
+    targets[model.upper_anchors] = motion.turned(
+        targets[model.upper_anchors], (0.0, 0.0, 1.0), np.radians(TWIST_ANGLE_DEG), np.zeros(3)
+    )
+    return Subject(
+        f"Figure-eight, upper end turned by {TWIST_ANGLE_DEG:.0f} degrees",
+        "figure_eight",
+        obj,
+        ("lower end", "upper end"),
+        "",
+        targets,
+        View(20.0, 14.0, width=640, height=800),
+    )

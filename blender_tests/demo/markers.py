@@ -1,0 +1,44 @@
+"""Small spheres that show the anchors (orange) and the border of the region (blue)."""
+
+import numpy as np
+
+from . import scene_mesh
+
+ANCHOR_COLOUR, BORDER_COLOUR = (0.95, 0.22, 0.02), (0.02, 0.16, 0.75)
+ANCHOR_RADIUS, BORDER_RADIUS = 0.0085, 0.0035  # over the bounding-box diagonal
+MOST_SPHERES = 400  # more would hide the mesh
+
+
+def sphere(subdivisions=2):
+    """Unit sphere: vertices (n, 3) and triangles (m, 3), from an octahedron."""
+    vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
+    triangles = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+    for _ in range(subdivisions):
+        corners = vertices[triangles]
+        middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
+        points, index = np.unique(np.concatenate([corners, middles], axis=1).reshape(-1, 3).round(12), axis=0, return_inverse=True)
+        a, b, c, ab, bc, ca = index.reshape(-1, 6).T
+        triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))])
+        vertices = points / np.linalg.norm(points, axis=1, keepdims=True)
+    return vertices, triangles
+
+
+def add_spheres(name, centres, radius, colour):
+    """One object with a sphere at each of `centres` (k, 3)."""
+    unit, triangles = sphere()
+    centres = np.asarray(centres)[:: 1 + len(centres) // MOST_SPHERES]
+    vertices = (centres[:, None] + radius * unit[None]).reshape(-1, 3)
+    faces = (triangles[None] + len(unit) * np.arange(len(centres))[:, None, None]).reshape(-1, 3)
+    obj = scene_mesh.new_object(name, vertices, faces)
+    scene_mesh.shade_smooth(obj)
+    obj.data.materials.append(scene_mesh.plain_material(name, colour, 0.35))
+    return obj
+
+
+def border_vertices(obj, roi):
+    """Indices of the vertices outside the region, boolean `roi` (n,), that an edge joins to it."""
+    edges = np.empty(2 * len(obj.data.edges), dtype=np.int32)
+    obj.data.edges.foreach_get("vertices", edges)
+    edges = edges.reshape(-1, 2)
+    crossing = edges[roi[edges[:, 0]] != roi[edges[:, 1]]]
+    return np.setdiff1d(crossing, np.flatnonzero(roi))

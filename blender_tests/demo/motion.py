@@ -1,0 +1,25 @@
+"""Where anchors go: rigid motions of point sets. No bpy."""
+
+import numpy as np
+
+
+def rotation_matrix(axis, angle_rad):
+    """The 3x3 rotation about the direction `axis` (3,), right-handed, for column vectors."""
+    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle_rad) * cross + (1.0 - np.cos(angle_rad)) * cross @ cross
+
+
+def turned(points, axis, angle_rad, pivot):
+    """`points` (k, 3) turned about the line through `pivot` (3,)."""
+    return (points - pivot) @ rotation_matrix(axis, angle_rad).T + pivot
+
+
+def bent_chord(tip, root, axis, angle_rad):
+    """Where the tip (3,) of a rod fixed at `root` goes when the rod bends into an arc and keeps its length.
+
+    The chord turns by `angle_rad` about `axis`, and is shorter than the rod by sin(angle) / angle. A target at
+    the full length would ask for a stretch, which swells the mesh: the encoding does not know scale.
+    """
+    chord = turned(tip[None], axis, angle_rad, root)[0] - root
+    return root + np.sinc(angle_rad / np.pi) * chord

@@ -1,0 +1,75 @@
+"""Before and after: the same object and camera, two poses, markers, pictures side by side."""
+
+import bpy
+import numpy as np
+
+from . import markers, pictures, pose, stage
+
+
+def photograph(subject, picture, output):
+    """Renders rest shape and result; returns the names of the PNG files in `output`.
+
+    Leaves the scene showing the result.
+    """
+    poses = {"before": 0.0, "after": 1.0}
+    points = {name: posed_points(subject.obj, value) for name, value in poses.items()}
+    everything = np.concatenate(list(points.values()))
+    stage.set_stage(everything, picture, subject.view.azimuth_deg, subject.view.elevation_deg)
+    marks = {name: add_markers(subject, points[name], name, everything) for name in poses}
+
+    shots = {}
+    for name, value in poses.items():
+        show_pose(subject.obj, value)
+        for other, objects in marks.items():
+            for obj in objects:
+                obj.hide_render = obj.hide_viewport = other != name
+        path = output / f"{subject.file_stem}_{name}.png"
+        stage.render(path)
+        shots[name] = pictures.over_backdrop(pictures.read_png(path))
+        pictures.write_png(path, shots[name])
+    both = output / f"{subject.file_stem}_before_after.png"
+    pictures.write_png(both, pictures.side_by_side(shots["before"], shots["after"]))
+    return [f"{subject.file_stem}_{name}.png" for name in poses] + [both.name]
+
+
+def show_pose(obj, value):
+    """Shows the rest shape (0), or the add-on's result alone (1)."""
+    result = pose.result_key(obj)
+    for key in obj.data.shape_keys.key_blocks:
+        if key != obj.data.shape_keys.reference_key:
+            key.value = value if key == result else 0.0
+    obj.data.update_tag()
+
+
+def posed_points(obj, value):
+    """(n, 3) world positions of the object as it is rendered, modifiers included."""
+    show_pose(obj, value)
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = evaluated.to_mesh()
+    local = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", local)
+    evaluated.to_mesh_clear()
+    matrix = np.array(obj.matrix_world)
+    return local.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def add_markers(subject, points, pose_name, everything):
+    """Spheres at the anchors and along the region's border; none where modifiers change the vertex count."""
+    obj = subject.obj
+    if len(points) != len(obj.data.vertices):
+        return []
+    diagonal = float(np.linalg.norm(everything.max(axis=0) - everything.min(axis=0)))
+    anchors = pose.anchor_indices(obj, subject.anchor_groups)
+    objects = [
+        markers.add_spheres(
+            f"Anchors {pose_name}", points[anchors], markers.ANCHOR_RADIUS * diagonal, markers.ANCHOR_COLOUR
+        )
+    ]
+    if subject.roi_group:
+        roi = np.zeros(len(points), dtype=bool)
+        roi[pose.group_indices(obj, subject.roi_group)] = True
+        border = markers.border_vertices(obj, roi)
+        if len(border):
+            radius = markers.BORDER_RADIUS * diagonal
+            objects.append(markers.add_spheres(f"Border {pose_name}", points[border], radius, markers.BORDER_COLOUR))
+    return objects

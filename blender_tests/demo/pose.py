@@ -1,0 +1,155 @@
+"""Posing by the add-on's operators, as an artist's clicks would, and the figures for the report."""
+
+import importlib
+import time
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .errors import DemoError
+
+ADDON = "meanvalue_deform"
+
+
+@dataclass(frozen=True)
+class PoseFigures:
+    """What the report says of one pose. Energies are G of eq 15 at bounding-box diagonal 1; times in seconds."""
+
+    vertex_count: int
+    face_count: int
+    free_count: int
+    anchor_count: int
+    guarded_count: int
+    iterations: int
+    converged: bool
+    stop_reason: str
+    energy_before: float
+    energy_after: float
+    bind_seconds: float
+    solve_seconds: float
+
+
+def install_addon(zip_path):
+    """Installs and enables the add-on's zip in this Blender's user folder. @throws DemoError."""
+    if not zip_path:
+        raise DemoError("MEANVALUE_ADDON_ZIP does not say where the add-on's zip is; start this by ./dev demo")
+    bpy.ops.preferences.addon_install(filepath=str(zip_path), overwrite=True)
+    bpy.ops.preferences.addon_enable(module=ADDON)
+    if not hasattr(bpy.types.Object, "meanvalue"):
+        raise DemoError(f"{zip_path} was installed, but the add-on {ADDON} did not start; see the messages above")
+
+
+def positions(obj, key=None):
+    """(n, 3) float64 of a shape key, or of the rest shape."""
+    keys = obj.data.shape_keys
+    if key is None and keys is not None:
+        key = keys.reference_key
+    source = obj.data.vertices if key is None else key.data
+    values = np.empty(3 * len(source), dtype=np.float32)
+    source.foreach_get("co", values)
+    return values.reshape(-1, 3).astype(np.float64)
+
+
+def pose_by_operators(subject):
+    """Adds the anchor groups, binds, puts the anchors on their targets and solves; returns PoseFigures.
+
+    The result is in the shape key `obj.meanvalue.result_key`. @throws DemoError with the add-on's own words.
+    """
+    obj = subject.obj
+    bpy.context.view_layer.objects.active = obj
+    obj.meanvalue.anchor_groups.clear()
+    for name in subject.anchor_groups:
+        call(bpy.ops.meanvalue.add_anchor_group, group=name)
+    obj.meanvalue.roi_group = subject.roi_group
+
+    start = time.perf_counter()
+    call(bpy.ops.meanvalue.bind)
+    bind_seconds = time.perf_counter() - start
+
+    if subject.targets is not None:
+        write_pose_key(obj, subject)
+    teleported = teleported_positions(obj, subject)
+    start = time.perf_counter()
+    call(bpy.ops.meanvalue.solve)
+    solve_seconds = time.perf_counter() - start
+    return figures(obj, teleported, bind_seconds, solve_seconds)
+
+
+def call(operator, **options):
+    """Runs an operator; its error report, which Blender raises, becomes a DemoError."""
+    try:
+        result = operator(**options)
+    except RuntimeError as error:
+        raise DemoError(str(error).removeprefix("Error: ").strip()) from error
+    if result != {"FINISHED"}:
+        raise DemoError(f"{operator.idname_py()} ended with {', '.join(result)}")
+
+
+def write_pose_key(obj, subject):
+    """A new pose key with the anchors on their targets, as moving them in Edit Mode would leave it."""
+    call(bpy.ops.meanvalue.add_pose_key)
+    anchors = anchor_indices(obj, subject.anchor_groups)
+    pose = positions(obj)
+    pose[anchors] = subject.targets[anchors]
+    obj.active_shape_key.data.foreach_set("co", pose.astype(np.float32).ravel())
+    obj.data.update_tag()
+
+
+def teleported_positions(obj, subject):
+    """(n, 3): the rest shape with the anchors on their targets, where the solver starts."""
+    anchors = anchor_indices(obj, subject.anchor_groups)
+    start = positions(obj)
+    start[anchors] = positions(obj, obj.active_shape_key)[anchors]
+    return start
+
+
+def anchor_indices(obj, group_names):
+    """Ascending indices of the vertices of weight above 0 in any of the vertex groups."""
+    return np.unique(np.concatenate([group_indices(obj, name) for name in group_names]))
+
+
+def group_indices(obj, name):
+    """Ascending indices of the vertices of weight above 0 in one vertex group."""
+    group = obj.vertex_groups[name].index
+    members = [
+        vertex.index
+        for vertex in obj.data.vertices
+        if any(element.group == group and element.weight > 0.0 for element in vertex.groups)
+    ]
+    return np.array(members, dtype=int)
+
+
+def figures(obj, teleported, bind_seconds, solve_seconds):
+    """PoseFigures from what the add-on keeps on the object."""
+    record = obj.meanvalue.bound
+    return PoseFigures(
+        vertex_count=len(obj.data.vertices),
+        face_count=len(obj.data.polygons),
+        free_count=record.free_count,
+        anchor_count=record.anchor_count,
+        guarded_count=record.guarded_count,
+        iterations=record.solve_iterations,
+        converged=record.solve_converged,
+        stop_reason=record.solve_stop_reason,
+        energy_before=scaled_energy(obj, teleported),
+        energy_after=record.solve_energy,
+        bind_seconds=bind_seconds,
+        solve_seconds=solve_seconds,
+    )
+
+
+def scaled_energy(obj, pose):
+    """G of `pose` (n, 3) by the encoding of the whole rest mesh, at bounding-box diagonal 1."""
+    native = importlib.import_module(f"{ADDON}.native_loader").module()
+    rest = positions(obj)
+    obj.data.calc_loop_triangles()
+    triangles = np.empty(3 * len(obj.data.loop_triangles), dtype=np.int32)
+    obj.data.loop_triangles.foreach_get("vertices", triangles)
+    diagonal = np.linalg.norm(rest.max(axis=0) - rest.min(axis=0))
+    return native.encode(rest, triangles.reshape(-1, 3)).energy(pose) / diagonal**2
+
+
+def result_key(obj):
+    """The shape key that the add-on wrote."""
+    return obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]

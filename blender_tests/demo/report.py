@@ -1,0 +1,32 @@
+"""The printed report, also written as report.txt. No bpy."""
+
+
+def subject_lines(title, figures, seconds, files):
+    """Lines about one mesh.
+
+    figures: pose.PoseFigures; seconds: {stage: seconds}; files: names relative to the output folder.
+    """
+    end = "converged" if figures.converged else f"NOT converged ({figures.stop_reason})"
+    rows = [
+        ("vertices, faces", f"{figures.vertex_count:,}, {figures.face_count:,}"),
+        ("free vertices", f"{figures.free_count:,}"),
+        ("anchors", f"{figures.anchor_count:,}"),
+        ("iterations", f"{figures.iterations}, {end}"),
+        ("energy G, anchors moved", f"{figures.energy_before:.3e}"),
+        ("energy G, solved", f"{figures.energy_after:.3e}"),
+        ("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())),
+        ("files", ", ".join(files)),
+    ]
+    if figures.guarded_count:
+        rows.insert(3, ("guarded vertices", f"{figures.guarded_count:,} encoded by a fallback rule"))
+    return [title, *(f"  {label + ':':<25}{value}" for label, value in rows), ""]
+
+
+def text(blender_version, addon_version, blocks):
+    """The whole report from the lines of each mesh."""
+    head = [
+        f"Mean-Value Deform {addon_version}, Blender {blender_version}",
+        "G is eq 15 of the paper, scaled to a rest bounding box of diagonal 1.",
+        "",
+    ]
+    return "\n".join(head + [line for block in blocks for line in block])

@@ -1,0 +1,99 @@
+"""Entry point of `./dev demo`, run by Blender: blender -b --factory-startup --python run.py -- [arguments].
+
+MEANVALUE_ADDON_ZIP in the environment is the add-on to install.
+"""
+
+import os
+import sys
+import time
+import traceback
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from demo import arguments, built_in, pose, report, stage, user_file  # noqa: E402
+from demo.errors import DemoError  # noqa: E402
+from demo.photograph import photograph  # noqa: E402
+
+BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
+
+
+def main(argv):
+    """Runs the demo; returns the exit status."""
+    options = arguments.parse(argv)
+    try:
+        options.output.mkdir(parents=True, exist_ok=True)
+        pose.install_addon(os.environ.get("MEANVALUE_ADDON_ZIP"))
+        blocks = [run_subject(make, options) for make in makers(options)]
+    except DemoError as error:
+        print(f"./dev demo: {error}", file=sys.stderr)
+        return 1
+    text = report.text(bpy.app.version_string, addon_version(), blocks)
+    (options.output / "report.txt").write_text(text, encoding="utf-8")
+    print("\n" + text)
+    print(f"Written to {options.output}: report.txt and the files above")
+    return 0
+
+
+def makers(options):
+    """Functions that each load one subject into an empty scene."""
+    if options.file is not None:
+        return [lambda: user_file.user_subject(options)]
+    return [make for name, make in BUILT_IN.items() if options.only in (None, name)]
+
+
+def run_subject(make, options):
+    """Models or loads one subject, poses it, photographs and saves it; returns its lines of the report."""
+    seconds = {}
+    with timed(seconds, "load" if options.file else "model"):
+        empty_scene()
+        subject = make()
+    print(f"{subject.title}: posing ...", flush=True)
+    figures = pose.pose_by_operators(subject)
+    seconds.update(bind=figures.bind_seconds, solve=figures.solve_seconds)
+    print(f"{subject.title}: rendering ...", flush=True)
+    view = subject.view
+    picture = stage.Picture(view.width, view.height, options.samples, options.engine)
+    with timed(seconds, "render"):
+        files = photograph(subject, picture, options.output)
+    with timed(seconds, "write"):
+        files.append(save(options.output / f"{subject.file_stem}.blend"))
+    return report.subject_lines(subject.title, figures, seconds, files)
+
+
+@contextmanager
+def timed(seconds, stage_name):
+    """Stores the seconds its block took under `stage_name`."""
+    start = time.perf_counter()
+    yield
+    seconds[stage_name] = time.perf_counter() - start
+
+
+def empty_scene():
+    """A new file without objects; the enabled add-ons stay."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+
+
+def save(path):
+    """Writes the .blend with the result shown; returns its name."""
+    bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), check_existing=False)
+    return path.name
+
+
+def addon_version():
+    """The installed add-on's version as text."""
+    return ".".join(map(str, sys.modules[pose.ADDON].bl_info["version"]))
+
+
+if __name__ == "__main__":
+    try:
+        status = main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else [])
+    except Exception:  # Blender would go on, and end with its own status
+        traceback.print_exc()
+        status = 1
+    sys.stdout.flush()
+    if status:
+        sys.exit(status)

@@ -1,0 +1,32 @@
+"""What every demo poses and photographs: one object, its anchors, their targets, and the view."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class View:
+    """Camera direction in degrees (stage.camera_axes) and picture size in pixels."""
+
+    azimuth_deg: float = 20.0
+    elevation_deg: float = 18.0
+    width: int = 960
+    height: int = 720
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A mesh object ready to be posed.
+
+    targets: (n, 3) positions in object space of which only the anchors' count; None when the object's active
+    shape key has them.
+    """
+
+    title: str
+    file_stem: str
+    obj: object
+    anchor_groups: tuple
+    roi_group: str
+    targets: np.ndarray
+    view: View

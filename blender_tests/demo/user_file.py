@@ -1,0 +1,164 @@
+"""The user's own mesh: from a file to a Subject with its anchor groups, region and targets."""
+
+import math
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from . import motion, pose, scene_mesh, selection
+from .errors import DemoError
+from .off_file import read_off
+from .subject import Subject, View
+
+ROI_GROUP = "demo region"
+CLAY_COLOUR = (0.42, 0.40, 0.36)
+
+# Operators by format, the newer name first: Blender replaced its Python importers one by one.
+IMPORTERS = {
+    ".obj": (("wm", "obj_import"), ("import_scene", "obj")),
+    ".ply": (("wm", "ply_import"), ("import_mesh", "ply")),
+    ".stl": (("wm", "stl_import"), ("import_mesh", "stl")),
+}
+
+
+def user_subject(options):
+    """Loads options.file and makes what is to be posed of it. @throws DemoError."""
+    obj = load(options)
+    prepare(obj, options.up)
+    rest = pose.positions(obj)
+    for anchor in options.anchors:
+        make_group(obj, anchor, rest)
+    groups = tuple(anchor.name for anchor in options.anchors)
+    view = View() if options.camera_deg is None else View(*options.camera_deg)
+    return Subject(
+        title=f"{options.file.name}, {len(groups)} anchor group{'s' if len(groups) > 1 else ''}",
+        file_stem=options.file.stem,
+        obj=obj,
+        anchor_groups=groups,
+        roi_group=roi_group(obj, options.roi, rest),
+        targets=targets(obj, options, rest),
+        view=view,
+    )
+
+
+def load(options):
+    """The mesh object that options.file and options.object_name mean."""
+    suffix = options.file.suffix.lower()
+    if suffix == ".blend":
+        try:
+            bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
+        except RuntimeError as error:
+            raise DemoError(f"{options.file} cannot be opened: {error}") from error
+    elif suffix == ".off":
+        vertices, polygons = read_off(options.file)
+        obj = scene_mesh.new_object(options.file.stem, vertices, polygons)
+        if obj.data.validate():
+            print(f"{options.file}: faces that Blender cannot use were left out")
+        bpy.context.view_layer.objects.active = obj
+    else:
+        import_mesh(options.file, suffix)
+    return choose_object(options)
+
+
+def import_mesh(path, suffix):
+    """Imports by whichever operator this Blender has."""
+    for module, name in IMPORTERS[suffix]:
+        if name not in dir(getattr(bpy.ops, module)):
+            continue
+        try:
+            getattr(getattr(bpy.ops, module), name)(filepath=str(path.resolve()))
+        except RuntimeError as error:
+            raise DemoError(f"{path} cannot be imported: {error}") from error
+        return
+    raise DemoError(f"this Blender has no importer for {suffix}; convert {path} to .off or .obj")
+
+
+def choose_object(options):
+    """The named, else the active, else the only mesh object of the view layer."""
+    meshes = {obj.name: obj for obj in bpy.context.view_layer.objects if obj.type == "MESH"}
+    names = ", ".join(f"'{name}'" for name in meshes) or "none"
+    if options.object_name is not None:
+        if options.object_name not in meshes:
+            raise DemoError(f"{options.file} has no mesh object '{options.object_name}'; its mesh objects: {names}")
+        return meshes[options.object_name]
+    active = bpy.context.view_layer.objects.active
+    if active is not None and active.name in meshes and (options.file.suffix.lower() == ".blend" or len(meshes) == 1):
+        return active
+    if len(meshes) == 1:
+        return next(iter(meshes.values()))
+    raise DemoError(f"{options.file} has {len(meshes)} mesh objects; choose one with --object NAME out of: {names}")
+
+
+def prepare(obj, up):
+    """Makes the object the only one in the picture, in Object Mode, upright, shaded and with a material."""
+    if obj.mode != "OBJECT":
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="OBJECT")
+    for other in bpy.context.scene.objects:
+        other.hide_render = other != obj
+    bpy.context.scene.use_nodes = False  # the file's own compositing is not part of this picture
+    if up is not None:
+        turn = Matrix.Rotation(math.radians(90.0 if up == "Y" else 0.0), 4, "X")
+        obj.matrix_world = turn
+    if not any(slot.material for slot in obj.material_slots):
+        obj.data.materials.clear()
+        obj.data.materials.append(scene_mesh.plain_material("Clay", CLAY_COLOUR, 0.5))
+        scene_mesh.shade_smooth(obj)
+
+
+def make_group(obj, anchor, rest):
+    """Makes sure the anchor's vertex group exists and has vertices. @throws DemoError listing the groups there are."""
+    if anchor.selection is not None:
+        if anchor.name in obj.vertex_groups:
+            raise DemoError(f"'{obj.name}' has a vertex group '{anchor.name}' already; give the selection another name")
+        scene_mesh.add_vertex_group(obj, anchor.name, selection.select(anchor.selection, rest))
+        return
+    require_group(obj, anchor.name)
+    if len(pose.group_indices(obj, anchor.name)) == 0:
+        raise DemoError(f"vertex group '{anchor.name}' has no vertices of weight above zero; assign some in Edit Mode")
+
+
+def require_group(obj, name):
+    """@throws DemoError listing the vertex groups there are."""
+    if name in obj.vertex_groups:
+        return
+    names = ", ".join(f"'{group.name}'" for group in obj.vertex_groups)
+    if names:
+        raise DemoError(f"'{obj.name}' has no vertex group '{name}'; it has {names}")
+    raise DemoError(
+        f"'{obj.name}' has no vertex groups; make '{name}' from vertices with --anchor {name}=SELECTION "
+        f"or --hold {name}=SELECTION, where the selection is {selection.SYNTAX}"
+    )
+
+
+def roi_group(obj, roi, rest):
+    """Name of the region's vertex group, made if `roi` is a selection; "" for the whole mesh."""
+    if roi is None:
+        return ""
+    if roi not in obj.vertex_groups and selection.is_selection(roi):
+        chosen = selection.select(selection.parse_selection(roi), rest)
+        return scene_mesh.add_vertex_group(obj, ROI_GROUP, chosen).name
+    require_group(obj, roi)
+    return roi
+
+
+def targets(obj, options, rest):
+    """(n, 3) positions of the anchors, or None where the active shape key has them already. @throws DemoError."""
+    key = obj.active_shape_key
+    keys = obj.data.shape_keys
+    is_posed = key is not None and key != keys.reference_key
+    start = pose.positions(obj, key) if is_posed else rest
+    result = start.copy()
+    for step in options.motions:
+        members = pose.group_indices(obj, step.group)
+        pivot = result[members].mean(axis=0)
+        result[members] = motion.turned(result[members], step.axis, np.radians(step.angle_deg), pivot) + step.offset
+    anchors = pose.anchor_indices(obj, [anchor.name for anchor in options.anchors])
+    if np.array_equal(result[anchors], rest[anchors]):
+        where = f"the active shape key '{key.name}' has the anchors at rest" if is_posed else "no shape key poses them"
+        raise DemoError(
+            f"nothing is moved: {where}. Use --move [NAME] X Y Z or --rotate [NAME] AXIS DEGREES, "
+            "or a .blend whose active shape key has the anchors where they should go"
+        )
+    return None if is_posed and not options.motions else result

@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/: plain Python, run without Blender."""
+
+import itertools
+import pathlib
+import sys
+import types
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core import fingerprint, fixed_points, result, wording  # noqa: E402
+from addon.core.bind_input import BindInput, anchor_union, region_mask, require_finite  # noqa: E402
+from addon.core.deformer_cache import DeformerCache  # noqa: E402
+from addon.core.fingerprint import StaleReason  # noqa: E402
+from addon.errors import SceneProblem  # noqa: E402
+
+
+def test_core_does_not_need_blender():
+    assert "bpy" not in sys.modules
+
+
+def square(**changes):
+    """Four quads in a 3 x 3 grid, corners anchored."""
+    values = {
+        "rest": np.array([(x, y, 0.1 * x * y) for y in range(3) for x in range(3)], np.float32),
+        "face_corners": np.array([0, 1, 4, 3, 1, 2, 5, 4, 3, 4, 7, 6, 4, 5, 8, 7], np.int32),
+        "face_starts": np.array([0, 4, 8, 12], np.int32),
+        "anchors": np.array([0, 2, 6], np.int32),
+        "roi": np.ones(9, bool),
+        "settings": "method=full",
+    }
+    return BindInput(**{**values, **changes})
+
+
+# -- fingerprint -----------------------------------------------------------------------------------------------------
+
+
+def test_same_content_same_fingerprint():
+    assert square().fingerprint == square().fingerprint
+    assert square().fingerprint.key == square().fingerprint.key
+
+
+def changed(name, index, value):
+    array = getattr(square(), name).copy()
+    array[index] = value
+    return square(**{name: array})
+
+
+@pytest.mark.parametrize(
+    "after, reasons",
+    [
+        (changed("rest", (4, 2), np.nextafter(np.float32(0.1), np.float32(1.0))), [StaleReason.REST_SHAPE]),
+        (changed("face_corners", 0, 8), [StaleReason.FACES]),
+        (square(face_starts=np.array([0, 4, 8], np.int32)), [StaleReason.FACES]),
+        (changed("anchors", 2, 8), [StaleReason.ANCHORS]),
+        (square(anchors=np.array([0, 2, 6, 8], np.int32)), [StaleReason.ANCHORS]),
+        (changed("roi", 7, False), [StaleReason.ROI]),
+        (square(settings="method=fast"), [StaleReason.SETTINGS]),
+        (square(rest=np.zeros((10, 3), np.float32), roi=np.ones(10, bool)), [StaleReason.VERTICES]),
+    ],
+)
+def test_each_change_has_its_reason(after, reasons):
+    assert list(fingerprint.stale_reasons(square().fingerprint, after.fingerprint)) == reasons
+
+
+def test_several_reasons_at_once():
+    after = square(anchors=np.array([1, 2, 6], np.int32), settings="method=fast")
+    reasons = fingerprint.stale_reasons(square().fingerprint, after.fingerprint)
+    assert reasons == (StaleReason.ANCHORS, StaleReason.SETTINGS)
+    text = fingerprint.describe(reasons, square().fingerprint, after.fingerprint)
+    assert text == "the anchors changed and the settings changed"
+
+
+@pytest.mark.parametrize("reason", list(StaleReason))
+def test_only_changes_of_the_mesh_need_the_artist(reason):
+    mesh_changes = {StaleReason.VERTICES, StaleReason.FACES, StaleReason.REST_SHAPE}
+    assert fingerprint.needs_bind((reason,)) == (reason in mesh_changes)
+
+
+def test_both_counts_are_told():
+    after = square(
+        rest=np.zeros((1200, 3), np.float32), face_starts=np.arange(3, dtype=np.int32), roi=np.ones(1200, bool)
+    )
+    bound, now = square().fingerprint, after.fingerprint
+    reasons = fingerprint.stale_reasons(bound, now)
+    assert reasons == (StaleReason.VERTICES, StaleReason.FACES)
+    text = fingerprint.describe(reasons, bound, now)
+    assert text == "the mesh has 1,200 vertices (9 when bound) and 3 faces (4 when bound)"
+
+
+def test_digest_tells_shapes_types_and_order_apart():
+    values = np.arange(6, dtype=np.int32)
+    variants = [
+        (values,),
+        (values.reshape(2, 3),),
+        (values.astype(np.int64),),
+        (values[::-1],),
+        (values[:3], values[3:]),
+        (values[:2], values[2:]),
+        ("012345",),
+    ]
+    digests = [fingerprint.digest(*parts) for parts in variants]
+    assert len(set(digests)) == len(variants)
+
+
+def test_digest_does_not_care_about_memory_layout():
+    values = np.arange(12, dtype=np.float32).reshape(4, 3)
+    assert fingerprint.digest(values) == fingerprint.digest(np.asfortranarray(values))
+
+
+# -- what can be bound -----------------------------------------------------------------------------------------------
+
+
+def test_a_good_input_passes():
+    square().check()
+
+
+def test_free_are_the_region_without_anchors():
+    roi = np.zeros(9, bool)
+    roi[[0, 4, 5]] = True
+    assert np.flatnonzero(square(roi=roi).free).tolist() == [4, 5]
+
+
+@pytest.mark.parametrize(
+    "broken, text",
+    [
+        (square(face_starts=np.empty(0, np.int32), face_corners=np.empty(0, np.int32)), "has no faces"),
+        (changed("rest", (5, 1), np.nan), "the first is 5"),
+        (square(anchors=np.arange(9, dtype=np.int32)), "Nothing is free"),
+        (square(anchors=np.array([0, 8], np.int32)), "2 fixed points cannot hold"),
+        (square(anchors=np.array([0, 1, 2], np.int32)), "not in one line"),
+    ],
+)
+def test_each_refusal_says_why(broken, text):
+    with pytest.raises(SceneProblem, match=text):
+        broken.check()
+
+
+def test_vertices_outside_the_region_hold_the_mesh_too():
+    roi = np.zeros(9, bool)
+    roi[4] = True
+    square(anchors=np.array([0], np.int32), roi=roi).check()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_every_kind_of_bad_number_is_found(value):
+    positions = np.zeros((5, 3), np.float32)
+    require_finite(positions, "thing")
+    positions[3, 2] = value
+    with pytest.raises(SceneProblem, match="1 vertex of the thing .the first is 3. has"):
+        require_finite(positions, "thing")
+
+
+def test_anchor_union_is_sorted_and_has_no_doubles():
+    union = anchor_union([np.array([5, 1], np.int32), np.array([1, 3], np.int32), np.empty(0, np.int32)])
+    assert union.tolist() == [1, 3, 5]
+    assert union.dtype == np.int32
+
+
+def test_region_masks():
+    assert region_mask(3, None, False).tolist() == region_mask(3, None, True).tolist() == [True] * 3
+    assert region_mask(3, np.array([1]), False).tolist() == [False, True, False]
+    assert region_mask(3, np.array([1]), True).tolist() == [True, False, True]
+
+
+# -- fixed points ----------------------------------------------------------------------------------------------------
+
+
+def similarity(points, scale, offset):
+    axis = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    rotation = np.eye(3) + np.sin(1.1) * cross + (1 - np.cos(1.1)) * cross @ cross
+    return (scale * points @ rotation.T + offset).astype(np.float32)
+
+
+TRIANGLE = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.3, 0.2, 0.0)])
+LINE = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.3, 0.0, 0.0), (0.9, 0.0, 0.0)])
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("points, spans", [(TRIANGLE, True), (LINE, False), (LINE[:2], False), (LINE[:0], False)])
+def test_plane_or_line_wherever_and_however_large(scale, points, spans):
+    for order in itertools.permutations(range(len(points))):
+        assert fixed_points.span_a_plane(similarity(points[list(order)], scale, 2.0 * scale)) == spans
+
+
+def test_coincident_points_do_not_count():
+    points = np.array([(1, 2, 3), (1, 2, 3), (4, 5, 6), (4, 5, 6)], np.float32)
+    assert not fixed_points.span_a_plane(points)
+    assert not fixed_points.span_a_plane(np.ones((9, 3), np.float32))
+
+
+def test_diagonal():
+    assert fixed_points.bounding_box_diagonal(np.array([(1, 1, 1), (2, 3, 3)], np.float32)) == 3.0
+    assert fixed_points.bounding_box_diagonal(np.empty((0, 3), np.float32)) == 0.0
+
+
+# -- result ----------------------------------------------------------------------------------------------------------
+
+
+def test_fixed_vertices_keep_their_bits():
+    roi = np.ones(9, bool)
+    roi[8] = False
+    bind_input = square(roi=roi)
+    pose = bind_input.rest + np.float32(1 / 3)
+    solved = bind_input.rest.astype(np.float64) + 7.0
+    positions = result.compose(bind_input, pose, solved)
+    assert positions.dtype == np.float32
+    assert np.array_equal(positions[[0, 2, 6]], pose[[0, 2, 6]])
+    assert np.array_equal(positions[8], bind_input.rest[8])
+    free = [1, 3, 4, 5, 7]
+    assert np.array_equal(positions[free], solved[free].astype(np.float32))
+
+
+def report(*parts):
+    components = [types.SimpleNamespace(free_count=free, undetermined=left) for free, left in parts]
+    return types.SimpleNamespace(
+        vertex_count=40, anchor_count=3, free_count=30, guarded=np.array([4]), components=components
+    )
+
+
+def test_parts_that_are_not_held():
+    summary = result.BindSummary.of(report((10, 0), (5, 4), (0, 7), (5, 1)), 0.25)
+    assert summary.unheld_part_count == 2
+    assert "2 parts of the mesh have fewer than three fixed points" in list(summary.notes())[0]
+    assert not result.nothing_is_held(report((10, 0), (5, 4)))
+    assert result.nothing_is_held(report((10, 1), (5, 4), (0, 0)))
+    assert list(result.BindSummary.of(report((10, 0), (0, 7)), 0.25).notes()) == []
+
+
+def test_energy_for_diagonal_one():
+    solution = types.SimpleNamespace(energy=8.0, iterations=3, converged=False, stop_reason="iteration limit")
+    summary = result.SolveSummary.of(solution, 2.0, 0.01)
+    assert summary.energy == 2.0
+    assert "iteration limit" in list(summary.notes())[0]
+    assert summary.text() == "3 iterations, energy 2, 10 ms"
+
+
+# -- cache -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_least_recently_used_goes_first():
+    cache = DeformerCache(capacity=2, byte_limit=100)
+    cache.put("a", 1, 10)
+    cache.put("b", 2, 10)
+    assert cache.get("a") == 1
+    cache.put("c", 3, 10)
+    assert [cache.get(key) for key in "abc"] == [1, None, 3]
+
+
+def test_bytes_are_limited_but_the_newest_stays():
+    cache = DeformerCache(capacity=9, byte_limit=100)
+    cache.put("a", 1, 60)
+    cache.put("b", 2, 60)
+    assert [cache.get(key) for key in "ab"] == [None, 2]
+    cache.put("c", 3, 500)
+    assert [cache.get(key) for key in "bc"] == [None, 3]
+    assert len(cache) == 1
+
+
+def test_discard_and_clear():
+    cache = DeformerCache(capacity=9, byte_limit=100)
+    cache.put("a", 1, 1)
+    cache.discard("a")
+    cache.discard("never there")
+    assert cache.get("a") is None
+    cache.put("b", 1, 1)
+    cache.clear()
+    assert len(cache) == 0
+
+
+# -- wording ---------------------------------------------------------------------------------------------------------
+
+
+def test_wording():
+    assert wording.vertices(1) == "1 vertex"
+    assert wording.vertices(12345) == "12,345 vertices"
+    assert wording.listed(["a", "b", "c"]) == "a, b and c"
+    assert wording.quoted(["a", "b", "c", "d", "e"]) == "'a', 'b', 'c' and 2 more"
+    assert wording.sentence("say it.") == wording.sentence("say it") == "Say it."
+    assert [wording.seconds(value) for value in (0.0004, 0.0347, 2.309, 140.2)] == ["0.4 ms", "35 ms", "2.31 s", "140 s"]

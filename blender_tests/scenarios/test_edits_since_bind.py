@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mesh that was edited after it was bound."""
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+from support.snapshot import assert_same, snapshot
+
+
+@pytest.fixture
+def grid():
+    return steps.posed_grid(meshes.grid())
+
+
+@pytest.fixture
+def status(part):
+    return part("bridge.object_status").status
+
+
+def add_vertex(bm):
+    bm.verts.new((9.0, 9.0, 9.0))
+
+
+def delete_last_face(bm):
+    bm.faces.ensure_lookup_table()
+    bmesh.ops.delete(bm, geom=[bm.faces[-1]], context='FACES_ONLY')
+
+
+def split_face(bm):
+    bm.faces.ensure_lookup_table()
+    face = bm.faces[5]
+    bmesh.utils.face_split(face, face.verts[0], face.verts[2])
+
+
+def flip_face(bm):
+    bm.faces.ensure_lookup_table()
+    bm.faces[5].normal_flip()
+
+
+@pytest.mark.parametrize(
+    "edit, texts",
+    [
+        (add_vertex, ("has 26 vertices", "(25 when bound)")),
+        (delete_last_face, ("15 faces", "(16 when bound)")),
+        (split_face, ("17 faces", "(16 when bound)")),
+        (flip_face, ("join the vertices in another way",)),
+    ],
+)
+def test_changed_mesh_asks_for_bind(grid, status, edit, texts):
+    steps.solve()
+    steps.edit_mesh(grid, edit)
+    before = snapshot(grid)
+    with steps.refused("binding is stale", *texts, "press Bind"):
+        bpy.ops.meanvalue.solve()
+    assert_same(before, snapshot(grid))
+    told = status(grid)
+    assert told.state.name == "STALE"
+    for text in (*texts, "press Bind"):
+        assert text in told.text
+
+
+def test_after_bind_the_changed_mesh_solves(grid, status):
+    steps.edit_mesh(grid, split_face)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert status(grid).state.name == "BOUND"
+    grid.active_shape_key_index = 1
+    steps.solve()
+
+
+def test_edited_rest_shape_asks_for_bind(grid, status):
+    steps.move(grid, [7], (0.0, 0.0, 0.25), grid.data.shape_keys.key_blocks["Basis"])
+    bpy.context.view_layer.update()
+    before = snapshot(grid)
+    with steps.refused("rest shape was edited", "press Bind"):
+        bpy.ops.meanvalue.solve()
+    assert_same(before, snapshot(grid))
+    assert "rest shape was edited" in status(grid).text
+
+
+def test_moved_vertices_of_a_mesh_without_keys_are_an_edited_rest_shape():
+    obj = steps.bound_grid(meshes.grid())
+    obj.data.vertices[7].co.z += 0.25
+    bpy.ops.meanvalue.add_pose_key()
+    with steps.refused("rest shape was edited"):
+        bpy.ops.meanvalue.solve()
+
+
+def test_rest_shape_put_back_is_bound_again(grid, status):
+    basis = grid.data.shape_keys.key_blocks["Basis"]
+    kept = basis.data[7].co.copy()
+    basis.data[7].co = (0.0, 0.0, 7.0)
+    grid.data.update_tag()
+    bpy.context.view_layer.update()
+    assert status(grid).state.name == "STALE"
+    basis.data[7].co = kept
+    grid.data.update_tag()
+    bpy.context.view_layer.update()
+    assert status(grid).state.name == "BOUND"
+    steps.solve()
+
+
+def test_changed_anchors_bind_again_by_themselves(grid, status, capfd):
+    grid.vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
+    bpy.context.view_layer.update()
+    told = status(grid)
+    assert told.state.name == "STALE"
+    assert "anchors changed" in told.text and "Solve will bind again" in told.text
+    capfd.readouterr()
+    steps.solve()
+    assert "Bound again, because the anchors changed" in capfd.readouterr().out
+    assert grid.meanvalue.bound.anchor_count == 5
+    assert status(grid).state.name == "BOUND"
+    rest, result = steps.key_positions(grid, "Basis"), steps.key_positions(grid, "Mean-Value")
+    assert np.array_equal(rest[22], result[22])
+
+
+def test_changed_region_binds_again_by_itself(grid, status, capfd):
+    steps.add_group(grid, "Arm", [17, 18, 19, 22, 23, 24])
+    grid.meanvalue.roi_group = "Arm"
+    assert "region changed" in status(grid).text
+    capfd.readouterr()
+    steps.solve()
+    assert "Bound again, because the region changed" in capfd.readouterr().out
+    rest, result = steps.key_positions(grid, "Basis"), steps.key_positions(grid, "Mean-Value")
+    fixed = [index for index in range(25) if index not in (17, 18, 19, 22, 23, 24)]
+    assert np.array_equal(rest[fixed], result[fixed])
+
+
+def test_region_of_every_vertex_is_no_change(grid, status):
+    steps.add_group(grid, "All", range(25))
+    grid.meanvalue.roi_group = "All"
+    assert status(grid).state.name == "BOUND"
+
+
+def test_changed_settings_bind_again_by_themselves(grid, status, part, capfd):
+    grid.meanvalue.bound.settings = "of another version"
+    assert "settings changed" in status(grid).text
+    steps.solve()
+    assert "because the settings changed" in capfd.readouterr().out
+    assert status(grid).state.name == "BOUND"
+
+
+def test_another_group_with_the_same_vertices_is_no_change(grid, status):
+    steps.add_group(grid, "Also the tip", [24])
+    grid.meanvalue.anchor_groups[1].name = "Also the tip"
+    assert status(grid).state.name == "BOUND"
+
+
+def test_posing_and_renaming_are_no_edits(grid, status):
+    steps.move(grid, [24, 12], (1.0, 2.0, 3.0))
+    grid.name = "Renamed"
+    grid.data.name = "Renamed Too"
+    grid.meanvalue.result_key = "Other"
+    bpy.context.view_layer.update()
+    assert status(grid).state.name == "BOUND"
+    steps.solve()
+    assert "Other" in grid.data.shape_keys.key_blocks
+
+
+def test_reordered_vertices_are_noticed(grid):
+    """The same counts, but the anchors' indices now mean other places."""
+
+    def reverse(bm):
+        for vertex in bm.verts:
+            vertex.index = 24 - vertex.index
+        bm.verts.sort()
+
+    steps.edit_mesh(grid, reverse)
+    with steps.refused("binding is stale", "press Bind"):
+        bpy.ops.meanvalue.solve()

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A region of influence: only its vertices may move."""
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+
+ARM = [6, 7, 8, 11, 12, 13, 16, 17, 18]
+OUTSIDE = [index for index in range(25) if index not in ARM]
+
+
+def pose_with_region(group, invert=False, anchors=(12,)):
+    obj = meshes.grid()
+    steps.list_anchors(obj, Handle=anchors)
+    steps.add_group(obj, "Region", group)
+    obj.meanvalue.roi_group = "Region"
+    obj.meanvalue.roi_invert = invert
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    bpy.ops.meanvalue.add_pose_key()
+    steps.move(obj, anchors, (0.0, 0.0, 0.8))
+    steps.solve()
+    return obj
+
+
+@pytest.mark.parametrize("group, invert", [(ARM, False), (OUTSIDE, True)])
+def test_vertices_outside_keep_their_bits(group, invert):
+    obj = pose_with_region(group, invert)
+    rest, result = steps.key_positions(obj, "Basis"), steps.key_positions(obj, "Mean-Value")
+    assert np.array_equal(rest[OUTSIDE], result[OUTSIDE])
+    moved = np.abs(result - rest).max(axis=1)
+    assert (moved[ARM] > 0.01).all()
+
+
+def test_a_group_and_its_inverse_give_the_same():
+    first, second = pose_with_region(ARM), pose_with_region(OUTSIDE, invert=True)
+    assert np.array_equal(steps.key_positions(first, "Mean-Value"), steps.key_positions(second, "Mean-Value"))
+
+
+def test_one_anchor_is_enough_with_a_region():
+    obj = pose_with_region(ARM)
+    assert obj.meanvalue.bound.anchor_count == 1
+    assert obj.meanvalue.bound.free_count == 8
+
+
+def test_anchors_outside_the_region_go_to_their_targets():
+    obj = pose_with_region(ARM, anchors=(12, 24))
+    pose, result = steps.key_positions(obj, "Pose"), steps.key_positions(obj, "Mean-Value")
+    assert np.array_equal(pose[[12, 24]], result[[12, 24]])
+    rest = steps.key_positions(obj, "Basis")
+    others = [index for index in OUTSIDE if index != 24]
+    assert np.array_equal(rest[others], result[others])
+
+
+def test_result_is_the_native_answer(native):
+    obj = pose_with_region(ARM)
+    rest = steps.key_positions(obj, "Basis")
+    obj.data.calc_loop_triangles()
+    triangles = np.array([tuple(triangle.vertices) for triangle in obj.data.loop_triangles], np.int32)
+    roi = np.zeros(25, bool)
+    roi[ARM] = True
+    deformer = native.Deformer(rest.astype(np.float64), triangles, np.array([12], np.int32), roi=roi, method="full")
+    solution = deformer.solve(steps.key_positions(obj, "Pose")[[12]].astype(np.float64))
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), solution.vertices.astype(np.float32))

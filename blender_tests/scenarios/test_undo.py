@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every operator is one undo step. Operators called with undo=True push a step as they do from a button."""
+
+import bpy
+import pytest
+from support import meshes, steps
+from support.snapshot import assert_same, snapshot
+
+
+@pytest.fixture(autouse=True)
+def undo_works_here():
+    if not bpy.ops.ed.undo_push.poll():
+        pytest.skip("this Blender has no undo without a window")
+
+
+def remember():
+    bpy.ops.ed.undo_push(message="Before")
+    return snapshot(current())
+
+
+def current():
+    """References do not survive undo: look the object up again."""
+    return bpy.data.objects["Grid"]
+
+
+def press(operator):
+    assert operator('EXEC_DEFAULT', True) == {'FINISHED'}
+
+
+def undo_and_redo(operator):
+    before = remember()
+    press(operator)
+    after = snapshot(current())
+    assert after != before
+    bpy.ops.ed.undo()
+    assert_same(before, snapshot(current()))
+    bpy.ops.ed.redo()
+    assert_same(after, snapshot(current()))
+    bpy.ops.ed.undo()
+    assert_same(before, snapshot(current()))
+
+
+def test_solve():
+    steps.posed_grid(meshes.grid())
+    undo_and_redo(bpy.ops.meanvalue.solve)
+
+
+def test_second_solve():
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    steps.move(obj, [24], (0.0, 0.0, 1.0))
+    undo_and_redo(bpy.ops.meanvalue.solve)
+
+
+def test_solve_that_binds_again():
+    obj = steps.posed_grid(meshes.grid())
+    obj.vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
+    undo_and_redo(bpy.ops.meanvalue.solve)
+
+
+def test_bind():
+    steps.list_anchors(meshes.grid(), A=[0, 4, 20])
+    undo_and_redo(bpy.ops.meanvalue.bind)
+
+
+def test_unbind():
+    steps.bound_grid(meshes.grid())
+    undo_and_redo(bpy.ops.meanvalue.unbind)
+
+
+def test_add_pose_key():
+    steps.bound_grid(meshes.grid())
+    undo_and_redo(bpy.ops.meanvalue.add_pose_key)
+
+
+def test_add_anchor_group():
+    steps.add_group(meshes.grid(), "A", [0])
+    undo_and_redo(bpy.ops.meanvalue.add_anchor_group)
+
+
+def test_remove_anchor_group():
+    steps.list_anchors(meshes.grid(), A=[0])
+    undo_and_redo(bpy.ops.meanvalue.remove_anchor_group)
+
+
+def test_the_status_follows_undo(part):
+    status = part("bridge.object_status").status
+    steps.list_anchors(meshes.grid(), A=[0, 4, 20])
+    remember()
+    press(bpy.ops.meanvalue.bind)
+    assert status(current()).state.name == "BOUND"
+    bpy.ops.ed.undo()
+    assert status(current()).state.name == "UNBOUND"
+    bpy.ops.ed.redo()
+    assert status(current()).state.name == "BOUND"
+
+
+def test_solve_after_undo_and_redo_is_the_same():
+    steps.posed_grid(meshes.grid())
+    remember()
+    press(bpy.ops.meanvalue.solve)
+    first = steps.key_positions(current(), "Mean-Value").tobytes()
+    bpy.ops.ed.undo()
+    press(bpy.ops.meanvalue.solve)
+    assert steps.key_positions(current(), "Mean-Value").tobytes() == first

@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The artist's whole way, by operators only."""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+from support.snapshot import assert_same, snapshot
+
+
+def native_result(native, obj, pose_name, anchors, roi=None):
+    """The answer of the compiled module for the same arrays, with the triangles that Blender shows."""
+    rest = steps.key_positions(obj, "Basis")
+    mesh = obj.data
+    mesh.calc_loop_triangles()
+    triangles = np.array([tuple(triangle.vertices) for triangle in mesh.loop_triangles], np.int32)
+    deformer = native.Deformer(rest.astype(np.float64), triangles, np.array(anchors, np.int32), roi=roi, method="full")
+    targets = steps.key_positions(obj, pose_name)[anchors].astype(np.float64)
+    return deformer.solve(targets).vertices.astype(np.float32)
+
+
+def test_result_is_the_native_answer_to_the_last_bit(native):
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    expected = native_result(native, obj, "Pose", [0, 4, 20, 24])
+    result = steps.key_positions(obj, "Mean-Value")
+    assert np.array_equal(result, expected)
+    assert np.abs(result - steps.key_positions(obj, "Basis")).max() > 0.5
+
+
+def test_anchors_are_met_exactly():
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    anchors = [0, 4, 20, 24]
+    assert np.array_equal(
+        steps.key_positions(obj, "Mean-Value")[anchors], steps.key_positions(obj, "Pose")[anchors]
+    )
+
+
+def test_only_the_anchors_of_the_pose_key_count():
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    first = steps.key_positions(obj, "Mean-Value")
+    steps.move(obj, [12], (3.0, 3.0, 3.0))
+    steps.solve()
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), first)
+
+
+def test_unmoved_anchors_give_the_rest_shape():
+    obj = steps.bound_grid(meshes.grid())
+    bpy.ops.meanvalue.add_pose_key()
+    steps.solve()
+    difference = steps.key_positions(obj, "Mean-Value") - steps.key_positions(obj, "Basis")
+    assert np.abs(difference).max() < 1e-5
+
+
+def test_solve_touches_nothing_but_its_shape_key():
+    obj = meshes.textured_grid()
+    steps.posed_grid(obj)
+    changing = ("keys", "settings", "datablocks")
+    before = snapshot(obj, without=changing)
+    keys_before = snapshot(obj)["keys"]
+    steps.solve()
+    assert_same(before, snapshot(obj, without=changing))
+    basis, pose, result = snapshot(obj)["keys"]
+    assert basis == keys_before[0]
+    assert pose[-1] == keys_before[1][-1]
+    assert result[0] == "Mean-Value"
+    assert {len(polygon.vertices) for polygon in obj.data.polygons} == {4}
+
+
+def test_bind_changes_nothing_but_its_record():
+    obj = meshes.textured_grid()
+    steps.list_anchors(obj, A=[0, 4, 20])
+    before = snapshot(obj, without=("settings",))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert_same(before, snapshot(obj, without=("settings",)))
+    assert obj.meanvalue.bound.is_bound
+    assert (obj.meanvalue.bound.anchor_count, obj.meanvalue.bound.free_count) == (3, 22)
+
+
+def test_the_result_shows_and_the_pose_does_not_add_to_it():
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    keys = obj.data.shape_keys.key_blocks
+    assert (keys["Mean-Value"].value, keys["Mean-Value"].mute) == (1.0, False)
+    assert keys["Pose"].mute
+    assert obj.active_shape_key.name == "Pose"
+    shown = evaluated_positions(obj)
+    assert np.abs(shown - steps.key_positions(obj, "Mean-Value")).max() < 1e-6
+
+
+def evaluated_positions(obj):
+    bpy.context.view_layer.update()
+    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    return np.array([tuple(vertex.co) for vertex in mesh.vertices], np.float32)
+
+
+def test_a_result_key_with_odd_settings_is_shown_fully_all_the_same():
+    obj = steps.posed_grid(meshes.grid())
+    key = obj.shape_key_add(name="Mean-Value", from_mix=False)
+    key.slider_max = 0.5
+    key.mute = True
+    key.relative_key = obj.data.shape_keys.key_blocks["Pose"]
+    key.vertex_group = "Corners"
+    obj.active_shape_key_index = 1
+    steps.solve()
+    shown = evaluated_positions(obj)
+    assert np.abs(shown - steps.key_positions(obj, "Mean-Value")).max() < 1e-6
+
+
+def test_the_result_key_may_be_the_pose_key():
+    obj = steps.posed_grid(meshes.grid())
+    target = steps.key_positions(obj, "Pose")[24]
+    obj.meanvalue.result_key = "Pose"
+    steps.solve()
+    keys = obj.data.shape_keys.key_blocks
+    assert keys.keys() == ["Basis", "Pose"]
+    assert (keys["Pose"].value, keys["Pose"].mute) == (1.0, False)
+    result = steps.key_positions(obj, "Pose")
+    assert np.array_equal(result[24], target)
+    steps.solve()  # its own answer is a pose with the same anchors
+    assert np.array_equal(steps.key_positions(obj, "Pose"), result)
+
+
+def test_posing_on_after_a_solve():
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    first = steps.key_positions(obj, "Mean-Value")
+    steps.move(obj, [24], (0.0, 0.0, 0.7))
+    steps.solve()
+    second = steps.key_positions(obj, "Mean-Value")
+    assert np.array_equal(second[24], steps.key_positions(obj, "Pose")[24])
+    assert not np.array_equal(second[18], first[18])
+    assert len(obj.data.shape_keys.key_blocks) == 3
+
+
+def test_posing_in_edit_mode():
+    obj = steps.bound_grid(meshes.grid())
+    bpy.ops.meanvalue.add_pose_key()
+
+    def lift_tip(bm):
+        bm.verts.ensure_lookup_table()
+        bm.verts[24].co.z += 1.0
+
+    steps.edit_mesh(obj, lift_tip)
+    rest = steps.key_positions(obj, "Basis")
+    steps.solve()
+    result = steps.key_positions(obj, "Mean-Value")
+    assert result[24, 2] == pytest.approx(rest[24, 2] + 1.0, abs=1e-6)
+    assert result[18, 2] > rest[18, 2] + 0.1
+    assert np.array_equal(steps.key_positions(obj, "Basis"), rest)
+
+
+def test_closed_mesh_with_ngons(native):
+    obj = meshes.tube()
+    steps.list_anchors(obj, Bottom=range(8), Top=range(64, 72))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    bpy.ops.meanvalue.add_pose_key()
+    steps.move(obj, range(64, 72), (1.0, 0.0, 0.5))
+    steps.solve()
+    expected = native_result(native, obj, "Pose", [*range(8), *range(64, 72)])
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), expected)
+
+
+def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path, part):
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    before = steps.key_positions(obj, "Mean-Value")
+    path = str(tmp_path / "posed.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+
+    bpy.ops.wm.open_mainfile(filepath=path)
+    obj = bpy.data.objects["Grid"]
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
+    assert part("bridge.object_status").status(obj).state.name == "BOUND"
+    steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
+    steps.solve()
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
+
+
+def test_another_blender_process_gives_the_same(tmp_path):
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    np.save(tmp_path / "before.npy", steps.key_positions(obj, "Mean-Value"))
+    steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "posed.blend"))
+    script = tmp_path / "again.py"
+    script.write_text(
+        textwrap.dedent(
+            f"""
+            import bpy
+            import numpy as np
+
+            bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+            bpy.ops.wm.open_mainfile(filepath={str(tmp_path / "posed.blend")!r})
+            assert bpy.ops.meanvalue.solve() == {{'FINISHED'}}
+            key = bpy.data.objects["Grid"].data.shape_keys.key_blocks["Mean-Value"]
+            again = np.array([tuple(point.co) for point in key.data], np.float32)
+            assert np.array_equal(again, np.load({str(tmp_path / "before.npy")!r}))
+            print("solved the same")
+            """
+        )
+    )
+    done = subprocess.run([*python_with_bpy(), str(script)], capture_output=True, text=True, env=dict(os.environ))
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "solved the same" in done.stdout
+
+
+def python_with_bpy():
+    """The command that runs a script in another process of the same kind as this one."""
+    if bpy.app.binary_path:
+        return [
+            bpy.app.binary_path, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python",
+        ]  # fmt: skip
+    return [sys.executable]
+
+
+def test_repeating_gives_the_same_bits(part):
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    first = steps.key_positions(obj, "Mean-Value")
+    part("session").clear()
+    steps.solve()
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), first)
+
+
+def test_bind_is_not_repeated_by_solve(native, part, monkeypatch):
+    made = []
+
+    class CountingDeformer(native.Deformer):
+        def __init__(self, *arguments, **options):
+            made.append(1)
+            super().__init__(*arguments, **options)
+
+    monkeypatch.setattr(native, "Deformer", CountingDeformer)
+    obj = steps.posed_grid(meshes.grid())
+    for _ in range(3):
+        steps.move(obj, [24], (0.0, 0.0, 0.1))
+        steps.solve()
+    assert len(made) == 1
+
+
+def test_unbind_forgets_the_binding_only():
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    before = snapshot(obj, without=("settings",))
+    assert bpy.ops.meanvalue.unbind() == {'FINISHED'}
+    assert_same(before, snapshot(obj, without=("settings",)))
+    assert not obj.meanvalue.bound.is_bound
+    assert [group.name for group in obj.meanvalue.anchor_groups] == ["Corners", "Tip"]
+    with steps.refused("not bound yet", "Press Bind"):
+        bpy.ops.meanvalue.solve()
+
+
+def test_the_last_result_is_kept_for_the_panel():
+    obj = steps.posed_grid(meshes.grid())
+    record = obj.meanvalue.bound
+    assert not record.is_solved
+    steps.solve()
+    assert record.is_solved
+    assert record.solve_converged
+    assert record.solve_iterations > 0
+    assert record.solve_energy > 0.0
+
+
+def test_energy_is_shown_for_a_unit_bounding_box():
+    """The same pose of a mesh ten times as large has the same energy."""
+    energies = []
+    for size in (1.0, 10.0):
+        obj = meshes.grid()
+        for vertex in obj.data.vertices:
+            vertex.co *= size
+        steps.posed_grid(obj, offset=(0.0, 0.5 * size, 1.0 * size))
+        steps.solve()
+        energies.append(obj.meanvalue.bound.solve_energy)
+    assert energies[0] == pytest.approx(energies[1], rel=1e-3)
+
+
+def test_add_pose_key_makes_the_basis_too():
+    obj = meshes.grid()
+    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    keys = obj.data.shape_keys.key_blocks
+    assert keys.keys() == ["Basis", "Pose"]
+    assert obj.active_shape_key == keys["Pose"]
+    assert keys["Pose"].value == 1.0
+    assert np.array_equal(steps.key_positions(obj, "Pose"), steps.key_positions(obj, "Basis"))
+
+
+def test_add_pose_key_starts_in_the_rest_shape_even_if_the_mesh_differs():
+    obj = meshes.grid()
+    obj.shape_key_add(name="Basis")
+    steps.move(obj, [3], (0.0, 0.0, 2.0), obj.data.shape_keys.key_blocks["Basis"])
+    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    assert np.array_equal(steps.key_positions(obj, "Pose"), steps.key_positions(obj, "Basis"))
+
+
+def test_add_pose_key_beside_others_leaves_them_as_they_are():
+    obj = steps.posed_grid(meshes.grid())
+    before = snapshot(obj)["keys"]
+    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    assert snapshot(obj)["keys"][:2] == before
+    assert obj.active_shape_key.name == "Pose.001"
+
+
+def test_anchor_list_by_operators():
+    obj = meshes.grid()
+    steps.add_group(obj, "First", [0])
+    steps.add_group(obj, "Second", [1])
+    obj.vertex_groups.active_index = 1
+    assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}  # the active group
+    assert bpy.ops.meanvalue.add_anchor_group(group="First") == {'FINISHED'}
+    settings = obj.meanvalue
+    assert [group.name for group in settings.anchor_groups] == ["Second", "First"]
+    settings.active_anchor_group = 0
+    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    assert [group.name for group in settings.anchor_groups] == ["First"]
+    assert obj.vertex_groups.keys() == ["First", "Second"]
+
+
+def test_the_order_of_the_list_does_not_matter(part):
+    obj = steps.posed_grid(meshes.grid())
+    obj.meanvalue.anchor_groups.move(0, 1)
+    assert part("bridge.object_status").status(obj).state.name == "BOUND"
+
+
+def test_weight_zero_is_no_member():
+    obj = meshes.grid()
+    group = steps.add_group(obj, "A", [0, 4, 20])
+    group.add([24], 0.0, 'REPLACE')
+    bpy.ops.meanvalue.add_anchor_group(group="A")
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert obj.meanvalue.bound.anchor_count == 3

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small mesh objects by class, active and in Object Mode."""
+
+import math
+
+import bpy
+
+
+def make_object(vertices, faces, name="Thing"):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices, [], faces)
+    mesh.update()
+    obj = bpy.data.objects.new(name, mesh)
+    bpy.context.collection.objects.link(obj)
+    activate(obj)
+    return obj
+
+
+def activate(obj):
+    for other in bpy.context.view_layer.objects:
+        other.select_set(other == obj)
+    bpy.context.view_layer.objects.active = obj
+
+
+def grid(columns=5, rows=5, name="Grid"):
+    """Wavy quads, open; vertex index is row * columns + column."""
+    vertices = [
+        (column, row, 0.3 * math.sin(1.3 * column + 0.4 * row)) for row in range(rows) for column in range(columns)
+    ]
+    return make_object(vertices, _grid_faces(columns, rows), name)
+
+
+def textured_grid(columns=5, rows=5):
+    """A grid with a UV map, two materials, a smooth face and a crease of its own."""
+    obj = grid(columns, rows, "Textured")
+    mesh = obj.data
+    uv_map = mesh.uv_layers.new(name="Map")
+    for loop, uv in zip(mesh.loops, uv_map.data):
+        uv.uv = (loop.vertex_index * 0.01, 1.0 - loop.vertex_index * 0.02)
+    for material_name in ("Skin", "Cloth"):
+        mesh.materials.append(bpy.data.materials.new(material_name))
+    for polygon in mesh.polygons:
+        polygon.material_index = polygon.index % 2
+        polygon.use_smooth = polygon.index % 3 == 0
+    return obj
+
+
+def tube(rings=9, segments=8, name="Tube"):
+    """A closed tube along z with a 40-degree bulge; vertex index is ring * segments + segment."""
+    vertices = []
+    for ring in range(rings):
+        radius = 1.0 + 0.2 * math.sin(math.pi * ring / (rings - 1))
+        for segment in range(segments):
+            angle = 2.0 * math.pi * segment / segments
+            vertices.append((radius * math.cos(angle), radius * math.sin(angle), 0.6 * ring))
+    faces = []
+    for ring in range(rings - 1):
+        for segment in range(segments):
+            following = (segment + 1) % segments
+            low, high = ring * segments, (ring + 1) * segments
+            faces.append((low + segment, low + following, high + following, high + segment))
+    faces.append(tuple(reversed(range(segments))))
+    faces.append(tuple(range((rings - 1) * segments, rings * segments)))
+    return make_object(vertices, faces, name)
+
+
+def two_parts():
+    """Two separate 4 x 4 grids in one mesh: vertices 0-15 and 16-31."""
+    first = [(column, row, 0.2 * column * row) for row in range(4) for column in range(4)]
+    second = [(x + 10.0, y, z) for x, y, z in first]
+    faces = _grid_faces(4, 4)
+    return make_object(first + second, faces + [tuple(16 + i for i in face) for face in faces], "Two Parts")
+
+
+def _grid_faces(columns, rows):
+    return [
+        (low, low + 1, low + columns + 1, low + columns)
+        for row in range(rows - 1)
+        for low in range(row * columns, row * columns + columns - 1)
+    ]

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an artist does, step by step."""
+
+import contextlib
+
+import bpy
+import numpy as np
+import pytest
+
+
+def add_group(obj, name, indices, weight=1.0):
+    group = obj.vertex_groups.new(name=name)
+    group.add(list(indices), weight, 'REPLACE')
+    return group
+
+
+def list_anchors(obj, **groups):
+    """list_anchors(obj, Hand=[1, 2]) makes the vertex groups and lists them as anchors, by the operator."""
+    for name, indices in groups.items():
+        add_group(obj, name, indices)
+        assert bpy.ops.meanvalue.add_anchor_group(group=name) == {'FINISHED'}
+
+
+def move(obj, indices, offset, key=None):
+    """Moves vertices of a shape key (the active one), as an artist would do in Edit Mode."""
+    key = key or obj.active_shape_key
+    for index in indices:
+        key.data[index].co = [a + b for a, b in zip(key.data[index].co, offset)]
+    obj.data.update_tag()
+
+
+def bound_grid(obj):
+    """Anchors at three corners of a 5 x 5 grid, bound."""
+    list_anchors(obj, Corners=[0, 4, 20], Tip=[24])
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    return obj
+
+
+def posed_grid(obj, offset=(0.0, 0.5, 1.0)):
+    """bound_grid with a pose key in which the tip was moved."""
+    bound_grid(obj)
+    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    move(obj, [24], offset)
+    return obj
+
+
+def solve():
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+
+
+def key_positions(obj, name):
+    key = obj.data.shape_keys.key_blocks[name]
+    return np.array([tuple(point.co) for point in key.data], np.float32)
+
+
+def edit_mesh(obj, edit):
+    """Calls edit(bmesh) in Edit Mode, then goes back to Object Mode."""
+    import bmesh
+
+    bpy.ops.object.mode_set(mode='EDIT')
+    edit(bmesh.from_edit_mesh(obj.data))
+    bmesh.update_edit_mesh(obj.data)
+    bpy.ops.object.mode_set(mode='OBJECT')
+
+
+@contextlib.contextmanager
+def refused(*texts):
+    """The operator called inside reports an error that has all `texts`."""
+    with pytest.raises(RuntimeError) as caught:
+        yield
+    message = str(caught.value)
+    for text in texts:
+        assert text in message, message

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the panel, the list and the preferences say in each state, drawn into a layout that only listens.
+
+Pictures of the real thing: ui/panel_pictures.py.
+"""
+
+import types
+
+import bpy
+import pytest
+from support import meshes, steps
+from support.snapshot import assert_same, snapshot
+
+
+class ListeningLayout:
+    """Takes every call of UILayout, for itself and what it contains, and remembers the texts and operators."""
+
+    def __init__(self, told=None):
+        self.__dict__["told"] = [] if told is None else told
+
+    def __setattr__(self, _name, _value):
+        pass
+
+    def __getattr__(self, name):
+        def call(*arguments, **options):
+            words = [str(argument) for argument in arguments if isinstance(argument, str)]
+            self.told.append(" ".join([name, *words, str(options.get("text", ""))]))
+            return ListeningLayout(self.told)
+
+        return call
+
+    @property
+    def text(self):
+        return "\n".join(self.told)
+
+    @property
+    def labels(self):
+        return " ".join(line[len("label ") :] for line in self.told if line.startswith("label "))
+
+
+def context_of(obj):
+    return types.SimpleNamespace(
+        object=obj,
+        preferences=types.SimpleNamespace(system=types.SimpleNamespace(ui_scale=1.0)),  # it is 0 without a window
+        region=types.SimpleNamespace(width=300),
+    )
+
+
+@pytest.fixture
+def draw(part):
+    """draw(obj): the panel drawn for obj, some time after the last edit."""
+    panel = part("ui.panel").MEANVALUE_PT_panel
+
+    def draw(obj):
+        bpy.context.view_layer.update()
+        for key in part("bridge.object_status")._edited:
+            part("bridge.object_status")._edited[key] = 0.0
+        listener = types.SimpleNamespace(layout=ListeningLayout())
+        panel.draw(listener, context_of(obj))
+        return listener.layout
+
+    return draw
+
+
+def test_without_an_object(draw):
+    assert "There is no active object. Click a mesh object." in draw(None).labels
+
+
+def test_with_a_lamp(draw):
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
+    assert "'Lamp' is not a mesh" in draw(lamp).labels
+
+
+def test_every_button_is_there(draw):
+    text = draw(meshes.grid()).text
+    for name in ("bind", "unbind", "solve", "add_anchor_group", "remove_anchor_group", "add_pose_key"):
+        assert f"operator meanvalue.{name}" in text
+    for name in ("roi_group", "roi_invert", "result_key"):
+        assert name in text
+
+
+def test_states(draw):
+    obj = meshes.grid()
+    assert "No anchors are listed" in draw(obj).labels
+    steps.list_anchors(obj, A=[0, 4, 20], B=[24])
+    assert "Not bound. Press Bind" in draw(obj).labels
+    bpy.ops.meanvalue.bind()
+    labels = draw(obj).labels
+    assert "Bound: 25 vertices, 4 anchors, 21 free" in labels
+    assert "Press Add Pose Key" in labels
+    bpy.ops.meanvalue.add_pose_key()
+    assert "Add Pose Key" not in draw(obj).labels
+    steps.move(obj, [24], (0.0, 0.0, 1.0))
+    steps.solve()
+    labels = draw(obj).labels
+    assert "Solved:" in labels and "energy" in labels
+    obj.vertex_groups["A"].add([22], 1.0, 'REPLACE')
+    assert "Stale: the anchors changed. Solve will bind again" in draw(obj).labels
+    obj.meanvalue.result_key = "Basis"
+    assert "must not be overwritten" in draw(obj).labels
+
+
+def test_edit_mode(draw):
+    obj = steps.bound_grid(meshes.grid())
+    draw(obj)
+    bpy.ops.object.mode_set(mode='EDIT')
+    labels = draw(obj).labels
+    assert "Bound:" in labels
+    assert "is in Edit Mode. Go back to Object Mode." in labels
+
+
+def test_without_the_native_module(draw, part, monkeypatch):
+    loader = part("native_loader")
+    monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
+    loader.forget()
+    try:
+        layout = draw(meshes.grid())
+        assert "Install the add-on zip" in layout.labels
+        assert "operator meanvalue.bind" in layout.text
+    finally:
+        monkeypatch.undo()
+        loader.forget()
+
+
+def test_drawing_changes_nothing(draw):
+    obj = steps.posed_grid(meshes.textured_grid())
+    before = snapshot(obj)
+    draw(obj)
+    assert_same(before, snapshot(obj))
+
+
+def test_list_lines(part):
+    obj = meshes.grid()
+    steps.list_anchors(obj, A=[0, 4, 20], Gone=[1])
+    obj.vertex_groups.remove(obj.vertex_groups["Gone"])
+    part("bridge.object_status").status(obj)
+    lines = []
+    for item in obj.meanvalue.anchor_groups:
+        layout = ListeningLayout()
+        part("ui.anchor_list").MEANVALUE_UL_anchor_groups.draw_item(
+            None, context_of(obj), layout, None, item, 0, None, "", 0
+        )
+        lines.append(layout.labels)
+    assert lines == ["A 3", "Gone missing"]
+
+
+def test_preferences(part, native, monkeypatch):
+    preferences = part("preferences").MEANVALUE_AP_preferences
+    loader = part("native_loader")
+    assert preferences.bl_idname == "meanvalue_deform"
+    listener = types.SimpleNamespace(layout=ListeningLayout())
+    preferences.draw(listener, context_of(None))
+    assert f"Ready, version {native.__version__}" in listener.layout.labels
+    for _, value in loader.environment():
+        assert value in listener.layout.labels
+    monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
+    loader.forget()
+    try:
+        listener = types.SimpleNamespace(layout=ListeningLayout())
+        preferences.draw(listener, context_of(None))
+        assert "Install the add-on zip" in listener.layout.labels
+    finally:
+        monkeypatch.undo()
+        loader.forget()
+
+
+@pytest.mark.parametrize("width", [50, 200, 1000])
+def test_long_texts_are_broken_to_the_width(part, width):
+    layout = ListeningLayout()
+    context = context_of(None)
+    context.region.width = width
+    part("ui.text_box").draw_wrapped(layout, context, "word " * 60, icon='ERROR')
+    lines = [line for line in layout.told if line.startswith("label")]
+    assert layout.labels.split() == ["word"] * 60
+    assert max(len(line) for line in lines) <= max(width // 7, 16) + len("label ")

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""bridge/mesh_arrays.py and the parts of compat.py that it uses."""
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+
+
+@pytest.fixture
+def arrays(part):
+    return part("bridge.mesh_arrays")
+
+
+@pytest.fixture
+def gather(part):
+    return part("bridge.scene_input").gather
+
+
+def test_positions_are_those_of_the_vertices(arrays):
+    mesh = meshes.grid().data
+    positions = arrays.vertex_positions(mesh)
+    assert positions.dtype == np.float32 and positions.flags.c_contiguous
+    assert [tuple(vertex.co) for vertex in mesh.vertices] == [tuple(row) for row in positions.tolist()]
+
+
+def test_faces_keep_their_corners_and_sizes(arrays):
+    mesh = meshes.tube().data
+    corners, starts = arrays.faces(mesh)
+    assert corners.dtype == starts.dtype == np.int32
+    ends = [*starts[1:], len(corners)]
+    faces = [tuple(corners[start:end]) for start, end in zip(starts, ends)]
+    assert faces == [tuple(polygon.vertices) for polygon in mesh.polygons]
+
+
+def test_nothing_to_read(arrays):
+    mesh = bpy.data.meshes.new("Nothing")
+    assert arrays.vertex_positions(mesh).shape == (0, 3)
+    assert [len(array) for array in arrays.faces(mesh)] == [0, 0]
+
+
+def blender_triangles(mesh):
+    mesh.calc_loop_triangles()
+    return [tuple(triangle.vertices) for triangle in mesh.loop_triangles]
+
+
+def anchored(obj):
+    steps.list_anchors(obj, A=[0, 4, 20])
+    return obj
+
+
+def test_triangles_are_those_of_blender(arrays, gather):
+    obj = meshes.tube()
+    anchored(obj)
+    assert [tuple(t) for t in arrays.triangles(obj.data, gather(obj)).tolist()] == blender_triangles(obj.data)
+
+
+def fold(obj, sign):
+    """Bends every quad of a grid so that Blender splits it along one diagonal or the other."""
+    for vertex in obj.data.vertices:
+        row, column = divmod(vertex.index, 5)
+        vertex.co.z = sign * 0.8 * (column - row) ** 2
+        vertex.co.x += 0.5 * sign * row
+
+
+def test_triangles_are_those_of_the_rest_shape(arrays, gather):
+    """The mesh's own vertices are in another shape than the Basis."""
+    obj = meshes.grid()
+    quads = {}
+    for sign in (1, -1):
+        shaped = meshes.grid(name=f"Shape {sign}")
+        fold(shaped, sign)
+        shaped.data.update()
+        quads[sign] = blender_triangles(shaped.data)
+    assert quads[1] != quads[-1], "the two shapes should be split differently"
+
+    fold(obj, 1)
+    obj.data.update()
+    obj.shape_key_add(name="Basis")
+    fold_back = meshes.grid(name="Other")
+    fold(fold_back, -1)
+    obj.data.vertices.foreach_set("co", arrays.vertex_positions(fold_back.data).ravel())
+    obj.data.update()
+    assert blender_triangles(obj.data) == quads[-1]
+    meshes.activate(obj)
+    anchored(obj)
+    meshes_before = bpy.data.meshes.keys()
+    assert [tuple(t) for t in arrays.triangles(obj.data, gather(obj)).tolist()] == quads[1]
+    assert bpy.data.meshes.keys() == meshes_before, "the temporary mesh stays behind"
+
+
+def test_the_temporary_mesh_is_removed_if_triangulation_fails(arrays, gather, monkeypatch):
+    obj = anchored(meshes.grid())
+    bind_input = gather(obj)
+    obj.data.vertices[0].co.z += 1.0
+    before = bpy.data.meshes.keys()
+
+    def fail(_mesh):
+        raise RuntimeError("no triangles")
+
+    monkeypatch.setattr(arrays, "_loop_triangles", fail)
+    with pytest.raises(RuntimeError, match="no triangles"):
+        arrays.triangles(obj.data, bind_input)
+    assert bpy.data.meshes.keys() == before

@@ -1,0 +1,42 @@
+// Conversion between numpy arrays and the core's types, and nothing else.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue::bindings {
+
+namespace py = pybind11;
+
+/// float64, C-order; other number types are converted, which copies.
+using FloatArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// Sees an (n, 3) array without a copy. @throws InvalidInput for another shape, naming the array.
+Eigen::Map<const Positions> as_positions(const FloatArray& array, const char* name);
+
+/// @throws InvalidInput where the array is not (m, 3), not of an integer type, or out of the 32-bit range.
+Triangles as_triangles(const py::array& array, const char* name);
+
+/// @throws InvalidInput where the array is not (k,), not of an integer type, or out of the 32-bit range.
+std::vector<Index> as_indices(const py::array& array, const char* name);
+
+/// @throws InvalidInput where the array is not (n,) of bool.
+std::optional<std::vector<char>> as_flags(const std::optional<py::array>& array, const char* name);
+
+/// Moves positions into a new (n, 3) array without a copy.
+py::array_t<double> to_array(Positions&& positions);
+
+/// A read-only (n,) array that looks at `items`, kept alive by `owner`.
+template <typename T>
+py::array_t<T> view_of(const std::vector<T>& items, const py::object& owner) {
+    py::array_t<T> array(static_cast<py::ssize_t>(items.size()), items.data(), owner);
+    array.attr("flags").attr("writeable") = false;
+    return array;
+}
+
+}  // namespace meanvalue::bindings

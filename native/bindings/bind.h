@@ -1,0 +1,24 @@
+// The parts of the Python module, each bound in a file of its own.
+#pragma once
+
+#include <memory>
+
+#include <pybind11/pybind11.h>
+
+#include "meanvalue/common/execution.h"
+
+namespace meanvalue::bindings {
+
+namespace py = pybind11;
+
+void bind_execution(py::module_& module);
+void bind_encoding(py::module_& module);
+void bind_deformer(py::module_& module);
+
+/// The caller's Execution, or a fresh one where None was given. Held by the caller: no Python object is touched
+/// while the interpreter is released.
+inline std::shared_ptr<Execution> execution_or_new(std::shared_ptr<Execution> execution) {
+    return execution ? execution : std::make_shared<Execution>();
+}
+
+}  // namespace meanvalue::bindings

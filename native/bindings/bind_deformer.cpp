@@ -1,0 +1,109 @@
+#include <pybind11/stl.h>
+
+#include "bindings/arrays.h"
+#include "bindings/bind.h"
+#include "meanvalue/deform/deformer.h"
+
+namespace meanvalue::bindings {
+namespace {
+
+using SharedExecution = std::shared_ptr<Execution>;
+
+std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::array& faces,
+                                        const py::array& anchors, const std::optional<py::array>& roi,
+                                        const std::string& method, int threads,
+                                        const SharedExecution& execution) {
+    const auto positions = as_positions(vertices, "vertices");
+    const Triangles triangles = as_triangles(faces, "faces");
+    const Binding binding{positions,  triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi"),
+                          method_from_name(method), threads};
+    const SharedExecution held = execution_or_new(execution);
+    const py::gil_scoped_release released;
+    return std::make_unique<Deformer>(binding, *held);
+}
+
+Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,
+               double tolerance, int max_iterations, const SharedExecution& execution) {
+    const auto target_positions = as_positions(targets, "targets");
+    std::optional<PositionsView> start_positions;
+    if (start) start_positions.emplace(as_positions(*start, "start"));
+    const SharedExecution held = execution_or_new(execution);
+    const py::gil_scoped_release released;
+    return deformer.solve(target_positions, start_positions, SolveOptions{tolerance, max_iterations}, *held);
+}
+
+py::array_t<double> solution_vertices(const py::object& self) {
+    auto& solution = self.cast<Solution&>();
+    return py::array_t<double>({static_cast<py::ssize_t>(solution.vertices.rows()), py::ssize_t{3}},
+                               solution.vertices.data(), self);
+}
+
+void bind_reports(py::module_& module) {
+    py::class_<Component>(module, "Component", "One connected part of a bound mesh.")
+        .def_readonly("vertex_count", &Component::vertex_count)
+        .def_readonly("free_count", &Component::free_count)
+        .def_readonly("fixed_count", &Component::fixed_count)
+        .def_readonly("first_vertex", &Component::first_vertex, "int: its lowest vertex number.")
+        .def_readonly("undetermined", &Component::undetermined,
+                      "int: degrees of freedom of a similarity that its fixed points leave open, 7, 4, 1 or 0.\n"
+                      "Along those, its free vertices stay as near as can be to where a solve starts.");
+
+    py::class_<BindReport>(module, "BindReport", "What bind found, and what it cost.")
+        .def_readonly("vertex_count", &BindReport::vertex_count)
+        .def_readonly("free_count", &BindReport::free_count)
+        .def_readonly("anchor_count", &BindReport::anchor_count)
+        .def_readonly("row_count", &BindReport::row_count, "int: residuals that take part in a solve.")
+        .def_readonly("detached_triangle_count", &BindReport::detached_triangle_count,
+                      "int: triangles that fit no manifold and were kept as loose pieces.")
+        .def_readonly("guarded", &BindReport::guarded, "list of int: vertices encoded by a fallback rule.")
+        .def_readonly("guarded_reasons", &BindReport::guarded_reasons, "dict: reason -> number of vertices.")
+        .def_readonly("components", &BindReport::components)
+        .def_readonly("timings", &BindReport::timings, "dict: stage -> seconds.")
+        .def_readonly("bytes", &BindReport::bytes, "int: held by encoding and linear system, without its factor.");
+
+    py::class_<Solution>(module, "Solution", "The result of one solve.")
+        .def_property_readonly("vertices", &solution_vertices,
+                               "(n, 3) float64: anchors exactly at their targets, fixed vertices exactly at rest.")
+        .def_readonly("energy", &Solution::energy,
+                      "float: G over the rows that depend on free vertices, squared units of the input.")
+        .def_readonly("initial_energy", &Solution::initial_energy)
+        .def_readonly("energies", &Solution::energies, "list: G at the start and after each iteration.")
+        .def_readonly("initial_gradient", &Solution::initial_gradient, "float: |dG/dV'| at the start.")
+        .def_readonly("gradient", &Solution::gradient, "float: |dG/dV'| at the last linearisation.")
+        .def_readonly("iterations", &Solution::iterations)
+        .def_readonly("converged", &Solution::converged)
+        .def_readonly("stop_reason", &Solution::stop_reason)
+        .def_readonly("timings", &Solution::timings, "dict: stage -> seconds, and 'total'.");
+}
+
+}  // namespace
+
+void bind_deformer(py::module_& module) {
+    bind_reports(module);
+    const SolveOptions defaults;
+    py::class_<Deformer>(module, "Deformer",
+                         "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
+        .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
+             py::arg("roi") = py::none(), py::arg("method") = "full", py::arg("threads") = 0,
+             py::arg("execution") = py::none(),
+             "Bind a mesh.\n\n"
+             "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
+             "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
+             "method: 'full', equation 15 to convergence from the rest pose (paper, section 2.3).\n"
+             "threads: 0 for every core; results do not depend on it.\n"
+             "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
+        .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
+             py::arg("tolerance") = defaults.tolerance, py::arg("max_iterations") = defaults.max_iterations,
+             py::arg("execution") = py::none(),
+             "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
+             "targets: (k, 3), in the order of the anchors, which meet them exactly.\n"
+             "start: (n, 3) where the free vertices begin, None for the rest shape.\n"
+             "tolerance: stop when no vertex would move farther than this share of the rest shape's\n"
+             "bounding-box diagonal. Returns a Solution.\n"
+             "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
+             "calls waits for the first.")
+        .def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
+                               "BindReport: what bind found, and what it cost.");
+}
+
+}  // namespace meanvalue::bindings

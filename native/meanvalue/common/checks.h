@@ -1,0 +1,12 @@
+// What is checked of numbers that come in from outside.
+#pragma once
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// @param name what the caller calls the array.
+/// @throws InvalidInput that names the first row with a coordinate that is not finite.
+void require_finite(const PositionsView& positions, const char* name);
+
+}  // namespace meanvalue

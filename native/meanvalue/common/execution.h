@@ -1,0 +1,37 @@
+// Cancel and progress of one long operation, shared between the thread that works and those that watch.
+#pragma once
+
+#include <atomic>
+
+namespace meanvalue {
+
+/// Passed down to everything that may take long. Every member may be called from any thread.
+/// One object serves one operation: once cancelled, it stays cancelled.
+class Execution {
+  public:
+    Execution() = default;
+    Execution(const Execution&) = delete;
+    Execution& operator=(const Execution&) = delete;
+
+    /// Asks the operation to stop; it throws Cancelled within about 100 ms.
+    void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
+    bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+
+    /// @throws Cancelled after cancel(); called inside every long loop.
+    void check() const;
+
+    /// Names what is being done. @param name a string literal: it is kept, not copied.
+    void begin_stage(const char* name);
+    const char* stage() const { return stage_.load(std::memory_order_relaxed); }
+
+    /// How far the current stage is, from 0 to 1.
+    void set_progress(double fraction) { progress_.store(fraction, std::memory_order_relaxed); }
+    double progress() const { return progress_.load(std::memory_order_relaxed); }
+
+  private:
+    std::atomic<bool> cancelled_{false};
+    std::atomic<const char*> stage_{""};
+    std::atomic<double> progress_{0.0};
+};
+
+}  // namespace meanvalue

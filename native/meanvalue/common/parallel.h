@@ -1,0 +1,24 @@
+// Loops split over threads, with the same result for any number of them.
+#pragma once
+
+#include <functional>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// The number of threads that `requested` stands for: itself, or every core where it is 0.
+/// @throws InvalidInput where it is negative.
+int thread_count(int requested);
+
+/// Calls body(begin, end) on consecutive pieces that together cover [0, count).
+///
+/// Results are the same for any number of threads as long as each call writes only what belongs to its own
+/// piece. Small loops run on the calling thread. The first exception (in order of pieces) is thrown again
+/// on the calling thread once all threads have stopped. Checks for cancellation between pieces.
+/// @param threads as given by thread_count().
+void parallel_for(Index count, int threads, const Execution& execution,
+                  const std::function<void(Index begin, Index end)>& body);
+
+}  // namespace meanvalue

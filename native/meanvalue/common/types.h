@@ -1,0 +1,25 @@
+// The vocabulary of the whole core: how positions, triangles and indices are stored.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace meanvalue {
+
+/// Vertex, triangle and half-edge numbers; 32 bits, as at the Python border.
+using Index = std::int32_t;
+
+using Vector3 = Eigen::Vector3d;
+using Matrix3 = Eigen::Matrix3d;
+
+/// n x 3, one row a vertex, row-major so that numpy's C-order arrays are seen without a copy.
+using Positions = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using PositionsView = Eigen::Ref<const Positions>;
+
+/// m x 3, one row a triangle, vertices counter-clockwise seen from outside.
+using Triangles = Eigen::Matrix<Index, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using TrianglesView = Eigen::Ref<const Triangles>;
+
+}  // namespace meanvalue

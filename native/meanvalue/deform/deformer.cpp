@@ -1,0 +1,141 @@
+#include "meanvalue/deform/deformer.h"
+
+#include <cmath>
+
+#include "meanvalue/common/checks.h"
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/encoder.h"
+#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/solver/levenberg_marquardt.h"
+
+namespace meanvalue {
+namespace {
+
+/// n flags: anchors, and what lies outside the region of influence.
+std::vector<char> fixed_flags(const Binding& binding) {
+    const Index vertex_count = static_cast<Index>(binding.vertices.rows());
+    std::vector<char> fixed(vertex_count, 0);
+    std::vector<Index> named_by(vertex_count, -1);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
+        const Index v = binding.anchors[k];
+        if (v < 0 || v >= vertex_count) {
+            throw InvalidInput(message("anchor ", k, " is vertex ", v, ", but the mesh has ", vertex_count,
+                                       " vertices, numbered from 0"));
+        }
+        if (named_by[v] >= 0) {
+            throw InvalidInput(message("anchors ", named_by[v], " and ", k, " are both vertex ", v,
+                                       "; name each vertex once"));
+        }
+        named_by[v] = static_cast<Index>(k);
+        fixed[v] = 1;
+    }
+    if (binding.roi) {
+        if (binding.roi->size() != fixed.size()) {
+            throw InvalidInput(message("roi has ", binding.roi->size(), " entries, but the mesh has ",
+                                       vertex_count, " vertices"));
+        }
+        for (Index v = 0; v < vertex_count; ++v) fixed[v] |= static_cast<char>(!(*binding.roi)[v]);
+    }
+    return fixed;
+}
+
+double bounding_box_diagonal(const PositionsView& positions) {
+    return positions.rows() == 0 ? 0.0
+                                 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+}
+
+}  // namespace
+
+Method method_from_name(const std::string& name) {
+    if (name == "full") return Method::kFull;
+    throw InvalidInput(message("method is '", name, "'; this version knows 'full'"));
+}
+
+Deformer::Deformer(const Binding& binding, Execution& execution)
+    : rest_(binding.vertices), anchors_(binding.anchors), threads_(thread_count(binding.threads)) {
+    require_finite(binding.vertices, "vertices");
+    const std::vector<char> fixed = fixed_flags(binding);
+    diagonal_ = bounding_box_diagonal(rest_);
+    {
+        const StageTimer timer(report_.timings, "encode");
+        const TriangleMesh mesh(static_cast<Index>(rest_.rows()), binding.faces);
+        report_.detached_triangle_count = mesh.detached_count();
+        encoding_ = encode(collect_one_rings(mesh), rest_, threads_, execution);
+    }
+    {
+        execution.begin_stage("analyse");
+        const StageTimer timer(report_.timings, "analyse");
+        unknowns_ = find_unknowns(encoding_, fixed);
+        system_.emplace(encoding_, unknowns_, execution);
+        if (!unknowns_.free.empty()) cholesky_.analyse(system_->matrix().matrix(), execution);
+    }
+    report_.guarded = encoding_.guarded;
+    for (const auto& [reason, vertices] : encoding_.guarded_by_reason()) {
+        report_.guarded_reasons[reason] = static_cast<Index>(vertices.size());
+    }
+    report_.components = find_components(rest_, binding.faces, fixed);
+    report_.vertex_count = static_cast<Index>(rest_.rows());
+    report_.free_count = static_cast<Index>(unknowns_.free.size());
+    report_.anchor_count = static_cast<Index>(anchors_.size());
+    report_.row_count = static_cast<Index>(unknowns_.rows.size());
+    report_.bytes = encoding_.bytes() + system_->bytes();
+}
+
+Positions Deformer::place_start(const PositionsView& targets, const std::optional<PositionsView>& start) const {
+    if (targets.rows() != static_cast<Eigen::Index>(anchors_.size())) {
+        throw InvalidInput(
+            message("targets has ", targets.rows(), " rows, but there are ", anchors_.size(), " anchors"));
+    }
+    require_finite(targets, "targets");
+    Positions positions = rest_;
+    if (start) {
+        if (start->rows() != rest_.rows()) {
+            throw InvalidInput(
+                message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(), " vertices"));
+        }
+        require_finite(*start, "start");
+        for (const Index v : unknowns_.free) positions.row(v) = start->row(v);
+    }
+    for (std::size_t k = 0; k < anchors_.size(); ++k) positions.row(anchors_[k]) = targets.row(k);
+    return positions;
+}
+
+Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
+                         const SolveOptions& options, Execution& execution) {
+    if (!(options.tolerance > 0.0)) {
+        throw InvalidInput(message("tolerance is ", options.tolerance, "; give a positive number"));
+    }
+    if (options.max_iterations < 0) {
+        throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
+    }
+    const std::lock_guard<std::mutex> lock(solving_);
+    Solution solution;
+    solution.vertices = place_start(targets, start);
+    MinimiseOptions minimise_options;
+    minimise_options.step_tolerance = options.tolerance * diagonal_;
+    minimise_options.max_iterations = options.max_iterations;
+    minimise_options.threads = threads_;
+    Timings total;
+    MinimiseReport report;
+    {
+        const StageTimer timer(total, "total");
+        report = minimise(*system_, cholesky_, unknowns_, minimise_options, solution.vertices, execution);
+    }
+    solution.energies = report.energies;
+    if (!report.energies.empty()) {
+        solution.initial_energy = report.energies.front();
+        solution.energy = report.energies.back();
+    }
+    solution.initial_gradient = report.initial_gradient;
+    solution.gradient = report.gradient;
+    solution.iterations = report.iterations;
+    solution.converged = report.converged();
+    solution.stop_reason = describe(report.stop_reason);
+    solution.timings = report.timings;
+    solution.timings.merge(total);
+    return solution;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,105 @@
+// One bound mesh: what depends on the rest shape, the anchor set and the region of influence is done once.
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/stage_timer.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/solver/sparse_cholesky.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+/// How free vertices are found from the anchors.
+enum class Method {
+    kFull,  ///< equation 15 to convergence from the rest pose: section 2.3
+};
+
+/// @throws InvalidInput for an unknown name, listing the known ones.
+Method method_from_name(const std::string& name);
+
+/// What a Deformer is bound to.
+struct Binding {
+    PositionsView vertices;  ///< n x 3 rest positions
+    TrianglesView faces;     ///< m x 3
+    std::vector<Index> anchors;
+    std::optional<std::vector<char>> roi;  ///< n flags, true may move; none: every vertex may
+    Method method = Method::kFull;
+    int threads = 0;  ///< 0: every core
+};
+
+/// What bind found, and what it cost.
+struct BindReport {
+    Index vertex_count = 0;
+    Index free_count = 0;
+    Index anchor_count = 0;
+    Index row_count = 0;                ///< residuals that take part in a solve
+    Index detached_triangle_count = 0;  ///< triangles that fit no manifold; see TriangleMesh
+    std::vector<Index> guarded;                    ///< vertices encoded by a fallback rule
+    std::map<std::string, Index> guarded_reasons;  ///< how many vertices each reason applies to
+    std::vector<Component> components;
+    Timings timings;        ///< seconds by stage
+    std::size_t bytes = 0;  ///< held by the encoding and the linear system, without the factor
+};
+
+struct SolveOptions {
+    double tolerance = 1e-6;  ///< share of the rest shape's bounding-box diagonal that a vertex may still move
+    int max_iterations = 100;
+};
+
+struct Solution {
+    Positions vertices;  ///< n x 3; anchors exactly at their targets, fixed vertices exactly at rest
+    double energy = 0.0;  ///< G over the rows that depend on free vertices, squared units of the input
+    double initial_energy = 0.0;
+    double initial_gradient = 0.0;  ///< norm of dG/dV' at the start
+    double gradient = 0.0;          ///< and at the last linearisation
+    std::vector<double> energies;   ///< G at the start and after each iteration
+    int iterations = 0;
+    bool converged = false;
+    std::string stop_reason;
+    Timings timings;  ///< seconds by stage
+};
+
+/// A mesh bound to its anchors. Expensive to make, cheap to solve again for other targets.
+class Deformer {
+  public:
+    /// @throws InvalidInput (numbers out of range, positions that are not finite, an anchor named twice, ...),
+    ///         SolverFailure, Cancelled.
+    Deformer(const Binding& binding, Execution& execution);
+    Deformer(const Deformer&) = delete;
+    Deformer& operator=(const Deformer&) = delete;
+
+    /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
+    /// @param targets k x 3, in the order of the anchors.
+    /// @param start n x 3 of which the free vertices' rows are used, or none for the rest shape.
+    /// @throws InvalidInput, SolverFailure, Cancelled; the deformer stays usable. From any thread;
+    ///         a second caller waits for the first.
+    Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
+                   const SolveOptions& options, Execution& execution);
+
+    const BindReport& report() const { return report_; }
+
+  private:
+    Positions place_start(const PositionsView& targets, const std::optional<PositionsView>& start) const;
+
+    std::mutex solving_;
+    Positions rest_;
+    std::vector<Index> anchors_;
+    int threads_;
+    double diagonal_ = 0.0;  // of the rest shape's bounding box
+    BindReport report_;
+    Encoding encoding_;
+    Unknowns unknowns_;
+    std::optional<GaussNewtonSystem> system_;
+    SparseCholesky cholesky_;
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,49 @@
+#include "meanvalue/encoding/encoding.h"
+
+#include <array>
+#include <utility>
+
+namespace meanvalue {
+namespace {
+
+constexpr std::array<std::pair<GuardReason, const char*>, 7> kReasonNames = {{
+    {kOnRingEdge, "on ring edge"},
+    {kOnRingVertex, "on ring vertex"},
+    {kLargeWeights, "large weights"},
+    {kSteepEdge, "steep edge"},
+    {kExtendedRing, "extended ring"},
+    {kNonManifold, "non-manifold"},
+    {kNotPredictable, "not predictable"},
+}};
+
+template <typename T>
+std::size_t bytes_of(const std::vector<T>& items) {
+    return items.capacity() * sizeof(T);
+}
+
+}  // namespace
+
+EncodedRing Encoding::ring_of(Index vertex) const {
+    const Index begin = ring_offsets[vertex];
+    const Index steep = steep_offset[vertex];
+    return {ring.data() + begin, weights.data() + begin, heights.data() + begin,
+            steep < 0 ? nullptr : steep_weights.data() + steep, ring_offsets[vertex + 1] - begin};
+}
+
+std::map<std::string, std::vector<Index>> Encoding::guarded_by_reason() const {
+    std::map<std::string, std::vector<Index>> result;
+    for (std::size_t k = 0; k < guarded.size(); ++k) {
+        for (const auto& [reason, name] : kReasonNames) {
+            if ((guard_reasons[k] & reason) != 0) result[name].push_back(guarded[k]);
+        }
+    }
+    return result;
+}
+
+std::size_t Encoding::bytes() const {
+    return bytes_of(ring_offsets) + bytes_of(ring) + bytes_of(weights) + bytes_of(cotangents) +
+           bytes_of(heights) + bytes_of(guarded) + bytes_of(guard_reasons) + bytes_of(steep_offset) +
+           bytes_of(steep_weights);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,87 @@
+#include "meanvalue/encoding/mean_value_weights.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+
+namespace meanvalue {
+namespace {
+
+// The half-angle formula divides by 1 + cos(angle) down to here, and by sin(angle) below, where the first cancels.
+constexpr double kStraightAngle = 1e-9;
+// Both 1 + cos and |sin| below kStraightAngle: the vertex is on the line between two ring vertices.
+// A projected neighbour nearer than this share of the mean is on the vertex itself.
+constexpr double kCoincident = 1e-6;
+// Sums of |w| are 1.0 to 1.1 on sane rings and up to 3.2 at the corners of open ones.
+constexpr double kLargestAmplification = 4.0;
+
+void put_all_on(std::size_t k, std::vector<double>& weights) {
+    std::fill(weights.begin(), weights.end(), 0.0);
+    weights[k] = 1.0;
+}
+
+}  // namespace
+
+WeightRule mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights) {
+    const std::size_t valence = ring.radius.size();
+    weights.assign(valence, 0.0);
+    const std::size_t nearest =
+        std::min_element(ring.radius.begin(), ring.radius.end()) - ring.radius.begin();
+    if (ring.radius[nearest] < kCoincident * ring.mean_radius) {
+        put_all_on(nearest, weights);
+        return WeightRule::kOnRingVertex;
+    }
+    for (std::size_t k = 0; k < valence; ++k) {
+        const std::size_t next = (k + 1) % valence;
+        const double product = ring.radius[k] * ring.radius[next];
+        const double dot = ring.tangential[k].dot(ring.tangential[next]);
+        const double cross = ring.normal.dot(ring.tangential[k].cross(ring.tangential[next]));
+        double half_tangent = 0.0;
+        if (product + dot > kStraightAngle * product) {
+            half_tangent = cross / (product + dot);
+        } else if (std::abs(cross) > kStraightAngle * product) {
+            half_tangent = (product - dot) / cross;
+        } else {
+            std::fill(weights.begin(), weights.end(), 0.0);
+            const double length = ring.radius[k] + ring.radius[next];
+            weights[k] = ring.radius[next] / length;
+            weights[next] = ring.radius[k] / length;
+            return WeightRule::kOnRingEdge;
+        }
+        weights[k] += half_tangent / ring.radius[k];
+        weights[next] += half_tangent / ring.radius[next];
+    }
+    double sum = 0.0;
+    for (const double weight : weights) sum += weight;
+    for (double& weight : weights) weight /= sum;
+    return WeightRule::kMeanValue;
+}
+
+bool weights_are_tame(const std::vector<double>& weights) {
+    double amplification = 0.0;
+    for (const double weight : weights) amplification += std::abs(weight);
+    return amplification <= kLargestAmplification;  // false for NaN too
+}
+
+void least_norm_weights(const ProjectedRing& ring, std::vector<double>& weights) {
+    // Correct 1/m by the shortest vector d with sum d = 0 and sum d_j T_j = -sum T_j / m.
+    const Eigen::Index valence = static_cast<Eigen::Index>(ring.radius.size());
+    const Vector3 axis_u = ring.normal.unitOrthogonal();
+    const Vector3 axis_v = ring.normal.cross(axis_u);
+    Eigen::Matrix<double, 3, Eigen::Dynamic> conditions(3, valence);
+    for (Eigen::Index j = 0; j < valence; ++j) {
+        const Vector3 scaled = ring.tangential[j] / ring.mean_radius;
+        conditions.col(j) << 1.0, axis_u.dot(scaled), axis_v.dot(scaled);
+    }
+    const double uniform = 1.0 / static_cast<double>(valence);
+    const Vector3 wanted(1.0, 0.0, 0.0);
+    const Vector3 missing = wanted - conditions.rowwise().sum() * uniform;
+    const auto solver = conditions.completeOrthogonalDecomposition();
+    Eigen::VectorXd result = solver.solve(missing).array() + uniform;
+    result += solver.solve(wanted - conditions * result);  // one refinement: reproduction to rounding
+    weights.assign(result.data(), result.data() + valence);
+}
+
+}  // namespace meanvalue

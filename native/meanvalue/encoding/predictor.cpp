@@ -1,0 +1,119 @@
+#include "meanvalue/encoding/predictor.h"
+
+#include <Eigen/Geometry>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/projection_plane.h"
+
+namespace meanvalue {
+namespace {
+
+/// p = sum_j w_j v_j, summed about the first ring vertex so that nothing is lost far from the origin.
+Vector3 weighted_centre(const EncodedRing& ring, const PositionsView& positions) {
+    const Vector3 origin = positions.row(ring.ring[0]);
+    Vector3 sum = Vector3::Zero();
+    for (Index k = 1; k < ring.valence; ++k) {
+        sum += ring.weights[k] * (Vector3(positions.row(ring.ring[k])) - origin);
+    }
+    return origin + sum;
+}
+
+/// q = sum_j (u_j - w_j) v_j: how far a steep ring's own centre is from p.
+Vector3 steep_offset(const EncodedRing& ring, const PositionsView& positions) {
+    const Vector3 origin = positions.row(ring.ring[0]);
+    Vector3 sum = Vector3::Zero();
+    for (Index k = 1; k < ring.valence; ++k) {
+        const double difference = ring.normal_weights[k] - ring.weights[k];
+        sum += difference * (Vector3(positions.row(ring.ring[k])) - origin);
+    }
+    return sum;
+}
+
+Matrix3 cross_matrix(const Vector3& v) {
+    Matrix3 matrix;
+    matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+    return matrix;
+}
+
+}  // namespace
+
+Vector3 predict(const EncodedRing& ring, const PositionsView& positions) {
+    const Vector3 centre = weighted_centre(ring, positions);
+    const Vector3 normal = ring_normal(positions, ring.ring, ring.valence).normal;
+    double offset = 0.0;
+    for (Index k = 0; k < ring.valence; ++k) {
+        const Vector3 difference = centre - Vector3(positions.row(ring.ring[k]));
+        offset += ring.heights[k] * (difference - normal.dot(difference) * normal).norm();
+    }
+    if (ring.normal_weights != nullptr) offset += normal.dot(steep_offset(ring, positions));
+    return centre + offset * normal;
+}
+
+Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& positions, Matrix3* blocks) {
+    const Vector3 centre = weighted_centre(ring, positions);
+    const RingNormal plane = ring_normal(positions, ring.ring, ring.valence);
+    const Vector3& normal = plane.normal;
+    const bool has_normal = plane.length > 0.0;
+
+    // e_j of each ring vertex: the unit tangential direction from it to p. Kept in the blocks' memory.
+    double offset = 0.0;
+    Vector3 pull = Vector3::Zero();  // sum_j c_j e_j
+    Vector3 tilt = Vector3::Zero();  // how the offset changes with the normal: q - sum_j c_j (n . D_j) e_j
+    for (Index k = 0; k < ring.valence; ++k) {
+        const Vector3 difference = centre - Vector3(positions.row(ring.ring[k]));
+        const double along = normal.dot(difference);
+        const Vector3 tangential = difference - along * normal;
+        const double length = tangential.norm();
+        const Vector3 direction = length > 0.0 ? Vector3(tangential / length) : Vector3::Zero();
+        offset += ring.heights[k] * length;
+        pull += ring.heights[k] * direction;
+        tilt -= ring.heights[k] * along * direction;
+        blocks[k].col(0) = direction;
+    }
+    if (ring.normal_weights != nullptr) {
+        const Vector3 difference = steep_offset(ring, positions);
+        offset += normal.dot(difference);
+        tilt += difference;
+    }
+
+    // dF/dn dn/dN, common to all k: (s I + n tilt^T) (I - n n^T) / |N|
+    Matrix3 by_area = Matrix3::Zero();
+    if (has_normal) {
+        const Matrix3 tangent_plane = (Matrix3::Identity() - normal * normal.transpose()) / plane.length;
+        by_area = (offset * Matrix3::Identity() + normal * tilt.transpose()) * tangent_plane;
+    }
+    for (Index k = 0; k < ring.valence; ++k) {
+        const Vector3 direction = blocks[k].col(0);
+        Vector3 offset_gradient = ring.weights[k] * pull - ring.heights[k] * direction;
+        if (ring.normal_weights != nullptr) {
+            offset_gradient += (ring.normal_weights[k] - ring.weights[k]) * normal;
+        }
+        const Vector3 previous = positions.row(ring.ring[k == 0 ? ring.valence - 1 : k - 1]);
+        const Vector3 next = positions.row(ring.ring[k + 1 == ring.valence ? 0 : k + 1]);
+        blocks[k] = ring.weights[k] * Matrix3::Identity() + normal * offset_gradient.transpose() +
+                    by_area * cross_matrix(previous - next);
+    }
+    return centre + offset * normal;
+}
+
+Positions predict_all(const Encoding& encoding, const PositionsView& positions, int threads,
+                      const Execution& execution) {
+    Positions predicted(positions.rows(), 3);
+    parallel_for(encoding.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            if (encoding.predictable(v)) {
+                predicted.row(v) = predict(encoding.ring_of(v), positions);
+            } else {
+                predicted.row(v) = positions.row(v);
+            }
+        }
+    });
+    return predicted;
+}
+
+double energy(const Encoding& encoding, const PositionsView& positions, int threads,
+              const Execution& execution) {
+    return 0.5 * (positions - predict_all(encoding, positions, threads, execution)).squaredNorm();
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,83 @@
+#include "meanvalue/encoding/ring_extension.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unordered_set>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+#include "meanvalue/encoding/projection_plane.h"
+
+namespace meanvalue {
+namespace {
+
+constexpr int kWidestExtension = 3;
+
+/// The direction in which the points vary least. Its sign is arbitrary: reversing it reverses the ring, its
+/// normal and the heights alike, and the predictor stays the same.
+Vector3 plane_normal(const PositionsView& positions, const std::vector<Index>& points, const Vector3& centroid) {
+    Matrix3 covariance = Matrix3::Zero();
+    for (const Index v : points) {
+        const Vector3 offset = Vector3(positions.row(v)) - centroid;
+        covariance += offset * offset.transpose();
+    }
+    return Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvectors().col(0);
+}
+
+std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::vector<Index>& points) {
+    Vector3 centroid = Vector3::Zero();
+    for (const Index v : points) centroid += Vector3(positions.row(v));
+    centroid /= static_cast<double>(points.size());
+    const Vector3 normal = plane_normal(positions, points, centroid);
+    const Vector3 axis_u = normal.unitOrthogonal();
+    const Vector3 axis_v = normal.cross(axis_u);
+    std::vector<double> angle_rad(points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const Vector3 offset = Vector3(positions.row(points[k])) - centroid;
+        angle_rad[k] = std::atan2(axis_v.dot(offset), axis_u.dot(offset));
+    }
+    std::vector<std::size_t> order(points.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return angle_rad[a] < angle_rad[b]; });
+    std::vector<Index> sorted;
+    sorted.reserve(points.size());
+    for (const std::size_t k : order) sorted.push_back(points[k]);
+    return sorted;
+}
+
+}  // namespace
+
+bool spans_a_plane(const PositionsView& positions, const std::vector<Index>& ring) {
+    if (ring.size() < 3) return false;
+    double perimeter = 0.0;
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+        perimeter += (positions.row(ring[(k + 1) % ring.size()]) - positions.row(ring[k])).norm();
+    }
+    const RingNormal plane = ring_normal(positions, ring.data(), static_cast<Index>(ring.size()));
+    return plane.length > kMinimalRingArea * perimeter * perimeter;
+}
+
+std::vector<Index> extended_ring(const PositionsView& positions, const OneRings& rings, Index vertex) {
+    std::vector<Index> reached(rings.begin(vertex), rings.end(vertex));
+    std::unordered_set<Index> known(reached.begin(), reached.end());
+    known.insert(vertex);
+    std::size_t border = 0;
+    for (int width = 2; width <= kWidestExtension; ++width) {
+        const std::size_t border_end = reached.size();
+        for (; border < border_end; ++border) {
+            const Index neighbour = reached[border];
+            for (const Index* j = rings.begin(neighbour); j != rings.end(neighbour); ++j) {
+                if (known.insert(*j).second) reached.push_back(*j);
+            }
+        }
+        if (reached.size() < 3) continue;
+        std::vector<Index> ring = sorted_by_angle(positions, reached);
+        if (spans_a_plane(positions, ring)) return ring;
+    }
+    return {};
+}
+
+}  // namespace meanvalue

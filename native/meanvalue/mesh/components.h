@@ -1,0 +1,27 @@
+// The parts of a mesh, and what the fixed vertices of each part leave undetermined.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// One connected part of a mesh.
+struct Component {
+    Index vertex_count = 0;
+    Index free_count = 0;
+    Index fixed_count = 0;
+    /// Degrees of freedom of a similarity that the fixed points leave open: 7 without any, 4 with one,
+    /// 1 with two or with collinear ones, 0 with three that are not collinear.
+    int undetermined = 7;
+    Index first_vertex = 0;  ///< the lowest vertex number in it, to name it by
+};
+
+/// Splits the mesh into parts that hang together by triangles; a loose vertex is a part of its own.
+/// @param positions n x 3 rest positions; @param is_fixed n flags.
+/// @return the parts, ordered by their first vertex. Cost: linear.
+std::vector<Component> find_components(const PositionsView& positions, const TrianglesView& faces,
+                                       const std::vector<char>& is_fixed);
+
+}  // namespace meanvalue

@@ -1,0 +1,40 @@
+#include "meanvalue/mesh/one_ring.h"
+
+#include <algorithm>
+
+namespace meanvalue {
+namespace {
+
+const Fan& largest(const std::vector<Fan>& fans) {
+    return *std::max_element(fans.begin(), fans.end(),
+                             [](const Fan& a, const Fan& b) { return a.ring.size() < b.ring.size(); });
+}
+
+RingKind kind_of(const std::vector<Fan>& fans) {
+    if (fans.empty()) return RingKind::kLoose;
+    if (fans.size() > 1) return RingKind::kNonManifold;
+    return fans.front().closed ? RingKind::kClosed : RingKind::kOpen;
+}
+
+}  // namespace
+
+OneRings collect_one_rings(const TriangleMesh& mesh) {
+    OneRings rings;
+    rings.offsets.reserve(mesh.vertex_count() + 1);
+    rings.kinds.reserve(mesh.vertex_count());
+    rings.vertices.reserve(mesh.vertex_count() * 6);
+    rings.offsets.push_back(0);
+    std::vector<Fan> fans;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        mesh.collect_fans(v, fans);
+        rings.kinds.push_back(kind_of(fans));
+        if (!fans.empty()) {
+            const std::vector<Index>& ring = largest(fans).ring;
+            rings.vertices.insert(rings.vertices.end(), ring.begin(), ring.end());
+        }
+        rings.offsets.push_back(static_cast<Index>(rings.vertices.size()));
+    }
+    return rings;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,34 @@
+// The one-ring of every vertex, in the order that the encoding needs it.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/types.h"
+#include "meanvalue/mesh/triangle_mesh.h"
+
+namespace meanvalue {
+
+/// Where the neighbours of a vertex come from; OneRings::kind.
+enum class RingKind : std::uint8_t {
+    kClosed,       ///< the triangles go all the way round
+    kOpen,         ///< on a boundary; the ring is closed by the chord from its last to its first vertex
+    kNonManifold,  ///< several fans meet here; the largest one was taken
+    kLoose,        ///< in no triangle; the ring is empty
+};
+
+/// The rings of all n vertices, one after another (compressed rows).
+struct OneRings {
+    std::vector<Index> offsets;  ///< n + 1; ring i is vertices[offsets[i]] to vertices[offsets[i + 1] - 1]
+    std::vector<Index> vertices;
+    std::vector<RingKind> kinds;  ///< n
+
+    Index vertex_count() const { return static_cast<Index>(kinds.size()); }
+    Index valence(Index vertex) const { return offsets[vertex + 1] - offsets[vertex]; }
+    const Index* begin(Index vertex) const { return vertices.data() + offsets[vertex]; }
+    const Index* end(Index vertex) const { return vertices.data() + offsets[vertex + 1]; }
+};
+
+/// Reads the ring of every vertex off the mesh, counter-clockwise seen from outside. Cost: linear.
+OneRings collect_one_rings(const TriangleMesh& mesh);
+
+}  // namespace meanvalue

@@ -1,0 +1,59 @@
+#include "meanvalue/solver/block_matrix.h"
+
+#include <algorithm>
+
+namespace meanvalue {
+
+BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns) {
+    for (const std::vector<Index>& column : columns) {
+        block_row_.insert(block_row_.end(), column.begin(), column.end());
+        block_start_.push_back(static_cast<std::int64_t>(block_row_.size()));
+    }
+    const std::int64_t size = 3 * static_cast<std::int64_t>(columns.size());
+    matrix_.resize(size, size);
+    matrix_.resizeNonZeros(9 * block_start_.back());
+    std::int64_t* outer = matrix_.outerIndexPtr();
+    std::int64_t* inner = matrix_.innerIndexPtr();
+    for (std::size_t column = 0; column < columns.size(); ++column) {
+        for (int c = 0; c < 3; ++c) {
+            *outer++ = inner - matrix_.innerIndexPtr();
+            for (const Index row : columns[column]) {
+                for (int r = 0; r < 3; ++r) *inner++ = 3 * std::int64_t{row} + r;
+            }
+        }
+    }
+    *outer = inner - matrix_.innerIndexPtr();
+    set_zero();
+}
+
+std::int64_t BlockMatrix::find(Index row, Index column) const {
+    const auto begin = block_row_.begin() + block_start_[column];
+    const auto end = block_row_.begin() + block_start_[column + 1];
+    return std::lower_bound(begin, end, row) - block_row_.begin();
+}
+
+void BlockMatrix::set_zero() {
+    std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
+}
+
+double BlockMatrix::mean_diagonal() const {
+    double sum = 0.0;
+    for (Index column = 0; column < block_column_count(); ++column) {
+        const std::int64_t stride = 3 * (block_start_[column + 1] - block_start_[column]);
+        for (int c = 0; c < 3; ++c) sum += matrix_.valuePtr()[9 * block_start_[column] + c * stride + c];
+    }
+    return matrix_.rows() > 0 ? sum / static_cast<double>(matrix_.rows()) : 0.0;
+}
+
+void BlockMatrix::add_to_diagonal(double amount) {
+    for (Index column = 0; column < block_column_count(); ++column) {
+        add(block_start_[column], column, amount * Matrix3::Identity());
+    }
+}
+
+std::size_t BlockMatrix::bytes() const {
+    return static_cast<std::size_t>(matrix_.nonZeros()) * (sizeof(double) + sizeof(std::int64_t)) +
+           block_row_.capacity() * sizeof(Index) + block_start_.capacity() * sizeof(std::int64_t);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,48 @@
+// A symmetric sparse matrix of 3 x 3 blocks with a fixed pattern, filled anew at each iteration.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/SparseCore>
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// 64-bit offsets: the factor of a million free vertices has more than 2^31 entries.
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
+
+/// The lower triangle, by columns, with whole blocks on the diagonal: what is above the diagonal inside those
+/// must be ignored by whoever reads matrix().
+class BlockMatrix {
+  public:
+    BlockMatrix() = default;
+    /// @param columns for each block column the block rows at or below it, ascending, the diagonal first.
+    explicit BlockMatrix(const std::vector<std::vector<Index>>& columns);
+
+    /// Where block (row, column) is, for add(). @pre row >= column and the block is in the pattern.
+    std::int64_t find(Index row, Index column) const;
+
+    void set_zero();
+    void add(std::int64_t position, Index column, const Matrix3& block) {
+        const std::int64_t stride = 3 * (block_start_[column + 1] - block_start_[column]);
+        double* entry = matrix_.valuePtr() + 9 * block_start_[column] + 3 * (position - block_start_[column]);
+        for (int c = 0; c < 3; ++c, entry += stride) {
+            for (int r = 0; r < 3; ++r) entry[r] += block(r, c);
+        }
+    }
+
+    double mean_diagonal() const;
+    void add_to_diagonal(double amount);
+
+    const SparseMatrix& matrix() const { return matrix_; }
+    Index block_column_count() const { return static_cast<Index>(block_start_.size()) - 1; }
+    std::size_t bytes() const;
+
+  private:
+    std::vector<std::int64_t> block_start_ = {0};  // per block column, then the total
+    std::vector<Index> block_row_;
+    SparseMatrix matrix_;
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,117 @@
+#include "meanvalue/solver/gauss_newton_system.h"
+
+#include <algorithm>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/predictor.h"
+
+namespace meanvalue {
+namespace {
+
+// Rows between two looks at the cancel flag in serial loops: a few milliseconds.
+constexpr std::size_t kRowsPerCheck = 2048;
+
+}  // namespace
+
+GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, Execution& execution)
+    : encoding_(encoding), unknowns_(unknowns) {
+    term_offsets_.push_back(0);
+    for (const Index i : unknowns_.rows) {
+        // The vertex's own term first, then its ring in order: linearise() relies on it.
+        if (unknowns_.slot[i] >= 0) term_columns_.push_back(unknowns_.slot[i]);
+        for (Index k = encoding_.ring_offsets[i]; k < encoding_.ring_offsets[i + 1]; ++k) {
+            const Index column = unknowns_.slot[encoding_.ring[k]];
+            if (column >= 0) term_columns_.push_back(column);
+        }
+        term_offsets_.push_back(static_cast<std::int64_t>(term_columns_.size()));
+    }
+    term_blocks_.resize(term_columns_.size());
+    residuals_.resize(unknowns_.rows.size());
+    gradient_.resize(3 * static_cast<Eigen::Index>(unknowns_.free.size()));
+    find_pattern(execution);
+}
+
+void GaussNewtonSystem::find_pattern(Execution& execution) {
+    std::vector<std::vector<Index>> columns(unknowns_.free.size());
+    for (std::size_t k = 0; k < columns.size(); ++k) columns[k].push_back(static_cast<Index>(k));
+    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+        if (row % kRowsPerCheck == 0) execution.check();
+        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
+            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
+                if (term_columns_[a] > term_columns_[b]) columns[term_columns_[b]].push_back(term_columns_[a]);
+            }
+        }
+    }
+    for (std::vector<Index>& column : columns) {
+        std::sort(column.begin(), column.end());
+        column.erase(std::unique(column.begin(), column.end()), column.end());
+    }
+    matrix_ = BlockMatrix(columns);
+
+    pair_offsets_.push_back(0);
+    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+        if (row % kRowsPerCheck == 0) execution.check();
+        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
+            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
+                if (term_columns_[a] < term_columns_[b]) continue;
+                pair_positions_.push_back(matrix_.find(term_columns_[a], term_columns_[b]));
+            }
+        }
+        pair_offsets_.push_back(static_cast<std::int64_t>(pair_positions_.size()));
+    }
+}
+
+double GaussNewtonSystem::energy(const PositionsView& positions, int threads, const Execution& execution) {
+    parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index row = begin; row < end; ++row) {
+            const Index i = unknowns_.rows[row];
+            residuals_[row] = Vector3(positions.row(i)) - predict(encoding_.ring_of(i), positions);
+        }
+    });
+    double sum = 0.0;
+    for (const Vector3& residual : residuals_) sum += residual.squaredNorm();
+    return 0.5 * sum;
+}
+
+void GaussNewtonSystem::linearise(const PositionsView& positions, int threads, const Execution& execution) {
+    parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
+        std::vector<Matrix3> blocks;
+        for (Index row = begin; row < end; ++row) {
+            const Index i = unknowns_.rows[row];
+            const EncodedRing ring = encoding_.ring_of(i);
+            blocks.resize(ring.valence);
+            residuals_[row] =
+                Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
+            std::int64_t term = term_offsets_[row];
+            if (unknowns_.slot[i] >= 0) term_blocks_[term++] = Matrix3::Identity();
+            for (Index k = 0; k < ring.valence; ++k) {
+                if (unknowns_.slot[ring.ring[k]] >= 0) term_blocks_[term++] = -blocks[k];
+            }
+        }
+    });
+    assemble(execution);
+}
+
+void GaussNewtonSystem::assemble(const Execution& execution) {
+    matrix_.set_zero();
+    gradient_.setZero();
+    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+        if (row % kRowsPerCheck == 0) execution.check();
+        std::int64_t pair = pair_offsets_[row];
+        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
+            gradient_.segment<3>(3 * term_columns_[a]) += term_blocks_[a].transpose() * residuals_[row];
+            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
+                if (term_columns_[a] < term_columns_[b]) continue;
+                matrix_.add(pair_positions_[pair++], term_columns_[b],
+                            term_blocks_[a].transpose() * term_blocks_[b]);
+            }
+        }
+    }
+}
+
+std::size_t GaussNewtonSystem::bytes() const {
+    return matrix_.bytes() + term_blocks_.capacity() * sizeof(Matrix3) +
+           term_columns_.capacity() * sizeof(Index) + pair_positions_.capacity() * sizeof(std::int64_t);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,48 @@
+// The linear system of one Gauss-Newton step: paper, equations 16 to 19.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
+#include "meanvalue/solver/block_matrix.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+/// Assembles the gradient J = (I - dF)^T (V - F) and the Gauss-Newton matrix H = (I - dF)^T (I - dF) over the
+/// free vertices. The pattern is found once; block column k belongs to unknowns.free[k].
+class GaussNewtonSystem {
+  public:
+    /// @pre both outlive the system.
+    GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, Execution& execution);
+
+    /// G of the rows that depend on free vertices (equation 15); the others cannot change.
+    double energy(const PositionsView& positions, int threads, const Execution& execution);
+
+    /// Computes gradient() and matrix() at `positions`.
+    void linearise(const PositionsView& positions, int threads, const Execution& execution);
+
+    const Eigen::VectorXd& gradient() const { return gradient_; }  ///< 3 |V'|
+    BlockMatrix& matrix() { return matrix_; }
+    std::size_t bytes() const;
+
+  private:
+    void find_pattern(Execution& execution);
+    void assemble(const Execution& execution);
+
+    const Encoding& encoding_;
+    const Unknowns& unknowns_;
+    BlockMatrix matrix_;
+    Eigen::VectorXd gradient_;
+    // A row's terms: the columns it reaches (block column, dr_i/dv_k) and where the products of their pairs go.
+    std::vector<std::int64_t> term_offsets_;  // |rows| + 1
+    std::vector<Index> term_columns_;
+    std::vector<std::int64_t> pair_offsets_;     // |rows| + 1
+    std::vector<std::int64_t> pair_positions_;   // for every a, b of a row with column a >= column b
+    std::vector<Matrix3> term_blocks_;
+    std::vector<Vector3> residuals_;  // |rows|
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,50 @@
+// Minimises equation 15 to convergence by Gauss-Newton steps, damped where they fail: paper, section 2.3.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/stage_timer.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/solver/sparse_cholesky.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+struct MinimiseOptions {
+    double step_tolerance = 0.0;  ///< stop when no vertex would move farther than this (units of the input)
+    int max_iterations = 100;
+    int threads = 1;
+};
+
+enum class StopReason {
+    kConverged,       ///< the undamped step is shorter than the tolerance
+    kNothingToSolve,  ///< there are no free vertices
+    kNoDescent,       ///< no step lowers the energy any more: at the limit of rounding
+    kIterationLimit,
+};
+
+/// In words, for reports.
+const char* describe(StopReason reason);
+
+struct MinimiseReport {
+    int iterations = 0;
+    StopReason stop_reason = StopReason::kNothingToSolve;
+    std::vector<double> energies;  ///< G at the start and after each iteration; never rises
+    double initial_gradient = 0.0;  ///< |J| at the start, all components
+    double gradient = 0.0;          ///< |J| where the last linearisation was made
+    Timings timings;
+
+    bool converged() const { return stop_reason != StopReason::kIterationLimit; }
+};
+
+/// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.
+/// @param cholesky analysed for the system's pattern; analysed again here where it is not.
+/// @param positions n x 3, finite. Left in any state on an exception.
+/// @throws Cancelled, SolverFailure.
+MinimiseReport minimise(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
+                        const MinimiseOptions& options, Positions& positions, Execution& execution);
+
+}  // namespace meanvalue
