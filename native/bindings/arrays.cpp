@@ -11,6 +11,12 @@ using LongArray = py::array_t<std::int64_t, py::array::c_style | py::array::forc
 
 std::string shape_text(const py::array& array) { return py::str(array.attr("shape")); }
 
+py::array as_array(const py::object& values, const char* name) {
+    py::array array = py::array::ensure(values);
+    if (!array) throw InvalidInput(message(name, " cannot be made an array of numbers"));
+    return array;
+}
+
 /// Checks the type and the range; float indices would be cut off silently by a plain cast.
 LongArray as_integers(const py::array& array, const char* name) {
     const char kind = array.dtype().kind();
@@ -37,7 +43,8 @@ Eigen::Map<const Positions> as_positions(const FloatArray& array, const char* na
     return {array.data(), array.shape(0), 3};
 }
 
-Triangles as_triangles(const py::array& array, const char* name) {
+Triangles as_triangles(const py::object& values, const char* name) {
+    const py::array array = as_array(values, name);
     if (array.ndim() != 2 || array.shape(1) != 3) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array),
                                    "; give (m, 3): split polygons into triangles first"));
@@ -47,7 +54,8 @@ Triangles as_triangles(const py::array& array, const char* name) {
     return Eigen::Map<const LongTriangles>(integers.data(), integers.shape(0), 3).cast<Index>();
 }
 
-std::vector<Index> as_indices(const py::array& array, const char* name) {
+std::vector<Index> as_indices(const py::object& values, const char* name) {
+    const py::array array = as_array(values, name);
     if (array.ndim() != 1) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (k,)"));
     }
@@ -55,13 +63,14 @@ std::vector<Index> as_indices(const py::array& array, const char* name) {
     return {integers.data(), integers.data() + integers.size()};
 }
 
-std::optional<std::vector<char>> as_flags(const std::optional<py::array>& array, const char* name) {
-    if (!array) return std::nullopt;
-    if (array->ndim() != 1 || array->dtype().kind() != 'b') {
-        throw InvalidInput(message(name, " has the shape ", shape_text(*array), " and the type ",
-                                   std::string(py::str(array->dtype())), "; give (n,) of bool"));
+std::optional<std::vector<char>> as_flags(const std::optional<py::object>& values, const char* name) {
+    if (!values) return std::nullopt;
+    const py::array array = as_array(*values, name);
+    if (array.ndim() != 1 || array.dtype().kind() != 'b') {
+        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ",
+                                   std::string(py::str(array.dtype())), "; give (n,) of bool"));
     }
-    const py::array_t<bool, py::array::c_style | py::array::forcecast> flags(*array);
+    const py::array_t<bool, py::array::c_style | py::array::forcecast> flags(array);
     return std::vector<char>(flags.data(), flags.data() + flags.size());
 }
 

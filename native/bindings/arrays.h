@@ -19,14 +19,14 @@ using FloatArray = py::array_t<double, py::array::c_style | py::array::forcecast
 /// Sees an (n, 3) array without a copy. @throws InvalidInput for another shape, naming the array.
 Eigen::Map<const Positions> as_positions(const FloatArray& array, const char* name);
 
-/// @throws InvalidInput where the array is not (m, 3), not of an integer type, or out of the 32-bit range.
-Triangles as_triangles(const py::array& array, const char* name);
+/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (m, 3), not of an integer type, or out of the 32-bit range.
+Triangles as_triangles(const py::object& values, const char* name);
 
-/// @throws InvalidInput where the array is not (k,), not of an integer type, or out of the 32-bit range.
-std::vector<Index> as_indices(const py::array& array, const char* name);
+/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (k,), not of an integer type, or out of the 32-bit range.
+std::vector<Index> as_indices(const py::object& values, const char* name);
 
-/// @throws InvalidInput where the array is not (n,) of bool.
-std::optional<std::vector<char>> as_flags(const std::optional<py::array>& array, const char* name);
+/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (n,) of bool.
+std::optional<std::vector<char>> as_flags(const std::optional<py::object>& values, const char* name);
 
 /// Moves positions into a new (n, 3) array without a copy.
 py::array_t<double> to_array(Positions&& positions);

@@ -9,8 +9,8 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
-std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::array& faces,
-                                        const py::array& anchors, const std::optional<py::array>& roi,
+std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
+                                        const py::object& anchors, const std::optional<py::object>& roi,
                                         const std::string& method, int threads,
                                         const SharedExecution& execution) {
     const auto positions = as_positions(vertices, "vertices");

@@ -13,7 +13,7 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
-Encoding encode_mesh(const FloatArray& vertices, const py::array& faces, int threads,
+Encoding encode_mesh(const FloatArray& vertices, const py::object& faces, int threads,
                      const SharedExecution& execution) {
     const auto positions = as_positions(vertices, "vertices");
     const Triangles triangles = as_triangles(faces, "faces");

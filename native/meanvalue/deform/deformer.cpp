@@ -8,7 +8,7 @@
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
-#include "meanvalue/solver/levenberg_marquardt.h"
+#include "meanvalue/solver/similarity.h"
 
 namespace meanvalue {
 namespace {
@@ -46,6 +46,11 @@ double bounding_box_diagonal(const PositionsView& positions) {
                                  : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
 }
 
+// Residuals below this share of the diagonal are rounding.
+constexpr double kRounding = 1e-13;
+// Fixed vertices that a similarity carries to within this share of the diagonal leave nothing to follow.
+constexpr double kNegligibleMove = 1e-12;
+
 }  // namespace
 
 Method method_from_name(const std::string& name) {
@@ -75,7 +80,8 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     for (const auto& [reason, vertices] : encoding_.guarded_by_reason()) {
         report_.guarded_reasons[reason] = static_cast<Index>(vertices.size());
     }
-    report_.components = find_components(rest_, binding.faces, fixed);
+    components_ = find_components(rest_, binding.faces, fixed);
+    report_.components = components_.parts;
     report_.vertex_count = static_cast<Index>(rest_.rows());
     report_.free_count = static_cast<Index>(unknowns_.free.size());
     report_.anchor_count = static_cast<Index>(anchors_.size());
@@ -83,23 +89,43 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     report_.bytes = encoding_.bytes() + system_->bytes();
 }
 
-Positions Deformer::place_start(const PositionsView& targets, const std::optional<PositionsView>& start) const {
+Positions Deformer::place_anchors(const PositionsView& targets) const {
     if (targets.rows() != static_cast<Eigen::Index>(anchors_.size())) {
         throw InvalidInput(
             message("targets has ", targets.rows(), " rows, but there are ", anchors_.size(), " anchors"));
     }
     require_finite(targets, "targets");
     Positions positions = rest_;
-    if (start) {
-        if (start->rows() != rest_.rows()) {
-            throw InvalidInput(
-                message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(), " vertices"));
-        }
-        require_finite(*start, "start");
-        for (const Index v : unknowns_.free) positions.row(v) = start->row(v);
-    }
     for (std::size_t k = 0; k < anchors_.size(); ++k) positions.row(anchors_[k]) = targets.row(k);
     return positions;
+}
+
+Positions Deformer::carry_parts(const Positions& positions) const {
+    Positions carried = rest_;
+    std::vector<Similarity> fits;
+    for (const std::vector<Index>& fixed : components_.fixed) {
+        fits.push_back(fixed.empty() ? Similarity{} : fit_similarity(rest_, positions, fixed));
+    }
+    for (Index v = 0; v < carried.rows(); ++v) {
+        carried.row(v) = fits[components_.part_of[v]].apply(rest_.row(v).transpose());
+    }
+    return carried;
+}
+
+void Deformer::choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution) {
+    if (unknowns_.free.empty()) return;
+    Positions carried = carry_parts(positions);
+    Positions fixed_moves = positions - carried;
+    for (const Index v : unknowns_.free) fixed_moves.row(v).setZero();
+    if (fixed_moves.cwiseAbs().maxCoeff() > kNegligibleMove * diagonal_) {
+        carried = follow_fixed_moves(*system_, cholesky_, unknowns_, options, carried, fixed_moves, execution);
+    }
+    for (Index v = 0; v < carried.rows(); ++v) {
+        if (unknowns_.slot[v] < 0) carried.row(v) = positions.row(v);
+    }
+    if (system_->energy(carried, threads_, execution) < system_->energy(positions, threads_, execution)) {
+        positions = std::move(carried);
+    }
 }
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
@@ -112,15 +138,27 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     }
     const std::lock_guard<std::mutex> lock(solving_);
     Solution solution;
-    solution.vertices = place_start(targets, start);
+    solution.vertices = place_anchors(targets);
     MinimiseOptions minimise_options;
     minimise_options.step_tolerance = options.tolerance * diagonal_;
+    minimise_options.negligible_energy =
+        0.5 * static_cast<double>(unknowns_.rows.size()) * std::pow(kRounding * diagonal_, 2);
     minimise_options.max_iterations = options.max_iterations;
     minimise_options.threads = threads_;
     Timings total;
     MinimiseReport report;
     {
         const StageTimer timer(total, "total");
+        if (start) {
+            if (start->rows() != rest_.rows()) {
+                throw InvalidInput(message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(),
+                                           " vertices"));
+            }
+            require_finite(*start, "start");
+            for (const Index v : unknowns_.free) solution.vertices.row(v) = start->row(v);
+        } else {
+            choose_start(minimise_options, solution.vertices, execution);
+        }
         report = minimise(*system_, cholesky_, unknowns_, minimise_options, solution.vertices, execution);
     }
     solution.energies = report.energies;

@@ -13,6 +13,7 @@
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/solver/levenberg_marquardt.h"
 #include "meanvalue/solver/sparse_cholesky.h"
 #include "meanvalue/solver/unknowns.h"
 
@@ -45,7 +46,7 @@ struct BindReport {
     Index detached_triangle_count = 0;  ///< triangles that fit no manifold; see TriangleMesh
     std::vector<Index> guarded;                    ///< vertices encoded by a fallback rule
     std::map<std::string, Index> guarded_reasons;  ///< how many vertices each reason applies to
-    std::vector<Component> components;
+    std::vector<Component> components;  ///< the parts of the mesh and what their fixed vertices leave open
     Timings timings;        ///< seconds by stage
     std::size_t bytes = 0;  ///< held by the encoding and the linear system, without the factor
 };
@@ -88,7 +89,12 @@ class Deformer {
     const BindReport& report() const { return report_; }
 
   private:
-    Positions place_start(const PositionsView& targets, const std::optional<PositionsView>& start) const;
+    /// Rest shape with the anchors at their targets.
+    Positions place_anchors(const PositionsView& targets) const;
+    /// The better of two starts: the free vertices left at rest, or carried along smoothly with the fixed ones.
+    void choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution);
+    /// Each part of the rest shape moved by the similarity that fits its fixed vertices best.
+    Positions carry_parts(const Positions& positions) const;
 
     std::mutex solving_;
     Positions rest_;
@@ -97,6 +103,7 @@ class Deformer {
     double diagonal_ = 0.0;  // of the rest shape's bounding box
     BindReport report_;
     Encoding encoding_;
+    Components components_;
     Unknowns unknowns_;
     std::optional<GaussNewtonSystem> system_;
     SparseCholesky cholesky_;

@@ -57,38 +57,37 @@ int undetermined_dimensions(const PositionsView& positions, const std::vector<In
 
 }  // namespace
 
-std::vector<Component> find_components(const PositionsView& positions, const TrianglesView& faces,
-                                       const std::vector<char>& is_fixed) {
+Components find_components(const PositionsView& positions, const TrianglesView& faces,
+                           const std::vector<char>& is_fixed) {
     const Index vertex_count = static_cast<Index>(positions.rows());
     DisjointSets sets(vertex_count);
     for (Index f = 0; f < faces.rows(); ++f) {
         sets.join(faces(f, 0), faces(f, 1));
         sets.join(faces(f, 1), faces(f, 2));
     }
-    std::vector<Index> component_of(vertex_count, -1);
-    std::vector<Component> components;
-    std::vector<std::vector<Index>> fixed;
+    Components result;
+    result.part_of.assign(vertex_count, -1);
     for (Index v = 0; v < vertex_count; ++v) {
-        Index& number = component_of[sets.root(v)];
-        if (number < 0) {
-            number = static_cast<Index>(components.size());
-            components.emplace_back();
-            components.back().first_vertex = v;
-            fixed.emplace_back();
+        const Index root = sets.root(v);
+        if (root == v) {  // a root is the lowest vertex of its set, so it comes first
+            result.part_of[v] = static_cast<Index>(result.parts.size());
+            result.parts.emplace_back();
+            result.parts.back().first_vertex = v;
+            result.fixed.emplace_back();
         }
-        Component& component = components[number];
-        ++component.vertex_count;
+        const Index part = result.part_of[v] = result.part_of[root];
+        ++result.parts[part].vertex_count;
         if (is_fixed[v]) {
-            ++component.fixed_count;
-            fixed[number].push_back(v);
+            ++result.parts[part].fixed_count;
+            result.fixed[part].push_back(v);
         } else {
-            ++component.free_count;
+            ++result.parts[part].free_count;
         }
     }
-    for (std::size_t k = 0; k < components.size(); ++k) {
-        components[k].undetermined = undetermined_dimensions(positions, fixed[k]);
+    for (std::size_t part = 0; part < result.parts.size(); ++part) {
+        result.parts[part].undetermined = undetermined_dimensions(positions, result.fixed[part]);
     }
-    return components;
+    return result;
 }
 
 }  // namespace meanvalue

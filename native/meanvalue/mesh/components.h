@@ -18,10 +18,16 @@ struct Component {
     Index first_vertex = 0;  ///< the lowest vertex number in it, to name it by
 };
 
+/// All parts of a mesh.
+struct Components {
+    std::vector<Component> parts;     ///< ordered by their first vertex
+    std::vector<Index> part_of;       ///< n: the part of each vertex
+    std::vector<std::vector<Index>> fixed;  ///< the fixed vertices of each part, ascending
+};
+
 /// Splits the mesh into parts that hang together by triangles; a loose vertex is a part of its own.
-/// @param positions n x 3 rest positions; @param is_fixed n flags.
-/// @return the parts, ordered by their first vertex. Cost: linear.
-std::vector<Component> find_components(const PositionsView& positions, const TrianglesView& faces,
+/// @param positions n x 3 rest positions; @param is_fixed n flags. Cost: linear.
+Components find_components(const PositionsView& positions, const TrianglesView& faces,
                                        const std::vector<char>& is_fixed);
 
 }  // namespace meanvalue

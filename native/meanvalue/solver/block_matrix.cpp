@@ -36,13 +36,12 @@ void BlockMatrix::set_zero() {
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
 }
 
-double BlockMatrix::mean_diagonal() const {
-    double sum = 0.0;
+void BlockMatrix::add_identity_multiples(const std::vector<double>& values, double scale) {
     for (Index column = 0; column < block_column_count(); ++column) {
-        const std::int64_t stride = 3 * (block_start_[column + 1] - block_start_[column]);
-        for (int c = 0; c < 3; ++c) sum += matrix_.valuePtr()[9 * block_start_[column] + c * stride + c];
+        for (std::int64_t position = block_start_[column]; position < block_start_[column + 1]; ++position) {
+            add(position, column, scale * values[position] * Matrix3::Identity());
+        }
     }
-    return matrix_.rows() > 0 ? sum / static_cast<double>(matrix_.rows()) : 0.0;
 }
 
 void BlockMatrix::add_to_diagonal(double amount) {

@@ -32,10 +32,12 @@ class BlockMatrix {
         }
     }
 
-    double mean_diagonal() const;
+    /// Adds scale * values[position] * I to every block; @param values one number a block.
+    void add_identity_multiples(const std::vector<double>& values, double scale);
     void add_to_diagonal(double amount);
 
     const SparseMatrix& matrix() const { return matrix_; }
+    std::int64_t block_count() const { return block_start_.back(); }
     Index block_column_count() const { return static_cast<Index>(block_start_.size()) - 1; }
     std::size_t bytes() const;
 

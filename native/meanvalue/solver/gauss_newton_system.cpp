@@ -29,6 +29,7 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
     residuals_.resize(unknowns_.rows.size());
     gradient_.resize(3 * static_cast<Eigen::Index>(unknowns_.free.size()));
     find_pattern(execution);
+    fill_smoothness_metric();
 }
 
 void GaussNewtonSystem::find_pattern(Execution& execution) {
@@ -61,6 +62,27 @@ void GaussNewtonSystem::find_pattern(Execution& execution) {
     }
 }
 
+void GaussNewtonSystem::fill_smoothness_metric() {
+    smoothness_metric_.assign(matrix_.block_count(), 0.0);
+    std::vector<double> coefficients;
+    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+        const Index i = unknowns_.rows[row];
+        coefficients.clear();
+        if (unknowns_.slot[i] >= 0) coefficients.push_back(1.0);
+        for (Index k = encoding_.ring_offsets[i]; k < encoding_.ring_offsets[i + 1]; ++k) {
+            if (unknowns_.slot[encoding_.ring[k]] >= 0) coefficients.push_back(-encoding_.weights[k]);
+        }
+        std::int64_t pair = pair_offsets_[row];
+        const std::int64_t first = term_offsets_[row];
+        for (std::size_t a = 0; a < coefficients.size(); ++a) {
+            for (std::size_t b = 0; b < coefficients.size(); ++b) {
+                if (term_columns_[first + a] < term_columns_[first + b]) continue;
+                smoothness_metric_[pair_positions_[pair++]] += coefficients[a] * coefficients[b];
+            }
+        }
+    }
+}
+
 double GaussNewtonSystem::energy(const PositionsView& positions, int threads, const Execution& execution) {
     parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
         for (Index row = begin; row < end; ++row) {
@@ -73,20 +95,26 @@ double GaussNewtonSystem::energy(const PositionsView& positions, int threads, co
     return 0.5 * sum;
 }
 
-void GaussNewtonSystem::linearise(const PositionsView& positions, int threads, const Execution& execution) {
+void GaussNewtonSystem::linearise(const PositionsView& positions, const Positions* fixed_moves, int threads,
+                                  const Execution& execution) {
     parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
         std::vector<Matrix3> blocks;
         for (Index row = begin; row < end; ++row) {
             const Index i = unknowns_.rows[row];
             const EncodedRing ring = encoding_.ring_of(i);
             blocks.resize(ring.valence);
-            residuals_[row] =
-                Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
+            Vector3 residual = Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
             std::int64_t term = term_offsets_[row];
-            if (unknowns_.slot[i] >= 0) term_blocks_[term++] = Matrix3::Identity();
-            for (Index k = 0; k < ring.valence; ++k) {
-                if (unknowns_.slot[ring.ring[k]] >= 0) term_blocks_[term++] = -blocks[k];
-            }
+            const auto add_term = [&](Index vertex, const Matrix3& block) {
+                if (unknowns_.slot[vertex] >= 0) {
+                    term_blocks_[term++] = block;
+                } else if (fixed_moves != nullptr) {
+                    residual += block * fixed_moves->row(vertex).transpose();
+                }
+            };
+            add_term(i, Matrix3::Identity());
+            for (Index k = 0; k < ring.valence; ++k) add_term(ring.ring[k], -blocks[k]);
+            residuals_[row] = residual;
         }
     });
     assemble(execution);

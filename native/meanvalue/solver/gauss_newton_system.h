@@ -22,14 +22,21 @@ class GaussNewtonSystem {
     double energy(const PositionsView& positions, int threads, const Execution& execution);
 
     /// Computes gradient() and matrix() at `positions`.
-    void linearise(const PositionsView& positions, int threads, const Execution& execution);
+    /// @param fixed_moves n x 3, or nullptr: where given, the step that they lead to belongs to fixed vertices that
+    ///        move by those rows at the same time (rows of free vertices are not read).
+    void linearise(const PositionsView& positions, const Positions* fixed_moves, int threads,
+                   const Execution& execution);
 
     const Eigen::VectorXd& gradient() const { return gradient_; }  ///< 3 |V'|
     BlockMatrix& matrix() { return matrix_; }
+    /// The blocks of (I - W)^T (I - W), each a multiple of I, for BlockMatrix::add_identity_multiples(): the part of
+    /// H that does not depend on the pose. It measures how unsmooth a displacement is.
+    const std::vector<double>& smoothness_metric() const { return smoothness_metric_; }
     std::size_t bytes() const;
 
   private:
     void find_pattern(Execution& execution);
+    void fill_smoothness_metric();
     void assemble(const Execution& execution);
 
     const Encoding& encoding_;
@@ -41,6 +48,7 @@ class GaussNewtonSystem {
     std::vector<Index> term_columns_;
     std::vector<std::int64_t> pair_offsets_;     // |rows| + 1
     std::vector<std::int64_t> pair_positions_;   // for every a, b of a row with column a >= column b
+    std::vector<double> smoothness_metric_;
     std::vector<Matrix3> term_blocks_;
     std::vector<Vector3> residuals_;  // |rows|
 };

@@ -8,17 +8,45 @@
 namespace meanvalue {
 namespace {
 
-// Damping is added to the diagonal of H, which has no units and entries near 1.
-// The least of it keeps H factorable where a part has too few anchors: along the directions left open the gradient
-// is zero, so that the answer stays nearest to the start there. It is far below the smallest eigenvalue of a
-// determined system (about 1e-9 at 50,000 free vertices), so that it slows nothing.
-constexpr double kLeastDamping = 1e-12;
-constexpr double kFirstDamping = 1e-6;
-constexpr double kDampingFactor = 10.0;
+// On the diagonal of H, which has no units and entries near 1: keeps H factorable where a part has too few anchors.
+// Along the directions left open the gradient is zero, so that the answer stays nearest to the start there. It is
+// far below the smallest eigenvalue of a determined system (about 1e-9 at 50,000 free vertices) and slows nothing.
+constexpr double kLeastDiagonal = 1e-12;
+// Damping multiplies the smoothness metric (I - W)^T (I - W), not I: what spoils Gauss-Newton steps here are rings
+// that fold where neighbours move apart, and the metric forbids just that (docs/decisions/0003-damping.md).
+constexpr double kFirstDamping = 0.1;
+constexpr double kLeastDamping = 1e-4;  // below it, none
 constexpr double kMostDamping = 1e6;
+constexpr double kDampingRaise = 4.0;
+constexpr double kDampingLower = 3.0;
+// Shares of the decrease that the linear model promised: below the first it is trusted less, above the second more.
+constexpr double kPoorGain = 0.25;
+constexpr double kGoodGain = 0.6;
 // A step must lower the energy by this share of what its slope promises (Armijo).
 constexpr double kSufficientDecrease = 1e-4;
-constexpr int kMostHalvings = 12;
+// Halving costs one energy, more damping a factorisation; but a step that must be shorter than this points wrong.
+constexpr int kMostHalvings = 3;
+// The energy has settled when it falls by less than this share in so many steps on end.
+constexpr double kSettledDecrease = 1e-6;
+constexpr int kSettledSteps = 3;
+
+/// Solves H direction = -J (equation 19). @return whether H could be factored and the direction is finite.
+bool solve_step(GaussNewtonSystem& system, SparseCholesky& cholesky, const Execution& execution,
+                Eigen::VectorXd& direction) {
+    if (!cholesky.analysed()) cholesky.analyse(system.matrix().matrix(), execution);
+    if (!cholesky.factorise(system.matrix().matrix(), execution)) return false;
+    direction = -cholesky.solve(system.gradient());
+    return direction.allFinite();
+}
+
+/// to = from + length * direction in the free rows; the others are not touched.
+void move_free(const Unknowns& unknowns, const Positions& from, const Eigen::VectorXd& direction, double length,
+               Positions& to) {
+    for (std::size_t k = 0; k < unknowns.free.size(); ++k) {
+        const Index v = unknowns.free[k];
+        to.row(v) = from.row(v) + length * direction.segment<3>(3 * static_cast<Eigen::Index>(k)).transpose();
+    }
+}
 
 /// One descent from a start; holds what its steps share.
 class Descent {
@@ -37,6 +65,8 @@ class Descent {
         energy_ = evaluate(positions_);
         report_.energies.push_back(energy_);
         if (!std::isfinite(energy_)) throw SolverFailure("the energy of the start is not finite");
+        report_.stop_reason = StopReason::kConverged;
+        if (energy_ <= options_.negligible_energy) return std::move(report_);
         report_.stop_reason = StopReason::kIterationLimit;
         for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
             execution_.set_progress(static_cast<double>(iteration) / options_.max_iterations);
@@ -57,19 +87,35 @@ class Descent {
         if (report_.gradient == 0.0) return stop(StopReason::kConverged);
         for (; damping_ <= kMostDamping; raise_damping()) {
             if (!find_direction()) continue;
-            const bool short_step =
-                longest_move() <= options_.step_tolerance && damping_ <= kFirstDamping;
+            const bool short_step = longest_move() <= options_.step_tolerance;
+            const double start_energy = energy_;
             const double length = search_line(short_step ? 0 : kMostHalvings);
             if (length > 0.0) {
                 ++report_.iterations;
                 report_.energies.push_back(energy_);
-                if (length == 1.0) lower_damping();
+                adapt_damping(length, start_energy - energy_);
+                settled_steps_ = start_energy - energy_ < kSettledDecrease * energy_ ? settled_steps_ + 1 : 0;
             }
-            if (short_step) return stop(StopReason::kConverged);
+            if (short_step) {
+                return stop(applied_damping_ <= kFirstDamping ? StopReason::kConverged : StopReason::kNoDescent);
+            }
+            if (settled_steps_ >= kSettledSteps) return stop(StopReason::kSettled);
             if (length > 0.0) return true;
         }
         return stop(StopReason::kNoDescent);
     }
+
+    /// Trusts the linear model more or less, by how much of the decrease that it promised came true.
+    void adapt_damping(double length, double decrease) {
+        if (length < 1.0 || decrease < kPoorGain * promised_decrease_) {
+            raise_damping();
+        } else if (decrease > kGoodGain * promised_decrease_) {
+            damping_ /= kDampingLower;
+            if (damping_ < kLeastDamping) damping_ = 0.0;
+        }
+    }
+
+    void raise_damping() { damping_ = std::max(kLeastDamping, damping_ * kDampingRaise); }
 
     bool stop(StopReason reason) {
         report_.stop_reason = reason;
@@ -78,22 +124,19 @@ class Descent {
 
     void linearise() {
         const StageTimer timer(report_.timings, "linearise");
-        system_.linearise(positions_, options_.threads, execution_);
+        system_.linearise(positions_, nullptr, options_.threads, execution_);
         report_.gradient = system_.gradient().norm();
         if (report_.iterations == 0) report_.initial_gradient = report_.gradient;
+        system_.matrix().add_to_diagonal(kLeastDiagonal);
         applied_damping_ = 0.0;
     }
 
-    /// Solves (H + damping) direction = -J, equation 19.
+    /// Solves (H + damping * metric) direction = -J.
     bool find_direction() {
         const StageTimer timer(report_.timings, "factor");
-        const double wanted = std::max(damping_, kLeastDamping);
-        system_.matrix().add_to_diagonal(wanted - applied_damping_);
-        applied_damping_ = wanted;
-        if (!cholesky_.analysed()) cholesky_.analyse(system_.matrix().matrix(), execution_);
-        if (!cholesky_.factorise(system_.matrix().matrix(), execution_)) return false;
-        direction_ = -cholesky_.solve(system_.gradient());
-        return direction_.allFinite();
+        system_.matrix().add_identity_multiples(system_.smoothness_metric(), damping_ - applied_damping_);
+        applied_damping_ = damping_;
+        return solve_step(system_, cholesky_, execution_, direction_);
     }
 
     double longest_move() const {
@@ -107,13 +150,10 @@ class Descent {
     /// Halves the step until the energy falls enough. @return the share of it taken, 0 where none was.
     double search_line(int most_halvings) {
         const double slope = direction_.dot(system_.gradient());
+        promised_decrease_ = -0.5 * slope;
         double length = 1.0;
         for (int halving = 0; halving <= most_halvings; ++halving, length *= 0.5) {
-            for (std::size_t k = 0; k < unknowns_.free.size(); ++k) {
-                const Index v = unknowns_.free[k];
-                const auto move = direction_.segment<3>(3 * static_cast<Eigen::Index>(k));
-                trial_.row(v) = positions_.row(v) + length * move.transpose();
-            }
+            move_free(unknowns_, positions_, direction_, length, trial_);
             const double trial_energy = evaluate(trial_);
             // Written so that an energy that is not a number is refused.
             if (trial_energy < energy_ && trial_energy <= energy_ + kSufficientDecrease * length * slope) {
@@ -123,12 +163,6 @@ class Descent {
             }
         }
         return 0.0;
-    }
-
-    void raise_damping() { damping_ = std::max(kFirstDamping, damping_ * kDampingFactor); }
-    void lower_damping() {
-        damping_ /= kDampingFactor;
-        if (damping_ < kFirstDamping) damping_ = 0.0;
     }
 
     GaussNewtonSystem& system_;
@@ -141,8 +175,10 @@ class Descent {
     MinimiseReport report_;
     Eigen::VectorXd direction_;
     double energy_ = 0.0;
-    double damping_ = 0.0;
-    double applied_damping_ = 0.0;  // what is in the matrix' diagonal
+    double promised_decrease_ = 0.0;
+    double damping_ = kFirstDamping;
+    double applied_damping_ = 0.0;  // what is in the matrix already
+    int settled_steps_ = 0;
 };
 
 }  // namespace
@@ -150,6 +186,7 @@ class Descent {
 const char* describe(StopReason reason) {
     switch (reason) {
         case StopReason::kConverged: return "converged";
+        case StopReason::kSettled: return "the energy no longer falls";
         case StopReason::kNothingToSolve: return "no free vertices";
         case StopReason::kNoDescent: return "no step lowers the energy further";
         case StopReason::kIterationLimit: return "iteration limit";
@@ -162,6 +199,21 @@ MinimiseReport minimise(GaussNewtonSystem& system, SparseCholesky& cholesky, con
     execution.begin_stage("solve");
     if (unknowns.free.empty()) return {};
     return Descent(system, cholesky, unknowns, options, positions, execution).run();
+}
+
+Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
+                             const MinimiseOptions& options, const Positions& base,
+                             const Positions& fixed_moves, Execution& execution) {
+    system.linearise(base, &fixed_moves, options.threads, execution);
+    system.matrix().add_to_diagonal(kLeastDiagonal);
+    Eigen::VectorXd direction;
+    Positions result = base + fixed_moves;
+    if (solve_step(system, cholesky, execution, direction)) {
+        move_free(unknowns, base, direction, 1.0, result);
+    } else {
+        for (const Index v : unknowns.free) result.row(v) = base.row(v);
+    }
+    return result;
 }
 
 }  // namespace meanvalue

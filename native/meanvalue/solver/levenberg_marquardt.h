@@ -1,4 +1,4 @@
-// Minimises equation 15 to convergence by Gauss-Newton steps, damped where they fail: paper, section 2.3.
+// Minimises equation 15 to convergence by damped Gauss-Newton steps: paper, section 2.3.
 #pragma once
 
 #include <string>
@@ -15,12 +15,15 @@ namespace meanvalue {
 
 struct MinimiseOptions {
     double step_tolerance = 0.0;  ///< stop when no vertex would move farther than this (units of the input)
+    /// An energy not above this is rounding: the encoding is met exactly and there is nothing to do.
+    double negligible_energy = 0.0;
     int max_iterations = 100;
     int threads = 1;
 };
 
 enum class StopReason {
-    kConverged,       ///< the undamped step is shorter than the tolerance
+    kConverged,       ///< the next step is shorter than the tolerance
+    kSettled,         ///< the energy falls by less than a millionth a step: at a kink of F, where rings have folded
     kNothingToSolve,  ///< there are no free vertices
     kNoDescent,       ///< no step lowers the energy any more: at the limit of rounding
     kIterationLimit,
@@ -46,5 +49,13 @@ struct MinimiseReport {
 /// @throws Cancelled, SolverFailure.
 MinimiseReport minimise(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
                         const MinimiseOptions& options, Positions& positions, Execution& execution);
+
+/// One Gauss-Newton step away from `base` that moves the fixed vertices by `fixed_moves` at the same time, so that
+/// the free ones follow smoothly instead of being left behind.
+/// @param base n x 3; @param fixed_moves n x 3, of which the fixed vertices' rows are read.
+/// @return n x 3, fixed vertices at base + fixed_moves. @throws Cancelled, SolverFailure.
+Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
+                             const MinimiseOptions& options, const Positions& base,
+                             const Positions& fixed_moves, Execution& execution);
 
 }  // namespace meanvalue

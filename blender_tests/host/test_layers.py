@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The layers point one way, and versions agree: checked on the sources."""
+
+import ast
+import pathlib
+import re
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CORE = ROOT / "native" / "meanvalue"
+# A folder may include itself and those named here.
+ALLOWED = {
+    "common": set(),
+    "mesh": {"common"},
+    "encoding": {"common", "mesh"},
+    "solver": {"common", "mesh", "encoding"},
+    "deform": {"common", "mesh", "encoding", "solver"},
+}
+
+
+def sources(folder, *suffixes):
+    found = [path for path in folder.rglob("*") if path.suffix in suffixes and "__pycache__" not in path.parts]
+    assert found, f"nothing to check in {folder}"
+    return found
+
+
+def includes(path):
+    return re.findall(r'^\s*#include\s+[<"]([^>"]+)[>"]', path.read_text(), re.MULTILINE)
+
+
+def imported_modules(path):
+    """Names of all modules that a Python file imports, relative ones with their dots."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield "." * node.level + (node.module or "")
+
+
+@pytest.mark.parametrize("path", sources(CORE, ".h", ".cpp"), ids=lambda path: path.name)
+def test_core_includes_point_downwards(path):
+    folder = path.relative_to(CORE).parts[0]
+    for include in includes(path):
+        if include.startswith("meanvalue/"):
+            below = include.split("/")[1]
+            assert below == folder or below in ALLOWED[folder], f"{path} includes {include}"
+        assert not include.startswith(("pybind11/", "Python.h")), f"{path} includes {include}"
+        assert not include.startswith("bindings/"), f"{path} includes {include}"
+
+
+def test_openmesh_and_the_factorisation_are_each_included_in_one_file():
+    users = {"OpenMesh/": set(), "Eigen/CholmodSupport": set()}
+    for path in sources(ROOT / "native", ".h", ".cpp"):
+        for include in includes(path):
+            for library, files in users.items():
+                if include.startswith(library):
+                    files.add(path.name)
+    assert users == {"OpenMesh/": {"triangle_mesh.cpp"}, "Eigen/CholmodSupport": {"sparse_cholesky.cpp"}}
+
+
+def test_addon_core_knows_nothing_of_blender():
+    for path in sources(ROOT / "addon" / "core", ".py"):
+        for module in imported_modules(path):
+            assert module.split(".")[0] not in ("bpy", "bmesh", "mathutils"), f"{path} imports {module}"
+            assert not module.startswith("..") or module == "..errors", f"{path} imports {module}, above core/"
+
+
+def test_the_native_module_is_imported_in_one_file():
+    users = {
+        path.name
+        for path in sources(ROOT / "addon", ".py")
+        if re.search(r"^\s*(import meanvalue|from meanvalue )|import_module\(", path.read_text(), re.MULTILINE)
+    }
+    assert users <= {"native_loader.py", "registration.py"}
+    assert "native_loader.py" in users
+
+
+def test_only_compat_asks_for_blenders_version():
+    for path in sources(ROOT / "addon", ".py"):
+        if path.name not in ("compat.py",):
+            assert "bpy.app.version" not in path.read_text().replace("bpy.app.version_string", ""), path
+
+
+def test_versions_agree():
+    cmake = re.search(r"project\(meanvalue VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
+    for file in ("pyproject.toml", "addon/blender_manifest.toml"):
+        assert re.search(r'^version = "([\d.]+)"', (ROOT / file).read_text(), re.MULTILINE).group(1) == cmake, file
+    bl_info = re.search(r'"version": \((\d+), (\d+), (\d+)\)', (ROOT / "addon/__init__.py").read_text())
+    assert ".".join(bl_info.groups()) == cmake
+
+
+@pytest.mark.parametrize(
+    "path",
+    sources(ROOT / "native", ".h", ".cpp") + sources(ROOT / "addon", ".py") + sources(ROOT / "blender_tests", ".py"),
+    ids=lambda path: path.name,
+)
+def test_files_stay_short_enough_to_read(path):
+    assert len(path.read_text().splitlines()) <= 600

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The compiled module as Python sees it: types, shapes, errors, threads. The mathematics is tested in C++."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+
+def tube(around=12, along=15):
+    """An open tube: vertices (n, 3) and triangles (m, 3)."""
+    angle_rad = 2 * np.pi * np.arange(around) / around
+    circle = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=1)
+    vertices = np.array([[x, y, 0.5 * level] for level in range(along) for x, y in circle])
+    triangles = []
+    for level in range(along - 1):
+        for k in range(around):
+            a, b = level * around + k, level * around + (k + 1) % around
+            triangles += [(a, b, b + around), (a, b + around, a + around)]
+    return vertices, np.array(triangles, np.int32)
+
+
+VERTICES, TRIANGLES = tube()
+ENDS = np.r_[0:12, 168:180]
+
+
+def bent_targets():
+    """The upper end turned by 60 degrees about x and moved."""
+    cos, sin = np.cos(np.pi / 3), np.sin(np.pi / 3)
+    turn = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]])
+    targets = VERTICES[ENDS].copy()
+    targets[12:] = (targets[12:] - [0, 0, 7]) @ turn.T + [0, -2, 6]
+    return targets
+
+
+def test_encoding_arrays_have_the_documented_shapes_and_are_read_only():
+    encoding = meanvalue.encode(VERTICES, TRIANGLES)
+    half_edges = encoding.ring_offsets[-1]
+    assert encoding.vertex_count == len(VERTICES)
+    assert encoding.ring_offsets.shape == (len(VERTICES) + 1,)
+    assert encoding.ring.shape == encoding.weights.shape == encoding.cotangents.shape == (half_edges,)
+    assert (encoding.ring_offsets.dtype, encoding.ring.dtype) == (np.int32, np.int32)
+    for array in (encoding.ring, encoding.weights, encoding.cotangents, encoding.guarded):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+
+
+def test_encoding_arrays_outlive_the_encoding():
+    weights = meanvalue.encode(VERTICES, TRIANGLES).weights
+    junk = [np.ones(len(weights)) for _ in range(100)]
+    assert np.isfinite(weights).all() and weights.max() < 2 and len(junk) == 100
+
+
+def test_predict_and_energy_agree():
+    encoding = meanvalue.encode(VERTICES, TRIANGLES)
+    pose = VERTICES * [1.0, 1.3, 0.8]
+    residual = pose - encoding.predict(pose)
+    assert encoding.energy(pose) == pytest.approx(0.5 * (residual**2).sum(), rel=1e-12)
+    assert encoding.energy(VERTICES) < 1e-25
+
+
+def test_other_number_types_are_converted():
+    encoding = meanvalue.encode(VERTICES.astype(np.float32), TRIANGLES.astype(np.int64))
+    assert np.abs(encoding.predict(VERTICES) - VERTICES).max() < 1e-5
+
+
+def test_deformer_meets_its_anchors_and_reports():
+    deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, method="full")
+    solution = deformer.solve(bent_targets())
+    assert np.array_equal(solution.vertices[ENDS], bent_targets())
+    assert solution.converged and solution.iterations > 0
+    assert solution.energies[0] == solution.initial_energy and solution.energies[-1] == solution.energy
+    assert (np.diff(solution.energies) <= 0).all()
+    assert solution.timings["total"] >= solution.timings["factor"] > 0
+    report = deformer.report
+    assert (report.vertex_count, report.anchor_count, report.free_count) == (180, 24, 156)
+    assert [(part.vertex_count, part.undetermined) for part in report.components] == [(180, 0)]
+    assert set(report.timings) == {"encode", "analyse"}
+    assert report.bytes > 0
+
+
+def test_region_of_influence_holds_the_rest():
+    roi = VERTICES[:, 2] > 3.0
+    deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS[12:], roi=roi)
+    solution = deformer.solve(bent_targets()[12:])
+    assert np.array_equal(solution.vertices[~roi], VERTICES[~roi])
+    assert not np.allclose(solution.vertices[roi], VERTICES[roi])
+
+
+def test_solution_vertices_outlive_the_solution():
+    vertices = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(bent_targets()).vertices
+    assert np.isfinite(vertices).all()
+
+
+@pytest.mark.parametrize(
+    ("action", "text"),
+    [
+        (lambda: meanvalue.encode(VERTICES[:, :2], TRIANGLES), r"vertices has the shape \(180, 2\)"),
+        (lambda: meanvalue.encode(VERTICES, TRIANGLES[:, :2]), "split polygons"),
+        (lambda: meanvalue.encode(VERTICES, TRIANGLES.astype(float)), "faces has the type float64"),
+        (lambda: meanvalue.encode(VERTICES, TRIANGLES + 1), "triangle .* names vertex 180"),
+        (lambda: meanvalue.encode(VERTICES, np.full((1, 3), 2**40)), "1099511627776"),
+        (lambda: meanvalue.encode(VERTICES * np.nan, TRIANGLES), r"vertices\[0\] is \(nan"),
+        (lambda: meanvalue.encode(VERTICES, TRIANGLES).predict(VERTICES[:5]), "5 rows"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0, 999]), "anchor 1 is vertex 999"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [[0, 1]]), r"anchors has the shape \(1, 2\)"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0.5]), "anchors has the type float64"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], roi=np.ones(180)), "of bool"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], method="fastest"), "'fastest'"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], threads=-1), "threads is -1"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(VERTICES[:3]), "targets has 3 rows"),
+    ],
+)
+def test_bad_input_is_refused_by_name(action, text):
+    with pytest.raises(meanvalue.InvalidInput, match=text):
+        action()
+
+
+def test_exceptions_are_the_documented_kinds():
+    assert issubclass(meanvalue.InvalidInput, ValueError)
+    assert issubclass(meanvalue.SolverFailure, RuntimeError)
+    assert issubclass(meanvalue.Cancelled, RuntimeError)
+
+
+def test_no_anchors_at_all_is_an_empty_array():
+    solution = meanvalue.Deformer(VERTICES, TRIANGLES, []).solve(np.empty((0, 3)))
+    assert np.allclose(solution.vertices, VERTICES)
+
+
+def test_the_interpreter_runs_while_solving_and_a_cancel_ends_it():
+    vertices, triangles = tube(150, 120)
+    anchors = np.r_[0:150, len(vertices) - 150 : len(vertices)]
+    targets = vertices[anchors] + np.where(anchors[:, None] < 150, 0.0, [[20.0, 5.0, -10.0]])
+    deformer = meanvalue.Deformer(vertices, triangles, anchors)
+    execution = meanvalue.Execution()
+    outcome = []
+
+    def work():
+        try:
+            outcome.append(deformer.solve(targets, execution=execution))
+        except meanvalue.Cancelled:
+            outcome.append("cancelled")
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    while execution.stage != "solve" and thread.is_alive():
+        time.sleep(0.001)  # only reached while the solver has released the interpreter
+    execution.cancel()
+    thread.join()
+    assert execution.cancelled
+    assert outcome == ["cancelled"]
+    # The deformer is usable afterwards, and nothing of the cancelled solve is left in it.
+    again = deformer.solve(targets, max_iterations=1)
+    fresh = meanvalue.Deformer(vertices, triangles, anchors).solve(targets, max_iterations=1)
+    assert np.array_equal(again.vertices, fresh.vertices)

@@ -1,0 +1,24 @@
+// The similarity that best carries one set of points to another.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// x -> scale * rotation * x + translation.
+struct Similarity {
+    double scale = 1.0;
+    Matrix3 rotation = Matrix3::Identity();
+    Vector3 translation = Vector3::Zero();
+
+    Vector3 apply(const Vector3& point) const { return scale * rotation * point + translation; }
+};
+
+/// Least-squares fit over the points named (Umeyama 1991). What too few or collinear points leave open is
+/// chosen nearest to the identity: a translation for one point, the smallest turn for two.
+/// @param from, to n x 3 each; @param points at least one row number.
+Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points);
+
+}  // namespace meanvalue

@@ -1,0 +1,50 @@
+#include "meanvalue/common/execution.h"
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "meanvalue/common/abandon.h"
+#include "meanvalue/common/errors.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+TEST(Execution, ChecksThrowOnceCancelled) {
+    Execution execution;
+    EXPECT_NO_THROW(execution.check());
+    execution.begin_stage("encode");
+    EXPECT_STREQ(execution.stage(), "encode");
+    execution.cancel();
+    EXPECT_THROW(execution.check(), Cancelled);
+    EXPECT_THROW(execution.begin_stage("solve"), Cancelled);
+    EXPECT_STREQ(execution.stage(), "encode");
+}
+
+TEST(Abandon, ReturnsWhatTheWorkDidAndThrowsWhatItThrew) {
+    const auto done = std::make_shared<bool>(false);
+    run_abandonable([done] { *done = true; }, Execution());
+    EXPECT_TRUE(*done);
+    EXPECT_THROW(run_abandonable([] { throw SolverFailure("no"); }, Execution()), SolverFailure);
+}
+
+TEST(Abandon, ACancelDoesNotWaitForTheWork) {
+    Execution execution;
+    const auto release = std::make_shared<std::atomic<bool>>(false);
+    const auto ended = std::make_shared<std::atomic<bool>>(false);
+    const auto work = [release, ended] {
+        while (!*release) std::this_thread::yield();
+        *ended = true;
+    };
+    std::thread canceller([&] { execution.cancel(); });
+    EXPECT_THROW(run_abandonable(work, execution), Cancelled);  // would hang where it waited
+    EXPECT_FALSE(*ended);
+    canceller.join();
+    *release = true;
+    while (!*ended) std::this_thread::yield();
+}
+
+}  // namespace
+}  // namespace meanvalue::tests

@@ -1,0 +1,91 @@
+#include "meanvalue/mesh/triangle_mesh.h"
+
+#include <algorithm>
+
+#include "meanvalue/common/errors.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+std::vector<Index> rotated_to(std::vector<Index> ring, Index first) {
+    std::rotate(ring.begin(), std::find(ring.begin(), ring.end(), first), ring.end());
+    return ring;
+}
+
+OneRings rings_of(const Mesh& mesh) {
+    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces));
+}
+
+std::vector<Index> ring(const OneRings& rings, Index vertex) { return {rings.begin(vertex), rings.end(vertex)}; }
+
+TEST(OneRing, InnerVertexIsClosedAndCounterClockwise) {
+    const OneRings rings = rings_of(grid(3, 3, 0.0));
+    EXPECT_EQ(rings.kinds[4], RingKind::kClosed);
+    EXPECT_EQ(rotated_to(ring(rings, 4), 5), (std::vector<Index>{5, 8, 7, 3, 0, 1}));
+}
+
+TEST(OneRing, BoundaryVertexBeginsAndEndsAtTheBoundary) {
+    const OneRings rings = rings_of(grid(3, 3, 0.0));
+    EXPECT_EQ(rings.kinds[1], RingKind::kOpen);
+    EXPECT_EQ(ring(rings, 1), (std::vector<Index>{2, 5, 4, 0}));
+}
+
+TEST(OneRing, CapOfATubeHasAnyValence) {
+    const Mesh tube = capped_tube(160, 3, 1.0);
+    EXPECT_EQ(rings_of(tube).valence(3 * 160), 160);
+}
+
+TEST(OneRing, LooseVertexHasNone) {
+    Mesh mesh = triangle();
+    mesh.vertices.conservativeResize(4, 3);
+    mesh.vertices.row(3) << 5, 5, 5;
+    const OneRings rings = rings_of(mesh);
+    EXPECT_EQ(rings.kinds[3], RingKind::kLoose);
+    EXPECT_EQ(rings.valence(3), 0);
+}
+
+TEST(OneRing, BowTieTakesItsLargestFan) {
+    Mesh mesh;
+    mesh.vertices = Positions::Random(7, 3);
+    mesh.faces.resize(3, 3);
+    mesh.faces << 0, 1, 2, 0, 2, 3, 0, 5, 6;
+    const OneRings rings = rings_of(mesh);
+    EXPECT_EQ(rings.kinds[0], RingKind::kNonManifold);
+    EXPECT_EQ(ring(rings, 0), (std::vector<Index>{1, 2, 3}));
+}
+
+TEST(TriangleMesh, KeepsWhatFitsNoManifoldAsLoosePieces) {
+    Mesh mesh;
+    mesh.vertices = Positions::Random(5, 3);
+    mesh.faces.resize(4, 3);
+    mesh.faces << 0, 1, 2, 1, 0, 3, 0, 1, 4, 0, 1, 2;  // a third triangle on edge 0-1, and a duplicate
+    const TriangleMesh connectivity(5, mesh.faces);
+    EXPECT_EQ(connectivity.detached_count(), 2);
+    std::vector<Fan> fans;
+    connectivity.collect_fans(4, fans);
+    ASSERT_EQ(fans.size(), 1u);
+    EXPECT_EQ(fans[0].ring, (std::vector<Index>{0, 1}));
+    connectivity.collect_fans(0, fans);
+    EXPECT_EQ(fans.size(), 3u);
+}
+
+TEST(TriangleMesh, RefusesNumbersOutsideTheMesh) {
+    Triangles faces(1, 3);
+    faces << 0, 1, 7;
+    const std::string text = message_of<InvalidInput>([&] { TriangleMesh(3, faces); });
+    EXPECT_TRUE(contains(text, "triangle 0")) << text;
+    EXPECT_TRUE(contains(text, "vertex 7")) << text;
+    faces << 0, -1, 2;
+    EXPECT_THROW(TriangleMesh(3, faces), InvalidInput);
+}
+
+TEST(TriangleMesh, RefusesATriangleThatNamesAVertexTwice) {
+    Triangles faces(2, 3);
+    faces << 0, 1, 2, 1, 2, 1;
+    const std::string text = message_of<InvalidInput>([&] { TriangleMesh(3, faces); });
+    EXPECT_TRUE(contains(text, "triangle 1")) << text;
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
