@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The only file that knows differences between Blender versions (3.4 to 5.x).
 
-Where possible a feature is looked for rather than a version number.
+A feature is looked for rather than a version number.
 """
 
 import bpy
@@ -12,9 +12,8 @@ def position_store(mesh):
 
     The attribute is about a hundred times quicker where it exists (3.5 and later).
     """
-    if bpy.app.version >= (3, 5, 0):
-        return mesh.attributes["position"].data, "vector"
-    return mesh.vertices, "co"
+    attribute = mesh.attributes.get("position")
+    return (attribute.data, "vector") if attribute else (mesh.vertices, "co")
 
 
 def key_store(key):
@@ -30,7 +29,7 @@ def corner_store(mesh):
 
 def set_face_sizes(mesh, sizes):
     """Blender 3.4 stores the sizes of faces; later they follow from the starts and cannot be set."""
-    if bpy.app.version < (4, 0, 0):
+    if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:
         mesh.polygons.foreach_set("loop_total", sizes)
 
 

@@ -60,15 +60,19 @@ def _load():
     for name in MODULE_NAMES:
         try:
             found = importlib.import_module(name)
-        except ModuleNotFoundError:
-            continue
-        except ImportError as error:  # it is there, but the system cannot load it
-            failures.append(str(error))
+        except ImportError as error:
+            if not _is_absent(name, error):  # it is there, but the system cannot load it
+                failures.append(str(error))
             continue
         if hasattr(found, "Deformer"):
             return found
         failures.append(f"a module '{name}' was found that is not the solver: {found}")
     raise NativeModuleMissing(_explanation(failures))
+
+
+def _is_absent(name, error):
+    """True if it is the module itself, or a package around it, that was not found."""
+    return isinstance(error, ModuleNotFoundError) and f"{name}.".startswith(f"{error.name}.")
 
 
 def _explanation(failures):

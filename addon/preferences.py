@@ -4,6 +4,7 @@
 import bpy
 
 from . import native_loader
+from .core import wording
 from .ui import text_box
 
 
@@ -15,7 +16,7 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):
         box.label(text="Solver")
         problem = native_loader.problem()
         if problem:
-            text_box.draw_wrapped(box, context, problem, icon='ERROR')
+            text_box.draw_wrapped(box, context, wording.sentence(problem), icon='ERROR')
         else:
             box.label(text=f"Ready, version {native_loader.module().__version__}", icon='CHECKMARK')
         for label, value in native_loader.environment():

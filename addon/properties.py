@@ -37,7 +37,6 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     settings: StringProperty()
     anchor_count: IntProperty()
     free_count: IntProperty()
-    guarded_count: IntProperty()
     unheld_part_count: IntProperty()
     seconds: FloatProperty()
 

@@ -37,7 +37,7 @@ def main():
         return run(sys.argv)
     # The bpy module reads the environment when it is imported, so the folders must be there before.
     with tempfile.TemporaryDirectory(prefix="meanvalue-tests-") as folder:
-        for name in ("SCRIPTS", "CONFIG", "DATAFILES"):
+        for name in ("SCRIPTS", "CONFIG", "DATAFILES", "EXTENSIONS"):
             os.environ.setdefault(f"BLENDER_USER_{name}", str(pathlib.Path(folder, name.lower())))
         os.makedirs(os.environ["BLENDER_USER_SCRIPTS"], exist_ok=True)
         import bpy  # noqa: F401  the tests find it in sys.modules

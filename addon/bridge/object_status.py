@@ -118,14 +118,14 @@ def _state_and_text(obj):
     except SceneProblem as problem:
         return State.PROBLEM, wording.sentence(str(problem))
     if bound is None:
-        return State.UNBOUND, "Not bound. Press Bind"
+        return State.UNBOUND, "Not bound. Press Bind."
     reasons = fingerprint.stale_reasons(bound, now)
     if not reasons:
         return State.BOUND, _bound_text(obj)
     changes = fingerprint.describe(reasons, bound, now)
     if fingerprint.needs_bind(reasons):
-        return State.STALE, f"Stale: {changes}. Check the anchors and press Bind"
-    return State.STALE, f"Stale: {changes}. Solve will bind again"
+        return State.STALE, f"Stale: {changes}. Check the anchors and press Bind."
+    return State.STALE, f"Stale: {changes}. Solve will bind again."
 
 
 def _bound_text(obj):

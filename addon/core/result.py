@@ -28,7 +28,6 @@ class BindSummary:
     vertex_count: int
     anchor_count: int
     free_count: int
-    guarded_count: int
     unheld_part_count: int
     seconds: float
 
@@ -54,10 +53,16 @@ class BindSummary:
             vertex_count=int(report.vertex_count),
             anchor_count=int(report.anchor_count),
             free_count=int(report.free_count),
-            guarded_count=len(report.guarded),
             unheld_part_count=sum(1 for part in report.components if part.free_count and part.undetermined),
             seconds=seconds,
         )
+
+
+def guarded_notes(report):
+    """A sentence on the vertices that the encoder had to treat by a fallback rule, if there are any."""
+    if len(report.guarded):
+        rules = ", ".join(f"{reason}: {count:,}" for reason, count in report.guarded_reasons.items())
+        yield f"{wording.vertices(len(report.guarded))} encoded by a fallback rule ({rules})"
 
 
 def nothing_is_held(report):

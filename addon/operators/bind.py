@@ -5,6 +5,7 @@ import bpy
 
 from .. import session
 from ..bridge import bound_record, mesh_arrays, scene_input
+from ..core import result
 from .base import MeshOperator
 
 
@@ -18,4 +19,5 @@ class MEANVALUE_OT_bind(MeshOperator, bpy.types.Operator):
         bind_input = scene_input.gather(obj)
         binding = session.binding_for(bind_input, lambda: mesh_arrays.triangles(obj.data, bind_input))
         bound_record.write(obj.meanvalue.bound, bind_input.fingerprint, binding.summary)
-        return f"Bound {binding.summary.text()}", list(binding.summary.notes())
+        message = ". ".join([f"Bound {binding.summary.text()}", *result.guarded_notes(binding.deformer.report)])
+        return message, list(binding.summary.notes())

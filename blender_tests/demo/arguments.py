@@ -8,6 +8,15 @@ from .selection import SYNTAX, Selection, parse_selection
 
 FORMATS = (".blend", ".obj", ".ply", ".stl", ".off")
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+# Upward direction in object space, and the rotation to +z: axis and degrees.
+UP_AXES = {
+    "X": ("Y", -90.0),
+    "-X": ("Y", 90.0),
+    "Y": ("X", 90.0),
+    "-Y": ("X", -90.0),
+    "Z": ("X", 0.0),
+    "-Z": ("X", 180.0),
+}
 
 DESCRIPTION = """\
 Poses meshes by their anchors with the Mean-Value Deform add-on, without a display, and leaves pictures
@@ -57,7 +66,7 @@ class Options:
     engine: str
     samples: int
     camera_deg: tuple = None  # azimuth, elevation
-    up: str = "Z"
+    up: str = None  # a key of UP_AXES; None: as the file or its importer has it
     object_name: str = None
     anchors: list = field(default_factory=list)
     roi: str = None
@@ -69,6 +78,7 @@ def build_parser():
     """The argparse parser, with nothing checked across options yet."""
     parser = argparse.ArgumentParser(
         prog="./dev demo",
+        usage="./dev demo [FILE --anchor-group NAME ... | --anchor NAME=SELECTION ...] [--move ...] [options]",
         description=DESCRIPTION,
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -103,7 +113,7 @@ def build_parser():
     look = parser.add_argument_group("pictures")
     look.add_argument("--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s")
     look.add_argument("--camera", metavar=("AZIMUTH", "ELEVATION"), nargs=2, type=float, help="degrees; 0 0 looks from the front (-y)")
-    look.add_argument("--up", choices=("Y", "Z"), help="which way is up in FILE; default: Z, Y for .obj and what .blend says")
+    look.add_argument("--up", choices=tuple(UP_AXES), help="which way is up in FILE, as in --up=-Z; default: Y for .obj, as it is for .blend, else Z")
     look.add_argument("--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer; default: %(default)s")
     look.add_argument("--samples", metavar="N", type=int, default=40, help="Cycles samples per pixel; default: %(default)s")
     look.add_argument("--only", choices=("octopus", "figure_eight"), help="without FILE: just one of the two meshes")
@@ -142,7 +152,7 @@ def check_file(words, anchors):
     """@throws ValueError when FILE and the other options do not fit together."""
     if words.file is None:
         if anchors or words.move or words.rotate or words.roi or words.object or words.up:
-            raise ValueError("anchors, region and pose need a FILE; without one the built-in meshes are posed")
+            raise ValueError("anchors, region and pose need a FILE, before the other options; without one the built-in meshes are posed")
         return
     if words.only:
         raise ValueError("--only is for the built-in meshes, without FILE")
@@ -150,10 +160,6 @@ def check_file(words, anchors):
         raise ValueError(f"{words.file}: the format must be one of {', '.join(FORMATS)}")
     if not words.file.is_file():
         raise ValueError(f"{words.file}: there is no such file")
-    if not anchors:
-        raise ValueError(
-            "no anchors: name vertex groups of the file (--anchor-group NAME ...) or select vertices (--anchor NAME=SELECTION)"
-        )
 
 
 def parse_anchors(words):

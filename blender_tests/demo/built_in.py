@@ -5,45 +5,57 @@ import numpy as np
 from . import creature, figure_eight, motion, scene_mesh
 from .subject import Subject, View
 
-ROI_START, ANCHOR_AT = 0.10, 0.80  # fractions of the lifted tentacle's length
-LIFT_ANGLE_DEG = 48.0
+ANCHOR_AT = 0.65  # fraction of the lifted tentacle's length: where its tip begins to roll
+# The region takes in the tentacle's whole root, so that the root turns with it. Its border crosses an eye, as
+# in Figure 5. With the thin part alone as region the same lift bends it so much that it changes thickness.
+ROI_RADIUS = 0.85
+LIFT_ANGLE_DEG = 45.0
 TWIST_ANGLE_DEG = 90.0
 
 SKIN_COLOUR, WART_COLOUR = np.array([0.50, 0.085, 0.035]), np.array([0.72, 0.30, 0.10])
-SUCKER_COLOUR, EYE_COLOUR, PUPIL_COLOUR = (0.86, 0.55, 0.42), (0.90, 0.80, 0.45), (0.01, 0.01, 0.015)
+SUCKER_COLOUR = np.array([0.90, 0.62, 0.50])
+EYE_COLOUR, PUPIL_COLOUR = (0.90, 0.80, 0.45), (0.01, 0.01, 0.015)
 CLAY_COLOUR = (0.13, 0.33, 0.52)
 
 
 def octopus():
-    """The creature with the outer part of one tentacle as region, lifted by one anchor vertex near its tip."""
+    """The creature with one tentacle and its surroundings as region, lifted by one anchor vertex."""
     model = creature.build_creature()
     mesh = model.mesh
     obj = scene_mesh.new_object("Octopus", mesh.vertices, mesh.quads)
     scene_mesh.shade_smooth(obj)
-    wart = model.wart[:, None]
-    scene_mesh.set_vertex_colours(obj, (1.0 - wart) * SKIN_COLOUR + wart * WART_COLOUR)
+    scene_mesh.set_vertex_colours(obj, octopus_colours(model))
     scene_mesh.set_face_materials(
         obj,
         [
             scene_mesh.tinted_material("Skin", tuple(SKIN_COLOUR), 0.40),
-            scene_mesh.plain_material("Sucker", SUCKER_COLOUR, 0.40),
+            scene_mesh.tinted_material("Sucker", tuple(SUCKER_COLOUR), 0.40),
             scene_mesh.plain_material("Eye", EYE_COLOUR, 0.20),
             scene_mesh.plain_material("Pupil", PUPIL_COLOUR, 0.10),
         ],
         mesh.part,
     )
-    roi = model.tentacle_vertices(creature.LIFTED_TENTACLE, ROI_START)
+    tentacle = model.tentacle_vertices(creature.LIFTED_TENTACLE, 0.0)
+    root = mesh.vertices[tentacle & (mesh.along < 0.08)].mean(axis=0)
+    roi = tentacle | (np.linalg.norm(mesh.vertices - root, axis=1) < ROI_RADIUS)
     anchor = model.upper_vertex(creature.LIFTED_TENTACLE, ANCHOR_AT)
-    scene_mesh.add_vertex_group(obj, "tentacle", np.flatnonzero(roi))
+    scene_mesh.add_vertex_group(obj, "tentacle region", np.flatnonzero(roi))
     scene_mesh.add_vertex_group(obj, "tip", [anchor])
 
-    root = mesh.vertices[roi & (mesh.along < ROI_START + 0.03)].mean(axis=0)
     outwards = (mesh.vertices[anchor] - root) * [1.0, 1.0, 0.0]
     targets = mesh.vertices.copy()
     targets[anchor] = motion.bent_chord(
         mesh.vertices[anchor], root, np.cross(outwards, [0.0, 0.0, 1.0]), np.radians(LIFT_ANGLE_DEG)
     )
-    return Subject("Octopus, one tentacle lifted by one anchor", "octopus", obj, ("tip",), "tentacle", targets, View(12.0, 20.0))
+    return Subject("Octopus, one tentacle lifted by one anchor", "octopus", obj, ("tip",), "tentacle region", targets, View(12.0, 20.0, height=640))
+
+
+def octopus_colours(model):
+    """Linear RGB (n, 3): pale warts on the skin, and suckers that fade into it at their foot."""
+    wart = model.wart[:, None]
+    colours = (1.0 - wart) * SKIN_COLOUR + wart * WART_COLOUR
+    colours[model.mesh.vertices_of_faces(model.mesh.part == creature.SUCKER)] = SUCKER_COLOUR
+    return colours
 
 
 def twisted_eight():

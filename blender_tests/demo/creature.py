@@ -54,8 +54,8 @@ EYE_RINGS = (
     (28.0, 1.02, PUPIL),
     (15.0, 1.02, PUPIL),
 )
-WART_COUNT, WART_HEIGHT, WART_WIDTH = 900, 0.42, 0.8  # height and width over the local quad size
-WART_SIZE_LIMIT = 0.06
+WART_COUNT, WART_HEIGHT, WART_WIDTH = 800, 0.42, 1.05  # height and width over the local quad size
+WART_SIZE_LIMIT = 0.055
 
 
 @dataclass(frozen=True)

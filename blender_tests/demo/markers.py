@@ -6,7 +6,8 @@ from . import scene_mesh
 
 ANCHOR_COLOUR, BORDER_COLOUR = (0.95, 0.22, 0.02), (0.02, 0.16, 0.75)
 ANCHOR_RADIUS, BORDER_RADIUS = 0.0085, 0.0035  # over the bounding-box diagonal
-MOST_SPHERES = 400  # more would hide the mesh
+CROWD = 12  # more anchors than this get smaller spheres
+MOST_ANCHORS, MOST_BORDER = 80, 400  # more spheres would hide the mesh
 
 
 def sphere(subdivisions=2):
@@ -23,10 +24,25 @@ def sphere(subdivisions=2):
     return vertices, triangles
 
 
+def add_anchor_spheres(name, centres, diagonal):
+    """Spheres at the anchors `centres` (k, 3), or at some of them where there are many."""
+    size = max(0.4, min(1.0, (CROWD / len(centres)) ** 0.5))
+    return add_spheres(name, thinned(centres, MOST_ANCHORS), size * ANCHOR_RADIUS * diagonal, ANCHOR_COLOUR)
+
+
+def add_border_spheres(name, centres, diagonal):
+    """Spheres along the region's border `centres` (k, 3)."""
+    return add_spheres(name, thinned(centres, MOST_BORDER), BORDER_RADIUS * diagonal, BORDER_COLOUR)
+
+
+def thinned(points, most):
+    """At most about `most` of the points, evenly taken."""
+    return points[:: -(-len(points) // most)]
+
+
 def add_spheres(name, centres, radius, colour):
     """One object with a sphere at each of `centres` (k, 3)."""
     unit, triangles = sphere()
-    centres = np.asarray(centres)[:: 1 + len(centres) // MOST_SPHERES]
     vertices = (centres[:, None] + radius * unit[None]).reshape(-1, 3)
     faces = (triangles[None] + len(unit) * np.arange(len(centres))[:, None, None]).reshape(-1, 3)
     obj = scene_mesh.new_object(name, vertices, faces)

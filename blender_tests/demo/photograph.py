@@ -60,16 +60,11 @@ def add_markers(subject, points, pose_name, everything):
         return []
     diagonal = float(np.linalg.norm(everything.max(axis=0) - everything.min(axis=0)))
     anchors = pose.anchor_indices(obj, subject.anchor_groups)
-    objects = [
-        markers.add_spheres(
-            f"Anchors {pose_name}", points[anchors], markers.ANCHOR_RADIUS * diagonal, markers.ANCHOR_COLOUR
-        )
-    ]
+    objects = [markers.add_anchor_spheres(f"Anchors {pose_name}", points[anchors], diagonal)]
     if subject.roi_group:
         roi = np.zeros(len(points), dtype=bool)
         roi[pose.group_indices(obj, subject.roi_group)] = True
         border = markers.border_vertices(obj, roi)
         if len(border):
-            radius = markers.BORDER_RADIUS * diagonal
-            objects.append(markers.add_spheres(f"Border {pose_name}", points[border], radius, markers.BORDER_COLOUR))
+            objects.append(markers.add_border_spheres(f"Border {pose_name}", points[border], diagonal))
     return objects

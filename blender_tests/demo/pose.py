@@ -121,33 +121,34 @@ def group_indices(obj, name):
 
 
 def figures(obj, teleported, bind_seconds, solve_seconds):
-    """PoseFigures from what the add-on keeps on the object."""
+    """PoseFigures from what the add-on keeps on the object, and the energy of `teleported` (n, 3)."""
     record = obj.meanvalue.bound
+    rest = positions(obj)
+    encoding = whole_encoding(obj, rest)
+    diagonal = np.linalg.norm(rest.max(axis=0) - rest.min(axis=0))
     return PoseFigures(
         vertex_count=len(obj.data.vertices),
         face_count=len(obj.data.polygons),
         free_count=record.free_count,
         anchor_count=record.anchor_count,
-        guarded_count=record.guarded_count,
+        guarded_count=len(encoding.guarded),
         iterations=record.solve_iterations,
         converged=record.solve_converged,
         stop_reason=record.solve_stop_reason,
-        energy_before=scaled_energy(obj, teleported),
+        energy_before=encoding.energy(teleported) / diagonal**2,
         energy_after=record.solve_energy,
         bind_seconds=bind_seconds,
         solve_seconds=solve_seconds,
     )
 
 
-def scaled_energy(obj, pose):
-    """G of `pose` (n, 3) by the encoding of the whole rest mesh, at bounding-box diagonal 1."""
+def whole_encoding(obj, rest):
+    """The native encoding of the whole rest mesh `rest` (n, 3)."""
     native = importlib.import_module(f"{ADDON}.native_loader").module()
-    rest = positions(obj)
     obj.data.calc_loop_triangles()
     triangles = np.empty(3 * len(obj.data.loop_triangles), dtype=np.int32)
     obj.data.loop_triangles.foreach_get("vertices", triangles)
-    diagonal = np.linalg.norm(rest.max(axis=0) - rest.min(axis=0))
-    return native.encode(rest, triangles.reshape(-1, 3)).energy(pose) / diagonal**2
+    return native.encode(rest, triangles.reshape(-1, 3))
 
 
 def result_key(obj):

@@ -1,4 +1,4 @@
-"""The photographer's studio: one camera fitted to every pose, three soft lights, a ground that takes shadow."""
+"""The photographer's studio: one camera fitted to every pose, soft key, rim and fill light, a ground that takes shadow."""
 
 from dataclasses import dataclass
 
@@ -10,12 +10,11 @@ LENS_MM, SENSOR_MM = 70.0, 36.0
 # Direction towards each light in the camera's frame (right, up, backwards), distance, side length (both over
 # the subject's radius), and irradiance weight.
 LIGHTS = {
-    "Key": ((-0.65, 0.85, 0.75), 4.0, 2.6, 1.0),
-    "Fill": ((0.95, 0.25, 0.75), 4.5, 4.0, 0.30),
-    "Rim": ((0.45, 0.80, -0.95), 4.5, 2.0, 0.85),
+    "Key": ((-0.80, 1.25, 0.55), 4.0, 1.7, 1.5),
+    "Rim": ((0.60, 0.85, -0.85), 4.5, 1.8, 0.8),
 }
 LIGHT_POWER = 52.0  # watts for a subject of radius 1 at weight 1
-WORLD_STRENGTH = 0.40
+WORLD_STRENGTH = 0.30  # the fill light: an even sky is less noisy than a third lamp
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,8 @@ def set_stage(points, picture, azimuth_deg=0.0, elevation_deg=20.0, margin=0.07)
         add_placed(name, light, centre + distance * radius * backwards, light_axes)
 
     set_world()
-    add_ground(centre, float(points[:, 2].min()), 20.0 * radius)
+    if picture.engine == "CYCLES":  # Workbench would draw the shadow catcher as a grey floor
+        add_ground(centre, float(points[:, 2].min()), 20.0 * radius)
     set_render(picture)
 
 
@@ -129,6 +129,8 @@ def set_render(picture):
     scene.render.image_settings.file_format = "PNG"
     scene.render.image_settings.color_mode = "RGBA"
     scene.view_settings.view_transform = "Standard"  # Filmic and AgX differ between versions
+    shading = scene.display.shading  # Workbench's
+    shading.light, shading.color_type, shading.show_cavity = "STUDIO", "MATERIAL", True
     scene.cycles.device = "CPU"
     scene.cycles.samples = picture.samples
     scene.cycles.use_denoising = False  # Debian's Blender has no denoiser

@@ -7,12 +7,13 @@ import numpy as np
 from mathutils import Matrix
 
 from . import motion, pose, scene_mesh, selection
+from .arguments import UP_AXES
 from .errors import DemoError
 from .off_file import read_off
 from .subject import Subject, View
 
 ROI_GROUP = "demo region"
-CLAY_COLOUR = (0.42, 0.40, 0.36)
+CLAY_COLOUR = (0.58, 0.54, 0.48)
 
 # Operators by format, the newer name first: Blender replaced its Python importers one by one.
 IMPORTERS = {
@@ -27,6 +28,8 @@ def user_subject(options):
     obj = load(options)
     prepare(obj, options.up)
     rest = pose.positions(obj)
+    if not options.anchors:
+        raise DemoError(f"no anchors are named. {group_advice(obj, 'NAME')}")
     for anchor in options.anchors:
         make_group(obj, anchor, rest)
     groups = tuple(anchor.name for anchor in options.anchors)
@@ -99,8 +102,8 @@ def prepare(obj, up):
         other.hide_render = other != obj
     bpy.context.scene.use_nodes = False  # the file's own compositing is not part of this picture
     if up is not None:
-        turn = Matrix.Rotation(math.radians(90.0 if up == "Y" else 0.0), 4, "X")
-        obj.matrix_world = turn
+        axis, angle_deg = UP_AXES[up]
+        obj.matrix_world = Matrix.Rotation(math.radians(angle_deg), 4, axis)
     if not any(slot.material for slot in obj.material_slots):
         obj.data.materials.clear()
         obj.data.materials.append(scene_mesh.plain_material("Clay", CLAY_COLOUR, 0.5))
@@ -121,14 +124,18 @@ def make_group(obj, anchor, rest):
 
 def require_group(obj, name):
     """@throws DemoError listing the vertex groups there are."""
-    if name in obj.vertex_groups:
-        return
+    if name not in obj.vertex_groups:
+        raise DemoError(f"there is no vertex group '{name}'. {group_advice(obj, name)}")
+
+
+def group_advice(obj, name):
+    """A sentence on how to get anchors out of this object."""
     names = ", ".join(f"'{group.name}'" for group in obj.vertex_groups)
     if names:
-        raise DemoError(f"'{obj.name}' has no vertex group '{name}'; it has {names}")
-    raise DemoError(
-        f"'{obj.name}' has no vertex groups; make '{name}' from vertices with --anchor {name}=SELECTION "
-        f"or --hold {name}=SELECTION, where the selection is {selection.SYNTAX}"
+        return f"'{obj.name}' has the vertex groups {names}: choose with --anchor-group or --hold"
+    return (
+        f"'{obj.name}' has no vertex groups: make one by --anchor {name}=SELECTION or --hold {name}=SELECTION, "
+        f"where the selection is {selection.SYNTAX}"
     )
 
 

@@ -218,7 +218,12 @@ def test_fixed_vertices_keep_their_bits():
 def report(*parts):
     components = [types.SimpleNamespace(free_count=free, undetermined=left) for free, left in parts]
     return types.SimpleNamespace(
-        vertex_count=40, anchor_count=3, free_count=30, guarded=np.array([4]), components=components
+        vertex_count=40,
+        anchor_count=3,
+        free_count=30,
+        guarded=np.array([4, 5, 9]),
+        guarded_reasons={"extended ring": 2, "on ring edge": 1},
+        components=components,
     )
 
 
@@ -229,6 +234,12 @@ def test_parts_that_are_not_held():
     assert not result.nothing_is_held(report((10, 0), (5, 4)))
     assert result.nothing_is_held(report((10, 1), (5, 4), (0, 0)))
     assert list(result.BindSummary.of(report((10, 0), (0, 7)), 0.25).notes()) == []
+
+
+def test_fallback_rules_are_told():
+    told = list(result.guarded_notes(report((10, 0))))
+    assert told == ["3 vertices encoded by a fallback rule (extended ring: 2, on ring edge: 1)"]
+    assert list(result.guarded_notes(types.SimpleNamespace(guarded=[], guarded_reasons={}))) == []
 
 
 def test_energy_for_diagonal_one():

@@ -347,7 +347,7 @@ def test_not_converged_is_a_warning_and_the_result_is_written(answer_with, capfd
     assert not obj.meanvalue.bound.solve_converged
     assert "Mean-Value" in obj.data.shape_keys.key_blocks
     told = capfd.readouterr().out
-    assert "Warning:" in told
+    assert "warning" in told.lower()
     assert "iteration limit" in told
 
 
@@ -357,7 +357,7 @@ def test_a_part_without_enough_fixed_points_is_a_warning(capfd):
     steps.list_anchors(obj, A=[0, 3, 12, 15])
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     told = capfd.readouterr().out
-    assert "Warning:" in told
+    assert "warning" in told.lower()
     assert "1 part of the mesh has fewer than three fixed points" in told
     bpy.ops.meanvalue.add_pose_key()
     steps.move(obj, [15], (0.0, 0.0, 1.0))

@@ -48,11 +48,13 @@ def test_handlers_of_a_former_copy_are_replaced():
     def meanvalue_mark_edited(*_):
         raise AssertionError("a handler of the former add-on was called")
 
-    bpy.app.handlers.depsgraph_update_post.append(meanvalue_mark_edited)
     addon = sys.modules[MODULE]
+    before = our_handlers()
     addon.unregister()
+    bpy.app.handlers.depsgraph_update_post.append(meanvalue_mark_edited)
     addon.register()
     assert meanvalue_mark_edited not in bpy.app.handlers.depsgraph_update_post
+    assert our_handlers() == before
 
 
 def test_handlers_stay_when_a_file_is_opened(tmp_path):

@@ -246,6 +246,13 @@ def test_bind_is_not_repeated_by_solve(native, part, monkeypatch):
     assert len(made) == 1
 
 
+def test_bind_tells_of_fallback_rules(capfd):
+    steps.bound_grid(meshes.grid())
+    told = capfd.readouterr().out
+    assert "Bound 25 vertices, 4 anchors, 21 free" in told
+    assert "encoded by a fallback rule" in told  # a flat border has vertices on their ring's edge
+
+
 def test_unbind_forgets_the_binding_only():
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
@@ -267,6 +274,8 @@ def test_the_last_result_is_kept_for_the_panel():
     assert record.solve_converged
     assert record.solve_iterations > 0
     assert record.solve_energy > 0.0
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert not record.is_solved, "it is no result of this binding"
 
 
 def test_energy_is_shown_for_a_unit_bounding_box():

@@ -18,7 +18,7 @@ import bpy
 HERE = pathlib.Path(__file__).resolve().parent
 PICTURES = HERE.parents[1] / "build" / "ui"
 PACKAGE = "meanvalue_deform"
-SETTLE_SECONDS = 1.0
+SETTLE_SECONDS = 2.0
 
 sys.path.insert(0, str(HERE.parent))
 from support import meshes, steps  # noqa: E402
@@ -124,6 +124,11 @@ def frame_all():
         bpy.ops.view3d.view_all()
 
 
+def draw_all_again():
+    for area in bpy.context.window_manager.windows[0].screen.areas:
+        area.tag_redraw()
+
+
 def quit_with(status):
     sys.stdout.flush()
     os._exit(status)
@@ -144,6 +149,7 @@ def run():
                 take(waiting.pop())
             name, action = next(states)
             action()
+            draw_all_again()
             if name:
                 waiting.append(name)
         except StopIteration:

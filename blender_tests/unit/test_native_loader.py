@@ -55,6 +55,14 @@ def test_a_module_that_the_system_cannot_load(loader, monkeypatch, tmp_path, par
         loader.module()
 
 
+def test_a_module_that_needs_what_is_not_there(loader, monkeypatch, tmp_path, part):
+    (tmp_path / "needymeanvalue.py").write_text("import a_module_that_is_not_there")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(loader, "MODULE_NAMES", ("needymeanvalue",))
+    with pytest.raises(part("errors").NativeModuleMissing, match="cannot be loaded.*a_module_that_is_not_there"):
+        loader.module()
+
+
 def test_another_module_of_that_name(loader, monkeypatch, part):
     monkeypatch.setitem(sys.modules, "impostor", types.ModuleType("impostor"))
     monkeypatch.setattr(loader, "MODULE_NAMES", ("impostor",))

@@ -37,7 +37,7 @@ def test_texts(object_status):
     steps.list_anchors(obj, A=[0, 4, 20], B=[24])
     update()
     status = object_status.status(obj)
-    assert (status.state.name, status.text) == ("UNBOUND", "Not bound. Press Bind")
+    assert (status.state.name, status.text) == ("UNBOUND", "Not bound. Press Bind.")
     assert status.member_counts == {"A": 3, "B": 1}
     bpy.ops.meanvalue.bind()
     status = object_status.status(obj)
@@ -46,7 +46,7 @@ def test_texts(object_status):
     obj.vertex_groups["A"].add([2], 1.0, 'REPLACE')
     update()
     status = object_status.status(obj)
-    assert status.text == "Stale: the anchors changed. Solve will bind again"
+    assert status.text == "Stale: the anchors changed. Solve will bind again."
     assert status.member_counts == {"A": 4, "B": 1}
     obj.vertex_groups.remove(obj.vertex_groups["B"])
     status = object_status.status(obj)

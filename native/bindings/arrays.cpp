@@ -9,7 +9,9 @@ namespace {
 
 using LongArray = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
-std::string shape_text(const py::array& array) { return py::str(array.attr("shape")); }
+std::string shape_text(const py::array& array) {
+    return py::str(array.attr("shape"));
+}
 
 py::array as_array(const py::object& values, const char* name) {
     py::array array = py::array::ensure(values);
@@ -21,8 +23,8 @@ py::array as_array(const py::object& values, const char* name) {
 LongArray as_integers(const py::array& array, const char* name) {
     const char kind = array.dtype().kind();
     if (array.size() > 0 && kind != 'i' && kind != 'u') {
-        throw InvalidInput(message(name, " has the type ", std::string(py::str(array.dtype())),
-                                   "; give whole numbers (int32)"));
+        throw InvalidInput(
+            message(name, " has the type ", std::string(py::str(array.dtype())), "; give whole numbers (int32)"));
     }
     LongArray integers(array);
     const std::int64_t* item = integers.data();

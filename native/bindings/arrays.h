@@ -1,11 +1,11 @@
 // Conversion between numpy arrays and the core's types, and nothing else.
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+
+#include <optional>
+#include <vector>
 
 #include "meanvalue/common/types.h"
 
@@ -19,10 +19,12 @@ using FloatArray = py::array_t<double, py::array::c_style | py::array::forcecast
 /// Sees an (n, 3) array without a copy. @throws InvalidInput for another shape, naming the array.
 Eigen::Map<const Positions> as_positions(const FloatArray& array, const char* name);
 
-/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (m, 3), not of an integer type, or out of the 32-bit range.
+/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (m, 3), not of an
+/// integer type, or out of the 32-bit range.
 Triangles as_triangles(const py::object& values, const char* name);
 
-/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (k,), not of an integer type, or out of the 32-bit range.
+/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (k,), not of an integer
+/// type, or out of the 32-bit range.
 std::vector<Index> as_indices(const py::object& values, const char* name);
 
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (n,) of bool.

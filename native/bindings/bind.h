@@ -1,9 +1,9 @@
 // The parts of the Python module, each bound in a file of its own.
 #pragma once
 
-#include <memory>
-
 #include <pybind11/pybind11.h>
+
+#include <memory>
 
 #include "meanvalue/common/execution.h"
 

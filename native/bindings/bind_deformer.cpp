@@ -11,12 +11,12 @@ using SharedExecution = std::shared_ptr<Execution>;
 
 std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
                                         const py::object& anchors, const std::optional<py::object>& roi,
-                                        const std::string& method, int threads,
-                                        const SharedExecution& execution) {
+                                        const std::string& method, int threads, const SharedExecution& execution) {
     const auto positions = as_positions(vertices, "vertices");
     const Triangles triangles = as_triangles(faces, "faces");
-    const Binding binding{positions,  triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi"),
-                          method_from_name(method), threads};
+    const Binding binding{
+        positions, triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi"), method_from_name(method),
+        threads};
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return std::make_unique<Deformer>(binding, *held);

@@ -97,8 +97,8 @@ void bind_encoding(py::module_& module) {
              "G, equation 15, over all vertices, in squared units of the input.\n\n"
              "To compare meshes, divide by the squared bounding-box diagonal.");
 
-    module.def("encode", &encode_mesh, py::arg("vertices"), py::arg("faces"), py::kw_only(),
-               py::arg("threads") = 0, py::arg("execution") = py::none(),
+    module.def("encode", &encode_mesh, py::arg("vertices"), py::arg("faces"), py::kw_only(), py::arg("threads") = 0,
+               py::arg("execution") = py::none(),
                "Encode every vertex by its one-ring (equations 1 to 9).\n\n"
                "vertices: (n, 3) float64; faces: (m, 3) int32, counter-clockwise seen from outside.\n"
                "threads: 0 for every core; the result does not depend on it.\n"

@@ -7,7 +7,8 @@ namespace {
 
 std::vector<char> flags(Index count, const std::vector<Index>& set) {
     std::vector<char> result(count, 0);
-    for (const Index v : set) result[v] = 1;
+    for (const Index v : set)
+        result[v] = 1;
     return result;
 }
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<Index>& anchors,
-                               const std::optional<std::vector<char>>& roi = {}, int threads = 1) {
+                                   const std::optional<std::vector<char>>& roi = {}, int threads = 1) {
     Execution execution;
     return std::make_unique<Deformer>(Binding{mesh.vertices, mesh.faces, anchors, roi, Method::kFull, threads},
                                       execution);
@@ -24,7 +24,9 @@ Solution solve(Deformer& deformer, const Positions& targets) {
     return deformer.solve(targets, {}, SolveOptions(), execution);
 }
 
-double largest_distance(const Positions& a, const Positions& b) { return (a - b).rowwise().norm().maxCoeff(); }
+double largest_distance(const Positions& a, const Positions& b) {
+    return (a - b).rowwise().norm().maxCoeff();
+}
 
 void expect_energy_never_rises(const Solution& solution) {
     for (std::size_t k = 1; k < solution.energies.size(); ++k) {
@@ -46,16 +48,15 @@ TEST_P(EveryShape, AnchorsMovedByASimilarityTakeTheShapeAlong) {
     const Mesh& mesh = GetParam();
     const std::vector<Index> anchors = spread_vertices(mesh, 6);
     for (const double angle_deg : {20.0, 120.0, 180.0}) {
-        const Positions moved =
-            moved_by_similarity(mesh.vertices, 1.7, {1, 2, 3}, angle_deg * kPi / 180, {5, -2, 1});
+        const Positions moved = moved_by_similarity(mesh.vertices, 1.7, {1, 2, 3}, angle_deg * kPi / 180, {5, -2, 1});
         const Solution solution = solve(*bound_to(mesh, anchors), rows_of(moved, anchors));
         EXPECT_LT(largest_distance(solution.vertices, moved), 1e-6 * mesh.diagonal()) << angle_deg;
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, EveryShape,
-                         testing::Values(sphere(3), grid(9, 8, 0.05), torus(24, 12),
-                                         with_noise(sphere(3), 0.1, 1), capped_tube(16, 12, 6.0)));
+                         testing::Values(sphere(3), grid(9, 8, 0.05), torus(24, 12), with_noise(sphere(3), 0.1, 1),
+                                         capped_tube(16, 12, 6.0)));
 
 struct Twist {
     Mesh mesh = capped_tube(16, 25, 8.0);
@@ -71,7 +72,8 @@ struct Twist {
         targets = rows_of(mesh.vertices, anchors);
         const Positions turned =
             moved_by_similarity(mesh.vertices, 1.0, Vector3::UnitZ(), angle_rad, Vector3::Zero());
-        for (std::size_t k = 1; k < anchors.size(); k += 2) targets.row(k) = turned.row(anchors[k]);
+        for (std::size_t k = 1; k < anchors.size(); k += 2)
+            targets.row(k) = turned.row(anchors[k]);
     }
 };
 
@@ -114,7 +116,8 @@ TEST(Deformer, OutsideTheRegionOfInfluenceNothingMoves) {
     const Mesh mesh = grid(15, 15, 0.02);
     std::vector<char> roi(225, 0);
     for (Index r = 4; r < 11; ++r) {
-        for (Index c = 4; c < 11; ++c) roi[15 * r + c] = 1;
+        for (Index c = 4; c < 11; ++c)
+            roi[15 * r + c] = 1;
     }
     const auto deformer = bound_to(mesh, {112}, roi);
     EXPECT_EQ(deformer->report().free_count, 48);
@@ -134,7 +137,8 @@ TEST(Deformer, APulledAnchorMakesNoSpike) {
     // The anchors' own rows are in the energy: without them the anchor would leave its ring behind.
     const Mesh mesh = grid(21, 21, 0.0);
     std::vector<char> roi(441, 1);
-    for (Index k = 0; k < 21; ++k) roi[k] = roi[420 + k] = roi[21 * k] = roi[21 * k + 20] = 0;
+    for (Index k = 0; k < 21; ++k)
+        roi[k] = roi[420 + k] = roi[21 * k] = roi[21 * k + 20] = 0;
     Positions target = mesh.vertices.row(220);
     target(0, 2) += 4.0;
     const Solution solution = solve(*bound_to(mesh, {220}, roi), target);
@@ -210,8 +214,7 @@ TEST(Deformer, AnIterationLimitIsKeptAndReported) {
     const Twist twist(kPi / 2);
     Execution execution;
     const SolveOptions options{1e-6, 2};
-    const Solution solution =
-        bound_to(twist.mesh, twist.anchors)->solve(twist.targets, {}, options, execution);
+    const Solution solution = bound_to(twist.mesh, twist.anchors)->solve(twist.targets, {}, options, execution);
     EXPECT_EQ(solution.iterations, 2);
     EXPECT_FALSE(solution.converged);
     EXPECT_EQ(solution.stop_reason, "iteration limit");
@@ -271,7 +274,8 @@ TEST(DeformerRejects, NumbersThatAreNotFiniteByIndex) {
 
 TEST(DeformerRejects, WrongSizesAndOptions) {
     const Mesh mesh = sphere(1);
-    EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound_to(mesh, {0}, std::vector<char>(5, 1)); }), "roi has 5"));
+    EXPECT_TRUE(
+        contains(message_of<InvalidInput>([&] { bound_to(mesh, {0}, std::vector<char>(5, 1)); }), "roi has 5"));
     const auto deformer = bound_to(mesh, {0, 1, 2});
     Execution execution;
     const Positions targets = rows_of(mesh.vertices, {0, 1, 2});

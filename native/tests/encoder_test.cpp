@@ -14,7 +14,9 @@ Positions predict_all(const Encoding& encoding, const Positions& vertices) {
     return meanvalue::predict_all(encoding, vertices, 1, Execution());
 }
 
-double largest_distance(const Positions& a, const Positions& b) { return (a - b).rowwise().norm().maxCoeff(); }
+double largest_distance(const Positions& a, const Positions& b) {
+    return (a - b).rowwise().norm().maxCoeff();
+}
 
 class EveryClass : public testing::TestWithParam<Mesh> {};
 
@@ -103,7 +105,8 @@ TEST(Encoder, WhatSpansNoPlaneIsNotPredictableAndKeepsItsPlace) {
     EXPECT_EQ(encoding.guarded_by_reason().at("not predictable"), (std::vector<Index>{0, 1, 2, 7}));
     const Positions anywhere = Positions::Random(8, 3);
     const Positions predicted = predict_all(encoding, anywhere);
-    for (const Index v : {0, 1, 2, 7}) EXPECT_EQ(predicted.row(v), anywhere.row(v));
+    for (const Index v : {0, 1, 2, 7})
+        EXPECT_EQ(predicted.row(v), anywhere.row(v));
     EXPECT_NE(predicted.row(4), anywhere.row(4));
 }
 

@@ -35,7 +35,8 @@ TEST(Abandon, ACancelDoesNotWaitForTheWork) {
     const auto release = std::make_shared<std::atomic<bool>>(false);
     const auto ended = std::make_shared<std::atomic<bool>>(false);
     const auto work = [release, ended] {
-        while (!*release) std::this_thread::yield();
+        while (!*release)
+            std::this_thread::yield();
         *ended = true;
     };
     std::thread canceller([&] { execution.cancel(); });
@@ -43,7 +44,8 @@ TEST(Abandon, ACancelDoesNotWaitForTheWork) {
     EXPECT_FALSE(*ended);
     canceller.join();
     *release = true;
-    while (!*ended) std::this_thread::yield();
+    while (!*ended)
+        std::this_thread::yield();
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ struct System {
 
     System() : mesh(with_noise(torus(12, 8), 0.1, 1)), encoding(encoding_of(mesh)) {
         std::vector<char> fixed(mesh.vertex_count(), 0);
-        for (Index v = 0; v < 20; ++v) fixed[v] = 1;
+        for (Index v = 0; v < 20; ++v)
+            fixed[v] = 1;
         unknowns = find_unknowns(encoding, fixed);
         pose = with_noise(mesh, 0.1, 2).vertices;
     }
@@ -91,7 +92,8 @@ TEST(GaussNewtonSystem, AStepThatFollowsFixedMovesIsExactForATranslation) {
     System system;
     GaussNewtonSystem equations(system.encoding, system.unknowns, system.execution);
     Positions moves = Positions::Zero(system.mesh.vertex_count(), 3);
-    for (Index v = 0; v < 20; ++v) moves.row(v) << 1, 2, 3;
+    for (Index v = 0; v < 20; ++v)
+        moves.row(v) << 1, 2, 3;
     equations.linearise(system.mesh.vertices, &moves, 1, system.execution);
     const Eigen::VectorXd product =
         SparseMatrix(equations.matrix().matrix().triangularView<Eigen::Lower>()).selfadjointView<Eigen::Lower>() *
@@ -112,8 +114,9 @@ TEST(GaussNewtonSystem, IsTheSameForAnyNumberOfThreads) {
     one.linearise(pose, nullptr, 1, execution);
     four.linearise(pose, nullptr, 4, execution);
     EXPECT_EQ(one.gradient(), four.gradient());
-    EXPECT_TRUE(Eigen::Map<const Eigen::VectorXd>(one.matrix().matrix().valuePtr(), one.matrix().matrix().nonZeros()) ==
-                Eigen::Map<const Eigen::VectorXd>(four.matrix().matrix().valuePtr(), four.matrix().matrix().nonZeros()));
+    EXPECT_TRUE(
+        Eigen::Map<const Eigen::VectorXd>(one.matrix().matrix().valuePtr(), one.matrix().matrix().nonZeros()) ==
+        Eigen::Map<const Eigen::VectorXd>(four.matrix().matrix().valuePtr(), four.matrix().matrix().nonZeros()));
     EXPECT_EQ(one.energy(pose, 1, execution), four.energy(pose, 4, execution));
 }
 

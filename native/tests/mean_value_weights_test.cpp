@@ -1,10 +1,10 @@
 #include "meanvalue/encoding/mean_value_weights.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <numeric>
 #include <random>
-
-#include <gtest/gtest.h>
 
 namespace meanvalue::tests {
 namespace {
@@ -39,7 +39,8 @@ TEST(MeanValueWeights, AreUniformOnARegularRing) {
     const ProjectedRing ring = ring_from({{1, 0}, {0, 1}, {-1, 0}, {0, -1}});
     std::vector<double> weights;
     EXPECT_EQ(mean_value_weights(ring, weights), WeightRule::kMeanValue);
-    for (const double weight : weights) EXPECT_NEAR(weight, 0.25, 1e-15);
+    for (const double weight : weights)
+        EXPECT_NEAR(weight, 0.25, 1e-15);
 }
 
 TEST(MeanValueWeights, ReproduceThePointInsideAndOutsideOfThePolygon) {
@@ -69,7 +70,8 @@ TEST(MeanValueWeights, GoOverContinuouslyIntoTheEdgeRule) {
         const ProjectedRing ring = ring_from({{1, offset}, {0.5, 2 + offset}, {-3, offset}});
         mean_value_weights(ring, near_edge);
         EXPECT_LT(error_of(ring, near_edge), 1e-13) << offset;
-        for (int k = 0; k < 3; ++k) EXPECT_NEAR(near_edge[k], on_edge[k], std::abs(offset)) << offset;
+        for (int k = 0; k < 3; ++k)
+            EXPECT_NEAR(near_edge[k], on_edge[k], std::abs(offset)) << offset;
     }
 }
 
@@ -86,7 +88,8 @@ TEST(LeastNormWeights, ReproduceThePointOnTangledRingsAndStaySmaller) {
     int exploded = 0;
     for (int trial = 0; trial < 2000; ++trial) {
         std::vector<Eigen::Vector2d> points(3 + trial % 6);
-        for (Eigen::Vector2d& point : points) point = {deviate(random), deviate(random)};
+        for (Eigen::Vector2d& point : points)
+            point = {deviate(random), deviate(random)};
         const ProjectedRing ring = ring_from(points);
         std::vector<double> mean_value, least_norm;
         mean_value_weights(ring, mean_value);
@@ -95,8 +98,10 @@ TEST(LeastNormWeights, ReproduceThePointOnTangledRingsAndStaySmaller) {
         least_norm_weights(ring, least_norm);
         EXPECT_LT(error_of(ring, least_norm), 1e-11);
         double mean_value_norm = 0.0, least_norm_norm = 0.0;
-        for (const double weight : mean_value) mean_value_norm += weight * weight;
-        for (const double weight : least_norm) least_norm_norm += weight * weight;
+        for (const double weight : mean_value)
+            mean_value_norm += weight * weight;
+        for (const double weight : least_norm)
+            least_norm_norm += weight * weight;
         EXPECT_LE(least_norm_norm, mean_value_norm * (1 + 1e-9));
     }
     EXPECT_GT(exploded, 20);  // the rule was in fact exercised

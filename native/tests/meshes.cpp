@@ -17,8 +17,10 @@ Mesh from_lists(std::string name, const std::vector<Vector3>& vertices,
     mesh.name = std::move(name);
     mesh.vertices.resize(static_cast<Eigen::Index>(vertices.size()), 3);
     mesh.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
-    for (std::size_t k = 0; k < vertices.size(); ++k) mesh.vertices.row(k) = vertices[k];
-    for (std::size_t k = 0; k < faces.size(); ++k) mesh.faces.row(k) = faces[k];
+    for (std::size_t k = 0; k < vertices.size(); ++k)
+        mesh.vertices.row(k) = vertices[k];
+    for (std::size_t k = 0; k < faces.size(); ++k)
+        mesh.faces.row(k) = faces[k];
     return mesh;
 }
 
@@ -26,8 +28,7 @@ double shortest_edge(const Mesh& mesh) {
     double shortest = mesh.diagonal();
     for (Index f = 0; f < mesh.faces.rows(); ++f) {
         for (int k = 0; k < 3; ++k) {
-            const auto edge =
-                mesh.vertices.row(mesh.faces(f, k)) - mesh.vertices.row(mesh.faces(f, (k + 1) % 3));
+            const auto edge = mesh.vertices.row(mesh.faces(f, k)) - mesh.vertices.row(mesh.faces(f, (k + 1) % 3));
             shortest = std::min(shortest, edge.norm());
         }
     }
@@ -36,9 +37,13 @@ double shortest_edge(const Mesh& mesh) {
 
 }  // namespace
 
-double Mesh::diagonal() const { return (vertices.colwise().maxCoeff() - vertices.colwise().minCoeff()).norm(); }
+double Mesh::diagonal() const {
+    return (vertices.colwise().maxCoeff() - vertices.colwise().minCoeff()).norm();
+}
 
-Mesh triangle() { return from_lists("triangle", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}); }
+Mesh triangle() {
+    return from_lists("triangle", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+}
 
 Mesh strip() {
     return from_lists("strip", {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.3}, {0, 1, 0.1}}, {{0, 1, 2}, {0, 2, 3}});
@@ -48,7 +53,8 @@ Mesh grid(Index columns, Index rows, double height) {
     std::vector<Vector3> vertices;
     std::vector<Eigen::Matrix<Index, 1, 3>> faces;
     for (Index r = 0; r < rows; ++r) {
-        for (Index c = 0; c < columns; ++c) vertices.emplace_back(c, r, height * c * r);
+        for (Index c = 0; c < columns; ++c)
+            vertices.emplace_back(c, r, height * c * r);
     }
     for (Index r = 0; r + 1 < rows; ++r) {
         for (Index c = 0; c + 1 < columns; ++c) {
@@ -145,7 +151,8 @@ Mesh with_noise(Mesh mesh, double share, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> deviate(0.0, share * shortest_edge(mesh));
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
-        for (int k = 0; k < 3; ++k) mesh.vertices(v, k) += deviate(random);
+        for (int k = 0; k < 3; ++k)
+            mesh.vertices(v, k) += deviate(random);
     }
     mesh.name = "noisy " + mesh.name;
     return mesh;
@@ -164,8 +171,16 @@ Mesh joined(const Mesh& a, const Mesh& b) {
 std::vector<Mesh> all_classes() {
     Mesh flat = grid(7, 6, 0.0);
     flat.name = "flat grid";
-    return {sphere(3),        grid(9, 8, 0.05),  flat,      torus(24, 12),   with_noise(sphere(3), 0.1, 1),
-            with_noise(torus(24, 12), 0.3, 2), strip(), triangle(), needles(), capped_tube(160, 12, 4.0),
+    return {sphere(3),
+            grid(9, 8, 0.05),
+            flat,
+            torus(24, 12),
+            with_noise(sphere(3), 0.1, 1),
+            with_noise(torus(24, 12), 0.3, 2),
+            strip(),
+            triangle(),
+            needles(),
+            capped_tube(160, 12, 4.0),
             joined(sphere(2), grid(5, 5, 0.1))};
 }
 
@@ -189,7 +204,8 @@ std::vector<Index> spread_vertices(const Mesh& mesh, Index count) {
 
 Positions rows_of(const Positions& vertices, const std::vector<Index>& rows) {
     Positions result(static_cast<Eigen::Index>(rows.size()), 3);
-    for (std::size_t k = 0; k < rows.size(); ++k) result.row(k) = vertices.row(rows[k]);
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        result.row(k) = vertices.row(rows[k]);
     return result;
 }
 

@@ -14,7 +14,8 @@ TEST(ParallelFor, VisitsEveryItemOnce) {
         for (const int threads : {1, 2, 7}) {
             std::vector<int> visits(count, 0);
             parallel_for(count, threads, Execution(), [&](Index begin, Index end) {
-                for (Index k = begin; k < end; ++k) ++visits[k];
+                for (Index k = begin; k < end; ++k)
+                    ++visits[k];
             });
             EXPECT_EQ(visits, std::vector<int>(count, 1));
         }

@@ -22,8 +22,7 @@ Mesh random_fan(Index valence, unsigned seed) {
     for (Index k = 0; k < valence; ++k) {
         const double angle_rad = 2 * kPi * (k + 0.3 * uniform(random)) / valence;
         const double radius = 1.0 + 0.3 * uniform(random);
-        mesh.vertices.row(k + 1) << radius * std::cos(angle_rad), radius * std::sin(angle_rad),
-            0.3 * uniform(random);
+        mesh.vertices.row(k + 1) << radius * std::cos(angle_rad), radius * std::sin(angle_rad), 0.3 * uniform(random);
         mesh.faces.row(k) << 0, k + 1, (k + 1) % valence + 1;
     }
     return mesh;
@@ -93,11 +92,13 @@ TEST(Predictor, StaysFiniteOnFoldedAndCollapsedRings) {
     Positions line = rest.vertices;
     line.rightCols(2).setZero();
     Positions folded = rest.vertices;  // the second half retraces the first: no area
-    for (int k = 0; k < 3; ++k) folded.row(6 - k) = folded.row(k + 1);
+    for (int k = 0; k < 3; ++k)
+        folded.row(6 - k) = folded.row(k + 1);
     std::vector<Matrix3> blocks(6);
     for (const Positions& pose : {collapsed, line, folded}) {
         EXPECT_TRUE(predict_with_jacobian(encoding.ring_of(0), pose, blocks.data()).allFinite());
-        for (const Matrix3& block : blocks) EXPECT_TRUE(block.allFinite());
+        for (const Matrix3& block : blocks)
+            EXPECT_TRUE(block.allFinite());
     }
 }
 

@@ -1,9 +1,9 @@
 // What several tests need: the encoding of a test mesh, and the message of an expected error.
 #pragma once
 
-#include <string>
-
 #include <gtest/gtest.h>
+
+#include <string>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/encoding/encoder.h"

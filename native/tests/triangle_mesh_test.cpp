@@ -17,7 +17,9 @@ OneRings rings_of(const Mesh& mesh) {
     return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces));
 }
 
-std::vector<Index> ring(const OneRings& rings, Index vertex) { return {rings.begin(vertex), rings.end(vertex)}; }
+std::vector<Index> ring(const OneRings& rings, Index vertex) {
+    return {rings.begin(vertex), rings.end(vertex)};
+}
 
 TEST(OneRing, InnerVertexIsClosedAndCounterClockwise) {
     const OneRings rings = rings_of(grid(3, 3, 0.0));

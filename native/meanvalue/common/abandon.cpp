@@ -39,7 +39,8 @@ void run_abandonable(const std::function<void()>& work, const Execution& executi
     }).detach();
 
     std::unique_lock<std::mutex> lock(job->mutex);
-    while (!job->finished.wait_for(lock, kPollInterval, [&] { return job->done; })) execution.check();
+    while (!job->finished.wait_for(lock, kPollInterval, [&] { return job->done; }))
+        execution.check();
     if (job->failure) std::rethrow_exception(job->failure);
 }
 

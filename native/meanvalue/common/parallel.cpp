@@ -14,8 +14,7 @@ namespace {
 // Long enough to hide the cost of a call, short enough for cancellation to be seen within milliseconds.
 constexpr Index kPiece = 2048;
 
-void run_pieces(Index begin, Index end, const Execution& execution,
-                const std::function<void(Index, Index)>& body) {
+void run_pieces(Index begin, Index end, const Execution& execution, const std::function<void(Index, Index)>& body) {
     for (Index first = begin; first < end; first += std::min(kPiece, end - first)) {
         execution.check();
         body(first, first + std::min(kPiece, end - first));
@@ -52,13 +51,16 @@ void parallel_for(Index count, int threads, const Execution& execution,
     others.reserve(workers - 1);
     int started = 1;
     try {
-        for (; started < workers; ++started) others.emplace_back(work, started);
+        for (; started < workers; ++started)
+            others.emplace_back(work, started);
     } catch (const std::system_error&) {
         // The system has no thread to spare: the pieces left over are done here instead.
     }
     work(0);
-    for (int worker = started; worker < workers; ++worker) work(worker);
-    for (std::thread& other : others) other.join();
+    for (int worker = started; worker < workers; ++worker)
+        work(worker);
+    for (std::thread& other : others)
+        other.join();
     for (const std::exception_ptr& failure : failures) {
         if (failure) std::rethrow_exception(failure);
     }

@@ -1,10 +1,9 @@
 // The vocabulary of the whole core: how positions, triangles and indices are stored.
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 
 namespace meanvalue {
 

@@ -25,25 +25,25 @@ std::vector<char> fixed_flags(const Binding& binding) {
                                        " vertices, numbered from 0"));
         }
         if (named_by[v] >= 0) {
-            throw InvalidInput(message("anchors ", named_by[v], " and ", k, " are both vertex ", v,
-                                       "; name each vertex once"));
+            throw InvalidInput(
+                message("anchors ", named_by[v], " and ", k, " are both vertex ", v, "; name each vertex once"));
         }
         named_by[v] = static_cast<Index>(k);
         fixed[v] = 1;
     }
     if (binding.roi) {
         if (binding.roi->size() != fixed.size()) {
-            throw InvalidInput(message("roi has ", binding.roi->size(), " entries, but the mesh has ",
-                                       vertex_count, " vertices"));
+            throw InvalidInput(
+                message("roi has ", binding.roi->size(), " entries, but the mesh has ", vertex_count, " vertices"));
         }
-        for (Index v = 0; v < vertex_count; ++v) fixed[v] |= static_cast<char>(!(*binding.roi)[v]);
+        for (Index v = 0; v < vertex_count; ++v)
+            fixed[v] |= static_cast<char>(!(*binding.roi)[v]);
     }
     return fixed;
 }
 
 double bounding_box_diagonal(const PositionsView& positions) {
-    return positions.rows() == 0 ? 0.0
-                                 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+    return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
 }
 
 // Residuals below this share of the diagonal are rounding.
@@ -96,7 +96,8 @@ Positions Deformer::place_anchors(const PositionsView& targets) const {
     }
     require_finite(targets, "targets");
     Positions positions = rest_;
-    for (std::size_t k = 0; k < anchors_.size(); ++k) positions.row(anchors_[k]) = targets.row(k);
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        positions.row(anchors_[k]) = targets.row(k);
     return positions;
 }
 
@@ -116,7 +117,8 @@ void Deformer::choose_start(const MinimiseOptions& options, Positions& positions
     if (unknowns_.free.empty()) return;
     Positions carried = carry_parts(positions);
     Positions fixed_moves = positions - carried;
-    for (const Index v : unknowns_.free) fixed_moves.row(v).setZero();
+    for (const Index v : unknowns_.free)
+        fixed_moves.row(v).setZero();
     if (fixed_moves.cwiseAbs().maxCoeff() > kNegligibleMove * diagonal_) {
         carried = follow_fixed_moves(*system_, cholesky_, unknowns_, options, carried, fixed_moves, execution);
     }
@@ -151,11 +153,12 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
         const StageTimer timer(total, "total");
         if (start) {
             if (start->rows() != rest_.rows()) {
-                throw InvalidInput(message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(),
-                                           " vertices"));
+                throw InvalidInput(
+                    message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(), " vertices"));
             }
             require_finite(*start, "start");
-            for (const Index v : unknowns_.free) solution.vertices.row(v) = start->row(v);
+            for (const Index v : unknowns_.free)
+                solution.vertices.row(v) = start->row(v);
         } else {
             choose_start(minimise_options, solution.vertices, execution);
         }

@@ -42,13 +42,13 @@ struct BindReport {
     Index vertex_count = 0;
     Index free_count = 0;
     Index anchor_count = 0;
-    Index row_count = 0;                ///< residuals that take part in a solve
-    Index detached_triangle_count = 0;  ///< triangles that fit no manifold; see TriangleMesh
+    Index row_count = 0;                           ///< residuals that take part in a solve
+    Index detached_triangle_count = 0;             ///< triangles that fit no manifold; see TriangleMesh
     std::vector<Index> guarded;                    ///< vertices encoded by a fallback rule
     std::map<std::string, Index> guarded_reasons;  ///< how many vertices each reason applies to
-    std::vector<Component> components;  ///< the parts of the mesh and what their fixed vertices leave open
-    Timings timings;        ///< seconds by stage
-    std::size_t bytes = 0;  ///< held by the encoding and the linear system, without the factor
+    std::vector<Component> components;             ///< the parts of the mesh and what their fixed vertices leave open
+    Timings timings;                               ///< seconds by stage
+    std::size_t bytes = 0;                         ///< held by the encoding and the linear system, without the factor
 };
 
 struct SolveOptions {
@@ -57,7 +57,7 @@ struct SolveOptions {
 };
 
 struct Solution {
-    Positions vertices;  ///< n x 3; anchors exactly at their targets, fixed vertices exactly at rest
+    Positions vertices;   ///< n x 3; anchors exactly at their targets, fixed vertices exactly at rest
     double energy = 0.0;  ///< G over the rows that depend on free vertices, squared units of the input
     double initial_energy = 0.0;
     double initial_gradient = 0.0;  ///< norm of dG/dV' at the start

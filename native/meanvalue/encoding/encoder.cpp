@@ -25,8 +25,7 @@ constexpr double kLargestError = 1e-9;
 /// One instance for each thread: it keeps scratch memory.
 class VertexEncoder {
   public:
-    VertexEncoder(const PositionsView& positions, Encoding& encoding)
-        : positions_(positions), encoding_(encoding) {}
+    VertexEncoder(const PositionsView& positions, Encoding& encoding) : positions_(positions), encoding_(encoding) {}
 
     /// Fills weights, cotangents and heights of `vertex`; returns its GuardReason flags.
     std::uint8_t encode(Index vertex) {
@@ -34,9 +33,14 @@ class VertexEncoder {
         project(vertex);
         std::uint8_t flags = 0;
         switch (mean_value_weights(projected_, weights_)) {
-            case WeightRule::kMeanValue: break;
-            case WeightRule::kOnRingEdge: flags |= kOnRingEdge; break;
-            case WeightRule::kOnRingVertex: flags |= kOnRingVertex; break;
+            case WeightRule::kMeanValue:
+                break;
+            case WeightRule::kOnRingEdge:
+                flags |= kOnRingEdge;
+                break;
+            case WeightRule::kOnRingVertex:
+                flags |= kOnRingVertex;
+                break;
         }
         if (!weights_are_tame(weights_) || tangential_error() > kRoundingError * projected_.largest_radius) {
             least_norm_weights(projected_, weights_);
@@ -80,14 +84,16 @@ class VertexEncoder {
 
     double radius_sum() const {
         double sum = 0.0;
-        for (const double radius : projected_.radius) sum += radius;
+        for (const double radius : projected_.radius)
+            sum += radius;
         return sum;
     }
 
     /// How far the weights miss v'_i.
     double tangential_error() const {
         Vector3 sum = Vector3::Zero();
-        for (std::size_t k = 0; k < weights_.size(); ++k) sum += weights_[k] * projected_.tangential[k];
+        for (std::size_t k = 0; k < weights_.size(); ++k)
+            sum += weights_[k] * projected_.tangential[k];
         return sum.norm();
     }
 
@@ -181,8 +187,7 @@ void drop_rings(const std::vector<std::uint8_t>& flags, Encoding& encoding) {
     std::vector<Index> offsets(1, 0);
     for (Index v = 0; v < encoding.vertex_count(); ++v) {
         const bool dropped = (flags[v] & kNotPredictable) != 0;
-        offsets.push_back(offsets.back() +
-                          (dropped ? 0 : encoding.ring_offsets[v + 1] - encoding.ring_offsets[v]));
+        offsets.push_back(offsets.back() + (dropped ? 0 : encoding.ring_offsets[v + 1] - encoding.ring_offsets[v]));
     }
     encoding.ring_offsets = std::move(offsets);
 }
@@ -199,7 +204,8 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
     std::vector<std::uint8_t> flags(vertex_count, 0);
     parallel_for(vertex_count, threads, execution, [&](Index begin, Index end) {
         VertexEncoder encoder(positions, encoding);
-        for (Index v = begin; v < end; ++v) flags[v] = encoder.encode(v);
+        for (Index v = begin; v < end; ++v)
+            flags[v] = encoder.encode(v);
     });
 
     VertexEncoder encoder(positions, encoding);

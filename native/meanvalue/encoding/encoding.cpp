@@ -41,9 +41,8 @@ std::map<std::string, std::vector<Index>> Encoding::guarded_by_reason() const {
 }
 
 std::size_t Encoding::bytes() const {
-    return bytes_of(ring_offsets) + bytes_of(ring) + bytes_of(weights) + bytes_of(cotangents) +
-           bytes_of(heights) + bytes_of(guarded) + bytes_of(guard_reasons) + bytes_of(steep_offset) +
-           bytes_of(steep_weights);
+    return bytes_of(ring_offsets) + bytes_of(ring) + bytes_of(weights) + bytes_of(cotangents) + bytes_of(heights) +
+           bytes_of(guarded) + bytes_of(guard_reasons) + bytes_of(steep_offset) + bytes_of(steep_weights);
 }
 
 }  // namespace meanvalue

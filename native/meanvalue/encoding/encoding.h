@@ -45,7 +45,7 @@ struct Encoding {
     std::vector<Index> guarded;               ///< vertices encoded by a fallback rule, ascending
     std::vector<std::uint8_t> guard_reasons;  ///< GuardReason flags, one entry for each in `guarded`
 
-    std::vector<Index> steep_offset;   ///< n: where a steep ring's u_ij begin in steep_weights, else -1
+    std::vector<Index> steep_offset;    ///< n: where a steep ring's u_ij begin in steep_weights, else -1
     std::vector<double> steep_weights;  ///< u_ij of all steep rings
 
     Index vertex_count() const { return static_cast<Index>(steep_offset.size()); }

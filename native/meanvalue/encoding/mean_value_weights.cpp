@@ -1,10 +1,9 @@
 #include "meanvalue/encoding/mean_value_weights.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include <Eigen/Geometry>
 #include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
 
 namespace meanvalue {
 namespace {
@@ -27,8 +26,7 @@ void put_all_on(std::size_t k, std::vector<double>& weights) {
 WeightRule mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights) {
     const std::size_t valence = ring.radius.size();
     weights.assign(valence, 0.0);
-    const std::size_t nearest =
-        std::min_element(ring.radius.begin(), ring.radius.end()) - ring.radius.begin();
+    const std::size_t nearest = std::min_element(ring.radius.begin(), ring.radius.end()) - ring.radius.begin();
     if (ring.radius[nearest] < kCoincident * ring.mean_radius) {
         put_all_on(nearest, weights);
         return WeightRule::kOnRingVertex;
@@ -54,14 +52,17 @@ WeightRule mean_value_weights(const ProjectedRing& ring, std::vector<double>& we
         weights[next] += half_tangent / ring.radius[next];
     }
     double sum = 0.0;
-    for (const double weight : weights) sum += weight;
-    for (double& weight : weights) weight /= sum;
+    for (const double weight : weights)
+        sum += weight;
+    for (double& weight : weights)
+        weight /= sum;
     return WeightRule::kMeanValue;
 }
 
 bool weights_are_tame(const std::vector<double>& weights) {
     double amplification = 0.0;
-    for (const double weight : weights) amplification += std::abs(weight);
+    for (const double weight : weights)
+        amplification += std::abs(weight);
     return amplification <= kLargestAmplification;  // false for NaN too
 }
 

@@ -111,8 +111,7 @@ Positions predict_all(const Encoding& encoding, const PositionsView& positions, 
     return predicted;
 }
 
-double energy(const Encoding& encoding, const PositionsView& positions, int threads,
-              const Execution& execution) {
+double energy(const Encoding& encoding, const PositionsView& positions, int threads, const Execution& execution) {
     return 0.5 * (positions - predict_all(encoding, positions, threads, execution)).squaredNorm();
 }
 

@@ -1,12 +1,11 @@
 #include "meanvalue/encoding/ring_extension.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <unordered_set>
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 
 #include "meanvalue/encoding/projection_plane.h"
 
@@ -28,7 +27,8 @@ Vector3 plane_normal(const PositionsView& positions, const std::vector<Index>& p
 
 std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::vector<Index>& points) {
     Vector3 centroid = Vector3::Zero();
-    for (const Index v : points) centroid += Vector3(positions.row(v));
+    for (const Index v : points)
+        centroid += Vector3(positions.row(v));
     centroid /= static_cast<double>(points.size());
     const Vector3 normal = plane_normal(positions, points, centroid);
     const Vector3 axis_u = normal.unitOrthogonal();
@@ -44,7 +44,8 @@ std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::ve
                      [&](std::size_t a, std::size_t b) { return angle_rad[a] < angle_rad[b]; });
     std::vector<Index> sorted;
     sorted.reserve(points.size());
-    for (const std::size_t k : order) sorted.push_back(points[k]);
+    for (const std::size_t k : order)
+        sorted.push_back(points[k]);
     return sorted;
 }
 

@@ -1,8 +1,7 @@
 #include "meanvalue/mesh/components.h"
 
-#include <numeric>
-
 #include <Eigen/Geometry>
+#include <numeric>
 
 namespace meanvalue {
 namespace {

@@ -20,14 +20,14 @@ struct Component {
 
 /// All parts of a mesh.
 struct Components {
-    std::vector<Component> parts;     ///< ordered by their first vertex
-    std::vector<Index> part_of;       ///< n: the part of each vertex
+    std::vector<Component> parts;           ///< ordered by their first vertex
+    std::vector<Index> part_of;             ///< n: the part of each vertex
     std::vector<std::vector<Index>> fixed;  ///< the fixed vertices of each part, ascending
 };
 
 /// Splits the mesh into parts that hang together by triangles; a loose vertex is a part of its own.
 /// @param positions n x 3 rest positions; @param is_fixed n flags. Cost: linear.
 Components find_components(const PositionsView& positions, const TrianglesView& faces,
-                                       const std::vector<char>& is_fixed);
+                           const std::vector<char>& is_fixed);
 
 }  // namespace meanvalue

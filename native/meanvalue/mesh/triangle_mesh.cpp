@@ -1,10 +1,9 @@
 #include "meanvalue/mesh/triangle_mesh.h"
 
-#include <array>
-#include <unordered_map>
-
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/System/omstream.hh>
+#include <array>
+#include <unordered_map>
 
 #include "meanvalue/common/errors.h"
 
@@ -100,9 +99,11 @@ void TriangleMesh::add_faces(const TrianglesView& faces) {
     }
     for (Index f = 0; f < faces.rows(); ++f) {
         std::array<VertexHandle, 3> corners;
-        for (int k = 0; k < 3; ++k) corners[k] = mesh.vertex_handle(faces(f, k));
+        for (int k = 0; k < 3; ++k)
+            corners[k] = mesh.vertex_handle(faces(f, k));
         if (connectivity_->fits(corners) && mesh.add_face(corners[0], corners[1], corners[2]).is_valid()) continue;
-        for (int k = 0; k < 3; ++k) corners[k] = connectivity_->add_copy(faces(f, k));
+        for (int k = 0; k < 3; ++k)
+            corners[k] = connectivity_->add_copy(faces(f, k));
         mesh.add_face(corners[0], corners[1], corners[2]);
         ++detached_count_;
     }
@@ -113,7 +114,8 @@ void TriangleMesh::collect_fans(Index vertex, std::vector<Fan>& fans) const {
     connectivity_->collect_fans(connectivity_->mesh.vertex_handle(vertex), fans);
     const auto copies = connectivity_->copies.find(vertex);
     if (copies == connectivity_->copies.end()) return;
-    for (const VertexHandle copy : copies->second) connectivity_->collect_fans(copy, fans);
+    for (const VertexHandle copy : copies->second)
+        connectivity_->collect_fans(copy, fans);
 }
 
 }  // namespace meanvalue

@@ -18,7 +18,8 @@ BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns) {
         for (int c = 0; c < 3; ++c) {
             *outer++ = inner - matrix_.innerIndexPtr();
             for (const Index row : columns[column]) {
-                for (int r = 0; r < 3; ++r) *inner++ = 3 * std::int64_t{row} + r;
+                for (int r = 0; r < 3; ++r)
+                    *inner++ = 3 * std::int64_t{row} + r;
             }
         }
     }

@@ -1,9 +1,8 @@
 // A symmetric sparse matrix of 3 x 3 blocks with a fixed pattern, filled anew at each iteration.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/SparseCore>
+#include <vector>
 
 #include "meanvalue/common/types.h"
 
@@ -28,7 +27,8 @@ class BlockMatrix {
         const std::int64_t stride = 3 * (block_start_[column + 1] - block_start_[column]);
         double* entry = matrix_.valuePtr() + 9 * block_start_[column] + 3 * (position - block_start_[column]);
         for (int c = 0; c < 3; ++c, entry += stride) {
-            for (int r = 0; r < 3; ++r) entry[r] += block(r, c);
+            for (int r = 0; r < 3; ++r)
+                entry[r] += block(r, c);
         }
     }
 

@@ -34,7 +34,8 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
 
 void GaussNewtonSystem::find_pattern(Execution& execution) {
     std::vector<std::vector<Index>> columns(unknowns_.free.size());
-    for (std::size_t k = 0; k < columns.size(); ++k) columns[k].push_back(static_cast<Index>(k));
+    for (std::size_t k = 0; k < columns.size(); ++k)
+        columns[k].push_back(static_cast<Index>(k));
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
         if (row % kRowsPerCheck == 0) execution.check();
         for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
@@ -91,7 +92,8 @@ double GaussNewtonSystem::energy(const PositionsView& positions, int threads, co
         }
     });
     double sum = 0.0;
-    for (const Vector3& residual : residuals_) sum += residual.squaredNorm();
+    for (const Vector3& residual : residuals_)
+        sum += residual.squaredNorm();
     return 0.5 * sum;
 }
 
@@ -113,7 +115,8 @@ void GaussNewtonSystem::linearise(const PositionsView& positions, const Position
                 }
             };
             add_term(i, Matrix3::Identity());
-            for (Index k = 0; k < ring.valence; ++k) add_term(ring.ring[k], -blocks[k]);
+            for (Index k = 0; k < ring.valence; ++k)
+                add_term(ring.ring[k], -blocks[k]);
             residuals_[row] = residual;
         }
     });
@@ -130,16 +133,15 @@ void GaussNewtonSystem::assemble(const Execution& execution) {
             gradient_.segment<3>(3 * term_columns_[a]) += term_blocks_[a].transpose() * residuals_[row];
             for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
                 if (term_columns_[a] < term_columns_[b]) continue;
-                matrix_.add(pair_positions_[pair++], term_columns_[b],
-                            term_blocks_[a].transpose() * term_blocks_[b]);
+                matrix_.add(pair_positions_[pair++], term_columns_[b], term_blocks_[a].transpose() * term_blocks_[b]);
             }
         }
     }
 }
 
 std::size_t GaussNewtonSystem::bytes() const {
-    return matrix_.bytes() + term_blocks_.capacity() * sizeof(Matrix3) +
-           term_columns_.capacity() * sizeof(Index) + pair_positions_.capacity() * sizeof(std::int64_t);
+    return matrix_.bytes() + term_blocks_.capacity() * sizeof(Matrix3) + term_columns_.capacity() * sizeof(Index) +
+           pair_positions_.capacity() * sizeof(std::int64_t);
 }
 
 }  // namespace meanvalue

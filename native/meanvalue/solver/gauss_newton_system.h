@@ -46,8 +46,8 @@ class GaussNewtonSystem {
     // A row's terms: the columns it reaches (block column, dr_i/dv_k) and where the products of their pairs go.
     std::vector<std::int64_t> term_offsets_;  // |rows| + 1
     std::vector<Index> term_columns_;
-    std::vector<std::int64_t> pair_offsets_;     // |rows| + 1
-    std::vector<std::int64_t> pair_positions_;   // for every a, b of a row with column a >= column b
+    std::vector<std::int64_t> pair_offsets_;    // |rows| + 1
+    std::vector<std::int64_t> pair_positions_;  // for every a, b of a row with column a >= column b
     std::vector<double> smoothness_metric_;
     std::vector<Matrix3> term_blocks_;
     std::vector<Vector3> residuals_;  // |rows|

@@ -185,11 +185,16 @@ class Descent {
 
 const char* describe(StopReason reason) {
     switch (reason) {
-        case StopReason::kConverged: return "converged";
-        case StopReason::kSettled: return "the energy no longer falls";
-        case StopReason::kNothingToSolve: return "no free vertices";
-        case StopReason::kNoDescent: return "no step lowers the energy further";
-        case StopReason::kIterationLimit: return "iteration limit";
+        case StopReason::kConverged:
+            return "converged";
+        case StopReason::kSettled:
+            return "the energy no longer falls";
+        case StopReason::kNothingToSolve:
+            return "no free vertices";
+        case StopReason::kNoDescent:
+            return "no step lowers the energy further";
+        case StopReason::kIterationLimit:
+            return "iteration limit";
     }
     return "";
 }
@@ -202,8 +207,8 @@ MinimiseReport minimise(GaussNewtonSystem& system, SparseCholesky& cholesky, con
 }
 
 Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
-                             const MinimiseOptions& options, const Positions& base,
-                             const Positions& fixed_moves, Execution& execution) {
+                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
+                             Execution& execution) {
     system.linearise(base, &fixed_moves, options.threads, execution);
     system.matrix().add_to_diagonal(kLeastDiagonal);
     Eigen::VectorXd direction;
@@ -211,7 +216,8 @@ Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky
     if (solve_step(system, cholesky, execution, direction)) {
         move_free(unknowns, base, direction, 1.0, result);
     } else {
-        for (const Index v : unknowns.free) result.row(v) = base.row(v);
+        for (const Index v : unknowns.free)
+            result.row(v) = base.row(v);
     }
     return result;
 }

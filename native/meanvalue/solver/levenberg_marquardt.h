@@ -35,7 +35,7 @@ const char* describe(StopReason reason);
 struct MinimiseReport {
     int iterations = 0;
     StopReason stop_reason = StopReason::kNothingToSolve;
-    std::vector<double> energies;  ///< G at the start and after each iteration; never rises
+    std::vector<double> energies;   ///< G at the start and after each iteration; never rises
     double initial_gradient = 0.0;  ///< |J| at the start, all components
     double gradient = 0.0;          ///< |J| where the last linearisation was made
     Timings timings;
@@ -55,7 +55,7 @@ MinimiseReport minimise(GaussNewtonSystem& system, SparseCholesky& cholesky, con
 /// @param base n x 3; @param fixed_moves n x 3, of which the fixed vertices' rows are read.
 /// @return n x 3, fixed vertices at base + fixed_moves. @throws Cancelled, SolverFailure.
 Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
-                             const MinimiseOptions& options, const Positions& base,
-                             const Positions& fixed_moves, Execution& execution);
+                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
+                             Execution& execution);
 
 }  // namespace meanvalue

@@ -1,8 +1,7 @@
 #include "meanvalue/solver/sparse_cholesky.h"
 
-#include <algorithm>
-
 #include <Eigen/CholmodSupport>
+#include <algorithm>
 
 #include "meanvalue/common/abandon.h"
 #include "meanvalue/common/errors.h"
@@ -28,8 +27,7 @@ void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& executi
     run_abandonable([state] { state->solver.analyzePattern(state->lower); }, execution);
     if (state->solver.cholmod().status < 0) {
         throw SolverFailure(message("the linear system of ", lower.rows(), " unknowns with ", lower.nonZeros(),
-                                    " entries could not be analysed (CHOLMOD status ",
-                                    state->solver.cholmod().status,
+                                    " entries could not be analysed (CHOLMOD status ", state->solver.cholmod().status,
                                     "): too little memory? Restrict the region of influence"));
     }
     state_ = state;

@@ -16,9 +16,8 @@ Unknowns find_unknowns(const Encoding& encoding, const std::vector<char>& is_fix
         if (!encoding.predictable(v)) continue;  // its residual is zero whatever happens
         const Index* begin = encoding.ring.data() + encoding.ring_offsets[v];
         const Index* end = encoding.ring.data() + encoding.ring_offsets[v + 1];
-        const bool depends = unknowns.slot[v] >= 0 || std::any_of(begin, end, [&](Index j) {
-                                 return unknowns.slot[j] >= 0;
-                             });
+        const bool depends =
+            unknowns.slot[v] >= 0 || std::any_of(begin, end, [&](Index j) { return unknowns.slot[j] >= 0; });
         if (depends) unknowns.rows.push_back(v);
     }
     return unknowns;
