@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The command line of `./dev demo`. No bpy."""
 
 import argparse
@@ -85,39 +86,80 @@ def build_parser():
         allow_abbrev=False,
     )
     parser.add_argument("file", metavar="FILE", nargs="?", type=Path, help="a mesh: " + ", ".join(FORMATS))
-    mesh = parser.add_argument_group("anchors and region (with FILE)")
-    mesh.add_argument(
-        "--anchor-group", metavar="NAME", nargs="+", action="extend", default=[], help="vertex groups of the file that are anchors"
+    add_mesh_options(parser.add_argument_group("anchors and region (with FILE)"))
+    add_pose_options(parser.add_argument_group("pose (with FILE)"))
+    add_picture_options(parser.add_argument_group("pictures"))
+    return parser
+
+
+def add_mesh_options(group):
+    """What holds and what may move."""
+    several = {"nargs": "+", "action": "extend", "default": []}
+    group.add_argument("--anchor-group", metavar="NAME", **several, help="vertex groups of the file that are anchors")
+    group.add_argument(
+        "--anchor",
+        metavar="NAME=SELECTION",
+        action="append",
+        default=[],
+        help="makes an anchor group from a selection",
     )
-    mesh.add_argument(
-        "--anchor", metavar="NAME=SELECTION", action="append", default=[], help="makes an anchor group from a selection"
-    )
-    mesh.add_argument(
-        "--hold", metavar="NAME[=SELECTION]", nargs="+", action="extend", default=[], help="anchor groups that stay where they are"
-    )
-    mesh.add_argument(
+    group.add_argument("--hold", metavar="NAME[=SELECTION]", **several, help="anchor groups that stay where they are")
+    group.add_argument(
         "--roi-group",
         "--roi",
         metavar="NAME|SELECTION",
         dest="roi",
         help="the vertices that may move: a vertex group or a selection; the whole mesh if left out",
     )
-    mesh.add_argument("--object", metavar="NAME", help="which mesh object of the file; the active or only one if left out")
-    pose = parser.add_argument_group("pose (with FILE)")
-    pose.add_argument(
-        "--move", metavar="[NAME] X Y Z", nargs="+", action="append", default=[], help="moves an anchor group; NAME may be left out if only one is not held"
+    group.add_argument("--object", metavar="NAME", help="which mesh object of FILE; default: the active or only one")
+
+
+def add_pose_options(group):
+    """Where anchors go."""
+    repeated = {"nargs": "+", "action": "append", "default": []}
+    group.add_argument(
+        "--move",
+        metavar=("[NAME] X Y Z", ""),
+        **repeated,
+        help="moves an anchor group; NAME may be left out if only one is not held",
     )
-    pose.add_argument(
-        "--rotate", metavar="[NAME] AXIS DEGREES", nargs="+", action="append", default=[], help="turns an anchor group about its centroid; AXIS is X, Y, Z or like 0,1,1"
+    group.add_argument(
+        "--rotate",
+        metavar=("[NAME] AXIS DEGREES", ""),
+        **repeated,
+        help="turns an anchor group about its centroid; AXIS is X, Y, Z or like 0,1,1",
     )
-    look = parser.add_argument_group("pictures")
-    look.add_argument("--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s")
-    look.add_argument("--camera", metavar=("AZIMUTH", "ELEVATION"), nargs=2, type=float, help="degrees; 0 0 looks from the front (-y)")
-    look.add_argument("--up", choices=tuple(UP_AXES), help="which way is up in FILE, as in --up=-Z; default: Y for .obj, as it is for .blend, else Z")
-    look.add_argument("--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer; default: %(default)s")
-    look.add_argument("--samples", metavar="N", type=int, default=40, help="Cycles samples per pixel; default: %(default)s")
-    look.add_argument("--only", choices=("octopus", "figure_eight"), help="without FILE: just one of the two meshes")
-    return parser
+
+
+def add_picture_options(group):
+    """What the pictures look like and where they go."""
+    group.add_argument(
+        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
+    )
+    group.add_argument(
+        "--camera",
+        metavar=("AZIMUTH", "ELEVATION"),
+        nargs=2,
+        type=float,
+        help="degrees; 0 0 looks from the front (-y)",
+    )
+    group.add_argument(
+        "--up",
+        choices=tuple(UP_AXES),
+        help="which way is up in FILE, as in --up=-Z; default: Y for .obj, as it is for .blend, else Z",
+    )
+    group.add_argument(
+        "--engine",
+        choices=("cycles", "workbench"),
+        default="cycles",
+        help="workbench is quicker and plainer; default: %(default)s",
+    )
+    group.add_argument(
+        "--samples", metavar="N", type=int, default=32, help="Cycles samples per pixel; default: %(default)s"
+    )
+    group.add_argument(
+        "--only", choices=("octopus", "figure_eight"), help="without FILE: just one of the two meshes"
+    )
 
 
 def parse(argv):
@@ -152,7 +194,10 @@ def check_file(words, anchors):
     """@throws ValueError when FILE and the other options do not fit together."""
     if words.file is None:
         if anchors or words.move or words.rotate or words.roi or words.object or words.up:
-            raise ValueError("anchors, region and pose need a FILE, before the other options; without one the built-in meshes are posed")
+            raise ValueError(
+                "anchors, region and pose need a FILE, before the other options; "
+                "without one the built-in meshes are posed"
+            )
         return
     if words.only:
         raise ValueError("--only is for the built-in meshes, without FILE")
@@ -160,6 +205,8 @@ def check_file(words, anchors):
         raise ValueError(f"{words.file}: the format must be one of {', '.join(FORMATS)}")
     if not words.file.is_file():
         raise ValueError(f"{words.file}: there is no such file")
+    if words.file.resolve() == (words.output / words.file.name).resolve():
+        raise ValueError(f"{words.file} would be overwritten; name another folder by --output")
 
 
 def parse_anchors(words):
@@ -208,11 +255,13 @@ def split_motion(option, words, value_count, anchors):
     if len(words) != value_count + 1:
         raise ValueError(
             f"{option} {' '.join(words)}: give the group's name and {value_count} values "
-            f"(the name may be left out if there is one anchor group that is not held; here: {', '.join(movable) or 'none'})"
+            "(the name may be left out if there is one anchor group that is not held; "
+            f"here: {', '.join(movable) or 'none'})"
         )
     if words[0] not in movable:
         raise ValueError(
-            f"{option} {words[0]}: that is not one of the anchor groups that may be moved ({', '.join(movable) or 'none'})"
+            f"{option} {words[0]}: that is not one of the anchor groups that may be moved "
+            f"({', '.join(movable) or 'none'})"
         )
     return words[0], words[1:]
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The two meshes that the demo brings: the octopus of Figure 5 and the figure-eight of Figure 3."""
 
 import numpy as np
@@ -5,11 +6,11 @@ import numpy as np
 from . import creature, figure_eight, motion, scene_mesh
 from .subject import Subject, View
 
-ANCHOR_AT = 0.65  # fraction of the lifted tentacle's length: where its tip begins to roll
+ANCHOR_AT = 0.70  # fraction of the lifted tentacle's length: just before its tip begins to roll
 # The region takes in the tentacle's whole root, so that the root turns with it. Its border crosses an eye, as
 # in Figure 5. With the thin part alone as region the same lift bends it so much that it changes thickness.
 ROI_RADIUS = 0.85
-LIFT_ANGLE_DEG = 45.0
+LIFT_ANGLE_DEG = 50.0
 TWIST_ANGLE_DEG = 90.0
 
 SKIN_COLOUR, WART_COLOUR = np.array([0.50, 0.085, 0.035]), np.array([0.72, 0.30, 0.10])
@@ -47,7 +48,15 @@ def octopus():
     targets[anchor] = motion.bent_chord(
         mesh.vertices[anchor], root, np.cross(outwards, [0.0, 0.0, 1.0]), np.radians(LIFT_ANGLE_DEG)
     )
-    return Subject("Octopus, one tentacle lifted by one anchor", "octopus", obj, ("tip",), "tentacle region", targets, View(12.0, 20.0, height=640))
+    return Subject(
+        title="Octopus, one tentacle lifted by one anchor",
+        file_stem="octopus",
+        obj=obj,
+        anchor_groups=("tip",),
+        roi_group="tentacle region",
+        targets=targets,
+        view=View(azimuth_deg=12.0, elevation_deg=20.0, height=640),
+    )
 
 
 def octopus_colours(model):
@@ -73,11 +82,11 @@ def twisted_eight():
         targets[model.upper_anchors], (0.0, 0.0, 1.0), np.radians(TWIST_ANGLE_DEG), np.zeros(3)
     )
     return Subject(
-        f"Figure-eight, upper end turned by {TWIST_ANGLE_DEG:.0f} degrees",
-        "figure_eight",
-        obj,
-        ("lower end", "upper end"),
-        "",
-        targets,
-        View(20.0, 14.0, width=640, height=800),
+        title=f"Figure-eight, upper end turned by {TWIST_ANGLE_DEG:.0f} degrees",
+        file_stem="figure_eight",
+        obj=obj,
+        anchor_groups=("lower end", "upper end"),
+        roi_group="",
+        targets=targets,
+        view=View(azimuth_deg=20.0, elevation_deg=14.0, width=640, height=800),
     )

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """An octopus-like creature: one closed manifold quad mesh with eyes, eight tentacles and suckers. No bpy."""
 
 from dataclasses import dataclass, replace
@@ -102,7 +103,8 @@ def add_body(cage):
         for column in range(SEGMENTS):
             if row != TENTACLE_ROW and not is_eye(row, column):
                 right = (column + 1) % SEGMENTS
-                cage.add_quad([rings[row][column], rings[row + 1][column], rings[row + 1][right], rings[row][right]])
+                upper, lower = rings[row], rings[row + 1]
+                cage.add_quad([upper[column], lower[column], lower[right], upper[right]])
     cage.cap(rings[0], [0.0, BODY_RINGS[0, 2], BODY_RINGS[0, 0] + 0.005])
     cage.cap(rings[-1][::-1], [0.0, 0.0, BODY_RINGS[-1, 0] + 0.03])
     return rings
@@ -167,7 +169,7 @@ def tentacle_shape(tentacle, root_height, random):
 
 
 def add_warts(mesh, random):
-    """The Creature: raises small round bumps all over the skin, each a few quads wide, so that lost detail would show."""
+    """The Creature: `mesh` with small round bumps all over the skin, so that lost detail would show."""
     corner = mesh.vertices[mesh.quads]
     # The longest edge, not the area: on thin quads a bump narrower than an edge would alias.
     quad_size = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The one error the demo answers: its message says what to do, and no traceback is shown."""
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A figure-eight: a closed quad mesh of genus 2, for the twist of the paper's Figure 3. No bpy."""
 
 from dataclasses import dataclass, replace
@@ -83,7 +84,8 @@ def plate_cage():
     def vertex(column, row, side):
         key = (column, row, side)
         if key not in vertex_of:
-            (vertex_of[key],) = cage.add_vertices([[LATTICE_X[column], LATTICE_Y[row], (2 * side - 1) * HALF_THICKNESS]])
+            position = [LATTICE_X[column], LATTICE_Y[row], (2 * side - 1) * HALF_THICKNESS]
+            (vertex_of[key],) = cage.add_vertices([position])
         return vertex_of[key]
 
     solid = np.pad(CELLS, 1)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Small spheres that show the anchors (orange) and the border of the region (blue)."""
 
 import numpy as np
@@ -17,7 +18,8 @@ def sphere(subdivisions=2):
     for _ in range(subdivisions):
         corners = vertices[triangles]
         middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
-        points, index = np.unique(np.concatenate([corners, middles], axis=1).reshape(-1, 3).round(12), axis=0, return_inverse=True)
+        both = np.concatenate([corners, middles], axis=1).reshape(-1, 3).round(12)
+        points, index = np.unique(both, axis=0, return_inverse=True)
         a, b, c, ab, bc, ca = index.reshape(-1, 6).T
         triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))])
         vertices = points / np.linalg.norm(points, axis=1, keepdims=True)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Where anchors go: rigid motions of point sets. No bpy."""
 
 import numpy as np

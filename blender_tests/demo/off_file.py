@@ -1,6 +1,8 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of OFF files: vertices and polygons. No bpy."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 
@@ -27,7 +29,8 @@ def read_off(path):
     body = lines[1:]
     if len(body) < vertex_count + face_count:
         raise DemoError(
-            f"{path} announces {vertex_count} vertices and {face_count} faces, but has {len(body)} lines after its counts"
+            f"{path} announces {vertex_count} vertices and {face_count} faces, "
+            f"but has {len(body)} lines after its counts"
         )
     vertices = np.array([numbers(path, line, float, 3) for line in body[:vertex_count]]).reshape(-1, 3)
     faces = body[vertex_count : vertex_count + face_count]
@@ -37,7 +40,7 @@ def read_off(path):
 def meaningful_lines(path):
     """(line number, words) of every line that is not blank or a comment."""
     try:
-        with open(path, encoding="utf-8", errors="replace") as file:
+        with Path(path).open(encoding="utf-8", errors="replace") as file:
             split = [(number, line.split("#", 1)[0].split()) for number, line in enumerate(file, start=1)]
     except OSError as error:
         raise DemoError(f"{path} cannot be read: {error.strerror}") from error

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Before and after: the same object and camera, two poses, markers, pictures side by side."""
 
 import bpy
@@ -23,13 +24,14 @@ def photograph(subject, picture, output):
         for other, objects in marks.items():
             for obj in objects:
                 obj.hide_render = obj.hide_viewport = other != name
+        bpy.context.view_layer.update()
         path = output / f"{subject.file_stem}_{name}.png"
         stage.render(path)
         shots[name] = pictures.over_backdrop(pictures.read_png(path))
         pictures.write_png(path, shots[name])
     both = output / f"{subject.file_stem}_before_after.png"
     pictures.write_png(both, pictures.side_by_side(shots["before"], shots["after"]))
-    return [f"{subject.file_stem}_{name}.png" for name in poses] + [both.name]
+    return [*(f"{subject.file_stem}_{name}.png" for name in poses), both.name]
 
 
 def show_pose(obj, value):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """PNG files as arrays: a backdrop behind a transparent render, and two pictures side by side."""
 
 import bpy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Posing by the add-on's operators, as an artist's clicks would, and the figures for the report."""
 
 import importlib
@@ -81,9 +82,14 @@ def call(operator, **options):
     try:
         result = operator(**options)
     except RuntimeError as error:
-        raise DemoError(str(error).removeprefix("Error: ").strip()) from error
+        raise DemoError(operator_message(error)) from error
     if result != {"FINISHED"}:
         raise DemoError(f"{operator.idname_py()} ended with {', '.join(result)}")
+
+
+def operator_message(error):
+    """What an operator reported, out of the RuntimeError that Blender makes of it."""
+    return str(error).strip().removeprefix("Error: ")
 
 
 def write_pose_key(obj, subject):

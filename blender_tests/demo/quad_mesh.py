@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Closed quad meshes as arrays: a cage to build on, and Catmull-Clark subdivision to smooth it.
 
 Written here rather than left to Blender's modifiers so that every Blender version, and plain Python,

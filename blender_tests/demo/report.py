@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The printed report, also written as report.txt. No bpy."""
 
 
@@ -12,8 +13,8 @@ def subject_lines(title, figures, seconds, files):
         ("free vertices", f"{figures.free_count:,}"),
         ("anchors", f"{figures.anchor_count:,}"),
         ("iterations", f"{figures.iterations}, {end}"),
-        ("energy G, anchors moved", f"{figures.energy_before:.3e}"),
-        ("energy G, solved", f"{figures.energy_after:.3e}"),
+        ("energy G at the start", f"{figures.energy_before:.3e}"),
+        ("energy G solved", f"{figures.energy_after:.3e}"),
         ("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())),
         ("files", ", ".join(files)),
     ]
@@ -26,7 +27,8 @@ def text(blender_version, addon_version, blocks):
     """The whole report from the lines of each mesh."""
     head = [
         f"Mean-Value Deform {addon_version}, Blender {blender_version}",
-        "G is eq 15 of the paper, scaled to a rest bounding box of diagonal 1.",
+        "G is eq 15 of the paper, scaled to a rest bounding box of diagonal 1; the start is the rest shape with its",
+        "anchors on their targets.",
         "",
     ]
     return "\n".join(head + [line for block in blocks for line in block])

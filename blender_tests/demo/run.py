@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Entry point of `./dev demo`, run by Blender: blender -b --factory-startup --python run.py -- [arguments].
 
 MEANVALUE_ADDON_ZIP in the environment is the add-on to install.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Arrays to Blender mesh objects: faces, labels as materials, vertex groups, colours."""
 
 import bpy

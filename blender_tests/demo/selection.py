@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Vertices named on the command line: by index, or by where they are. No bpy."""
 
 from dataclasses import dataclass

@@ -1,4 +1,5 @@
-"""The photographer's studio: one camera fitted to every pose, soft key, rim and fill light, a ground that takes shadow."""
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The studio: one camera fitted to every pose, soft key, rim and fill light, a ground that takes shadow."""
 
 from dataclasses import dataclass
 
@@ -23,7 +24,7 @@ class Picture:
 
     width: int = 960
     height: int = 720
-    samples: int = 48
+    samples: int = 32
     engine: str = "CYCLES"
 
 
@@ -112,7 +113,8 @@ def set_world():
 def add_ground(centre, height, half_size):
     """A plane that shows only the shadows that fall on it."""
     mesh = bpy.data.meshes.new("Ground")
-    corners = [(x * half_size + centre[0], y * half_size + centre[1], height) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    corners = [(centre[0] + x * half_size, centre[1] + y * half_size, height) for x, y in signs]
     mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
     ground = bpy.data.objects.new("Ground", mesh)
     ground.is_shadow_catcher = True

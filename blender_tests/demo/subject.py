@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What every demo poses and photographs: one object, its anchors, their targets, and the view."""
 
 from dataclasses import dataclass

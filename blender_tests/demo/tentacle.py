@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One tentacle: its centre line, its cross sections, its tube of quads and its suckers. No bpy."""
 
 from dataclasses import dataclass

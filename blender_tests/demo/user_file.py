@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The user's own mesh: from a file to a Subject with its anchor groups, region and targets."""
 
 import math
@@ -52,7 +53,7 @@ def load(options):
         try:
             bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
         except RuntimeError as error:
-            raise DemoError(f"{options.file} cannot be opened: {error}") from error
+            raise DemoError(f"{options.file} cannot be opened: {pose.operator_message(error)}") from error
     elif suffix == ".off":
         vertices, polygons = read_off(options.file)
         obj = scene_mesh.new_object(options.file.stem, vertices, polygons)
@@ -72,7 +73,7 @@ def import_mesh(path, suffix):
         try:
             getattr(getattr(bpy.ops, module), name)(filepath=str(path.resolve()))
         except RuntimeError as error:
-            raise DemoError(f"{path} cannot be imported: {error}") from error
+            raise DemoError(f"{path} cannot be imported: {pose.operator_message(error)}") from error
         return
     raise DemoError(f"this Blender has no importer for {suffix}; convert {path} to .off or .obj")
 
@@ -90,6 +91,8 @@ def choose_object(options):
         return active
     if len(meshes) == 1:
         return next(iter(meshes.values()))
+    if not meshes:
+        raise DemoError(f"{options.file} has no mesh, or is not a {options.file.suffix} file; see the messages above")
     raise DemoError(f"{options.file} has {len(meshes)} mesh objects; choose one with --object NAME out of: {names}")
 
 
@@ -100,7 +103,8 @@ def prepare(obj, up):
         bpy.ops.object.mode_set(mode="OBJECT")
     for other in bpy.context.scene.objects:
         other.hide_render = other != obj
-    bpy.context.scene.use_nodes = False  # the file's own compositing is not part of this picture
+    obj.show_only_shape_key = False  # a pinned key would hide the result
+    bpy.context.scene.render.use_compositing = bpy.context.scene.render.use_sequencer = False
     if up is not None:
         axis, angle_deg = UP_AXES[up]
         obj.matrix_world = Matrix.Rotation(math.radians(angle_deg), 4, axis)

@@ -17,7 +17,7 @@ void bind_deformer(py::module_& module);
 
 /// The caller's Execution, or a fresh one where None was given. Held by the caller: no Python object is touched
 /// while the interpreter is released.
-inline std::shared_ptr<Execution> execution_or_new(std::shared_ptr<Execution> execution) {
+inline std::shared_ptr<Execution> execution_or_new(const std::shared_ptr<Execution>& execution) {
     return execution ? execution : std::make_shared<Execution>();
 }
 

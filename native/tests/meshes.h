@@ -21,7 +21,7 @@ struct Mesh {
 /// So that GoogleTest names a parameter instead of dumping its bytes.
 inline void PrintTo(const Mesh& mesh, std::ostream* stream) {
     *stream << mesh.name;
-}  // NOLINT: GoogleTest's name
+}
 
 /// One triangle, then a strip of two: what spans no plane, and the least that does.
 Mesh triangle();

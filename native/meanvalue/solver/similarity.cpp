@@ -14,7 +14,7 @@ constexpr double kLeastScale = 1e-6;
 /// The rotation that maximises trace(R^T covariance); the smallest one where directions are missing.
 Matrix3 fit_rotation(const Matrix3& covariance) {
     const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Vector3 values = svd.singularValues();
+    const Vector3& values = svd.singularValues();
     if (values(0) == 0.0) return Matrix3::Identity();
     if (values(1) < kRankTolerance * values(0)) {
         return Eigen::Quaterniond::FromTwoVectors(svd.matrixV().col(0), svd.matrixU().col(0)).toRotationMatrix();
