@@ -6,17 +6,17 @@ class MeanValueError(Exception):
     """Base of all: an operator reports it as {'ERROR'} and leaves the scene as it was."""
 
 
-class SceneProblem(MeanValueError):
+class SceneError(MeanValueError):
     """The scene is not ready; the artist can put it right."""
 
 
-class StaleBinding(SceneProblem):
+class StaleBindingError(SceneError):
     """The mesh is not the one that was bound."""
 
 
-class NativeModuleMissing(MeanValueError):
+class NativeModuleError(MeanValueError):
     """The compiled solver cannot be loaded; the installation must be put right."""
 
 
-class SolverProblem(MeanValueError):
+class SolverError(MeanValueError):
     """The solver refused its input or failed."""

@@ -15,9 +15,9 @@ from .bridge import object_status
 @persistent
 def meanvalue_mark_edited(_scene, depsgraph):
     for update in depsgraph.updates:
-        if update.is_updated_geometry and isinstance(update.id, bpy.types.Object):
-            if object_status.mark_edited(update.id.original):
-                _draw_again_when_quiet()
+        is_edited_object = update.is_updated_geometry and isinstance(update.id, bpy.types.Object)
+        if is_edited_object and object_status.mark_edited(update.id.original):
+            _draw_again_when_quiet()
 
 
 @persistent
@@ -40,8 +40,13 @@ _HANDLERS = (
 
 
 def _draw_again_when_quiet():
-    if not bpy.app.timers.is_registered(_draw_again):
+    if _is_drawn() and not bpy.app.timers.is_registered(_draw_again):
         bpy.app.timers.register(_draw_again, first_interval=object_status.QUIET_SECONDS)
+
+
+def _is_drawn():
+    """Timers are never called in the background, and one left over keeps the bpy module of 4.5 from ending."""
+    return not bpy.app.background
 
 
 def _draw_again():

@@ -9,7 +9,7 @@ import importlib.machinery
 import pathlib
 import platform
 
-from .errors import NativeModuleMissing
+from .errors import NativeModuleError
 
 #: A module beside the add-on (legacy zip), then one that is installed on its own (wheel of an extension).
 MODULE_NAMES = (f"{__package__}.lib.meanvalue", "meanvalue")
@@ -19,12 +19,12 @@ _problem = None
 
 
 def module():
-    """The compiled module. @throws NativeModuleMissing, and looks again at the next call."""
+    """The compiled module. @throws NativeModuleError, and looks again at the next call."""
     global _module, _problem
     if _module is None:
         try:
             _module, _problem = _load(), None
-        except NativeModuleMissing as error:
+        except NativeModuleError as error:
             _problem = str(error)
             raise
     return _module
@@ -35,7 +35,7 @@ def problem():
     if _module is None and _problem is None:
         try:
             module()
-        except NativeModuleMissing as error:
+        except NativeModuleError as error:
             return str(error)
     return _problem
 
@@ -67,7 +67,7 @@ def _load():
         if hasattr(found, "Deformer"):
             return found
         failures.append(f"a module '{name}' was found that is not the solver: {found}")
-    raise NativeModuleMissing(_explanation(failures))
+    raise NativeModuleError(_explanation(failures))
 
 
 def _is_absent(name, error):

@@ -8,7 +8,7 @@ from .core import wording
 from .ui import text_box
 
 
-class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):
+class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blender's way
     bl_idname = __package__
 
     def draw(self, context):

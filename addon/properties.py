@@ -14,7 +14,7 @@ from bpy.props import (
 from . import ids
 
 
-class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
+class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     """One vertex group whose vertices are anchors"""
 
     name: StringProperty(
@@ -24,7 +24,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
     )
 
 
-class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
+class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     """What the mesh was bound as, see bridge/bound_record.py. Counts are for messages, digests for comparing"""
 
     is_bound: BoolProperty()
@@ -48,7 +48,7 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     solve_stop_reason: StringProperty()
 
 
-class MEANVALUE_PG_settings(bpy.types.PropertyGroup):
+class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     """Settings of Mean-Value Deform for one object"""
 
     anchor_groups: CollectionProperty(type=MEANVALUE_PG_anchor_group)

@@ -13,7 +13,7 @@ import numpy as np
 from . import ids, native_loader
 from .core import result
 from .core.deformer_cache import DeformerCache
-from .errors import SceneProblem, SolverProblem
+from .errors import SceneError, SolverError
 
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
@@ -32,7 +32,7 @@ class Binding:
 def binding_for(bind_input, triangles):
     """The Binding of `bind_input`, from the cache or newly made. `triangles()` gives m x 3 int32 when needed.
 
-    @throws NativeModuleMissing, SceneProblem, SolverProblem; then nothing is cached.
+    @throws NativeModuleError, SceneError, SolverError; then nothing is cached.
     """
     key = bind_input.fingerprint.key
     binding = _cache.get(key)
@@ -45,13 +45,13 @@ def binding_for(bind_input, triangles):
 def solve(binding, bind_input, targets):
     """(n x 3 float64 positions, SolveSummary) for k x 3 `targets` in the order of `bind_input.anchors`.
 
-    @throws SolverProblem.
+    @throws SolverError.
     """
     started = time.perf_counter()
     solution = _call(binding.deformer.solve, np.ascontiguousarray(targets, np.float64))
     summary = result.SolveSummary.of(solution, bind_input.diagonal, time.perf_counter() - started)
     if not result.all_finite(solution.vertices):
-        raise SolverProblem(
+        raise SolverError(
             f"The solver gave positions that are not numbers ({summary.text()}). Move the anchors closer to the rest "
             "shape, or add anchors"
         )
@@ -79,7 +79,7 @@ def _bind(bind_input, triangles):
     )
     summary = result.BindSummary.of(deformer.report, time.perf_counter() - started)
     if result.nothing_is_held(deformer.report):
-        raise SceneProblem(
+        raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
             "posed. Give the part three anchors, or choose a region that leaves some of its vertices out"
         )
@@ -92,14 +92,16 @@ def _call(function, *arguments, **options):
     try:
         return function(*arguments, **options)
     except module.InvalidInput as error:
-        raise SolverProblem(f"The solver cannot use this mesh: {error}. Correct the mesh there and press Bind") from error
+        raise SolverError(
+            f"The solver cannot use this mesh: {error}. Correct the mesh there and press Bind"
+        ) from error
     except module.SolverFailure as error:
-        raise SolverProblem(
+        raise SolverError(
             f"The solver failed: {error}. Move the anchors closer to the rest shape, or add anchors"
         ) from error
     except module.Cancelled as error:
-        raise SolverProblem("Cancelled; nothing was changed") from error
+        raise SolverError("Cancelled; nothing was changed") from error
     except MemoryError as error:
-        raise SolverProblem(
+        raise SolverError(
             "There is not enough memory for this mesh. Choose a smaller region, or close other programs"
         ) from error

@@ -32,7 +32,8 @@ def installed_addon():
     import bpy
 
     zip_path = os.environ.get("MEANVALUE_ADDON_ZIP")
-    assert zip_path and os.path.isfile(zip_path), "set MEANVALUE_ADDON_ZIP to the add-on zip (./dev package makes it)"
+    advice = "set MEANVALUE_ADDON_ZIP to the add-on zip (./dev package makes it)"
+    assert zip_path and pathlib.Path(zip_path).is_file(), advice
     wanted = os.environ.get("BLENDER_USER_SCRIPTS")
     assert wanted, "set BLENDER_USER_SCRIPTS to a folder of its own: tests must not touch the user's Blender"
     user_scripts = pathlib.Path(bpy.utils.user_resource('SCRIPTS')).resolve()

@@ -39,7 +39,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="meanvalue-tests-") as folder:
         for name in ("SCRIPTS", "CONFIG", "DATAFILES", "EXTENSIONS"):
             os.environ.setdefault(f"BLENDER_USER_{name}", str(pathlib.Path(folder, name.lower())))
-        os.makedirs(os.environ["BLENDER_USER_SCRIPTS"], exist_ok=True)
+        pathlib.Path(os.environ["BLENDER_USER_SCRIPTS"]).mkdir(parents=True, exist_ok=True)
         import bpy  # noqa: F401  the tests find it in sys.modules
 
         return run(sys.argv)

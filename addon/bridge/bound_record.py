@@ -35,9 +35,9 @@ def read_solve(record):
 
 
 def clear(record):
-    for name in record.bl_rna.properties.keys():
-        if name not in {"rna_type", "name"}:
-            record.property_unset(name)
+    for prop in record.bl_rna.properties:
+        if prop.identifier not in {"rna_type", "name"}:
+            record.property_unset(prop.identifier)
 
 
 def _read(record, kind):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from .. import compat
 from ..core import fingerprint, wording
-from ..errors import SceneProblem
+from ..errors import SceneError
 from . import bound_record, scene_input, vertex_groups
 
 
@@ -64,9 +64,9 @@ def status(obj, quiet_seconds=0.0):
     key = compat.session_key(obj)
     signature = _signature(obj)
     known_signature, known = _known.get(key, (None, None))
-    if known_signature == signature:
-        if key not in _edited or clock() - _edited[key] < quiet_seconds:
-            return known
+    is_edited = key in _edited and clock() - _edited[key] >= quiet_seconds
+    if known_signature == signature and not is_edited:
+        return known
     if obj.mode != 'OBJECT':
         return known or _unread(obj)
     known = _read(obj)
@@ -115,7 +115,7 @@ def _state_and_text(obj):
     bound = bound_record.read_fingerprint(obj.meanvalue.bound)
     try:
         now = scene_input.gather(obj).fingerprint
-    except SceneProblem as problem:
+    except SceneError as problem:
         return State.PROBLEM, wording.sentence(str(problem))
     if bound is None:
         return State.UNBOUND, "Not bound. Press Bind."

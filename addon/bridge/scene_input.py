@@ -2,9 +2,9 @@
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
 from .. import ids
-from ..core.bind_input import BindInput, anchor_union, region_mask
 from ..core import wording
-from ..errors import SceneProblem
+from ..core.bind_input import BindInput, anchor_union, region_mask
+from ..errors import SceneError
 from . import mesh_arrays, shape_keys, vertex_groups
 
 
@@ -39,12 +39,14 @@ def mode_name(mode):
 
 
 def gather(obj):
-    """The BindInput of `obj`, checked. @throws SceneProblem."""
+    """The BindInput of `obj`, checked. @throws SceneError."""
     settings = obj.meanvalue
     names = [group.name for group in settings.anchor_groups]
     region_name = settings.roi_group
     if not names:
-        raise SceneProblem("No anchors are listed. Add a vertex group to Anchors: its vertices will hold and pose the mesh")
+        raise SceneError(
+            "No anchors are listed. Add a vertex group to Anchors: its vertices will hold and pose the mesh"
+        )
     for name in names:
         vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
     if region_name:
@@ -67,7 +69,7 @@ def gather(obj):
 def _require_members(names, region_name, invert, members, vertex_count):
     empty = [name for name in names if len(members[name]) == 0]
     if empty:
-        raise SceneProblem(
+        raise SceneError(
             f"Anchor {'group' if len(empty) == 1 else 'groups'} {wording.quoted(empty)} "
             f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
             f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'} from Anchors"
@@ -75,12 +77,12 @@ def _require_members(names, region_name, invert, members, vertex_count):
     if not region_name:
         return
     if not invert and len(members[region_name]) == 0:
-        raise SceneProblem(
+        raise SceneError(
             f"The region '{region_name}' has no vertices with a weight above zero. Assign the vertices that may move, "
             "or clear the field"
         )
     if invert and len(members[region_name]) == vertex_count:
-        raise SceneProblem(
+        raise SceneError(
             f"The region is empty: '{region_name}' has every vertex and is inverted. Turn Invert off or choose "
             "another group"
         )

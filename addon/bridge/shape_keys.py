@@ -5,7 +5,7 @@ import numpy as np
 
 from .. import compat, ids
 from ..core.bind_input import require_finite
-from ..errors import SceneProblem
+from ..errors import SceneError
 from . import mesh_arrays
 
 
@@ -23,7 +23,7 @@ def rest_positions(mesh):
         return mesh_arrays.vertex_positions(mesh)
     rest = positions(mesh.shape_keys.reference_key)
     if len(rest) != len(mesh.vertices):
-        raise SceneProblem(
+        raise SceneError(
             f"The Basis shape key has {len(rest):,} points, the mesh has {len(mesh.vertices):,} vertices. "
             "Enter and leave Edit Mode once, so that Blender makes them agree"
         )
@@ -40,7 +40,10 @@ def pose_problem(obj):
         return "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
     active = obj.active_shape_key
     if active is None or active == keys.reference_key:
-        return f"The active shape key is the rest shape itself, so nothing is posed. {advice}, or choose the key that poses them"
+        return (
+            f"The active shape key is the rest shape itself, so nothing is posed. {advice}, "
+            "or choose the key that poses them"
+        )
     return None
 
 
@@ -58,11 +61,11 @@ def result_problem(obj):
 def pose_positions(obj):
     """n x 3 float32 of the active shape key, which holds the targets.
 
-    @throws SceneProblem if there is none, or the result has nowhere to go.
+    @throws SceneError if there is none, or the result has nowhere to go.
     """
     problem = pose_problem(obj) or result_problem(obj)
     if problem:
-        raise SceneProblem(problem)
+        raise SceneError(problem)
     pose = positions(obj.active_shape_key)
     require_finite(pose[:], f"shape key '{obj.active_shape_key.name}'")
     return pose
@@ -112,7 +115,7 @@ def add_pose_key(obj):
         obj.shape_key_add(name=ids.BASIS_KEY, from_mix=False)
     keys = mesh.shape_keys
     if not keys.use_relative:
-        raise SceneProblem("The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys")
+        raise SceneError("The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys")
     rest = positions(keys.reference_key)
     key = obj.shape_key_add(name=ids.POSE_KEY, from_mix=False)
     store, attribute = compat.key_store(key)

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..errors import SceneProblem
+from ..errors import SceneError
 
 
 def members(obj, names):
@@ -22,6 +22,6 @@ def members(obj, names):
 
 
 def require(obj, name, role, remedy):
-    """@throws SceneProblem if the object has no vertex group `name`."""
+    """@throws SceneError if the object has no vertex group `name`."""
     if name not in obj.vertex_groups:
-        raise SceneProblem(f"'{obj.name}' has no vertex group '{name}', which is {role}. {remedy}")
+        raise SceneError(f"'{obj.name}' has no vertex group '{name}', which is {role}. {remedy}")

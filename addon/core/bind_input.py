@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import SceneProblem
+from ..errors import SceneError
 from . import fixed_points, wording
 from .fingerprint import Fingerprint, digest
 
@@ -55,17 +55,17 @@ class BindInput:
         return fixed_points.bounding_box_diagonal(self.rest)
 
     def check(self):
-        """@throws SceneProblem if this cannot be bound, with what to do about it."""
+        """@throws SceneError if this cannot be bound, with what to do about it."""
         if len(self.face_starts) == 0:
-            raise SceneProblem("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
+            raise SceneError("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
         require_finite(self.rest, "rest shape")
         if not self.free.any():
-            raise SceneProblem(
+            raise SceneError(
                 "Nothing is free to move: every vertex of the region is an anchor. "
                 "Take vertices out of the anchor groups or enlarge the region"
             )
         if not fixed_points.span_a_plane(self.rest[~self.free]):
-            raise SceneProblem(
+            raise SceneError(
                 f"{wording.counted(int((~self.free).sum()), 'fixed point')} cannot hold the mesh: it needs at least "
                 "three that are not in one line (anchors and vertices outside the region count). "
                 "Add anchor vertices, or choose a region that leaves some vertices out"
@@ -73,11 +73,11 @@ class BindInput:
 
 
 def require_finite(positions, what):
-    """@throws SceneProblem if n x 3 `positions` hold NaN or infinity."""
+    """@throws SceneError if n x 3 `positions` hold NaN or infinity."""
     finite = np.isfinite(positions).all(axis=1)
     if not finite.all():
         broken = np.flatnonzero(~finite)
-        raise SceneProblem(
+        raise SceneError(
             f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) "
             f"{'has' if len(broken) == 1 else 'have'} coordinates that are not numbers. Move or delete "
             f"{'it' if len(broken) == 1 else 'them'}"

@@ -82,9 +82,8 @@ class SolveSummary:
     stop_reason: str
 
     def text(self):
-        return (
-            f"{wording.counted(self.iterations, 'iteration')}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
-        )
+        iterations = wording.counted(self.iterations, "iteration")
+        return f"{iterations}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
 
     def notes(self):
         if not self.converged:

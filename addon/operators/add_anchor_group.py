@@ -4,7 +4,7 @@
 import bpy
 
 from .. import ids
-from ..errors import SceneProblem
+from ..errors import SceneError
 from .base import MeshOperator
 
 
@@ -26,9 +26,9 @@ class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
         settings = obj.meanvalue
         name = self.group or _active_group_name(obj)
         if name not in obj.vertex_groups:
-            raise SceneProblem(f"'{obj.name}' has no vertex group '{name}'. Choose one that it has")
+            raise SceneError(f"'{obj.name}' has no vertex group '{name}'. Choose one that it has")
         if any(group.name == name for group in settings.anchor_groups):
-            raise SceneProblem(
+            raise SceneError(
                 f"Vertex group '{name}' is on the list already. Choose another one in "
                 "Object Data Properties > Vertex Groups"
             )
@@ -39,7 +39,7 @@ class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
 
 def _active_group_name(obj):
     if obj.vertex_groups.active is None:
-        raise SceneProblem(
+        raise SceneError(
             f"'{obj.name}' has no vertex groups. Make one in Object Data Properties > Vertex Groups and assign the "
             "anchor vertices to it in Edit Mode"
         )

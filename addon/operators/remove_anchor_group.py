@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..errors import SceneProblem
+from ..errors import SceneError
 from .base import MeshOperator
 
 
@@ -18,7 +18,7 @@ class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
         settings = obj.meanvalue
         index = settings.active_anchor_group
         if index >= len(settings.anchor_groups):
-            raise SceneProblem("No line of the list is selected. Click the anchor group to remove")
+            raise SceneError("No line of the list is selected. Click the anchor group to remove")
         name = settings.anchor_groups[index].name
         settings.anchor_groups.remove(index)
         settings.active_anchor_group = max(0, min(index, len(settings.anchor_groups) - 1))

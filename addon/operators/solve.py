@@ -6,7 +6,7 @@ import bpy
 from .. import session
 from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys
 from ..core import fingerprint, result
-from ..errors import SceneProblem, StaleBinding
+from ..errors import SceneError, StaleBindingError
 from .base import MeshOperator
 
 
@@ -19,7 +19,7 @@ class MEANVALUE_OT_solve(MeshOperator, bpy.types.Operator):
     def run(self, obj):
         record = obj.meanvalue.bound
         if not record.is_bound:
-            raise SceneProblem(f"'{obj.name}' is not bound yet. Press Bind first")
+            raise SceneError(f"'{obj.name}' is not bound yet. Press Bind first")
         bind_input = scene_input.gather(obj)
         rebound = _what_changed(record, bind_input.fingerprint)
         pose = shape_keys.pose_positions(obj)
@@ -39,13 +39,13 @@ class MEANVALUE_OT_solve(MeshOperator, bpy.types.Operator):
 def _what_changed(record, now):
     """What changed since bind that Solve may take in its stride, in words; "" if nothing.
 
-    @throws StaleBinding if the artist has to look first.
+    @throws StaleBindingError if the artist has to look first.
     """
     bound = bound_record.read_fingerprint(record)
     reasons = fingerprint.stale_reasons(bound, now)
     changes = fingerprint.describe(reasons, bound, now)
     if fingerprint.needs_bind(reasons):
-        raise StaleBinding(f"The binding is stale: {changes}. Check the anchors and press Bind")
+        raise StaleBindingError(f"The binding is stale: {changes}. Check the anchors and press Bind")
     return changes
 
 

@@ -177,7 +177,7 @@ def parse(argv):
         parser.error(str(error))
     return Options(
         file=words.file,
-        output=words.output,
+        output=words.output.resolve(),
         engine={"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine],
         samples=words.samples,
         camera_deg=tuple(words.camera) if words.camera else None,

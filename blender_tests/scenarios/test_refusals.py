@@ -22,8 +22,8 @@ def refused_unchanged(obj, *texts):
 
 
 def operators():
-    calls = bpy.ops.meanvalue
-    return [calls.bind, calls.unbind, calls.solve, calls.add_pose_key, calls.add_anchor_group, calls.remove_anchor_group]
+    names = ("bind", "unbind", "solve", "add_pose_key", "add_anchor_group", "remove_anchor_group")
+    return [getattr(bpy.ops.meanvalue, name) for name in names]
 
 
 def test_no_active_object():
@@ -57,7 +57,7 @@ def test_linked_object(tmp_path):
     steps.posed_grid(meshes.grid())
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (source, wanted):
+    with bpy.data.libraries.load(path, link=True) as (_source, wanted):
         wanted.objects = ["Grid"]
     linked = wanted.objects[0]
     bpy.context.collection.objects.link(linked)
@@ -72,7 +72,7 @@ def test_linked_mesh(tmp_path):
     meshes.grid()
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (source, wanted):
+    with bpy.data.libraries.load(path, link=True) as (_source, wanted):
         wanted.meshes = ["Grid"]
     obj = bpy.data.objects.new("Local", wanted.meshes[0])
     bpy.context.collection.objects.link(obj)

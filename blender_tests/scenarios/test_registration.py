@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Turning the add-on off and on again."""
 
+import pathlib
 import sys
 
 import bpy
@@ -84,5 +85,5 @@ def test_every_operator_has_a_tooltip_and_an_undo_step():
 
 def test_version_is_that_of_the_manifest():
     addon = sys.modules[MODULE]
-    with open(addon.__path__[0] + "/blender_manifest.toml", encoding="utf-8") as manifest:
-        assert f'version = "{".".join(map(str, addon.bl_info["version"]))}"' in manifest.read()
+    manifest = pathlib.Path(addon.__path__[0], "blender_manifest.toml").read_text(encoding="utf-8")
+    assert f'version = "{".".join(map(str, addon.bl_info["version"]))}"' in manifest

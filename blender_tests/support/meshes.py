@@ -35,7 +35,7 @@ def textured_grid(columns=5, rows=5):
     obj = grid(columns, rows, "Textured")
     mesh = obj.data
     uv_map = mesh.uv_layers.new(name="Map")
-    for loop, uv in zip(mesh.loops, uv_map.data):
+    for loop, uv in zip(mesh.loops, uv_map.data, strict=True):
         uv.uv = (loop.vertex_index * 0.01, 1.0 - loop.vertex_index * 0.02)
     for material_name in ("Skin", "Cloth"):
         mesh.materials.append(bpy.data.materials.new(material_name))

@@ -25,7 +25,7 @@ def move(obj, indices, offset, key=None):
     """Moves vertices of a shape key (the active one), as an artist would do in Edit Mode."""
     key = key or obj.active_shape_key
     for index in indices:
-        key.data[index].co = [a + b for a, b in zip(key.data[index].co, offset)]
+        key.data[index].co = [a + b for a, b in zip(key.data[index].co, offset, strict=True)]
     obj.data.update_tag()
 
 

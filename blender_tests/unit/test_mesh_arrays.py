@@ -29,7 +29,7 @@ def test_faces_keep_their_corners_and_sizes(arrays):
     corners, starts = arrays.faces(mesh)
     assert corners.dtype == starts.dtype == np.int32
     ends = [*starts[1:], len(corners)]
-    faces = [tuple(corners[start:end]) for start, end in zip(starts, ends)]
+    faces = [tuple(corners[start:end]) for start, end in zip(starts, ends, strict=True)]
     assert faces == [tuple(polygon.vertices) for polygon in mesh.polygons]
 
 

@@ -28,7 +28,7 @@ def test_the_bundled_module_is_taken(loader):
 
 
 def test_no_module_at_all(loader, nowhere, part):
-    with pytest.raises(part("errors").NativeModuleMissing) as caught:
+    with pytest.raises(part("errors").NativeModuleError) as caught:
         loader.module()
     message = str(caught.value)
     assert "The compiled solver is missing" in message
@@ -43,7 +43,7 @@ def test_a_module_for_another_python(loader, monkeypatch, tmp_path, part):
     (tmp_path / "lib" / "meanvalue.cpython-310-x86_64-linux-gnu.so").touch()
     monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
     monkeypatch.setattr(loader, "__file__", str(tmp_path / "native_loader.py"))
-    with pytest.raises(part("errors").NativeModuleMissing, match="is for another Python: it has .*cpython-310"):
+    with pytest.raises(part("errors").NativeModuleError, match=r"is for another Python: it has .*cpython-310"):
         loader.module()
 
 
@@ -51,7 +51,7 @@ def test_a_module_that_the_system_cannot_load(loader, monkeypatch, tmp_path, par
     (tmp_path / "brokenmeanvalue.py").write_text("raise ImportError('libOpenMeshCore.so.9.0: cannot open')")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(loader, "MODULE_NAMES", ("brokenmeanvalue",))
-    with pytest.raises(part("errors").NativeModuleMissing, match="cannot be loaded.*libOpenMeshCore"):
+    with pytest.raises(part("errors").NativeModuleError, match=r"cannot be loaded.*libOpenMeshCore"):
         loader.module()
 
 
@@ -59,14 +59,14 @@ def test_a_module_that_needs_what_is_not_there(loader, monkeypatch, tmp_path, pa
     (tmp_path / "needymeanvalue.py").write_text("import a_module_that_is_not_there")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(loader, "MODULE_NAMES", ("needymeanvalue",))
-    with pytest.raises(part("errors").NativeModuleMissing, match="cannot be loaded.*a_module_that_is_not_there"):
+    with pytest.raises(part("errors").NativeModuleError, match=r"cannot be loaded.*a_module_that_is_not_there"):
         loader.module()
 
 
 def test_another_module_of_that_name(loader, monkeypatch, part):
     monkeypatch.setitem(sys.modules, "impostor", types.ModuleType("impostor"))
     monkeypatch.setattr(loader, "MODULE_NAMES", ("impostor",))
-    with pytest.raises(part("errors").NativeModuleMissing, match="'impostor' was found that is not the solver"):
+    with pytest.raises(part("errors").NativeModuleError, match="'impostor' was found that is not the solver"):
         loader.module()
 
 
@@ -90,7 +90,7 @@ def test_drawing_does_not_try_again_but_an_operator_does(loader, nowhere, monkey
     for _ in range(3):
         assert loader.problem() is not None
     assert len(tried) == 1
-    with pytest.raises(part("errors").NativeModuleMissing):
+    with pytest.raises(part("errors").NativeModuleError):
         loader.module()
     assert len(tried) == 2
 

@@ -164,22 +164,31 @@ def test_last_known(object_status, reads):
     assert len(reads) == 1
 
 
-def test_an_edit_has_the_panel_drawn_again_by_one_timer(object_status, part):
-    draw_again = part("handlers")._draw_again
+def test_an_edit_has_the_panel_drawn_again_by_one_timer(object_status, part, monkeypatch):
+    handlers = part("handlers")
+    monkeypatch.setattr(handlers, "_is_drawn", lambda: True)
     obj = steps.bound_grid(meshes.grid())
     obj.data.update_tag()
     update()
-    assert not bpy.app.timers.is_registered(draw_again), "nobody has asked for the status yet"
+    assert not bpy.app.timers.is_registered(handlers._draw_again), "nobody has asked for the status yet"
     object_status.status(obj)
     obj.data.update_tag()
     update()
-    assert bpy.app.timers.is_registered(draw_again)
-    assert draw_again() > 0.0
+    assert bpy.app.timers.is_registered(handlers._draw_again)
+    assert handlers._draw_again() > 0.0
     object_status._edited.clear()
-    assert draw_again() is None
-    part("handlers").unregister()
-    assert not bpy.app.timers.is_registered(draw_again)
-    part("handlers").register()
+    assert handlers._draw_again() is None
+    handlers.unregister()
+    assert not bpy.app.timers.is_registered(handlers._draw_again)
+    handlers.register()
+
+
+def test_no_timer_without_windows(object_status, part):
+    obj = steps.bound_grid(meshes.grid())
+    object_status.status(obj)
+    obj.data.update_tag()
+    update()
+    assert not bpy.app.timers.is_registered(part("handlers")._draw_again)
 
 
 def test_asking_changes_nothing(object_status):

@@ -99,7 +99,8 @@ void bind_deformer(py::module_& module) {
              "targets: (k, 3), in the order of the anchors, which meet them exactly.\n"
              "start: (n, 3) where the free vertices begin, None for the rest shape.\n"
              "tolerance: stop when no vertex would move farther than this share of the rest shape's\n"
-             "bounding-box diagonal. Returns a Solution.\n"
+             "bounding-box diagonal, or when the energy falls by less than 100 times it in three steps on end.\n"
+             "Returns a Solution.\n"
              "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
              "calls waits for the first.")
         .def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,

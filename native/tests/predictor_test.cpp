@@ -102,6 +102,26 @@ TEST(Predictor, StaysFiniteOnFoldedAndCollapsedRings) {
     }
 }
 
+TEST(Predictor, GoesOverARingThatFoldsFlatWithoutAJump) {
+    // The ring is turned inside out through a state without area, where the paper's normal would jump.
+    const Mesh rest = random_fan(6, 3);
+    const Encoding encoding = encoding_of(rest);
+    constexpr int kSteps = 20000;
+    Vector3 before = Vector3::Zero();
+    double longest = 0.0;
+    for (int step = 0; step <= kSteps; ++step) {
+        Positions pose = rest.vertices;
+        pose.col(2) *= 0.01;
+        pose.col(1) *= 1.0 - 2.0 * step / kSteps;
+        const Vector3 predicted = predict(encoding.ring_of(0), pose);
+        if (step > 0) longest = std::max(longest, (predicted - before).norm());
+        before = predicted;
+    }
+    const double offset = std::abs(rest.vertices(0, 2));
+    EXPECT_GT(offset, 0.1);
+    EXPECT_LT(longest, 0.1 * offset);
+}
+
 TEST(Energy, IsZeroAtRestAndScalesWithTheSquareOfTheSize) {
     const Mesh mesh = with_noise(sphere(2), 0.1, 1);
     const Encoding encoding = encoding_of(mesh);

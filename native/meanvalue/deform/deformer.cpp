@@ -46,6 +46,8 @@ double bounding_box_diagonal(const PositionsView& positions) {
     return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
 }
 
+// A position's error goes with the root of the energy's, so the energy may settle much earlier than the vertices.
+constexpr double kSettledPerTolerance = 100.0;
 // Residuals below this share of the diagonal are rounding.
 constexpr double kRounding = 1e-13;
 // Fixed vertices that a similarity carries to within this share of the diagonal leave nothing to follow.
@@ -143,6 +145,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     solution.vertices = place_anchors(targets);
     MinimiseOptions minimise_options;
     minimise_options.step_tolerance = options.tolerance * diagonal_;
+    minimise_options.settled_decrease = kSettledPerTolerance * options.tolerance;
     minimise_options.negligible_energy =
         0.5 * static_cast<double>(unknowns_.rows.size()) * std::pow(kRounding * diagonal_, 2);
     minimise_options.max_iterations = options.max_iterations;

@@ -52,7 +52,9 @@ struct BindReport {
 };
 
 struct SolveOptions {
-    double tolerance = 1e-6;  ///< share of the rest shape's bounding-box diagonal that a vertex may still move
+    /// Share of the rest shape's bounding-box diagonal that a vertex may still move. A solve also ends when the
+    /// energy falls by less than 100 times this share in three steps on end.
+    double tolerance = 1e-6;
     int max_iterations = 100;
 };
 

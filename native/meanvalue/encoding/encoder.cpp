@@ -66,7 +66,9 @@ class VertexEncoder {
         const Index begin = encoding_.ring_offsets[vertex];
         const Index valence = encoding_.ring_offsets[vertex + 1] - begin;
         const Index* ring = encoding_.ring.data() + begin;
-        projected_.normal = ring_normal(positions_, ring, valence).normal;
+        const RingArea polygon = ring_area(positions_, ring, valence);
+        projected_.normal = polygon.area.normalized();
+        encoding_.softening[vertex] = kSoftness * polygon.area.norm() / polygon.spread;
         projected_.tangential.resize(valence);
         projected_.radius.resize(valence);
         projected_.height.resize(valence);
@@ -108,16 +110,23 @@ class VertexEncoder {
 
     void store(Index vertex, std::uint8_t flags) {
         const Index begin = encoding_.ring_offsets[vertex];
+        // How long the soft normal is at rest, whatever the ring.
+        const double normal_length = 1.0 / std::sqrt(1.0 + kSoftness * kSoftness);
         const double sum = radius_sum();
+        double centre_height = 0.0;  // of p over v_i
+        for (std::size_t k = 0; k < weights_.size(); ++k) centre_height += weights_[k] * projected_.height[k];
         for (std::size_t k = 0; k < weights_.size(); ++k) {
+            const double radius = projected_.radius[k];
             // (v_i - v_j) . n over |v'_i - v'_j|: equation 9 without the cancellation of 1 - c^2.
             // Capped where the edge is parallel to the normal; such a ring is steep and does not use it.
-            const double floor = kRoundingError * projected_.largest_radius;
-            const double cotangent = -projected_.height[k] / std::max(projected_.radius[k], floor);
+            const double least_radius = kRoundingError * projected_.largest_radius;
             encoding_.weights[begin + k] = weights_[k];
-            encoding_.cotangents[begin + k] = cotangent;
-            encoding_.heights[begin + k] =
-                (flags & kSteepEdge) != 0 ? -projected_.height[k] / sum : weights_[k] * cotangent;
+            encoding_.cotangents[begin + k] = -projected_.height[k] / std::max(radius, least_radius);
+            // The predictor sees |v'_i - v'_j| across its soft normal, and multiplies by that: undo both.
+            const double along = (1.0 - normal_length * normal_length) * (centre_height - projected_.height[k]);
+            const double seen_radius = std::max(std::hypot(radius, along), least_radius);
+            const double weight = (flags & kSteepEdge) != 0 ? radius / sum : weights_[k];
+            encoding_.heights[begin + k] = -projected_.height[k] * weight / (seen_radius * normal_length);
         }
     }
 
@@ -165,6 +174,7 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
     encoding.weights.resize(encoding.ring.size());
     encoding.cotangents.resize(encoding.ring.size());
     encoding.heights.resize(encoding.ring.size());
+    encoding.softening.assign(rings.vertex_count(), 0.0);
     encoding.steep_offset.assign(rings.vertex_count(), -1);
 }
 

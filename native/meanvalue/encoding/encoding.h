@@ -26,6 +26,7 @@ struct EncodedRing {
     const double* weights;
     const double* heights;
     const double* normal_weights;  ///< nullptr where the height is shared by `weights` (equation 13)
+    double softening;              ///< see SoftNormal
     Index valence;
 };
 
@@ -38,9 +39,12 @@ struct Encoding {
     std::vector<Index> ring;          ///< h: the ring of each vertex, counter-clockwise
     std::vector<double> weights;      ///< h: w_ij, summing to 1 over a ring (equation 7)
     std::vector<double> cotangents;   ///< h: b_ij, of the angle between edge and normal (equation 9)
-    /// h: the factor of |v'_i - v'_j| in the normal offset. w_ij b_ij by equation 13; u_ij b_ij for a steep ring,
-    /// where b_ij is unbounded and its product with u_ij = |v'_i - v'_j| / sum_k |v'_i - v'_k| is not.
+    /// h: the factor of |v'_i - v'_j| in the normal offset: w_ij b_ij by equation 13, or u_ij b_ij for a steep ring,
+    /// where b_ij is unbounded and its product with u_ij = |v'_i - v'_j| / sum_k |v'_i - v'_k| is not. Larger than
+    /// these by what the soft normal is short of unit length at rest.
     std::vector<double> heights;
+
+    std::vector<double> softening;    ///< n: of the predictor's normals, see SoftNormal
 
     std::vector<Index> guarded;               ///< vertices encoded by a fallback rule, ascending
     std::vector<std::uint8_t> guard_reasons;  ///< GuardReason flags, one entry for each in `guarded`

@@ -8,6 +8,9 @@
 namespace meanvalue {
 namespace {
 
+// A steep ring's own height, n . sum_j (u_j - w_j) v_j, is seen along the soft normal and put along it again.
+constexpr double kSteepScale = 1.0 + kSoftness * kSoftness;
+
 /// p = sum_j w_j v_j, summed about the first ring vertex so that nothing is lost far from the origin.
 Vector3 weighted_centre(const EncodedRing& ring, const PositionsView& positions) {
     const Vector3 origin = positions.row(ring.ring[0]);
@@ -39,59 +42,64 @@ Matrix3 cross_matrix(const Vector3& v) {
 
 Vector3 predict(const EncodedRing& ring, const PositionsView& positions) {
     const Vector3 centre = weighted_centre(ring, positions);
-    const Vector3 normal = ring_normal(positions, ring.ring, ring.valence).normal;
+    const Vector3 normal = soft_normal(ring_area(positions, ring.ring, ring.valence), ring.softening).normal;
     double offset = 0.0;
     for (Index k = 0; k < ring.valence; ++k) {
         const Vector3 difference = centre - Vector3(positions.row(ring.ring[k]));
         offset += ring.heights[k] * (difference - normal.dot(difference) * normal).norm();
     }
-    if (ring.normal_weights != nullptr) offset += normal.dot(steep_offset(ring, positions));
+    if (ring.normal_weights != nullptr) offset += kSteepScale * normal.dot(steep_offset(ring, positions));
     return centre + offset * normal;
 }
 
 Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& positions, Matrix3* blocks) {
     const Vector3 centre = weighted_centre(ring, positions);
-    const RingNormal plane = ring_normal(positions, ring.ring, ring.valence);
+    const RingArea polygon = ring_area(positions, ring.ring, ring.valence);
+    const SoftNormal plane = soft_normal(polygon, ring.softening);
     const Vector3& normal = plane.normal;
-    const bool has_normal = plane.length > 0.0;
 
-    // e_j of each ring vertex: the unit tangential direction from it to p. Kept in the blocks' memory.
+    // dl_j/dD_j of each ring vertex, kept in the blocks' memory: where T_j points, less what the normal takes away.
     double offset = 0.0;
-    Vector3 pull = Vector3::Zero();  // sum_j c_j e_j
-    Vector3 tilt = Vector3::Zero();  // how the offset changes with the normal: q - sum_j c_j (n . D_j) e_j
+    Vector3 pull = Vector3::Zero();  // ds/dp
+    Vector3 tilt = Vector3::Zero();  // ds/dn
     for (Index k = 0; k < ring.valence; ++k) {
         const Vector3 difference = centre - Vector3(positions.row(ring.ring[k]));
         const double along = normal.dot(difference);
         const Vector3 tangential = difference - along * normal;
         const double length = tangential.norm();
         const Vector3 direction = length > 0.0 ? Vector3(tangential / length) : Vector3::Zero();
+        const double lean = direction.dot(normal);  // zero but for the softening
+        const Vector3 length_gradient = direction - lean * normal;
         offset += ring.heights[k] * length;
-        pull += ring.heights[k] * direction;
-        tilt -= ring.heights[k] * along * direction;
-        blocks[k].col(0) = direction;
+        pull += ring.heights[k] * length_gradient;
+        tilt -= ring.heights[k] * (along * direction + lean * difference);
+        blocks[k].col(0) = length_gradient;
     }
     if (ring.normal_weights != nullptr) {
-        const Vector3 difference = steep_offset(ring, positions);
+        const Vector3 difference = kSteepScale * steep_offset(ring, positions);
         offset += normal.dot(difference);
         tilt += difference;
     }
 
-    // dF/dn dn/dN, common to all k: (s I + n tilt^T) (I - n n^T) / |N|
+    // dF/dn = s I + n tilt^T; dn = ((I - n n^T) dN - n softening^2 spread / length dspread) / length
     Matrix3 by_area = Matrix3::Zero();
-    if (has_normal) {
-        const Matrix3 tangent_plane = (Matrix3::Identity() - normal * normal.transpose()) / plane.length;
-        by_area = (offset * Matrix3::Identity() + normal * tilt.transpose()) * tangent_plane;
+    Vector3 by_spread = Vector3::Zero();
+    if (plane.length > 0.0) {
+        const Matrix3 by_normal = offset * Matrix3::Identity() + normal * tilt.transpose();
+        by_area = by_normal * (Matrix3::Identity() - normal * normal.transpose()) / plane.length;
+        const double share = ring.softening / plane.length;
+        by_spread = by_normal * normal * (-share * share * polygon.spread);
     }
     for (Index k = 0; k < ring.valence; ++k) {
-        const Vector3 direction = blocks[k].col(0);
-        Vector3 offset_gradient = ring.weights[k] * pull - ring.heights[k] * direction;
+        Vector3 offset_gradient = ring.weights[k] * pull - ring.heights[k] * blocks[k].col(0);
         if (ring.normal_weights != nullptr) {
-            offset_gradient += (ring.normal_weights[k] - ring.weights[k]) * normal;
+            offset_gradient += kSteepScale * (ring.normal_weights[k] - ring.weights[k]) * normal;
         }
+        const Vector3 here = positions.row(ring.ring[k]);
         const Vector3 previous = positions.row(ring.ring[k == 0 ? ring.valence - 1 : k - 1]);
         const Vector3 next = positions.row(ring.ring[k + 1 == ring.valence ? 0 : k + 1]);
         blocks[k] = ring.weights[k] * Matrix3::Identity() + normal * offset_gradient.transpose() +
-                    by_area * cross_matrix(previous - next);
+                    by_area * cross_matrix(previous - next) + by_spread * (2.0 * (here - polygon.centre)).transpose();
     }
     return centre + offset * normal;
 }

@@ -8,7 +8,7 @@
 namespace meanvalue {
 
 /// F_i(V), equation 13, in time linear in the valence. Equivariant under similarities of V.
-/// Where the ring has folded up and has no normal, the normal offset is left out: the result is always finite
+/// The normal is softened where the ring has folded up (SoftNormal), so that the result is smooth and always finite
 /// for finite positions.
 /// @param positions n x 3, at least as far as the ring reaches; @param ring of a predictable vertex.
 Vector3 predict(const EncodedRing& ring, const PositionsView& positions);

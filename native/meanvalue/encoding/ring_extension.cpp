@@ -57,8 +57,8 @@ bool spans_a_plane(const PositionsView& positions, const std::vector<Index>& rin
     for (std::size_t k = 0; k < ring.size(); ++k) {
         perimeter += (positions.row(ring[(k + 1) % ring.size()]) - positions.row(ring[k])).norm();
     }
-    const RingNormal plane = ring_normal(positions, ring.data(), static_cast<Index>(ring.size()));
-    return plane.length > kMinimalRingArea * perimeter * perimeter;
+    const RingArea polygon = ring_area(positions, ring.data(), static_cast<Index>(ring.size()));
+    return polygon.area.norm() > kMinimalRingArea * perimeter * perimeter;
 }
 
 std::vector<Index> extended_ring(const PositionsView& positions, const OneRings& rings, Index vertex) {

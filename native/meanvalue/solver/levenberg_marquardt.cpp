@@ -26,8 +26,7 @@ constexpr double kGoodGain = 0.6;
 constexpr double kSufficientDecrease = 1e-4;
 // Halving costs one energy, more damping a factorisation; but a step that must be shorter than this points wrong.
 constexpr int kMostHalvings = 3;
-// The energy has settled when it falls by less than this share in so many steps on end.
-constexpr double kSettledDecrease = 1e-6;
+// Slow steps on end that tell a flat valley from a step that was merely bad.
 constexpr int kSettledSteps = 3;
 
 /// Solves H direction = -J (equation 19). @return whether H could be factored and the direction is finite.
@@ -94,7 +93,7 @@ class Descent {
                 ++report_.iterations;
                 report_.energies.push_back(energy_);
                 adapt_damping(length, start_energy - energy_);
-                settled_steps_ = start_energy - energy_ < kSettledDecrease * energy_ ? settled_steps_ + 1 : 0;
+                settled_steps_ = start_energy - energy_ < options_.settled_decrease * energy_ ? settled_steps_ + 1 : 0;
             }
             if (short_step) {
                 return stop(applied_damping_ <= kFirstDamping ? StopReason::kConverged : StopReason::kNoDescent);

@@ -15,6 +15,7 @@ namespace meanvalue {
 
 struct MinimiseOptions {
     double step_tolerance = 0.0;  ///< stop when no vertex would move farther than this (units of the input)
+    double settled_decrease = 0.0;  ///< ... or when the energy falls by less than this share in three steps on end
     /// An energy not above this is rounding: the encoding is met exactly and there is nothing to do.
     double negligible_energy = 0.0;
     int max_iterations = 100;
@@ -23,7 +24,7 @@ struct MinimiseOptions {
 
 enum class StopReason {
     kConverged,       ///< the next step is shorter than the tolerance
-    kSettled,         ///< the energy falls by less than a millionth a step: at a kink of F, where rings have folded
+    kSettled,         ///< the energy falls too slowly to go on: the bottom of a long flat valley
     kNothingToSolve,  ///< there are no free vertices
     kNoDescent,       ///< no step lowers the energy any more: at the limit of rounding
     kIterationLimit,
