@@ -20,8 +20,8 @@ Encoding encode_mesh(const FloatArray& vertices, const py::object& faces, int th
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     require_finite(positions, "vertices");
-    const TriangleMesh mesh(static_cast<Index>(positions.rows()), triangles);
-    return encode(collect_one_rings(mesh), positions, thread_count(threads), *held);
+    const TriangleMesh mesh(static_cast<Index>(positions.rows()), triangles, *held);
+    return encode(collect_one_rings(mesh, *held), positions, thread_count(threads), *held);
 }
 
 Eigen::Map<const Positions> positions_of(const Encoding& encoding, const FloatArray& vertices) {

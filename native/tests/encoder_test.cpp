@@ -139,10 +139,13 @@ TEST(Encoder, FarFromTheOriginNothingIsLostButTheCoordinatesOwnDigits) {
 
 TEST(Encoder, Cancels) {
     const Mesh mesh = torus(80, 60);
-    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces);
     Execution execution;
+    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
+    const OneRings rings = collect_one_rings(connectivity, execution);
     execution.cancel();
-    EXPECT_THROW(encode(collect_one_rings(connectivity), mesh.vertices, 2, execution), Cancelled);
+    EXPECT_THROW(encode(rings, mesh.vertices, 2, execution), Cancelled);
+    EXPECT_THROW(collect_one_rings(connectivity, execution), Cancelled);
+    EXPECT_THROW(TriangleMesh(mesh.vertex_count(), mesh.faces, execution), Cancelled);
 }
 
 }  // namespace

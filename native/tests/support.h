@@ -15,8 +15,8 @@ namespace meanvalue::tests {
 
 inline Encoding encoding_of(const Mesh& mesh, int threads = 1) {
     Execution execution;
-    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces);
-    return encode(collect_one_rings(connectivity), mesh.vertices, threads, execution);
+    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
+    return encode(collect_one_rings(connectivity, execution), mesh.vertices, threads, execution);
 }
 
 /// The text of the Error that `action` throws; fails the test where it throws none.

@@ -14,7 +14,7 @@ std::vector<Index> rotated_to(std::vector<Index> ring, Index first) {
 }
 
 OneRings rings_of(const Mesh& mesh) {
-    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces));
+    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
 }
 
 std::vector<Index> ring(const OneRings& rings, Index vertex) {
@@ -62,7 +62,7 @@ TEST(TriangleMesh, KeepsWhatFitsNoManifoldAsLoosePieces) {
     mesh.vertices = Positions::Random(5, 3);
     mesh.faces.resize(4, 3);
     mesh.faces << 0, 1, 2, 1, 0, 3, 0, 1, 4, 0, 1, 2;  // a third triangle on edge 0-1, and a duplicate
-    const TriangleMesh connectivity(5, mesh.faces);
+    const TriangleMesh connectivity(5, mesh.faces, Execution());
     EXPECT_EQ(connectivity.detached_count(), 2);
     std::vector<Fan> fans;
     connectivity.collect_fans(4, fans);
@@ -75,17 +75,17 @@ TEST(TriangleMesh, KeepsWhatFitsNoManifoldAsLoosePieces) {
 TEST(TriangleMesh, RefusesNumbersOutsideTheMesh) {
     Triangles faces(1, 3);
     faces << 0, 1, 7;
-    const std::string text = message_of<InvalidInput>([&] { TriangleMesh(3, faces); });
+    const std::string text = message_of<InvalidInput>([&] { TriangleMesh(3, faces, Execution()); });
     EXPECT_TRUE(contains(text, "triangle 0")) << text;
     EXPECT_TRUE(contains(text, "vertex 7")) << text;
     faces << 0, -1, 2;
-    EXPECT_THROW(TriangleMesh(3, faces), InvalidInput);
+    EXPECT_THROW(TriangleMesh(3, faces, Execution()), InvalidInput);
 }
 
 TEST(TriangleMesh, RefusesATriangleThatNamesAVertexTwice) {
     Triangles faces(2, 3);
     faces << 0, 1, 2, 1, 2, 1;
-    const std::string text = message_of<InvalidInput>([&] { TriangleMesh(3, faces); });
+    const std::string text = message_of<InvalidInput>([&] { TriangleMesh(3, faces, Execution()); });
     EXPECT_TRUE(contains(text, "triangle 1")) << text;
 }
 

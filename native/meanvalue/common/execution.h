@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 
 namespace meanvalue {
 
@@ -19,6 +20,12 @@ class Execution {
 
     /// @throws Cancelled after cancel(); called inside every long loop.
     void check() const;
+
+    /// For serial loops: looks at the flag in every 2048th round, which costs nothing and takes milliseconds.
+    /// @throws Cancelled.
+    void check_every(std::size_t round) const {
+        if (round % 2048 == 0) check();
+    }
 
     /// Names what is being done. @param name a string literal: it is kept, not copied.
     void begin_stage(const char* name);

@@ -42,6 +42,14 @@ std::vector<char> fixed_flags(const Binding& binding) {
     return fixed;
 }
 
+/// A part without a single fixed vertex stays wherever it starts: its vertices are no unknowns.
+std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& components) {
+    for (std::size_t v = 0; v < is_fixed.size(); ++v) {
+        if (components.fixed[components.part_of[v]].empty()) is_fixed[v] = 1;
+    }
+    return is_fixed;
+}
+
 double bounding_box_diagonal(const PositionsView& positions) {
     return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
 }
@@ -63,18 +71,19 @@ Method method_from_name(const std::string& name) {
 Deformer::Deformer(const Binding& binding, Execution& execution)
     : rest_(binding.vertices), anchors_(binding.anchors), threads_(thread_count(binding.threads)) {
     require_finite(binding.vertices, "vertices");
-    const std::vector<char> fixed = fixed_flags(binding);
+    is_fixed_ = fixed_flags(binding);
     diagonal_ = bounding_box_diagonal(rest_);
     {
         const StageTimer timer(report_.timings, "encode");
-        const TriangleMesh mesh(static_cast<Index>(rest_.rows()), binding.faces);
+        const TriangleMesh mesh(static_cast<Index>(rest_.rows()), binding.faces, execution);
         report_.detached_triangle_count = mesh.detached_count();
-        encoding_ = encode(collect_one_rings(mesh), rest_, threads_, execution);
+        encoding_ = encode(collect_one_rings(mesh, execution), rest_, threads_, execution);
     }
     {
         execution.begin_stage("analyse");
         const StageTimer timer(report_.timings, "analyse");
-        unknowns_ = find_unknowns(encoding_, fixed);
+        components_ = find_components(rest_, binding.faces, is_fixed_);
+        unknowns_ = find_unknowns(encoding_, solved_as_fixed(is_fixed_, components_));
         system_.emplace(encoding_, unknowns_, execution);
         if (!unknowns_.free.empty()) cholesky_.analyse(system_->matrix().matrix(), execution);
     }
@@ -82,7 +91,6 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     for (const auto& [reason, vertices] : encoding_.guarded_by_reason()) {
         report_.guarded_reasons[reason] = static_cast<Index>(vertices.size());
     }
-    components_ = find_components(rest_, binding.faces, fixed);
     report_.components = components_.parts;
     report_.vertex_count = static_cast<Index>(rest_.rows());
     report_.free_count = static_cast<Index>(unknowns_.free.size());
@@ -91,13 +99,23 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     report_.bytes = encoding_.bytes() + system_->bytes();
 }
 
-Positions Deformer::place_anchors(const PositionsView& targets) const {
+Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const {
     if (targets.rows() != static_cast<Eigen::Index>(anchors_.size())) {
         throw InvalidInput(
             message("targets has ", targets.rows(), " rows, but there are ", anchors_.size(), " anchors"));
     }
     require_finite(targets, "targets");
     Positions positions = rest_;
+    if (start) {
+        if (start->rows() != rest_.rows()) {
+            throw InvalidInput(
+                message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(), " vertices"));
+        }
+        require_finite(*start, "start");
+        for (Index v = 0; v < positions.rows(); ++v) {
+            if (!is_fixed_[v]) positions.row(v) = start->row(v);
+        }
+    }
     for (std::size_t k = 0; k < anchors_.size(); ++k)
         positions.row(anchors_[k]) = targets.row(k);
     return positions;
@@ -142,7 +160,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     }
     const std::lock_guard<std::mutex> lock(solving_);
     Solution solution;
-    solution.vertices = place_anchors(targets);
+    solution.vertices = place_anchors(targets, start);
     MinimiseOptions minimise_options;
     minimise_options.step_tolerance = options.tolerance * diagonal_;
     minimise_options.settled_decrease = kSettledPerTolerance * options.tolerance;
@@ -154,17 +172,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     MinimiseReport report;
     {
         const StageTimer timer(total, "total");
-        if (start) {
-            if (start->rows() != rest_.rows()) {
-                throw InvalidInput(
-                    message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(), " vertices"));
-            }
-            require_finite(*start, "start");
-            for (const Index v : unknowns_.free)
-                solution.vertices.row(v) = start->row(v);
-        } else {
-            choose_start(minimise_options, solution.vertices, execution);
-        }
+        if (!start) choose_start(minimise_options, solution.vertices, execution);
         report = minimise(*system_, cholesky_, unknowns_, minimise_options, solution.vertices, execution);
     }
     solution.energies = report.energies;

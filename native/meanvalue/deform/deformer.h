@@ -40,7 +40,7 @@ struct Binding {
 /// What bind found, and what it cost.
 struct BindReport {
     Index vertex_count = 0;
-    Index free_count = 0;
+    Index free_count = 0;  ///< vertices that are solved for: not those of parts without a single fixed vertex
     Index anchor_count = 0;
     Index row_count = 0;                           ///< residuals that take part in a solve
     Index detached_triangle_count = 0;             ///< triangles that fit no manifold; see TriangleMesh
@@ -91,8 +91,8 @@ class Deformer {
     const BindReport& report() const { return report_; }
 
   private:
-    /// Rest shape with the anchors at their targets.
-    Positions place_anchors(const PositionsView& targets) const;
+    /// Rest shape with the anchors at their targets and everything else that may move at `start`, where given.
+    Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const;
     /// The better of two starts: the free vertices left at rest, or carried along smoothly with the fixed ones.
     void choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution);
     /// Each part of the rest shape moved by the similarity that fits its fixed vertices best.
@@ -101,6 +101,7 @@ class Deformer {
     std::mutex solving_;
     Positions rest_;
     std::vector<Index> anchors_;
+    std::vector<char> is_fixed_;  // n: anchors, and what lies outside the region of influence
     int threads_;
     double diagonal_ = 0.0;  // of the rest shape's bounding box
     BindReport report_;

@@ -114,7 +114,8 @@ class VertexEncoder {
         const double normal_length = 1.0 / std::sqrt(1.0 + kSoftness * kSoftness);
         const double sum = radius_sum();
         double centre_height = 0.0;  // of p over v_i
-        for (std::size_t k = 0; k < weights_.size(); ++k) centre_height += weights_[k] * projected_.height[k];
+        for (std::size_t k = 0; k < weights_.size(); ++k)
+            centre_height += weights_[k] * projected_.height[k];
         for (std::size_t k = 0; k < weights_.size(); ++k) {
             const double radius = projected_.radius[k];
             // (v_i - v_j) . n over |v'_i - v'_j|: equation 9 without the cancellation of 1 - c^2.
@@ -221,6 +222,7 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
     VertexEncoder encoder(positions, encoding);
     bool all_predictable = true;
     for (Index v = 0; v < vertex_count; ++v) {
+        execution.check_every(v);
         if ((flags[v] & kSteepEdge) != 0) encoder.append_steep_weights(v);
         if (rings.kinds[v] == RingKind::kNonManifold) flags[v] |= kNonManifold;
         if (encoding.predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;

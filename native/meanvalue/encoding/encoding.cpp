@@ -26,8 +26,9 @@ std::size_t bytes_of(const std::vector<T>& items) {
 EncodedRing Encoding::ring_of(Index vertex) const {
     const Index begin = ring_offsets[vertex];
     const Index steep = steep_offset[vertex];
-    return {ring.data() + begin, weights.data() + begin, heights.data() + begin,
-            steep < 0 ? nullptr : steep_weights.data() + steep, softening[vertex], ring_offsets[vertex + 1] - begin};
+    return {ring.data() + begin,    weights.data() + begin,
+            heights.data() + begin, steep < 0 ? nullptr : steep_weights.data() + steep,
+            softening[vertex],      ring_offsets[vertex + 1] - begin};
 }
 
 std::map<std::string, std::vector<Index>> Encoding::guarded_by_reason() const {
@@ -41,8 +42,9 @@ std::map<std::string, std::vector<Index>> Encoding::guarded_by_reason() const {
 }
 
 std::size_t Encoding::bytes() const {
-    return bytes_of(ring_offsets) + bytes_of(ring) + bytes_of(weights) + bytes_of(cotangents) + bytes_of(heights) + bytes_of(softening) +
-           bytes_of(guarded) + bytes_of(guard_reasons) + bytes_of(steep_offset) + bytes_of(steep_weights);
+    return bytes_of(ring_offsets) + bytes_of(ring) + bytes_of(weights) + bytes_of(cotangents) + bytes_of(heights) +
+           bytes_of(softening) + bytes_of(guarded) + bytes_of(guard_reasons) + bytes_of(steep_offset) +
+           bytes_of(steep_weights);
 }
 
 }  // namespace meanvalue

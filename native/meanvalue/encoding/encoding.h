@@ -44,7 +44,7 @@ struct Encoding {
     /// these by what the soft normal is short of unit length at rest.
     std::vector<double> heights;
 
-    std::vector<double> softening;    ///< n: of the predictor's normals, see SoftNormal
+    std::vector<double> softening;  ///< n: of the predictor's normals, see SoftNormal
 
     std::vector<Index> guarded;               ///< vertices encoded by a fallback rule, ascending
     std::vector<std::uint8_t> guard_reasons;  ///< GuardReason flags, one entry for each in `guarded`

@@ -18,7 +18,7 @@ RingKind kind_of(const std::vector<Fan>& fans) {
 
 }  // namespace
 
-OneRings collect_one_rings(const TriangleMesh& mesh) {
+OneRings collect_one_rings(const TriangleMesh& mesh, const Execution& execution) {
     OneRings rings;
     rings.offsets.reserve(mesh.vertex_count() + 1);
     rings.kinds.reserve(mesh.vertex_count());
@@ -26,6 +26,7 @@ OneRings collect_one_rings(const TriangleMesh& mesh) {
     rings.offsets.push_back(0);
     std::vector<Fan> fans;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        execution.check_every(v);
         mesh.collect_fans(v, fans);
         rings.kinds.push_back(kind_of(fans));
         if (!fans.empty()) {

@@ -29,6 +29,7 @@ struct OneRings {
 };
 
 /// Reads the ring of every vertex off the mesh, counter-clockwise seen from outside. Cost: linear.
-OneRings collect_one_rings(const TriangleMesh& mesh);
+/// @throws Cancelled.
+OneRings collect_one_rings(const TriangleMesh& mesh, const Execution& execution);
 
 }  // namespace meanvalue

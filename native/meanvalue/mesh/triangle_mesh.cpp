@@ -66,7 +66,7 @@ struct TriangleMesh::Connectivity {
     }
 };
 
-TriangleMesh::TriangleMesh(Index vertex_count, const TrianglesView& faces)
+TriangleMesh::TriangleMesh(Index vertex_count, const TrianglesView& faces, const Execution& execution)
     : vertex_count_(vertex_count), connectivity_(std::make_unique<Connectivity>()) {
     for (Index f = 0; f < faces.rows(); ++f) {
         for (int k = 0; k < 3; ++k) {
@@ -80,14 +80,14 @@ TriangleMesh::TriangleMesh(Index vertex_count, const TrianglesView& faces)
                                        ", ", faces(f, 2), "); remove it"));
         }
     }
-    add_faces(faces);
+    add_faces(faces, execution);
 }
 
 TriangleMesh::~TriangleMesh() = default;
 TriangleMesh::TriangleMesh(TriangleMesh&&) noexcept = default;
 TriangleMesh& TriangleMesh::operator=(TriangleMesh&&) noexcept = default;
 
-void TriangleMesh::add_faces(const TrianglesView& faces) {
+void TriangleMesh::add_faces(const TrianglesView& faces, const Execution& execution) {
     // OpenMesh would print to the console for each triangle that it refuses; we count and report instead.
     omerr().disable();
     HalfEdgeMesh& mesh = connectivity_->mesh;
@@ -98,6 +98,7 @@ void TriangleMesh::add_faces(const TrianglesView& faces) {
         connectivity_->original[v] = v;
     }
     for (Index f = 0; f < faces.rows(); ++f) {
+        execution.check_every(f);
         std::array<VertexHandle, 3> corners;
         for (int k = 0; k < 3; ++k)
             corners[k] = mesh.vertex_handle(faces(f, k));

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -22,8 +23,9 @@ struct Fan {
 class TriangleMesh {
   public:
     /// @param faces m x 3 vertex numbers.
-    /// @throws InvalidInput where a number is outside [0, vertex_count) or a triangle names a vertex twice.
-    TriangleMesh(Index vertex_count, const TrianglesView& faces);
+    /// @throws InvalidInput where a number is outside [0, vertex_count) or a triangle names a vertex twice;
+    /// Cancelled.
+    TriangleMesh(Index vertex_count, const TrianglesView& faces, const Execution& execution);
     ~TriangleMesh();
     TriangleMesh(TriangleMesh&&) noexcept;
     TriangleMesh& operator=(TriangleMesh&&) noexcept;
@@ -39,7 +41,7 @@ class TriangleMesh {
 
   private:
     struct Connectivity;
-    void add_faces(const TrianglesView& faces);
+    void add_faces(const TrianglesView& faces, const Execution& execution);
 
     Index vertex_count_;
     Index detached_count_ = 0;

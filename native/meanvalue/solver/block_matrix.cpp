@@ -4,7 +4,7 @@
 
 namespace meanvalue {
 
-BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns) {
+BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns, const Execution& execution) {
     for (const std::vector<Index>& column : columns) {
         block_row_.insert(block_row_.end(), column.begin(), column.end());
         block_start_.push_back(static_cast<std::int64_t>(block_row_.size()));
@@ -15,6 +15,7 @@ BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns) {
     std::int64_t* outer = matrix_.outerIndexPtr();
     std::int64_t* inner = matrix_.innerIndexPtr();
     for (std::size_t column = 0; column < columns.size(); ++column) {
+        execution.check_every(column);
         for (int c = 0; c < 3; ++c) {
             *outer++ = inner - matrix_.innerIndexPtr();
             for (const Index row : columns[column]) {

@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -17,7 +18,8 @@ class BlockMatrix {
   public:
     BlockMatrix() = default;
     /// @param columns for each block column the block rows at or below it, ascending, the diagonal first.
-    explicit BlockMatrix(const std::vector<std::vector<Index>>& columns);
+    /// @throws Cancelled.
+    BlockMatrix(const std::vector<std::vector<Index>>& columns, const Execution& execution);
 
     /// Where block (row, column) is, for add(). @pre row >= column and the block is in the pattern.
     std::int64_t find(Index row, Index column) const;

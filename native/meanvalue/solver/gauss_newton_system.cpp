@@ -6,17 +6,11 @@
 #include "meanvalue/encoding/predictor.h"
 
 namespace meanvalue {
-namespace {
-
-// Rows between two looks at the cancel flag in serial loops: a few milliseconds.
-constexpr std::size_t kRowsPerCheck = 2048;
-
-}  // namespace
-
-GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, Execution& execution)
+GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution)
     : encoding_(encoding), unknowns_(unknowns) {
     term_offsets_.push_back(0);
     for (const Index i : unknowns_.rows) {
+        execution.check_every(i);
         // The vertex's own term first, then its ring in order: linearise() relies on it.
         if (unknowns_.slot[i] >= 0) term_columns_.push_back(unknowns_.slot[i]);
         for (Index k = encoding_.ring_offsets[i]; k < encoding_.ring_offsets[i + 1]; ++k) {
@@ -29,30 +23,32 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
     residuals_.resize(unknowns_.rows.size());
     gradient_.resize(3 * static_cast<Eigen::Index>(unknowns_.free.size()));
     find_pattern(execution);
-    fill_smoothness_metric();
+    fill_smoothness_metric(execution);
 }
 
-void GaussNewtonSystem::find_pattern(Execution& execution) {
+void GaussNewtonSystem::find_pattern(const Execution& execution) {
     std::vector<std::vector<Index>> columns(unknowns_.free.size());
     for (std::size_t k = 0; k < columns.size(); ++k)
         columns[k].push_back(static_cast<Index>(k));
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        if (row % kRowsPerCheck == 0) execution.check();
+        execution.check_every(row);
         for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
             for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
                 if (term_columns_[a] > term_columns_[b]) columns[term_columns_[b]].push_back(term_columns_[a]);
             }
         }
     }
-    for (std::vector<Index>& column : columns) {
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+        execution.check_every(k);
+        std::vector<Index>& column = columns[k];
         std::sort(column.begin(), column.end());
         column.erase(std::unique(column.begin(), column.end()), column.end());
     }
-    matrix_ = BlockMatrix(columns);
+    matrix_ = BlockMatrix(columns, execution);
 
     pair_offsets_.push_back(0);
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        if (row % kRowsPerCheck == 0) execution.check();
+        execution.check_every(row);
         for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
             for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
                 if (term_columns_[a] < term_columns_[b]) continue;
@@ -63,10 +59,11 @@ void GaussNewtonSystem::find_pattern(Execution& execution) {
     }
 }
 
-void GaussNewtonSystem::fill_smoothness_metric() {
+void GaussNewtonSystem::fill_smoothness_metric(const Execution& execution) {
     smoothness_metric_.assign(matrix_.block_count(), 0.0);
     std::vector<double> coefficients;
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+        execution.check_every(row);
         const Index i = unknowns_.rows[row];
         coefficients.clear();
         if (unknowns_.slot[i] >= 0) coefficients.push_back(1.0);
@@ -127,7 +124,7 @@ void GaussNewtonSystem::assemble(const Execution& execution) {
     matrix_.set_zero();
     gradient_.setZero();
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        if (row % kRowsPerCheck == 0) execution.check();
+        execution.check_every(row);
         std::int64_t pair = pair_offsets_[row];
         for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
             gradient_.segment<3>(3 * term_columns_[a]) += term_blocks_[a].transpose() * residuals_[row];

@@ -16,7 +16,7 @@ namespace meanvalue {
 class GaussNewtonSystem {
   public:
     /// @pre both outlive the system.
-    GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, Execution& execution);
+    GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
 
     /// G of the rows that depend on free vertices (equation 15); the others cannot change.
     double energy(const PositionsView& positions, int threads, const Execution& execution);
@@ -35,8 +35,8 @@ class GaussNewtonSystem {
     std::size_t bytes() const;
 
   private:
-    void find_pattern(Execution& execution);
-    void fill_smoothness_metric();
+    void find_pattern(const Execution& execution);
+    void fill_smoothness_metric(const Execution& execution);
     void assemble(const Execution& execution);
 
     const Encoding& encoding_;

@@ -93,7 +93,8 @@ class Descent {
                 ++report_.iterations;
                 report_.energies.push_back(energy_);
                 adapt_damping(length, start_energy - energy_);
-                settled_steps_ = start_energy - energy_ < options_.settled_decrease * energy_ ? settled_steps_ + 1 : 0;
+                settled_steps_ =
+                    start_energy - energy_ < options_.settled_decrease * energy_ ? settled_steps_ + 1 : 0;
             }
             if (short_step) {
                 return stop(applied_damping_ <= kFirstDamping ? StopReason::kConverged : StopReason::kNoDescent);

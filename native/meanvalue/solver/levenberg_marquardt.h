@@ -14,7 +14,7 @@
 namespace meanvalue {
 
 struct MinimiseOptions {
-    double step_tolerance = 0.0;  ///< stop when no vertex would move farther than this (units of the input)
+    double step_tolerance = 0.0;    ///< stop when no vertex would move farther than this (units of the input)
     double settled_decrease = 0.0;  ///< ... or when the energy falls by less than this share in three steps on end
     /// An energy not above this is rounding: the encoding is met exactly and there is nothing to do.
     double negligible_energy = 0.0;
