@@ -17,30 +17,31 @@ class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
 
     group: bpy.props.StringProperty(
         name="Vertex Group",
-        description="Name of the vertex group; the active one if empty",
+        description="Name of the vertex group. If empty, the active one, or the next that is not on the list",
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
 
     def run(self, obj):
         settings = obj.meanvalue
-        name = self.group or _active_group_name(obj)
+        name = self.group or _next_group_name(obj)
         if name not in obj.vertex_groups:
             raise SceneError(f"'{obj.name}' has no vertex group '{name}'. Choose one that it has")
-        if any(group.name == name for group in settings.anchor_groups):
-            raise SceneError(
-                f"Vertex group '{name}' is on the list already. Choose another one in "
-                "Object Data Properties > Vertex Groups"
-            )
+        if name in settings.anchor_groups:
+            raise SceneError(f"Vertex group '{name}' is on the list already. Choose another one")
         settings.anchor_groups.add().name = name
         settings.active_anchor_group = len(settings.anchor_groups) - 1
         return f"'{name}' is an anchor group now", []
 
 
-def _active_group_name(obj):
+def _next_group_name(obj):
+    """The active vertex group, or the first one that is not on the list yet."""
     if obj.vertex_groups.active is None:
         raise SceneError(
             f"'{obj.name}' has no vertex groups. Make one in Object Data Properties > Vertex Groups and assign the "
             "anchor vertices to it in Edit Mode"
         )
-    return obj.vertex_groups.active.name
+    for name in (obj.vertex_groups.active.name, *obj.vertex_groups.keys()):
+        if name not in obj.meanvalue.anchor_groups:
+            return name
+    raise SceneError(f"All vertex groups of '{obj.name}' are on the list already. Make another one first")

@@ -389,7 +389,24 @@ def test_add_group_twice():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0])
     with refused_unchanged(obj, "'A' is on the list already", "Choose another"):
+        bpy.ops.meanvalue.add_anchor_group(group="A")
+
+
+def test_add_group_when_all_are_listed():
+    obj = meshes.grid()
+    steps.list_anchors(obj, A=[0])
+    with refused_unchanged(obj, "All vertex groups of 'Grid' are on the list already", "Make another"):
         bpy.ops.meanvalue.add_anchor_group()
+
+
+def test_add_takes_the_active_group_and_then_the_next_that_is_not_listed():
+    obj = meshes.grid()
+    for name in ("A", "B", "C"):
+        obj.vertex_groups.new(name=name)
+    obj.vertex_groups.active_index = 1
+    for _ in range(3):
+        assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
+    assert [group.name for group in obj.meanvalue.anchor_groups] == ["B", "A", "C"]
 
 
 def test_remove_from_an_empty_list():
