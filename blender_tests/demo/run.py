@@ -15,9 +15,9 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from demo import arguments, built_in, pose, report, stage, user_file  # noqa: E402
-from demo.errors import DemoError  # noqa: E402
-from demo.photograph import photograph  # noqa: E402
+from demo import arguments, built_in, pose, report, stage, user_file
+from demo.errors import DemoError
+from demo.photograph import photograph
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
 

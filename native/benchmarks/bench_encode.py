@@ -8,9 +8,10 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-import meanvalue  # noqa: E402
-from blender_tests.support import mesh_files  # noqa: E402
-from native.benchmarks import reporting  # noqa: E402
+import meanvalue
+
+from blender_tests.support import mesh_files
+from native.benchmarks import reporting
 
 COLUMNS = ["model", "vertices", "encode s", "predict s", "energy s", "largest error / diagonal", "guarded"]
 

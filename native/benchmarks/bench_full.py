@@ -8,9 +8,10 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-import meanvalue  # noqa: E402
-from blender_tests.support import mesh_files  # noqa: E402
-from native.benchmarks import bench_encode, reporting  # noqa: E402
+import meanvalue
+
+from blender_tests.support import mesh_files
+from native.benchmarks import bench_encode, reporting
 
 COLUMNS = [
     "case", "vertices", "free", "anchors", "encode s", "analyse s", "solve s", "iterations",
