@@ -74,7 +74,7 @@ def ring_parameters(line, ring_count):
 
 def section(line, s):
     """The ten vertices of the cross section at `s`, (10, 3), in the order of SECTION_ANGLE_DEG."""
-    sample = min(int(round(s * (SAMPLES - 1))), SAMPLES - 1)
+    sample = min(round(s * (SAMPLES - 1)), SAMPLES - 1)
     angle = np.radians(SECTION_ANGLE_DEG)[:, None]
     height = np.where(np.cos(angle) < 0.0, 0.85, 1.0) * np.cos(angle)  # the sucker side is flatter
     offset = height * line.upper[sample] + np.sin(angle) * line.side[sample]

@@ -32,7 +32,7 @@ def read_obj(path):
     """Vertices (n, 3) and polygons (lists of vertex numbers from 0) of an OBJ file."""
     vertices = []
     polygons = []
-    with open(path, encoding="utf-8", errors="replace") as file:
+    with path.open(encoding="utf-8", errors="replace") as file:
         for line in file:
             words = line.split()
             if not words:

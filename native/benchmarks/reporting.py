@@ -37,7 +37,9 @@ def report(title, columns, rows, json_path):
     for row in (columns, *text):
         print("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
     if json_path:
-        content = {"title": title, "machine": machine(), "date": date.today().isoformat(), "columns": columns, "rows": rows}
+        content = {
+            "title": title, "machine": machine(), "date": date.today().isoformat(), "columns": columns, "rows": rows
+        }  # fmt: skip
         json_path.parent.mkdir(parents=True, exist_ok=True)
         json_path.write_text(json.dumps(content, indent=1) + "\n")
 
