@@ -34,9 +34,12 @@ examples:
     ./dev demo figure.blend --anchor-group hand --roi-group arm --move hand 0 0 0.5 --rotate hand X 30
   A mesh without vertex groups:
     ./dev demo horse.off --anchor head=near:0.1,0.9,0.3,0.05 --hold legs=near:0,0,0,0.3 --move head 0 0.2 0
+  A hand that swings upwards about a point of the arm; the arm and the shoulder may move:
+    ./dev demo giant.obj --anchor hand=near:122,160,65,30 --roi near:90,185,24,88 --rotate Z 25 72,191,15
 
 A selection of vertices is written """ + SYNTAX + """.
-Coordinates, moves and rotation axes are the mesh's own (object space); a group turns about its centroid."""
+Coordinates, moves and rotation axes are the mesh's own (object space). A group turns first and moves then.
+What bends keeps its length if the centre of the turn is halfway between the anchors that turn and those that hold."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +53,13 @@ class Anchor:
 
 @dataclass(frozen=True)
 class Motion:
-    """How one group goes to its target: turned about its centroid, then moved. `group` "" is the only one."""
+    """A step of one group to its target: turned about `centre` (None: about its centroid), then moved."""
 
     group: str
     offset: tuple = (0.0, 0.0, 0.0)
     axis: tuple = (0.0, 0.0, 1.0)
     angle_deg: float = 0.0
+    centre: tuple = None
 
 
 @dataclass(frozen=True)
@@ -125,9 +129,9 @@ def add_pose_options(group):
     )
     group.add_argument(
         "--rotate",
-        metavar=("[NAME] AXIS DEGREES", ""),
+        metavar=("[NAME] AXIS DEGREES [X,Y,Z]", ""),
         **repeated,
-        help="turns an anchor group about its centroid; AXIS is X, Y, Z or like 0,1,1",
+        help="turns an anchor group about the point X,Y,Z, or else about its centroid; AXIS is X, Y, Z or like 0,1,1",
     )
 
 
@@ -170,8 +174,8 @@ def parse(argv):
         if words.samples < 1:
             raise ValueError(f"--samples {words.samples}: at least 1 is needed")
         anchors = parse_anchors(words)
-        motions = [parse_move(move, anchors) for move in words.move]
-        motions += [parse_rotation(rotation, anchors) for rotation in words.rotate]
+        motions = [parse_rotation(rotation, anchors) for rotation in words.rotate]
+        motions += [parse_move(move, anchors) for move in words.move]
         check_file(words, anchors)
     except ValueError as error:
         parser.error(str(error))
@@ -236,15 +240,16 @@ def parse_move(words, anchors):
 
 
 def parse_rotation(words, anchors):
-    """A Motion from [NAME] AXIS DEGREES. @throws ValueError."""
+    """A Motion from [NAME] AXIS DEGREES [X,Y,Z]. @throws ValueError."""
+    centre = None
+    if len(words) > 2 and "," in words[-1]:
+        centre = triple("--rotate", "centre", words[-1])
+        words = words[:-1]
     group, (axis, degrees) = split_motion("--rotate", words, 2, anchors)
-    if axis.upper() in AXES:
-        vector = AXES[axis.upper()]
-    else:
-        vector = tuple(number("--rotate", word) for word in axis.split(","))
-        if len(vector) != 3 or not any(vector):
-            raise ValueError(f"--rotate: the axis '{axis}' should be X, Y, Z or three numbers like 0,1,1")
-    return Motion(group, axis=vector, angle_deg=number("--rotate", degrees))
+    vector = AXES.get(axis.upper()) or triple("--rotate", "axis", axis)
+    if not any(vector):
+        raise ValueError(f"--rotate: the axis '{axis}' has no direction")
+    return Motion(group, axis=vector, angle_deg=number("--rotate", degrees), centre=centre)
 
 
 def split_motion(option, words, value_count, anchors):
@@ -264,6 +269,15 @@ def split_motion(option, words, value_count, anchors):
             f"({', '.join(movable) or 'none'})"
         )
     return words[0], words[1:]
+
+
+def triple(option, what, word):
+    """Three numbers from X,Y,Z. @throws ValueError that names the option."""
+    values = tuple(number(option, part) for part in word.split(","))
+    if len(values) != 3:
+        names = "X, Y, Z or " if what == "axis" else ""
+        raise ValueError(f"{option}: the {what} '{word}' should be {names}three numbers like 0,1,1")
+    return values
 
 
 def number(option, word):

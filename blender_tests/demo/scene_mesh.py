@@ -27,6 +27,13 @@ def add_vertex_group(obj, name, indices):
     return group
 
 
+def edges(obj):
+    """Vertex indices of the mesh's edges, (e, 2)."""
+    ends = np.empty(2 * len(obj.data.edges), dtype=np.int32)
+    obj.data.edges.foreach_get("vertices", ends)
+    return ends.reshape(-1, 2)
+
+
 def shade_smooth(obj):
     """Smooth shading on every face."""
     obj.data.polygons.foreach_set("use_smooth", np.ones(len(obj.data.polygons), dtype=bool))

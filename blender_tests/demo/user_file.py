@@ -119,7 +119,7 @@ def make_group(obj, anchor, rest):
     if anchor.selection is not None:
         if anchor.name in obj.vertex_groups:
             raise DemoError(f"'{obj.name}' has a vertex group '{anchor.name}' already; give the selection another name")
-        scene_mesh.add_vertex_group(obj, anchor.name, selection.select(anchor.selection, rest))
+        scene_mesh.add_vertex_group(obj, anchor.name, selection.select(anchor.selection, rest, scene_mesh.edges(obj)))
         return
     require_group(obj, anchor.name)
     if len(pose.group_indices(obj, anchor.name)) == 0:
@@ -148,7 +148,7 @@ def roi_group(obj, roi, rest):
     if roi is None:
         return ""
     if roi not in obj.vertex_groups and selection.is_selection(roi):
-        chosen = selection.select(selection.parse_selection(roi), rest)
+        chosen = selection.select(selection.parse_selection(roi), rest, scene_mesh.edges(obj))
         return scene_mesh.add_vertex_group(obj, ROI_GROUP, chosen).name
     require_group(obj, roi)
     return roi
@@ -163,13 +163,13 @@ def targets(obj, options, rest):
     result = start.copy()
     for step in options.motions:
         members = pose.group_indices(obj, step.group)
-        pivot = result[members].mean(axis=0)
+        pivot = result[members].mean(axis=0) if step.centre is None else np.array(step.centre)
         result[members] = motion.turned(result[members], step.axis, np.radians(step.angle_deg), pivot) + step.offset
     anchors = pose.anchor_indices(obj, [anchor.name for anchor in options.anchors])
     if np.array_equal(result[anchors], rest[anchors]):
         where = f"the active shape key '{key.name}' has the anchors at rest" if is_posed else "no shape key poses them"
         raise DemoError(
-            f"nothing is moved: {where}. Use --move [NAME] X Y Z or --rotate [NAME] AXIS DEGREES, "
+            f"nothing is moved: {where}. Use --move [NAME] X Y Z or --rotate [NAME] AXIS DEGREES [X,Y,Z], "
             "or a .blend whose active shape key has the anchors where they should go"
         )
     return None if is_posed and not options.motions else result

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes as artists have them, by the operators: a scanned feline lifts a wing tip, a beast of quads an arm.
+
+Each pose is a command line of `./dev demo`, which makes pictures of it. Numbers cannot tell whether a pose looks
+natural: change one only after looking at its pictures. Skipped where the shared data is missing.
+"""
+
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+from support.snapshot import assert_same, snapshot
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from blender_tests.demo import arguments, pose, scene_mesh, user_file
+from blender_tests.demo.off_file import read_off
+from blender_tests.support.mesh_files import DATA, read_obj
+
+CHANGING = ("keys", "active key", "settings", "relative", "datablocks")
+FELINE, BEAST = DATA / "models" / "feline.off", DATA / "models" / "beast_quads.obj"
+
+# The region is the wing without the horn beside it. The tip's patch turns about the wing's middle, as the end of
+# a strip that bends evenly does. A single vertex as anchor leaves the wing free to twist and to narrow.
+LIFT_WING_TIP = (
+    "--up=-Z --anchor tip=near:0.0232,0.0618,-2.061,0.06 --roi part:-0.08,0.55,-1.8,0.58 "
+    "--rotate X 45 0,0.12,-1.735 --camera 85 8"
+)
+# The centre is in the upper arm, halfway between the region's border on the chest and the wrist, because the
+# bend is spread over all that is free. About the shoulder, the same turn thins the upper arm.
+SWING_ARM = "--anchor hand=near:122,160,65,30 --roi near:90,185,24,88 --rotate Z 25 72,191,15 --camera 20 10"
+
+
+def where_present(path, *values):
+    """Parameters of a test, skipped with the reason where the mesh file is missing."""
+    missing = pytest.mark.skipif(not path.is_file(), reason=f"there is no {path.name} in {path.parent}")
+    return pytest.param(path, *values, id=path.name, marks=missing)
+
+
+@contextmanager
+def timed(seconds, stage):
+    start = time.perf_counter()
+    yield
+    seconds[stage] = time.perf_counter() - start
+
+
+class Posed:
+    """A mesh file posed by the operators as a demo's command line says, and how it was before."""
+
+    def __init__(self, path, words):
+        self.seconds = {}
+        with timed(self.seconds, "load"):
+            subject = user_file.user_subject(arguments.parse([str(path), *words.split()]))
+        self.obj = subject.obj
+        meshes.activate(self.obj)
+        self.rest = pose.positions(self.obj)
+        bpy.context.view_layer.update()  # else the object's matrix is rounded after the first snapshot
+        self.before = snapshot(self.obj, without=CHANGING)
+        self.roi = self.mask([subject.roi_group])
+        self.anchors = self.mask(subject.anchor_groups)
+        self.targets = subject.targets
+        self.pose(subject)
+
+    def mask(self, groups):
+        """n bool: the members of the vertex groups."""
+        members = np.zeros(len(self.obj.data.vertices), bool)
+        members[pose.anchor_indices(self.obj, groups)] = True
+        return members
+
+    def pose(self, subject):
+        for name in subject.anchor_groups:
+            assert bpy.ops.meanvalue.add_anchor_group(group=name) == {'FINISHED'}
+        self.obj.meanvalue.roi_group = subject.roi_group
+        with timed(self.seconds, "bind"):
+            assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+        for index in np.flatnonzero(self.anchors):
+            self.obj.active_shape_key.data[index].co = self.targets[index]
+        with timed(self.seconds, "solve"):
+            steps.solve()
+        self.result = steps.key_positions(self.obj, "Mean-Value")
+
+    def edge_length_ratios(self):
+        """Length in the result over length at rest, of the edges with a free end."""
+        edges = scene_mesh.edges(self.obj)
+        edges = edges[(self.roi & ~self.anchors)[edges].any(axis=1)]
+        rest, result = (
+            np.linalg.norm(positions[edges[:, 0]] - positions[edges[:, 1]], axis=1)
+            for positions in (self.rest, self.result.astype(np.float64))
+        )
+        return result / rest
+
+    def report(self):
+        record = self.obj.meanvalue.bound
+        times = ", ".join(f"{stage} {value:.2f} s" for stage, value in self.seconds.items())
+        shares = ", ".join(f"p{p} {np.percentile(self.edge_length_ratios(), p):.3f}" for p in (1, 50, 99))
+        return (
+            f"\n{self.obj.name}: {record.vertex_count:,} vertices, {record.free_count:,} free, "
+            f"{record.anchor_count:,} anchors, {record.solve_iterations} iterations, "
+            f"G {record.solve_energy:.3g}; {times}; edge lengths over rest: {shares}"
+        )
+
+
+@pytest.mark.parametrize(
+    ("path", "words", "read"),
+    [where_present(FELINE, LIFT_WING_TIP, read_off), where_present(BEAST, SWING_ARM, read_obj)],
+)
+def test_a_limb_follows_its_anchors_and_nothing_else_changes(path, words, read, capsys):
+    posed = Posed(path, words)
+    with capsys.disabled():
+        print(posed.report())
+    check_outcome(posed)
+    check_nothing_else_changed(posed)
+    check_against_the_file(posed, *read(path))
+    check_lengths(posed)
+
+
+def check_outcome(posed):
+    record = posed.obj.meanvalue.bound
+    assert posed.obj.data.shape_keys.key_blocks.keys() == ["Basis", "Pose", "Mean-Value"]
+    assert record.solve_converged, record.solve_stop_reason
+    assert record.free_count == (posed.roi & ~posed.anchors).sum()
+    assert np.isfinite(posed.result).all()
+    assert np.array_equal(posed.result[posed.anchors], posed.targets[posed.anchors].astype(np.float32))
+    free = posed.roi & ~posed.anchors
+    assert (posed.result[free] != posed.rest[free]).any(axis=1).mean() > 0.99
+
+
+def check_nothing_else_changed(posed):
+    outside = ~posed.roi & ~posed.anchors
+    rest = posed.rest.astype(np.float32)
+    assert posed.result[outside].tobytes() == rest[outside].tobytes()
+    assert steps.key_positions(posed.obj, "Basis").tobytes() == rest.tobytes()
+    assert_same(posed.before, snapshot(posed.obj, without=CHANGING))
+
+
+def check_against_the_file(posed, vertices, polygons):
+    """Vertex order, polygon sizes and corners are the file's own."""
+    outside = ~posed.roi & ~posed.anchors
+    assert np.allclose(posed.result[outside], vertices[outside], rtol=1e-6, atol=1e-6)
+    assert [list(polygon.vertices) for polygon in posed.obj.data.polygons] == polygons
+
+
+def check_lengths(posed):
+    low, middle, high = np.percentile(posed.edge_length_ratios(), (1, 50, 99))
+    assert 0.97 < middle < 1.03
+    assert low > 0.85, "something is squeezed"
+    assert high < 1.18, "something is stretched"
+
+
+@pytest.mark.parametrize("path", [where_present(BEAST)])
+def test_quads_uv_map_and_material_are_there_to_be_kept(path):
+    """Without them the comparison of before and after would say nothing."""
+    mesh = user_file.user_subject(arguments.parse([str(path), *SWING_ARM.split()])).obj.data
+    sizes = np.array([polygon.loop_total for polygon in mesh.polygons])
+    assert (sizes == 4).mean() > 0.99
+    assert (sizes != 4).any()
+    assert len(mesh.uv_layers) == 1
+    assert len({tuple(corner.uv) for corner in mesh.uv_layers[0].data}) > 30_000
+    assert len(mesh.materials) == 1
