@@ -1,141 +1,15 @@
 #include "meanvalue/encoding/encoder.h"
 
 #include <algorithm>
-#include <cmath>
 #include <unordered_map>
 #include <vector>
 
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/encoding/mean_value_weights.h"
-#include "meanvalue/encoding/predictor.h"
-#include "meanvalue/encoding/projection_plane.h"
+#include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/encoding/ring_extension.h"
 
 namespace meanvalue {
 namespace {
-
-// An edge less than about 3 degrees off the normal: its b is unbounded, so the u_ij form takes over.
-constexpr double kSteepestCotangent = 20.0;
-// The predictor must give the rest position back to this share of the ring's radius with mean-value weights,
-// or least-norm weights are tried; nothing above kLargestError is accepted.
-constexpr double kRoundingError = 1e-12;
-constexpr double kLargestError = 1e-9;
-
-/// Encodes one vertex after another into a shared Encoding whose rings are already laid out.
-/// One instance for each thread: it keeps scratch memory.
-class VertexEncoder {
-  public:
-    VertexEncoder(const PositionsView& positions, Encoding& encoding) : positions_(positions), encoding_(encoding) {}
-
-    /// Fills weights, cotangents and heights of `vertex`; returns its GuardReason flags.
-    std::uint8_t encode(Index vertex) {
-        if (!encoding_.predictable(vertex)) return kNotPredictable;
-        project(vertex);
-        std::uint8_t flags = 0;
-        switch (mean_value_weights(projected_, weights_)) {
-            case WeightRule::kMeanValue:
-                break;
-            case WeightRule::kOnRingEdge:
-                flags |= kOnRingEdge;
-                break;
-            case WeightRule::kOnRingVertex:
-                flags |= kOnRingVertex;
-                break;
-        }
-        if (!weights_are_tame(weights_) || tangential_error() > kRoundingError * projected_.largest_radius) {
-            least_norm_weights(projected_, weights_);
-            flags = kLargeWeights;
-            if (!(tangential_error() < kLargestError * projected_.largest_radius)) return kNotPredictable;
-        }
-        if (flags_need_own_normal_weights(flags)) flags |= kSteepEdge;
-        store(vertex, flags);
-        return flags;
-    }
-
-    /// u_ij of a vertex flagged kSteepEdge, appended to Encoding::steep_weights.
-    void append_steep_weights(Index vertex) {
-        project(vertex);
-        encoding_.steep_offset[vertex] = static_cast<Index>(encoding_.steep_weights.size());
-        for (const double radius : projected_.radius) {
-            encoding_.steep_weights.push_back(radius / radius_sum());
-        }
-    }
-
-  private:
-    void project(Index vertex) {
-        const Index begin = encoding_.ring_offsets[vertex];
-        const Index valence = encoding_.ring_offsets[vertex + 1] - begin;
-        const Index* ring = encoding_.ring.data() + begin;
-        const RingArea polygon = ring_area(positions_, ring, valence);
-        projected_.normal = polygon.area.normalized();
-        encoding_.softening[vertex] = kSoftness * polygon.area.norm() / polygon.spread;
-        projected_.tangential.resize(valence);
-        projected_.radius.resize(valence);
-        projected_.height.resize(valence);
-        projected_.largest_radius = 0.0;
-        const Vector3 centre = positions_.row(vertex);
-        for (Index k = 0; k < valence; ++k) {
-            const Vector3 edge = Vector3(positions_.row(ring[k])) - centre;
-            projected_.height[k] = projected_.normal.dot(edge);
-            projected_.tangential[k] = edge - projected_.height[k] * projected_.normal;
-            projected_.radius[k] = projected_.tangential[k].norm();
-            projected_.largest_radius = std::max(projected_.largest_radius, projected_.radius[k]);
-        }
-        projected_.mean_radius = radius_sum() / valence;
-    }
-
-    double radius_sum() const {
-        double sum = 0.0;
-        for (const double radius : projected_.radius)
-            sum += radius;
-        return sum;
-    }
-
-    /// How far the weights miss v'_i.
-    double tangential_error() const {
-        Vector3 sum = Vector3::Zero();
-        for (std::size_t k = 0; k < weights_.size(); ++k)
-            sum += weights_[k] * projected_.tangential[k];
-        return sum.norm();
-    }
-
-    /// The height over an edge is |T| b by equation 11; a huge b, or weights that already amplify, call for u_ij.
-    bool flags_need_own_normal_weights(std::uint8_t flags) const {
-        if ((flags & (kLargeWeights | kOnRingVertex)) != 0) return true;
-        for (std::size_t k = 0; k < weights_.size(); ++k) {
-            if (std::abs(projected_.height[k]) > kSteepestCotangent * projected_.radius[k]) return true;
-        }
-        return false;
-    }
-
-    void store(Index vertex, std::uint8_t flags) {
-        const Index begin = encoding_.ring_offsets[vertex];
-        // How long the soft normal is at rest, whatever the ring.
-        const double normal_length = 1.0 / std::sqrt(1.0 + kSoftness * kSoftness);
-        const double sum = radius_sum();
-        double centre_height = 0.0;  // of p over v_i
-        for (std::size_t k = 0; k < weights_.size(); ++k)
-            centre_height += weights_[k] * projected_.height[k];
-        for (std::size_t k = 0; k < weights_.size(); ++k) {
-            const double radius = projected_.radius[k];
-            // (v_i - v_j) . n over |v'_i - v'_j|: equation 9 without the cancellation of 1 - c^2.
-            // Capped where the edge is parallel to the normal; such a ring is steep and does not use it.
-            const double least_radius = kRoundingError * projected_.largest_radius;
-            encoding_.weights[begin + k] = weights_[k];
-            encoding_.cotangents[begin + k] = -projected_.height[k] / std::max(radius, least_radius);
-            // The predictor sees |v'_i - v'_j| across its soft normal, and multiplies by that: undo both.
-            const double along = (1.0 - normal_length * normal_length) * (centre_height - projected_.height[k]);
-            const double seen_radius = std::max(std::hypot(radius, along), least_radius);
-            const double weight = (flags & kSteepEdge) != 0 ? radius / sum : weights_[k];
-            encoding_.heights[begin + k] = -projected_.height[k] * weight / (seen_radius * normal_length);
-        }
-    }
-
-    const PositionsView& positions_;
-    Encoding& encoding_;
-    ProjectedRing projected_;
-    std::vector<double> weights_;
-};
 
 using RingReplacements = std::unordered_map<Index, std::vector<Index>>;
 
@@ -179,6 +53,28 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
     encoding.steep_offset.assign(rings.vertex_count(), -1);
 }
 
+/// Fills the coefficients of one vertex whose ring is laid out; returns its GuardReason flags.
+std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, Encoding& encoding) {
+    if (!encoding.predictable(vertex)) return kNotPredictable;
+    const Index begin = encoding.ring_offsets[vertex];
+    const Index valence = encoding.ring_offsets[vertex + 1] - begin;
+    const std::uint8_t flags = encoder.encode(vertex, encoding.ring.data() + begin, valence);
+    if ((flags & kNotPredictable) != 0) return flags;
+    std::copy_n(encoder.weights().begin(), valence, encoding.weights.begin() + begin);
+    std::copy_n(encoder.cotangents().begin(), valence, encoding.cotangents.begin() + begin);
+    std::copy_n(encoder.heights().begin(), valence, encoding.heights.begin() + begin);
+    encoding.softening[vertex] = encoder.softening();
+    return flags;
+}
+
+/// Appends the u_ij of a vertex flagged kSteepEdge. Serial, since their places depend on those before; there are few.
+void append_steep_weights(RingEncoder& encoder, Index vertex, Encoding& encoding) {
+    encode_vertex(encoder, vertex, encoding);
+    encoding.steep_offset[vertex] = static_cast<Index>(encoding.steep_weights.size());
+    const std::vector<double> steep = encoder.steep_weights();
+    encoding.steep_weights.insert(encoding.steep_weights.end(), steep.begin(), steep.end());
+}
+
 /// Takes the rings of unpredictable vertices out, so that predictable() tells and no coefficient is left unset.
 void drop_rings(const std::vector<std::uint8_t>& flags, Encoding& encoding) {
     const auto compact = [&](auto& items) {
@@ -214,16 +110,16 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
 
     std::vector<std::uint8_t> flags(vertex_count, 0);
     parallel_for(vertex_count, threads, execution, [&](Index begin, Index end) {
-        VertexEncoder encoder(positions, encoding);
+        RingEncoder encoder(positions);
         for (Index v = begin; v < end; ++v)
-            flags[v] = encoder.encode(v);
+            flags[v] = encode_vertex(encoder, v, encoding);
     });
 
-    VertexEncoder encoder(positions, encoding);
+    RingEncoder encoder(positions);
     bool all_predictable = true;
     for (Index v = 0; v < vertex_count; ++v) {
         execution.check_every(v);
-        if ((flags[v] & kSteepEdge) != 0) encoder.append_steep_weights(v);
+        if ((flags[v] & kSteepEdge) != 0) append_steep_weights(encoder, v, encoding);
         if (rings.kinds[v] == RingKind::kNonManifold) flags[v] |= kNonManifold;
         if (encoding.predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;
         if (flags[v] == 0) continue;
