@@ -1,14 +1,14 @@
 #include "meanvalue/deform/deformer.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/encoding/encoder.h"
-#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/hierarchy/paper_decoder.h"
+#include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
-#include "meanvalue/solver/similarity.h"
+#include "meanvalue/solver/full_decoder.h"
 
 namespace meanvalue {
 namespace {
@@ -50,53 +50,52 @@ std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& 
     return is_fixed;
 }
 
-double bounding_box_diagonal(const PositionsView& positions) {
-    return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+std::unique_ptr<Decoder> make_decoder(Method method, Region region, int threads, Execution& execution) {
+    switch (method) {
+        case Method::kPaper:
+            return std::make_unique<PaperDecoder>(std::move(region), threads, execution);
+        case Method::kFull:
+            break;
+    }
+    return std::make_unique<FullDecoder>(std::move(region), threads, execution);
 }
-
-// A position's error goes with the root of the energy's, so the energy may settle much earlier than the vertices.
-constexpr double kSettledPerTolerance = 100.0;
-// Residuals below this share of the diagonal are rounding.
-constexpr double kRounding = 1e-13;
-// Fixed vertices that a similarity carries to within this share of the diagonal leave nothing to follow.
-constexpr double kNegligibleMove = 1e-12;
 
 }  // namespace
 
 Method method_from_name(const std::string& name) {
+    if (name == "paper") return Method::kPaper;
     if (name == "full") return Method::kFull;
-    throw InvalidInput(message("method is '", name, "'; this version knows 'full'"));
+    throw InvalidInput(message("method is '", name, "'; this version knows 'paper' and 'full'"));
 }
 
 Deformer::Deformer(const Binding& binding, Execution& execution)
-    : rest_(binding.vertices), anchors_(binding.anchors), threads_(thread_count(binding.threads)) {
+    : rest_(binding.vertices), anchors_(binding.anchors) {
+    const int threads = thread_count(binding.threads);
     require_finite(binding.vertices, "vertices");
+    require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
     is_fixed_ = fixed_flags(binding);
-    diagonal_ = bounding_box_diagonal(rest_);
-    {
-        const StageTimer timer(report_.timings, "encode");
-        const TriangleMesh mesh(static_cast<Index>(rest_.rows()), binding.faces, execution);
-        report_.detached_triangle_count = mesh.detached_count();
-        encoding_ = encode(collect_one_rings(mesh, execution), rest_, threads_, execution);
-    }
-    {
-        execution.begin_stage("analyse");
-        const StageTimer timer(report_.timings, "analyse");
-        components_ = find_components(rest_, binding.faces, is_fixed_);
-        unknowns_ = find_unknowns(encoding_, solved_as_fixed(is_fixed_, components_));
-        system_.emplace(encoding_, unknowns_, execution);
-        if (!unknowns_.free.empty()) cholesky_.analyse(system_->matrix().matrix(), execution);
-    }
-    report_.guarded = encoding_.guarded;
-    for (const auto& [reason, vertices] : encoding_.guarded_by_reason()) {
+    Components components = find_components(rest_, binding.faces, is_fixed_);
+    Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components));
+    region_vertices_ = region.vertices;
+    report_.components = std::move(components.parts);
+    report_.free_count = static_cast<Index>(std::count(region.is_fixed.begin(), region.is_fixed.end(), 0));
+    decoder_ = make_decoder(binding.method, std::move(region), threads, execution);
+    fill_report(region_vertices_);
+}
+
+void Deformer::fill_report(const std::vector<Index>& region_vertices) {
+    report_.vertex_count = static_cast<Index>(rest_.rows());
+    report_.anchor_count = static_cast<Index>(anchors_.size());
+    report_.row_count = decoder_->row_count();
+    report_.level_sizes = decoder_->level_sizes();
+    report_.detached_triangle_count = decoder_->detached_triangle_count();
+    for (const Index v : decoder_->encoding().guarded)
+        report_.guarded.push_back(region_vertices[v]);
+    for (const auto& [reason, vertices] : decoder_->encoding().guarded_by_reason()) {
         report_.guarded_reasons[reason] = static_cast<Index>(vertices.size());
     }
-    report_.components = components_.parts;
-    report_.vertex_count = static_cast<Index>(rest_.rows());
-    report_.free_count = static_cast<Index>(unknowns_.free.size());
-    report_.anchor_count = static_cast<Index>(anchors_.size());
-    report_.row_count = static_cast<Index>(unknowns_.rows.size());
-    report_.bytes = encoding_.bytes() + system_->bytes();
+    report_.timings = decoder_->bind_timings();
+    report_.bytes = decoder_->bytes();
 }
 
 Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const {
@@ -121,35 +120,6 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
     return positions;
 }
 
-Positions Deformer::carry_parts(const Positions& positions) const {
-    Positions carried = rest_;
-    std::vector<Similarity> fits;
-    for (const std::vector<Index>& fixed : components_.fixed) {
-        fits.push_back(fixed.empty() ? Similarity{} : fit_similarity(rest_, positions, fixed));
-    }
-    for (Index v = 0; v < carried.rows(); ++v) {
-        carried.row(v) = fits[components_.part_of[v]].apply(rest_.row(v).transpose());
-    }
-    return carried;
-}
-
-void Deformer::choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution) {
-    if (unknowns_.free.empty()) return;
-    Positions carried = carry_parts(positions);
-    Positions fixed_moves = positions - carried;
-    for (const Index v : unknowns_.free)
-        fixed_moves.row(v).setZero();
-    if (fixed_moves.cwiseAbs().maxCoeff() > kNegligibleMove * diagonal_) {
-        carried = follow_fixed_moves(*system_, cholesky_, unknowns_, options, carried, fixed_moves, execution);
-    }
-    for (Index v = 0; v < carried.rows(); ++v) {
-        if (unknowns_.slot[v] < 0) carried.row(v) = positions.row(v);
-    }
-    if (system_->energy(carried, threads_, execution) < system_->energy(positions, threads_, execution)) {
-        positions = std::move(carried);
-    }
-}
-
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) {
     if (!(options.tolerance > 0.0)) {
@@ -161,31 +131,29 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     const std::lock_guard<std::mutex> lock(solving_);
     Solution solution;
     solution.vertices = place_anchors(targets, start);
-    MinimiseOptions minimise_options;
-    minimise_options.step_tolerance = options.tolerance * diagonal_;
-    minimise_options.settled_decrease = kSettledPerTolerance * options.tolerance;
-    minimise_options.negligible_energy =
-        0.5 * static_cast<double>(unknowns_.rows.size()) * std::pow(kRounding * diagonal_, 2);
-    minimise_options.max_iterations = options.max_iterations;
-    minimise_options.threads = threads_;
+    Positions positions(static_cast<Eigen::Index>(region_vertices_.size()), 3);
+    for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
+        positions.row(k) = solution.vertices.row(region_vertices_[k]);
+    }
+    DecodeReport report;
     Timings total;
-    MinimiseReport report;
     {
         const StageTimer timer(total, "total");
-        if (!start) choose_start(minimise_options, solution.vertices, execution);
-        report = minimise(*system_, cholesky_, unknowns_, minimise_options, solution.vertices, execution);
+        const DecodeOptions decode_options{options.tolerance, options.max_iterations, start.has_value()};
+        report = decoder_->decode(decode_options, positions, execution);
+    }
+    for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
+        if (!is_fixed_[region_vertices_[k]]) solution.vertices.row(region_vertices_[k]) = positions.row(k);
     }
     solution.energies = report.energies;
-    if (!report.energies.empty()) {
-        solution.initial_energy = report.energies.front();
-        solution.energy = report.energies.back();
-    }
+    solution.initial_energy = report.energies.front();
+    solution.energy = report.energies.back();
     solution.initial_gradient = report.initial_gradient;
     solution.gradient = report.gradient;
     solution.iterations = report.iterations;
-    solution.converged = report.converged();
-    solution.stop_reason = describe(report.stop_reason);
-    solution.timings = report.timings;
+    solution.converged = report.converged;
+    solution.stop_reason = report.stop_reason;
+    solution.timings = std::move(report.timings);
     solution.timings.merge(total);
     return solution;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -10,18 +11,15 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/encoding/encoding.h"
 #include "meanvalue/mesh/components.h"
-#include "meanvalue/solver/gauss_newton_system.h"
-#include "meanvalue/solver/levenberg_marquardt.h"
-#include "meanvalue/solver/sparse_cholesky.h"
-#include "meanvalue/solver/unknowns.h"
+#include "meanvalue/solver/decoder.h"
 
 namespace meanvalue {
 
 /// How free vertices are found from the anchors.
 enum class Method {
-    kFull,  ///< equation 15 to convergence from the rest pose: section 2.3
+    kPaper,  ///< hierarchical decoding: section 3
+    kFull,   ///< equation 15 to convergence from the rest pose: section 2.3
 };
 
 /// @throws InvalidInput for an unknown name, listing the known ones.
@@ -42,8 +40,10 @@ struct BindReport {
     Index vertex_count = 0;
     Index free_count = 0;  ///< vertices that are solved for: not those of parts without a single fixed vertex
     Index anchor_count = 0;
-    Index row_count = 0;                           ///< residuals that take part in a solve
-    Index detached_triangle_count = 0;             ///< triangles that fit no manifold; see TriangleMesh
+    Index row_count = 0;             ///< residuals that take part in a solve
+    std::vector<Index> level_sizes;  ///< free vertices in each level, finest first
+    Index detached_triangle_count =
+        0;  ///< triangles that fit no manifold; see TriangleMesh. Like `guarded`, of the part that takes part
     std::vector<Index> guarded;                    ///< vertices encoded by a fallback rule
     std::map<std::string, Index> guarded_reasons;  ///< how many vertices each reason applies to
     std::vector<Component> components;             ///< the parts of the mesh and what their fixed vertices leave open
@@ -62,7 +62,7 @@ struct Solution {
     Positions vertices;   ///< n x 3; anchors exactly at their targets, fixed vertices exactly at rest
     double energy = 0.0;  ///< G over the rows that depend on free vertices, squared units of the input
     double initial_energy = 0.0;
-    double initial_gradient = 0.0;  ///< norm of dG/dV' at the start
+    double initial_gradient = 0.0;  ///< norm of dG/dV' at the start, where the method computes it
     double gradient = 0.0;          ///< and at the last linearisation
     std::vector<double> energies;   ///< G at the start and after each iteration
     int iterations = 0;
@@ -93,23 +93,15 @@ class Deformer {
   private:
     /// Rest shape with the anchors at their targets and everything else that may move at `start`, where given.
     Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const;
-    /// The better of two starts: the free vertices left at rest, or carried along smoothly with the fixed ones.
-    void choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution);
-    /// Each part of the rest shape moved by the similarity that fits its fixed vertices best.
-    Positions carry_parts(const Positions& positions) const;
+    void fill_report(const std::vector<Index>& region_vertices);
 
     std::mutex solving_;
     Positions rest_;
     std::vector<Index> anchors_;
-    std::vector<char> is_fixed_;  // n: anchors, and what lies outside the region of influence
-    int threads_;
-    double diagonal_ = 0.0;  // of the rest shape's bounding box
+    std::vector<char> is_fixed_;          // n: anchors, and what lies outside the region of influence
+    std::vector<Index> region_vertices_;  // the decoder's vertex numbers in the mesh
     BindReport report_;
-    Encoding encoding_;
-    Components components_;
-    Unknowns unknowns_;
-    std::optional<GaussNewtonSystem> system_;
-    SparseCholesky cholesky_;
+    std::unique_ptr<Decoder> decoder_;
 };
 
 }  // namespace meanvalue

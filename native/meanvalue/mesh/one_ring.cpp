@@ -18,22 +18,25 @@ RingKind kind_of(const std::vector<Fan>& fans) {
 
 }  // namespace
 
+void OneRings::append(const std::vector<Fan>& fans) {
+    kinds.push_back(kind_of(fans));
+    if (!fans.empty()) {
+        const std::vector<Index>& ring = largest(fans).ring;
+        vertices.insert(vertices.end(), ring.begin(), ring.end());
+    }
+    offsets.push_back(static_cast<Index>(vertices.size()));
+}
+
 OneRings collect_one_rings(const TriangleMesh& mesh, const Execution& execution) {
     OneRings rings;
     rings.offsets.reserve(mesh.vertex_count() + 1);
     rings.kinds.reserve(mesh.vertex_count());
     rings.vertices.reserve(mesh.vertex_count() * 6);
-    rings.offsets.push_back(0);
     std::vector<Fan> fans;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
         execution.check_every(v);
         mesh.collect_fans(v, fans);
-        rings.kinds.push_back(kind_of(fans));
-        if (!fans.empty()) {
-            const std::vector<Index>& ring = largest(fans).ring;
-            rings.vertices.insert(rings.vertices.end(), ring.begin(), ring.end());
-        }
-        rings.offsets.push_back(static_cast<Index>(rings.vertices.size()));
+        rings.append(fans);
     }
     return rings;
 }

@@ -18,12 +18,14 @@ enum class RingKind : std::uint8_t {
 
 /// The rings of all n vertices, one after another (compressed rows).
 struct OneRings {
-    std::vector<Index> offsets;  ///< n + 1; ring i is vertices[offsets[i]] to vertices[offsets[i + 1] - 1]
+    std::vector<Index> offsets = {0};  ///< n + 1; ring i is vertices[offsets[i]] to vertices[offsets[i + 1] - 1]
     std::vector<Index> vertices;
     std::vector<RingKind> kinds;  ///< n
 
     Index vertex_count() const { return static_cast<Index>(kinds.size()); }
     Index valence(Index vertex) const { return offsets[vertex + 1] - offsets[vertex]; }
+    /// Adds the ring of the next vertex: that of its largest fan.
+    void append(const std::vector<Fan>& fans);
     const Index* begin(Index vertex) const { return vertices.data() + offsets[vertex]; }
     const Index* end(Index vertex) const { return vertices.data() + offsets[vertex + 1]; }
 };

@@ -11,10 +11,11 @@ namespace meanvalue {
 namespace {
 
 struct Traits : OpenMesh::DefaultTraits {
-    VertexAttributes(OpenMesh::Attributes::None);
-    HalfedgeAttributes(OpenMesh::Attributes::PrevHalfedge);
-    EdgeAttributes(OpenMesh::Attributes::None);
-    FaceAttributes(OpenMesh::Attributes::None);
+    // Status: what a collapse removes is marked, and the link condition marks what it has seen.
+    VertexAttributes(OpenMesh::Attributes::Status);
+    HalfedgeAttributes(OpenMesh::Attributes::PrevHalfedge | OpenMesh::Attributes::Status);
+    EdgeAttributes(OpenMesh::Attributes::Status);
+    FaceAttributes(OpenMesh::Attributes::Status);
 };
 using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 using VertexHandle = HalfEdgeMesh::VertexHandle;
@@ -66,8 +67,7 @@ struct TriangleMesh::Connectivity {
     }
 };
 
-TriangleMesh::TriangleMesh(Index vertex_count, const TrianglesView& faces, const Execution& execution)
-    : vertex_count_(vertex_count), connectivity_(std::make_unique<Connectivity>()) {
+void require_triangles(Index vertex_count, const TrianglesView& faces) {
     for (Index f = 0; f < faces.rows(); ++f) {
         for (int k = 0; k < 3; ++k) {
             if (faces(f, k) < 0 || faces(f, k) >= vertex_count) {
@@ -80,6 +80,11 @@ TriangleMesh::TriangleMesh(Index vertex_count, const TrianglesView& faces, const
                                        ", ", faces(f, 2), "); remove it"));
         }
     }
+}
+
+TriangleMesh::TriangleMesh(Index vertex_count, const TrianglesView& faces, const Execution& execution)
+    : vertex_count_(vertex_count), connectivity_(std::make_unique<Connectivity>()) {
+    require_triangles(vertex_count, faces);
     add_faces(faces, execution);
 }
 
@@ -117,6 +122,22 @@ void TriangleMesh::collect_fans(Index vertex, std::vector<Fan>& fans) const {
     if (copies == connectivity_->copies.end()) return;
     for (const VertexHandle copy : copies->second)
         connectivity_->collect_fans(copy, fans);
+}
+
+bool TriangleMesh::can_collapse(Index from, Index to) {
+    HalfEdgeMesh& mesh = connectivity_->mesh;
+    if (connectivity_->copies.count(from) > 0 || connectivity_->copies.count(to) > 0) return false;
+    const HalfedgeHandle edge = mesh.find_halfedge(mesh.vertex_handle(from), mesh.vertex_handle(to));
+    if (!edge.is_valid()) return false;
+    // A boundary vertex that moves inwards would cut the surface's corner off.
+    const bool leaves_boundary =
+        mesh.is_boundary(mesh.vertex_handle(from)) && !mesh.is_boundary(mesh.edge_handle(edge));
+    return !leaves_boundary && mesh.is_collapse_ok(edge);
+}
+
+void TriangleMesh::collapse(Index from, Index to) {
+    HalfEdgeMesh& mesh = connectivity_->mesh;
+    mesh.collapse(mesh.find_halfedge(mesh.vertex_handle(from), mesh.vertex_handle(to)));
 }
 
 }  // namespace meanvalue

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/solver/free_moves.h"
 
 namespace meanvalue {
 namespace {
@@ -36,15 +37,6 @@ bool solve_step(GaussNewtonSystem& system, SparseCholesky& cholesky, const Execu
     if (!cholesky.factorise(system.matrix().matrix(), execution)) return false;
     direction = -cholesky.solve(system.gradient());
     return direction.allFinite();
-}
-
-/// to = from + length * direction in the free rows; the others are not touched.
-void move_free(const Unknowns& unknowns, const Positions& from, const Eigen::VectorXd& direction, double length,
-               Positions& to) {
-    for (std::size_t k = 0; k < unknowns.free.size(); ++k) {
-        const Index v = unknowns.free[k];
-        to.row(v) = from.row(v) + length * direction.segment<3>(3 * static_cast<Eigen::Index>(k)).transpose();
-    }
 }
 
 /// One descent from a start; holds what its steps share.

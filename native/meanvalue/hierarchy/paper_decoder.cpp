@@ -1,0 +1,135 @@
+#include "meanvalue/hierarchy/paper_decoder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "meanvalue/encoding/encoder.h"
+#include "meanvalue/encoding/predictor.h"
+#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/solver/carry_parts.h"
+#include "meanvalue/solver/gauss_newton_cg.h"
+#include "meanvalue/solver/levenberg_marquardt.h"
+#include "meanvalue/solver/sparse_cholesky.h"
+
+namespace meanvalue {
+namespace {
+
+// "About 3 % of the vertices": of the free ones, since in the paper's own table the fixed ones alone are more.
+constexpr double kCoarseShare = 0.03;
+// "Several Gauss-Seidel iterations, typically four."
+constexpr int kSweeps = 4;
+// The base mesh is solved to this share of the diagonal.
+constexpr double kBaseTolerance = 1e-9;
+
+}  // namespace
+
+PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
+    : region_(std::move(region)), threads_(threads) {
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed);
+    TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
+    detached_triangle_count_ = mesh.detached_count();
+    {
+        const StageTimer timer(bind_timings_, "encode");
+        encoding_ = encode(collect_one_rings(mesh, execution), region_.positions, threads_, execution);
+        fine_ = find_unknowns(encoding_, region_.is_fixed);
+        relaxation_.emplace(encoding_, fine_, execution);
+    }
+    const StageTimer timer(bind_timings_, "hierarchy");
+    std::vector<char> removable(region_.is_fixed.size());
+    std::transform(region_.is_fixed.begin(), region_.is_fixed.end(), removable.begin(),
+                   [](char fixed) { return fixed ? 0 : 1; });
+    const Index coarse_size = static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())));
+    hierarchy_ = build_hierarchy(mesh, region_.positions, removable, {coarse_size}, threads_, execution);
+    coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
+    coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
+    base_unknowns_ = unknowns_of(hierarchy_.base());
+    base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution);
+}
+
+Unknowns PaperDecoder::unknowns_of(const Level& level) const {
+    std::vector<char> is_fixed = region_.is_fixed;
+    for (std::size_t k = 0; k < level.removed_count; ++k)
+        is_fixed[hierarchy_.order[k]] = 1;
+    return find_unknowns(level.encoding, is_fixed);
+}
+
+DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Execution& execution) {
+    DecodeReport report;
+    execution.begin_stage("solve");
+    report.energies = {fine_energy(positions)};
+    {
+        const StageTimer timer(report.timings, "base");
+        solve_base(positions, execution);
+    }
+    const std::size_t coarse_removed = hierarchy_.levels.front().removed_count;
+    {
+        const StageTimer timer(report.timings, "split");
+        split(hierarchy_.order.size(), coarse_removed, positions, execution);
+    }
+    {
+        const StageTimer timer(report.timings, "optimise");
+        const GaussNewtonCgReport optimised =
+            minimise_by_cg(*coarse_, coarse_unknowns_, threads_, positions, execution);
+        report.iterations = optimised.iterations;
+        report.converged = optimised.converged;
+        report.stop_reason = optimised.converged ? "converged at the coarse level" : "iteration limit";
+    }
+    {
+        const StageTimer timer(report.timings, "split");
+        split(coarse_removed, 0, positions, execution);
+    }
+    {
+        const StageTimer timer(report.timings, "relax");
+        for (int sweep = 0; sweep < kSweeps; ++sweep)
+            relaxation_->sweep(positions, threads_, execution);
+    }
+    report.energies.push_back(fine_energy(positions));
+    return report;
+}
+
+double PaperDecoder::fine_energy(const Positions& positions) const {
+    double sum = 0.0;
+    for (const Index row : fine_.rows) {
+        sum += (Vector3(positions.row(row)) - predict(encoding_.ring_of(row), positions)).squaredNorm();
+    }
+    return 0.5 * sum;
+}
+
+std::vector<Index> PaperDecoder::level_sizes() const {
+    std::vector<Index> sizes = {static_cast<Index>(fine_.free.size())};
+    for (const Level& level : hierarchy_.levels) {
+        sizes.push_back(static_cast<Index>(fine_.free.size() - level.removed_count));
+    }
+    return sizes;
+}
+
+void PaperDecoder::solve_base(Positions& positions, Execution& execution) {
+    if (base_unknowns_.free.empty()) return;
+    // From the better of two starts: where they are, and carried along with the anchors.
+    const Positions all_carried = carry_parts(components_, region_.positions, positions);
+    Positions carried = positions;
+    for (const Index v : base_unknowns_.free)
+        carried.row(v) = all_carried.row(v);
+    MinimiseOptions options;
+    options.step_tolerance = kBaseTolerance * bounding_box_diagonal(region_.positions);
+    options.threads = threads_;
+    SparseCholesky cholesky;
+    const double energy = minimise(*base_, cholesky, base_unknowns_, options, positions, execution).energies.back();
+    if (minimise(*base_, cholesky, base_unknowns_, options, carried, execution).energies.back() < energy) {
+        positions = std::move(carried);
+    }
+}
+
+void PaperDecoder::split(std::size_t from, std::size_t to, Positions& positions, const Execution& execution) const {
+    for (std::size_t k = from; k-- > to;) {
+        execution.check_every(k);
+        const Index vertex = hierarchy_.order[k];
+        positions.row(vertex) = predict(hierarchy_.splits.ring_of(vertex), positions);
+    }
+}
+
+std::size_t PaperDecoder::bytes() const {
+    return encoding_.bytes() + hierarchy_.bytes() + coarse_->bytes() + base_->bytes() + relaxation_->bytes();
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,61 @@
+// The paper's hierarchical decoding, to the letter: section 3.2.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/mesh/region.h"
+#include "meanvalue/solver/decoder.h"
+#include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/solver/gauss_seidel.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+/// Anchors placed; splits by equation 13; Gauss-Newton on the level with 3 % of the free vertices; the remaining
+/// splits; four Gauss-Seidel sweeps. Deterministic for any number of threads.
+class PaperDecoder : public Decoder {
+  public:
+    /// Builds the hierarchy. @throws Cancelled, SolverFailure.
+    PaperDecoder(Region region, int threads, Execution& execution);
+
+    /// The free vertices' positions are read only where no legal collapse could remove them; options but for those do
+    /// not matter. Report: energies of the rest pose with the anchors in place and of the result; iterations and
+    /// convergence of the coarse level.
+    DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) override;
+    const Encoding& encoding() const override { return encoding_; }
+    Index row_count() const override { return static_cast<Index>(fine_.rows.size()); }
+    Index detached_triangle_count() const override { return detached_triangle_count_; }
+    std::size_t bytes() const override;
+    std::vector<Index> level_sizes() const override;
+    const Timings& bind_timings() const override { return bind_timings_; }
+
+    const Hierarchy& hierarchy() const { return hierarchy_; }
+
+  private:
+    /// The unknowns of one level: removable vertices still there.
+    Unknowns unknowns_of(const Level& level) const;
+    void solve_base(Positions& positions, Execution& execution);
+    double fine_energy(const Positions& positions) const;
+    void split(std::size_t from, std::size_t to, Positions& positions, const Execution& execution) const;
+
+    Region region_;
+    int threads_;
+    Timings bind_timings_;
+    Components components_;
+    Index detached_triangle_count_ = 0;
+    Encoding encoding_;
+    Unknowns fine_;
+    Hierarchy hierarchy_;
+    Unknowns coarse_unknowns_;
+    Unknowns base_unknowns_;
+    std::optional<GaussNewtonSystem> coarse_;
+    std::optional<GaussNewtonSystem> base_;
+    std::optional<GaussSeidel> relaxation_;
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,26 @@
+// The part of a mesh that free vertices and their surroundings make up: what is far from them takes no part.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// A part of a mesh with vertex numbers of its own.
+struct Region {
+    std::vector<Index> vertices;  ///< the numbers in the whole mesh, ascending
+    Positions positions;          ///< of these vertices
+    Triangles faces;              ///< in the region's numbers
+    std::vector<char> is_fixed;   ///< of these vertices
+};
+
+/// All free vertices and two rings of fixed ones around them, so that the ring of every vertex next to a free one is
+/// complete. @param positions n x 3; @param is_fixed n flags. Cost: linear.
+Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
+                            const std::vector<char>& is_fixed);
+
+/// Length of the bounding box' diagonal; 0 without positions.
+double bounding_box_diagonal(const PositionsView& positions);
+
+}  // namespace meanvalue

@@ -1,0 +1,19 @@
+#include "meanvalue/solver/carry_parts.h"
+
+#include "meanvalue/solver/similarity.h"
+
+namespace meanvalue {
+
+Positions carry_parts(const Components& components, const Positions& rest, const Positions& placed) {
+    std::vector<Similarity> fits;
+    for (const std::vector<Index>& fixed : components.fixed) {
+        fits.push_back(fixed.empty() ? Similarity{} : fit_similarity(rest, placed, fixed));
+    }
+    Positions carried = rest;
+    for (Index v = 0; v < carried.rows(); ++v) {
+        carried.row(v) = fits[components.part_of[v]].apply(rest.row(v).transpose());
+    }
+    return carried;
+}
+
+}  // namespace meanvalue

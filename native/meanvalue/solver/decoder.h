@@ -1,0 +1,52 @@
+// What every way of finding the free vertices has in common.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/stage_timer.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
+
+namespace meanvalue {
+
+struct DecodeOptions {
+    /// Share of the bounding-box diagonal that a vertex may still move, for decoders that stop by tolerance.
+    double tolerance = 1e-6;
+    int max_iterations = 100;
+    bool has_start = false;  ///< the free vertices' positions are where to start, not merely at rest
+};
+
+struct DecodeReport {
+    std::vector<double> energies = {
+        0.0};                       ///< G over the rows that depend on free vertices: at the start, ..., at the end
+    double initial_gradient = 0.0;  ///< norm of dG/dV' at the start
+    double gradient = 0.0;          ///< and at the last linearisation
+    int iterations = 0;
+    bool converged = true;
+    std::string stop_reason;
+    Timings timings;  ///< seconds by stage
+};
+
+/// A region bound for decoding, in its own vertex numbers. Expensive to make, cheap to use again.
+class Decoder {
+  public:
+    Decoder() = default;
+    Decoder(const Decoder&) = delete;
+    Decoder& operator=(const Decoder&) = delete;
+    virtual ~Decoder() = default;
+
+    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or at a start; receives the
+    ///        result. Left in any state on an exception. @throws Cancelled, SolverFailure; the decoder stays usable.
+    virtual DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) = 0;
+
+    virtual const Encoding& encoding() const = 0;  ///< of the region at full resolution
+    virtual Index row_count() const = 0;           ///< residuals that take part
+    virtual Index detached_triangle_count() const = 0;
+    virtual std::size_t bytes() const = 0;               ///< held, without factors
+    virtual std::vector<Index> level_sizes() const = 0;  ///< free vertices in each level, finest first
+    virtual const Timings& bind_timings() const = 0;
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,46 @@
+// Equation 15 to convergence at full resolution: paper, section 2.3.
+#pragma once
+
+#include <optional>
+
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/mesh/region.h"
+#include "meanvalue/solver/decoder.h"
+#include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/solver/levenberg_marquardt.h"
+#include "meanvalue/solver/sparse_cholesky.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+/// Damped Gauss-Newton steps by sparse Cholesky from the better of two starts; the energy never rises.
+class FullDecoder : public Decoder {
+  public:
+    /// @throws Cancelled, SolverFailure.
+    FullDecoder(Region region, int threads, Execution& execution);
+
+    DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) override;
+    const Encoding& encoding() const override { return encoding_; }
+    Index row_count() const override { return static_cast<Index>(unknowns_.rows.size()); }
+    Index detached_triangle_count() const override { return detached_triangle_count_; }
+    std::size_t bytes() const override { return encoding_.bytes() + system_->bytes(); }
+    std::vector<Index> level_sizes() const override { return {static_cast<Index>(unknowns_.free.size())}; }
+    const Timings& bind_timings() const override { return bind_timings_; }
+
+  private:
+    /// The better of two starts: the free vertices left where they are, or carried along with the fixed ones.
+    void choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution);
+
+    Region region_;
+    int threads_;
+    double diagonal_;
+    Timings bind_timings_;
+    Components components_;
+    Index detached_triangle_count_ = 0;
+    Encoding encoding_;
+    Unknowns unknowns_;
+    std::optional<GaussNewtonSystem> system_;
+    SparseCholesky cholesky_;
+};
+
+}  // namespace meanvalue
