@@ -52,7 +52,8 @@ void bind_reports(py::module_& module) {
         .def_readonly("vertex_count", &BindReport::vertex_count)
         .def_readonly("free_count", &BindReport::free_count)
         .def_readonly("anchor_count", &BindReport::anchor_count)
-        .def_readonly("level_sizes", &BindReport::level_sizes, "list of int: free vertices in each level, finest first.")
+        .def_readonly("level_sizes", &BindReport::level_sizes,
+                      "list of int: free vertices in each level, finest first.")
         .def_readonly("row_count", &BindReport::row_count, "int: residuals that take part in a solve.")
         .def_readonly("detached_triangle_count", &BindReport::detached_triangle_count,
                       "int: triangles that fit no manifold and were kept as loose pieces.")

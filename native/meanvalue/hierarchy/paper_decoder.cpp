@@ -7,7 +7,6 @@
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/solver/carry_parts.h"
-#include "meanvalue/solver/gauss_newton_cg.h"
 #include "meanvalue/solver/levenberg_marquardt.h"
 #include "meanvalue/solver/sparse_cholesky.h"
 
@@ -42,6 +41,7 @@ PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
     hierarchy_ = build_hierarchy(mesh, region_.positions, removable, {coarse_size}, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
+    coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution);
     base_unknowns_ = unknowns_of(hierarchy_.base());
     base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution);
 }
@@ -68,8 +68,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
     }
     {
         const StageTimer timer(report.timings, "optimise");
-        const GaussNewtonCgReport optimised =
-            minimise_by_cg(*coarse_, coarse_unknowns_, threads_, positions, execution);
+        const GaussNewtonCgReport optimised = coarse_minimiser_->minimise(threads_, positions, execution);
         report.iterations = optimised.iterations;
         report.converged = optimised.converged;
         report.stop_reason = optimised.converged ? "converged at the coarse level" : "iteration limit";

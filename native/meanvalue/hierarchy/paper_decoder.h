@@ -10,6 +10,7 @@
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/solver/decoder.h"
+#include "meanvalue/solver/gauss_newton_cg.h"
 #include "meanvalue/solver/gauss_newton_system.h"
 #include "meanvalue/solver/gauss_seidel.h"
 #include "meanvalue/solver/unknowns.h"
@@ -54,6 +55,7 @@ class PaperDecoder : public Decoder {
     Unknowns coarse_unknowns_;
     Unknowns base_unknowns_;
     std::optional<GaussNewtonSystem> coarse_;
+    std::optional<GaussNewtonCg> coarse_minimiser_;
     std::optional<GaussNewtonSystem> base_;
     std::optional<GaussSeidel> relaxation_;
 };

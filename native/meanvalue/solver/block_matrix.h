@@ -38,6 +38,9 @@ class BlockMatrix {
     void add_identity_multiples(const std::vector<double>& values, double scale);
     void add_to_diagonal(double amount);
 
+    /// A matrix with one number where this one has a block. @param values one number a block.
+    SparseMatrix with_numbers(const std::vector<double>& values) const;
+
     const SparseMatrix& matrix() const { return matrix_; }
     std::int64_t block_count() const { return block_start_.back(); }
     Index block_column_count() const { return static_cast<Index>(block_start_.size()) - 1; }

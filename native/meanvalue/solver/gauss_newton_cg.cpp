@@ -1,62 +1,90 @@
 #include "meanvalue/solver/gauss_newton_cg.h"
 
-#include <Eigen/IterativeLinearSolvers>
-#include <algorithm>
-
+#include "meanvalue/common/errors.h"
 #include "meanvalue/solver/free_moves.h"
 
 namespace meanvalue {
 namespace {
 
 constexpr int kMostSteps = 30;
-constexpr double kSettledDecrease = 1e-6;
+// The level is only a stage on the way; the splits that follow undo more than what is left by then.
+constexpr double kSettledDecrease = 1e-4;
 constexpr int kMostBisections = 20;
-// H is singular where anchors leave something open; far below the smallest eigenvalue of a determined system.
+// The systems are singular where anchors leave something open; far below the smallest eigenvalue of a determined one.
 constexpr double kLeastDiagonal = 1e-12;
-// Shares of the right-hand side left by the conjugate gradients; rounds between looks at the cancel flag.
-constexpr double kCgTolerance = 1e-4;
-constexpr int kCgRoundsPerCheck = 64;
-constexpr int kMostCgChunks = 64;
-
-/// Solves H direction = -J as far as kCgTolerance.
-void solve_by_cg(const SparseMatrix& lower, const Eigen::VectorXd& gradient, const Execution& execution,
-                 Eigen::VectorXd& direction) {
-    Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower> solver(lower);
-    solver.setTolerance(kCgTolerance);
-    solver.setMaxIterations(kCgRoundsPerCheck);
-    direction = Eigen::VectorXd::Zero(gradient.size());
-    for (int chunk = 0; chunk < kMostCgChunks; ++chunk) {
-        execution.check();
-        direction = solver.solveWithGuess(-gradient, direction);
-        if (solver.error() <= kCgTolerance) break;
-    }
-}
+// Share of the right-hand side left by the conjugate gradients, and the most rounds of them.
+constexpr double kCgTolerance = 1e-3;
+constexpr int kMostRounds = 500;
 
 }  // namespace
 
-GaussNewtonCgReport minimise_by_cg(GaussNewtonSystem& system, const Unknowns& unknowns, int threads,
-                                   Positions& positions, Execution& execution) {
+GaussNewtonCg::GaussNewtonCg(GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution)
+    : system_(system), unknowns_(unknowns) {
+    if (unknowns_.free.empty()) return;
+    SparseMatrix metric = system_.matrix().with_numbers(system_.smoothness_metric());
+    for (Eigen::Index k = 0; k < metric.cols(); ++k)
+        metric.coeffRef(k, k) += kLeastDiagonal;
+    preconditioner_.analyse(metric, execution);
+    if (!preconditioner_.factorise(metric, execution)) {
+        throw SolverFailure(message("the coarse level of ", unknowns_.free.size(), " free vertices is singular"));
+    }
+}
+
+Eigen::VectorXd GaussNewtonCg::precondition(const Eigen::VectorXd& residual) const {
+    using RowByVertex = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+    const RowByVertex solved =
+        preconditioner_.solve(Eigen::Map<const RowByVertex>(residual.data(), residual.size() / 3, 3));
+    return Eigen::Map<const Eigen::VectorXd>(solved.data(), residual.size());
+}
+
+/// H direction = -J (equation 19), as far as kCgTolerance.
+Eigen::VectorXd GaussNewtonCg::solve_step(const Execution& execution) const {
+    const auto matrix = system_.matrix().matrix().selfadjointView<Eigen::Lower>();
+    Eigen::VectorXd direction = Eigen::VectorXd::Zero(system_.gradient().size());
+    Eigen::VectorXd residual = -system_.gradient();
+    Eigen::VectorXd preconditioned = precondition(residual);
+    Eigen::VectorXd search = preconditioned;
+    double product = residual.dot(preconditioned);
+    const double enough = kCgTolerance * kCgTolerance * product;
+    for (int round = 0; round < kMostRounds && product > enough; ++round) {
+        execution.check();
+        const Eigen::VectorXd image = matrix * search;
+        const double length = product / search.dot(image);
+        direction += length * search;
+        residual -= length * image;
+        preconditioned = precondition(residual);
+        const double next_product = residual.dot(preconditioned);
+        search = preconditioned + next_product / product * search;
+        product = next_product;
+    }
+    return direction;
+}
+
+GaussNewtonCgReport GaussNewtonCg::minimise(int threads, Positions& positions, Execution& execution) {
     GaussNewtonCgReport report;
-    double energy = system.energy(positions, threads, execution);
+    if (unknowns_.free.empty()) {
+        report.energies.push_back(0.0);
+        return report;
+    }
+    double energy = system_.energy(positions, threads, execution);
     report.energies.push_back(energy);
     Positions trial = positions;
-    Eigen::VectorXd direction;
     for (int step = 0;; ++step) {
         if (step == kMostSteps) {
             report.converged = false;
             break;
         }
         execution.set_progress(static_cast<double>(step) / kMostSteps);
-        system.linearise(positions, nullptr, threads, execution);
-        if (system.gradient().squaredNorm() == 0.0) break;
-        system.matrix().add_to_diagonal(kLeastDiagonal);
-        solve_by_cg(system.matrix().matrix(), system.gradient(), execution, direction);
+        system_.linearise(positions, nullptr, threads, execution);
+        if (system_.gradient().squaredNorm() == 0.0) break;
+        system_.matrix().add_to_diagonal(kLeastDiagonal);
+        const Eigen::VectorXd direction = solve_step(execution);
 
         double length = 1.0;
         double trial_energy = energy;
         for (int bisection = 0; bisection <= kMostBisections; ++bisection, length *= 0.5) {
-            move_free(unknowns, positions, direction, length, trial);
-            trial_energy = system.energy(trial, threads, execution);
+            move_free(unknowns_, positions, direction, length, trial);
+            trial_energy = system_.energy(trial, threads, execution);
             if (trial_energy < energy) break;
         }
         if (!(trial_energy < energy)) break;

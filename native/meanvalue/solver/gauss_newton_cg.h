@@ -6,6 +6,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/solver/sparse_cholesky.h"
 #include "meanvalue/solver/unknowns.h"
 
 namespace meanvalue {
@@ -16,10 +17,25 @@ struct GaussNewtonCgReport {
     std::vector<double> energies;  ///< G at the start and after each iteration; never rises
 };
 
-/// Moves the free vertices in `positions` towards a minimum of G: equations 16 to 19, with the exact derivative.
-/// Ends when the energy falls by less than 1e-6 of itself, when no step lowers it, or after 30 steps.
-/// @param positions n x 3; left in any state on an exception. @throws Cancelled.
-GaussNewtonCgReport minimise_by_cg(GaussNewtonSystem& system, const Unknowns& unknowns, int threads,
-                                   Positions& positions, Execution& execution);
+/// The minimiser bound to one system: the preconditioner of its conjugate gradients, (I - W)^T (I - W), depends on
+/// the rest pose only and is factored once. With it the rounds do not grow with the number of vertices.
+class GaussNewtonCg {
+  public:
+    /// @pre system and unknowns outlive it. @throws Cancelled, SolverFailure.
+    GaussNewtonCg(GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution);
+
+    /// Moves the free vertices in `positions` towards a minimum of G: equations 16 to 19, with the exact derivative.
+    /// Ends when the energy falls by less than 1e-4 of itself, when no step lowers it, or after 30 steps.
+    /// @param positions n x 3; left in any state on an exception. @throws Cancelled.
+    GaussNewtonCgReport minimise(int threads, Positions& positions, Execution& execution);
+
+  private:
+    Eigen::VectorXd solve_step(const Execution& execution) const;
+    Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
+
+    GaussNewtonSystem& system_;
+    const Unknowns& unknowns_;
+    SparseCholesky preconditioner_;
+};
 
 }  // namespace meanvalue

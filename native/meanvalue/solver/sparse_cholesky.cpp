@@ -47,8 +47,8 @@ bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execu
     return state->solver.info() == Eigen::Success;
 }
 
-Eigen::VectorXd SparseCholesky::solve(const Eigen::VectorXd& right_hand_side) const {
-    return state_->solver.solve(right_hand_side);
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides) const {
+    return state_->solver.solve(right_hand_sides);
 }
 
 }  // namespace meanvalue

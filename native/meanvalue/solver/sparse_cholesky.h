@@ -29,7 +29,8 @@ class SparseCholesky {
     bool factorise(const SparseMatrix& lower, const Execution& execution);
 
     /// @pre factorise() returned true.
-    Eigen::VectorXd solve(const Eigen::VectorXd& right_hand_side) const;
+    /// @param right_hand_sides one a column.
+    Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides) const;
 
   private:
     struct State;
