@@ -15,7 +15,8 @@ ALLOWED = {
     "mesh": {"common"},
     "encoding": {"common", "mesh"},
     "solver": {"common", "mesh", "encoding"},
-    "deform": {"common", "mesh", "encoding", "solver"},
+    "hierarchy": {"common", "mesh", "encoding", "solver"},
+    "deform": {"common", "mesh", "encoding", "solver", "hierarchy"},
 }
 
 

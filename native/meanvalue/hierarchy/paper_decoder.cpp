@@ -104,19 +104,19 @@ std::vector<Index> PaperDecoder::level_sizes() const {
 
 void PaperDecoder::solve_base(Positions& positions, Execution& execution) {
     if (base_unknowns_.free.empty()) return;
-    // From the better of two starts: where they are, and carried along with the anchors.
+    // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
+    // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
     const Positions all_carried = carry_parts(components_, region_.positions, positions);
     Positions carried = positions;
-    for (const Index v : base_unknowns_.free)
-        carried.row(v) = all_carried.row(v);
+    for (const Index v : base_unknowns_.free) carried.row(v) = all_carried.row(v);
+    if (base_->energy(carried, threads_, execution) < base_->energy(positions, threads_, execution)) {
+        positions = std::move(carried);
+    }
     MinimiseOptions options;
     options.step_tolerance = kBaseTolerance * bounding_box_diagonal(region_.positions);
     options.threads = threads_;
     SparseCholesky cholesky;
-    const double energy = minimise(*base_, cholesky, base_unknowns_, options, positions, execution).energies.back();
-    if (minimise(*base_, cholesky, base_unknowns_, options, carried, execution).energies.back() < energy) {
-        positions = std::move(carried);
-    }
+    minimise(*base_, cholesky, base_unknowns_, options, positions, execution);
 }
 
 void PaperDecoder::split(std::size_t from, std::size_t to, Positions& positions, const Execution& execution) const {

@@ -13,7 +13,7 @@ constexpr int kMostBisections = 20;
 // The systems are singular where anchors leave something open; far below the smallest eigenvalue of a determined one.
 constexpr double kLeastDiagonal = 1e-12;
 // Share of the right-hand side left by the conjugate gradients, and the most rounds of them.
-constexpr double kCgTolerance = 1e-3;
+constexpr double kCgTolerance = 1e-2;
 constexpr int kMostRounds = 500;
 
 }  // namespace
@@ -46,6 +46,7 @@ Eigen::VectorXd GaussNewtonCg::solve_step(const Execution& execution) const {
     Eigen::VectorXd search = preconditioned;
     double product = residual.dot(preconditioned);
     const double enough = kCgTolerance * kCgTolerance * product;
+
     for (int round = 0; round < kMostRounds && product > enough; ++round) {
         execution.check();
         const Eigen::VectorXd image = matrix * search;
