@@ -106,10 +106,11 @@ void PaperDecoder::solve_base(Positions& positions, Execution& execution) {
     if (base_unknowns_.free.empty()) return;
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
+    // Where the base mesh has no residuals at all, what follows the anchors is taken.
     const Positions all_carried = carry_parts(components_, region_.positions, positions);
     Positions carried = positions;
     for (const Index v : base_unknowns_.free) carried.row(v) = all_carried.row(v);
-    if (base_->energy(carried, threads_, execution) < base_->energy(positions, threads_, execution)) {
+    if (base_->energy(carried, threads_, execution) <= base_->energy(positions, threads_, execution)) {
         positions = std::move(carried);
     }
     MinimiseOptions options;
