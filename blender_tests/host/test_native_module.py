@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The compiled module as Python sees it: types, shapes, errors, threads. The mathematics is tested in C++."""
 
+import subprocess
+import sys
 import threading
 import time
 
@@ -128,6 +130,37 @@ def test_exceptions_are_the_documented_kinds():
 def test_no_anchors_at_all_is_an_empty_array():
     solution = meanvalue.Deformer(VERTICES, TRIANGLES, []).solve(np.empty((0, 3)))
     assert np.allclose(solution.vertices, VERTICES)
+
+
+CANCEL_AND_EXIT = """
+import sys, threading
+sys.path[:0] = {path!r}
+import numpy as np, meanvalue
+around, along = 160, 100
+number = np.arange(around * along).reshape(along, around)
+turn = 2 * np.pi * np.arange(around) / around
+circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+vertices = np.array([[x, y, 0.05 * level] for level in range(along) for x, y in circle])
+a, b = number[:-1], np.roll(number[:-1], -1, 1)
+c, d = np.roll(number[1:], -1, 1), number[1:]
+triangles = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))]).astype(np.int32)
+anchors = [0, 50, around * along - 1, around * along - 70]
+execution = meanvalue.Execution()
+deformer = meanvalue.Deformer(vertices, triangles, anchors)
+threading.Timer({delay}, execution.cancel).start()
+try:
+    while True:  # until the cancel comes, on a machine of whatever speed
+        deformer.solve(vertices[anchors] * [1, 2, 1], execution=execution)
+except meanvalue.Cancelled:
+    print("cancelled")
+"""
+
+
+@pytest.mark.parametrize("delay", [0.05, 0.2, 0.4, 0.7])
+def test_a_process_ends_cleanly_after_a_cancel(delay):
+    code = CANCEL_AND_EXIT.format(path=sys.path, delay=delay)
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, "cancelled", "")
 
 
 def test_the_interpreter_runs_while_solving_and_a_cancel_ends_it():

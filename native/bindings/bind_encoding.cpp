@@ -20,6 +20,7 @@ Encoding encode_mesh(const FloatArray& vertices, const py::object& faces, int th
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     require_finite(positions, "vertices");
+    require_moderate_extent(positions);
     const TriangleMesh mesh(static_cast<Index>(positions.rows()), triangles, *held);
     return encode(collect_one_rings(mesh, *held), positions, thread_count(threads), *held);
 }

@@ -1,10 +1,14 @@
 #include "bindings/bind.h"
+#include "meanvalue/common/abandon.h"
 
 PYBIND11_MODULE(meanvalue, module) {
     module.doc() =
         "Mean-value geometry encoding (Kraevoy and Sheffer): a rotation-invariant description of each vertex by "
         "its neighbours, from which a mesh is rebuilt when a few anchor vertices move.";
     module.attr("__version__") = MEANVALUE_VERSION;
+    // A thread left behind by a cancel must not run on while the process takes its libraries down.
+    pybind11::module_::import("atexit").attr("register")(
+        pybind11::cpp_function(&meanvalue::wait_for_abandoned, pybind11::call_guard<pybind11::gil_scoped_release>()));
     meanvalue::bindings::bind_execution(module);
     meanvalue::bindings::bind_encoding(module);
     meanvalue::bindings::bind_deformer(module);

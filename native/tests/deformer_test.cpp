@@ -1,5 +1,6 @@
 #include "meanvalue/deform/deformer.h"
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <thread>
@@ -259,6 +260,30 @@ TEST(Deformer, TwoThreadsMaySolveOneAfterTheOther) {
     EXPECT_EQ(other, expected);
 }
 
+TEST(Deformer, WaitingForAnotherSolveCanBeCancelled) {
+    const Mesh mesh = with_noise(torus(80, 60), 0.05, 1);
+    const std::vector<Index> anchors = spread_vertices(mesh, 8);
+    Positions targets = rows_of(mesh.vertices, anchors);
+    targets.row(3) += Eigen::RowVector3d(0.5, 0.5, 1.0);
+    const auto deformer = bound_to(mesh, anchors);
+    Execution first, second;
+    std::atomic<bool> first_ended{false};
+    std::thread solving([&] {
+        try {
+            deformer->solve(targets, {}, SolveOptions(), first);
+        } catch (const Cancelled&) {
+        }
+        first_ended = true;
+    });
+    while (std::string(first.stage()) != "solve")
+        std::this_thread::yield();
+    second.cancel();
+    EXPECT_THROW(deformer->solve(targets, {}, SolveOptions(), second), Cancelled);
+    EXPECT_FALSE(first_ended);
+    first.cancel();
+    solving.join();
+}
+
 TEST(DeformerRejects, AnchorsOutsideTheMeshOrNamedTwice) {
     const Mesh mesh = sphere(1);
     std::string text = message_of<InvalidInput>([&] { bound_to(mesh, {0, 99}); });
@@ -275,6 +300,19 @@ TEST(DeformerRejects, NumbersThatAreNotFiniteByIndex) {
     EXPECT_TRUE(contains(message_of<InvalidInput>([&] { solve(*deformer, targets); }), "targets[1]"));
     mesh.vertices(7, 0) = std::nan("");
     EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound_to(mesh, {0}); }), "vertices[7]"));
+}
+
+TEST(DeformerRejects, SizesOutsideTheRangeOfDoubles) {
+    for (const double scale : {1e-90, 1e90}) {
+        Mesh mesh = sphere(1);
+        mesh.vertices *= scale;
+        EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound_to(mesh, {0}); }), "vertices span"));
+    }
+}
+
+TEST(DeformerRejects, RingsTooLongForTheMemory) {
+    const Mesh mesh = capped_tube(20000, 2, 1.0);
+    EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound_to(mesh, {0, 1, 2}); }), "restrict the region"));
 }
 
 TEST(DeformerRejects, WrongSizesAndOptions) {

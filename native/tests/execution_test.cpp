@@ -48,5 +48,33 @@ TEST(Abandon, ACancelDoesNotWaitForTheWork) {
         std::this_thread::yield();
 }
 
+TEST(Abandon, LeavesNoMoreThanOnePieceOfWorkBehind) {
+    Execution first;
+    const auto release = std::make_shared<std::atomic<bool>>(false);
+    std::thread canceller([&] { first.cancel(); });
+    EXPECT_THROW(run_abandonable(
+                     [release] {
+                         while (!*release)
+                             std::this_thread::yield();
+                     },
+                     first),
+                 Cancelled);
+    canceller.join();
+    // The next one waits for it, and can be cancelled while it does.
+    Execution second;
+    const auto begun = std::make_shared<std::atomic<bool>>(false);
+    std::thread other([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+        second.cancel();
+    });
+    EXPECT_THROW(run_abandonable([begun] { *begun = true; }, second), Cancelled);
+    other.join();
+    EXPECT_FALSE(*begun);
+    *release = true;
+    wait_for_abandoned();
+    run_abandonable([begun] { *begun = true; }, Execution());
+    EXPECT_TRUE(*begun);
+}
+
 }  // namespace
 }  // namespace meanvalue::tests

@@ -77,7 +77,7 @@ TEST(GaussNewtonSystem, MetricIsTheMatrixWithoutNormals) {
     GaussNewtonSystem equations(encoding, unknowns, execution);
     equations.linearise(mesh.vertices, nullptr, 1, execution);
     const Eigen::MatrixXd with_normals = equations.matrix().matrix();
-    equations.matrix().set_zero();
+    equations.matrix().set_zero(execution);
     equations.matrix().add_identity_multiples(equations.smoothness_metric(), 1.0);
     const Eigen::MatrixXd metric = equations.matrix().matrix();
     for (Eigen::Index row = 0; row < metric.rows(); ++row) {

@@ -3,6 +3,13 @@
 #include "meanvalue/common/errors.h"
 
 namespace meanvalue {
+namespace {
+
+// Areas are squared on the way, so that the fourth power must fit.
+constexpr double kLeastExtent = 1e-60;
+constexpr double kMostExtent = 1e60;
+
+}  // namespace
 
 void require_finite(const PositionsView& positions, const char* name) {
     if (positions.allFinite()) return;
@@ -11,6 +18,15 @@ void require_finite(const PositionsView& positions, const char* name) {
         throw InvalidInput(message(name, "[", row, "] is (", positions(row, 0), ", ", positions(row, 1), ", ",
                                    positions(row, 2), "); every coordinate must be a finite number"));
     }
+}
+
+void require_moderate_extent(const PositionsView& vertices) {
+    if (vertices.rows() == 0) return;
+    // Each axis by itself: the diagonal's square is what may overflow.
+    const double extent = (vertices.colwise().maxCoeff() - vertices.colwise().minCoeff()).maxCoeff();
+    if (extent == 0.0 || (extent > kLeastExtent && extent < kMostExtent)) return;
+    throw InvalidInput(
+        message("vertices span ", extent, " units; scale the mesh to between ", kLeastExtent, " and ", kMostExtent));
 }
 
 }  // namespace meanvalue

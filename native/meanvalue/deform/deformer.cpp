@@ -1,6 +1,7 @@
 #include "meanvalue/deform/deformer.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
@@ -50,6 +51,9 @@ std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& 
     return is_fixed;
 }
 
+// How often a caller that waits for another one's solve looks at its cancel flag.
+constexpr std::chrono::milliseconds kPollInterval{10};
+
 std::unique_ptr<Decoder> make_decoder(Method method, Region region, int threads, Execution& execution) {
     switch (method) {
         case Method::kPaper:
@@ -71,7 +75,9 @@ Method method_from_name(const std::string& name) {
 Deformer::Deformer(const Binding& binding, Execution& execution)
     : rest_(binding.vertices), anchors_(binding.anchors) {
     const int threads = thread_count(binding.threads);
-    require_finite(binding.vertices, "vertices");
+    require_finite(rest_, "vertices");
+    require_moderate_extent(rest_);
+    execution.begin_stage("encode");
     require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
     is_fixed_ = fixed_flags(binding);
     Components components = find_components(rest_, binding.faces, is_fixed_);
@@ -128,7 +134,9 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     if (options.max_iterations < 0) {
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     }
-    const std::lock_guard<std::mutex> lock(solving_);
+    std::unique_lock<std::timed_mutex> lock(solving_, std::defer_lock);
+    while (!lock.try_lock_for(kPollInterval))
+        execution.check();
     Solution solution;
     solution.vertices = place_anchors(targets, start);
     Positions positions(static_cast<Eigen::Index>(region_vertices_.size()), 3);
@@ -139,6 +147,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     Timings total;
     {
         const StageTimer timer(total, "total");
+        execution.begin_stage("solve");
         const DecodeOptions decode_options{options.tolerance, options.max_iterations, start.has_value()};
         report = decoder_->decode(decode_options, positions, execution);
     }

@@ -84,7 +84,7 @@ class Deformer {
     /// @param targets k x 3, in the order of the anchors.
     /// @param start n x 3 of which the free vertices' rows are used, or none for the rest shape.
     /// @throws InvalidInput, SolverFailure, Cancelled; the deformer stays usable. From any thread;
-    ///         a second caller waits for the first.
+    ///         a second caller waits for the first, and may be cancelled meanwhile.
     Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                    const SolveOptions& options, Execution& execution);
 
@@ -95,7 +95,7 @@ class Deformer {
     Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const;
     void fill_report(const std::vector<Index>& region_vertices);
 
-    std::mutex solving_;
+    std::timed_mutex solving_;
     Positions rest_;
     std::vector<Index> anchors_;
     std::vector<char> is_fixed_;          // n: anchors, and what lies outside the region of influence

@@ -109,7 +109,8 @@ void PaperDecoder::solve_base(Positions& positions, Execution& execution) {
     // Where the base mesh has no residuals at all, what follows the anchors is taken.
     const Positions all_carried = carry_parts(components_, region_.positions, positions);
     Positions carried = positions;
-    for (const Index v : base_unknowns_.free) carried.row(v) = all_carried.row(v);
+    for (const Index v : base_unknowns_.free)
+        carried.row(v) = all_carried.row(v);
     if (base_->energy(carried, threads_, execution) <= base_->energy(positions, threads_, execution)) {
         positions = std::move(carried);
     }

@@ -25,7 +25,8 @@ struct Components {
     std::vector<std::vector<Index>> fixed;  ///< the fixed vertices of each part, ascending
 };
 
-/// Splits the mesh into parts that hang together by triangles; a loose vertex is a part of its own.
+/// Splits the mesh into parts that hang together by triangles; a loose vertex is a part of its own. Parts that share
+/// but a single vertex count as one, although that vertex leaves them free to turn about it.
 /// @param positions n x 3 rest positions; @param is_fixed n flags. Cost: linear.
 Components find_components(const PositionsView& positions, const TrianglesView& faces,
                            const std::vector<char>& is_fixed);

@@ -3,6 +3,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <array>
+#include <mutex>
 #include <unordered_map>
 
 #include "meanvalue/common/errors.h"
@@ -93,8 +94,10 @@ TriangleMesh::TriangleMesh(TriangleMesh&&) noexcept = default;
 TriangleMesh& TriangleMesh::operator=(TriangleMesh&&) noexcept = default;
 
 void TriangleMesh::add_faces(const TrianglesView& faces, const Execution& execution) {
-    // OpenMesh would print to the console for each triangle that it refuses; we count and report instead.
-    omerr().disable();
+    // OpenMesh would print to the console for each triangle that it refuses; we count and report instead. Its switch
+    // is one for the process, so it is thrown once and for all.
+    static std::once_flag silenced;
+    std::call_once(silenced, [] { omerr().disable(); });
     HalfEdgeMesh& mesh = connectivity_->mesh;
     mesh.reserve(vertex_count_, faces.rows() * 3 / 2 + vertex_count_, faces.rows());
     connectivity_->original.resize(vertex_count_);

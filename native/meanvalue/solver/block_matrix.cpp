@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace meanvalue {
+namespace {
+
+// Entries written between two looks at the cancel flag: some milliseconds, even where memory is touched first.
+constexpr std::int64_t kEntriesPerCheck = 1 << 20;
+
+}  // namespace
 
 BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns, const Execution& execution) {
     for (const std::vector<Index>& column : columns) {
@@ -25,7 +31,6 @@ BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns, const E
         }
     }
     *outer = inner - matrix_.innerIndexPtr();
-    set_zero();
 }
 
 std::int64_t BlockMatrix::find(Index row, Index column) const {
@@ -34,8 +39,12 @@ std::int64_t BlockMatrix::find(Index row, Index column) const {
     return std::lower_bound(begin, end, row) - block_row_.begin();
 }
 
-void BlockMatrix::set_zero() {
-    std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
+void BlockMatrix::set_zero(const Execution& execution) {
+    double* const values = matrix_.valuePtr();
+    for (std::int64_t begin = 0; begin < matrix_.nonZeros(); begin += kEntriesPerCheck) {
+        execution.check();
+        std::fill(values + begin, values + std::min<std::int64_t>(begin + kEntriesPerCheck, matrix_.nonZeros()), 0.0);
+    }
 }
 
 void BlockMatrix::add_identity_multiples(const std::vector<double>& values, double scale) {

@@ -24,7 +24,8 @@ class BlockMatrix {
     /// Where block (row, column) is, for add(). @pre row >= column and the block is in the pattern.
     std::int64_t find(Index row, Index column) const;
 
-    void set_zero();
+    /// @throws Cancelled. The values are unset until then.
+    void set_zero(const Execution& execution);
     void add(std::int64_t position, Index column, const Matrix3& block) {
         const std::int64_t stride = 3 * (block_start_[column + 1] - block_start_[column]);
         double* entry = matrix_.valuePtr() + 9 * block_start_[column] + 3 * (position - block_start_[column]);

@@ -30,10 +30,10 @@ GaussNewtonCg::GaussNewtonCg(GaussNewtonSystem& system, const Unknowns& unknowns
     }
 }
 
-Eigen::VectorXd GaussNewtonCg::precondition(const Eigen::VectorXd& residual) const {
+Eigen::VectorXd GaussNewtonCg::precondition(const Eigen::VectorXd& residual, const Execution& execution) const {
     using RowByVertex = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
     const RowByVertex solved =
-        preconditioner_.solve(Eigen::Map<const RowByVertex>(residual.data(), residual.size() / 3, 3));
+        preconditioner_.solve(Eigen::Map<const RowByVertex>(residual.data(), residual.size() / 3, 3), execution);
     return Eigen::Map<const Eigen::VectorXd>(solved.data(), residual.size());
 }
 
@@ -42,7 +42,7 @@ Eigen::VectorXd GaussNewtonCg::solve_step(const Execution& execution) const {
     const auto matrix = system_.matrix().matrix().selfadjointView<Eigen::Lower>();
     Eigen::VectorXd direction = Eigen::VectorXd::Zero(system_.gradient().size());
     Eigen::VectorXd residual = -system_.gradient();
-    Eigen::VectorXd preconditioned = precondition(residual);
+    Eigen::VectorXd preconditioned = precondition(residual, execution);
     Eigen::VectorXd search = preconditioned;
     double product = residual.dot(preconditioned);
     const double enough = kCgTolerance * kCgTolerance * product;
@@ -53,7 +53,7 @@ Eigen::VectorXd GaussNewtonCg::solve_step(const Execution& execution) const {
         const double length = product / search.dot(image);
         direction += length * search;
         residual -= length * image;
-        preconditioned = precondition(residual);
+        preconditioned = precondition(residual, execution);
         const double next_product = residual.dot(preconditioned);
         search = preconditioned + next_product / product * search;
         product = next_product;

@@ -31,7 +31,7 @@ class GaussNewtonCg {
 
   private:
     Eigen::VectorXd solve_step(const Execution& execution) const;
-    Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
+    Eigen::VectorXd precondition(const Eigen::VectorXd& residual, const Execution& execution) const;
 
     GaussNewtonSystem& system_;
     const Unknowns& unknowns_;

@@ -35,7 +35,7 @@ bool solve_step(GaussNewtonSystem& system, SparseCholesky& cholesky, const Execu
                 Eigen::VectorXd& direction) {
     if (!cholesky.analysed()) cholesky.analyse(system.matrix().matrix(), execution);
     if (!cholesky.factorise(system.matrix().matrix(), execution)) return false;
-    direction = -cholesky.solve(system.gradient());
+    direction = -cholesky.solve(system.gradient(), execution);
     return direction.allFinite();
 }
 

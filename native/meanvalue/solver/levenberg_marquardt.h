@@ -41,7 +41,12 @@ struct MinimiseReport {
     double gradient = 0.0;          ///< |J| where the last linearisation was made
     Timings timings;
 
-    bool converged() const { return stop_reason != StopReason::kIterationLimit; }
+    /// Where no step lowers the energy, that is a minimum only if the gradient has vanished.
+    bool converged() const {
+        if (stop_reason == StopReason::kNoDescent) return gradient <= kVanishedGradient * initial_gradient;
+        return stop_reason != StopReason::kIterationLimit;
+    }
+    static constexpr double kVanishedGradient = 1e-3;
 };
 
 /// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.

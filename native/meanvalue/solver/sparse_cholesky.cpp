@@ -16,6 +16,31 @@ struct SparseCholesky::State {
     State() { solver.cholmod().print = 0; }
 };
 
+namespace {
+
+// Entries copied between two looks at the cancel flag: some milliseconds, even where memory is touched first.
+constexpr std::int64_t kEntriesPerCheck = 1 << 20;
+// Back-substitutions of fewer unknowns end by themselves in time; a thread would cost more.
+constexpr Eigen::Index kSmallSystem = 30000;
+
+template <typename T>
+void copy_in_pieces(const T* from, std::int64_t count, T* to, const Execution& execution) {
+    for (std::int64_t begin = 0; begin < count; begin += kEntriesPerCheck) {
+        execution.check();
+        std::copy_n(from + begin, std::min(kEntriesPerCheck, count - begin), to + begin);
+    }
+}
+
+/// The pattern alone: values come with each factorisation.
+void copy_pattern(const SparseMatrix& from, SparseMatrix& to, const Execution& execution) {
+    to.resize(from.rows(), from.cols());
+    to.resizeNonZeros(from.nonZeros());
+    copy_in_pieces(from.outerIndexPtr(), from.cols() + 1, to.outerIndexPtr(), execution);
+    copy_in_pieces(from.innerIndexPtr(), from.nonZeros(), to.innerIndexPtr(), execution);
+}
+
+}  // namespace
+
 SparseCholesky::SparseCholesky() = default;
 SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
@@ -23,7 +48,7 @@ SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
 void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution) {
     const auto state = std::make_shared<State>();
-    state->lower = lower;
+    copy_pattern(lower, state->lower, execution);
     run_abandonable([state] { state->solver.analyzePattern(state->lower); }, execution);
     if (state->solver.cholmod().status < 0) {
         throw SolverFailure(message("the linear system of ", lower.rows(), " unknowns with ", lower.nonZeros(),
@@ -36,7 +61,12 @@ void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& executi
 bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execution) {
     // The state is given up until the end: on cancel, the thread left behind still writes to it.
     const std::shared_ptr<State> state = std::move(state_);
-    std::copy_n(lower.valuePtr(), lower.nonZeros(), state->lower.valuePtr());
+    try {
+        copy_in_pieces(lower.valuePtr(), lower.nonZeros(), state->lower.valuePtr(), execution);
+    } catch (const Cancelled&) {
+        state_ = state;  // nothing was begun
+        throw;
+    }
     run_abandonable([state] { state->solver.factorize(state->lower); }, execution);
     state_ = state;
     if (state->solver.cholmod().status < 0) {
@@ -47,8 +77,11 @@ bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execu
     return state->solver.info() == Eigen::Success;
 }
 
-Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides) const {
-    return state_->solver.solve(right_hand_sides);
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides, const Execution& execution) const {
+    if (right_hand_sides.rows() < kSmallSystem) return state_->solver.solve(right_hand_sides);
+    const auto solution = std::make_shared<Eigen::MatrixXd>(right_hand_sides);
+    run_abandonable([state = state_, solution] { *solution = state->solver.solve(*solution); }, execution);
+    return *solution;
 }
 
 }  // namespace meanvalue

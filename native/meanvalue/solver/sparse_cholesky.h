@@ -30,7 +30,8 @@ class SparseCholesky {
 
     /// @pre factorise() returned true.
     /// @param right_hand_sides one a column.
-    Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides) const;
+    /// @throws Cancelled.
+    Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides, const Execution& execution) const;
 
   private:
     struct State;
