@@ -30,47 +30,54 @@ TEST(Abandon, ReturnsWhatTheWorkDidAndThrowsWhatItThrew) {
     EXPECT_THROW(run_abandonable([] { throw SolverFailure("no"); }, Execution()), SolverFailure);
 }
 
+/// Work that goes on until it is released, and a cancel that comes once it has begun.
+struct EndlessWork {
+    std::shared_ptr<std::atomic<bool>> begun = std::make_shared<std::atomic<bool>>(false);
+    std::shared_ptr<std::atomic<bool>> release = std::make_shared<std::atomic<bool>>(false);
+    std::shared_ptr<std::atomic<bool>> ended = std::make_shared<std::atomic<bool>>(false);
+
+    /// Runs it and cancels it; it is left behind.
+    void leave_behind() const {
+        Execution execution;
+        std::thread canceller([&] {
+            while (!*begun)
+                std::this_thread::yield();
+            execution.cancel();
+        });
+        const auto work = [begun = begun, release = release, ended = ended] {
+            *begun = true;
+            while (!*release)
+                std::this_thread::yield();
+            *ended = true;
+        };
+        EXPECT_THROW(run_abandonable(work, execution), Cancelled);  // would hang where it waited
+        canceller.join();
+    }
+};
+
 TEST(Abandon, ACancelDoesNotWaitForTheWork) {
-    Execution execution;
-    const auto release = std::make_shared<std::atomic<bool>>(false);
-    const auto ended = std::make_shared<std::atomic<bool>>(false);
-    const auto work = [release, ended] {
-        while (!*release)
-            std::this_thread::yield();
-        *ended = true;
-    };
-    std::thread canceller([&] { execution.cancel(); });
-    EXPECT_THROW(run_abandonable(work, execution), Cancelled);  // would hang where it waited
-    EXPECT_FALSE(*ended);
-    canceller.join();
-    *release = true;
-    while (!*ended)
-        std::this_thread::yield();
+    const EndlessWork work;
+    work.leave_behind();
+    EXPECT_FALSE(*work.ended);
+    *work.release = true;
+    wait_for_abandoned();
+    EXPECT_TRUE(*work.ended);
 }
 
 TEST(Abandon, LeavesNoMoreThanOnePieceOfWorkBehind) {
-    Execution first;
-    const auto release = std::make_shared<std::atomic<bool>>(false);
-    std::thread canceller([&] { first.cancel(); });
-    EXPECT_THROW(run_abandonable(
-                     [release] {
-                         while (!*release)
-                             std::this_thread::yield();
-                     },
-                     first),
-                 Cancelled);
-    canceller.join();
+    const EndlessWork work;
+    work.leave_behind();
     // The next one waits for it, and can be cancelled while it does.
-    Execution second;
+    Execution execution;
     const auto begun = std::make_shared<std::atomic<bool>>(false);
-    std::thread other([&] {
+    std::thread canceller([&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(30));
-        second.cancel();
+        execution.cancel();
     });
-    EXPECT_THROW(run_abandonable([begun] { *begun = true; }, second), Cancelled);
-    other.join();
+    EXPECT_THROW(run_abandonable([begun] { *begun = true; }, execution), Cancelled);
+    canceller.join();
     EXPECT_FALSE(*begun);
-    *release = true;
+    *work.release = true;
     wait_for_abandoned();
     run_abandonable([begun] { *begun = true; }, Execution());
     EXPECT_TRUE(*begun);

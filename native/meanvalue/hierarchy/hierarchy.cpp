@@ -117,6 +117,7 @@ class Coarsening {
         if (fan == nullptr || !has_good_stencil(vertex, fan->ring)) return false;
         const std::vector<Index> ring = fan->ring;
         std::vector<std::pair<double, Index>> targets;
+        targets.reserve(ring.size());
         for (const Index to : ring)
             targets.emplace_back(collapse_cost(positions_, vertex, to, *fan), to);
         std::sort(targets.begin(), targets.end());
