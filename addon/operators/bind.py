@@ -19,5 +19,7 @@ class MEANVALUE_OT_bind(MeshOperator, bpy.types.Operator):
         bind_input = scene_input.gather(obj)
         binding = session.binding_for(bind_input, lambda: mesh_arrays.triangles(obj.data, bind_input))
         bound_record.write(obj.meanvalue.bound, bind_input.fingerprint, binding.summary)
-        message = ". ".join([f"Bound {binding.summary.text()}", *result.guarded_notes(binding.deformer.report)])
+        report = binding.deformer.report
+        notes = [*result.guarded_notes(report), *result.size_notes(report)]
+        message = ". ".join([f"Bound {binding.summary.text()}", *notes])
         return message, list(binding.summary.notes())

@@ -242,6 +242,13 @@ def test_fallback_rules_are_told():
     assert list(result.guarded_notes(types.SimpleNamespace(guarded=[], guarded_reasons={}))) == []
 
 
+def test_only_a_large_binding_warns_of_a_long_solve():
+    assert list(result.size_notes(types.SimpleNamespace(free_count=10_000))) == []
+    (note,) = result.size_notes(types.SimpleNamespace(free_count=34_750))
+    assert "34,750 free vertices" in note
+    assert "smaller region" in note
+
+
 def test_energy_for_diagonal_one():
     solution = types.SimpleNamespace(energy=8.0, iterations=3, converged=False, stop_reason="iteration limit")
     summary = result.SolveSummary.of(solution, 2.0, 0.01)
