@@ -6,53 +6,13 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/encoder.h"
+#include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/solver/similarity.h"
 
 namespace meanvalue {
 namespace {
-
-/// n flags: anchors, and what lies outside the region of influence.
-std::vector<char> fixed_flags(const Binding& binding) {
-    const Index vertex_count = static_cast<Index>(binding.vertices.rows());
-    std::vector<char> fixed(vertex_count, 0);
-    std::vector<Index> named_by(vertex_count, -1);
-    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
-        const Index v = binding.anchors[k];
-        if (v < 0 || v >= vertex_count) {
-            throw InvalidInput(message("anchor ", k, " is vertex ", v, ", but the mesh has ", vertex_count,
-                                       " vertices, numbered from 0"));
-        }
-        if (named_by[v] >= 0) {
-            throw InvalidInput(
-                message("anchors ", named_by[v], " and ", k, " are both vertex ", v, "; name each vertex once"));
-        }
-        named_by[v] = static_cast<Index>(k);
-        fixed[v] = 1;
-    }
-    if (binding.roi) {
-        if (binding.roi->size() != fixed.size()) {
-            throw InvalidInput(
-                message("roi has ", binding.roi->size(), " entries, but the mesh has ", vertex_count, " vertices"));
-        }
-        for (Index v = 0; v < vertex_count; ++v)
-            fixed[v] |= static_cast<char>(!(*binding.roi)[v]);
-    }
-    return fixed;
-}
-
-/// A part without a single fixed vertex stays wherever it starts: its vertices are no unknowns.
-std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& components) {
-    for (std::size_t v = 0; v < is_fixed.size(); ++v) {
-        if (components.fixed[components.part_of[v]].empty()) is_fixed[v] = 1;
-    }
-    return is_fixed;
-}
-
-double bounding_box_diagonal(const PositionsView& positions) {
-    return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
-}
 
 // A position's error goes with the root of the energy's, so the energy may settle much earlier than the vertices.
 constexpr double kSettledPerTolerance = 100.0;
@@ -71,7 +31,7 @@ Method method_from_name(const std::string& name) {
 Deformer::Deformer(const Binding& binding, Execution& execution)
     : rest_(binding.vertices), anchors_(binding.anchors), threads_(thread_count(binding.threads)) {
     require_finite(binding.vertices, "vertices");
-    is_fixed_ = fixed_flags(binding);
+    is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
     diagonal_ = bounding_box_diagonal(rest_);
     {
         const StageTimer timer(report_.timings, "encode");
@@ -100,11 +60,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
 }
 
 Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const {
-    if (targets.rows() != static_cast<Eigen::Index>(anchors_.size())) {
-        throw InvalidInput(
-            message("targets has ", targets.rows(), " rows, but there are ", anchors_.size(), " anchors"));
-    }
-    require_finite(targets, "targets");
+    require_targets(targets, anchors_);
     Positions positions = rest_;
     if (start) {
         if (start->rows() != rest_.rows()) {
@@ -121,21 +77,9 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
     return positions;
 }
 
-Positions Deformer::carry_parts(const Positions& positions) const {
-    Positions carried = rest_;
-    std::vector<Similarity> fits;
-    for (const std::vector<Index>& fixed : components_.fixed) {
-        fits.push_back(fixed.empty() ? Similarity{} : fit_similarity(rest_, positions, fixed));
-    }
-    for (Index v = 0; v < carried.rows(); ++v) {
-        carried.row(v) = fits[components_.part_of[v]].apply(rest_.row(v).transpose());
-    }
-    return carried;
-}
-
 void Deformer::choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution) {
     if (unknowns_.free.empty()) return;
-    Positions carried = carry_parts(positions);
+    Positions carried = carry_parts(rest_, positions, components_);
     Positions fixed_moves = positions - carried;
     for (const Index v : unknowns_.free)
         fixed_moves.row(v).setZero();

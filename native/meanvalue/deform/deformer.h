@@ -95,8 +95,6 @@ class Deformer {
     Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const;
     /// The better of two starts: the free vertices left at rest, or carried along smoothly with the fixed ones.
     void choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution);
-    /// Each part of the rest shape moved by the similarity that fits its fixed vertices best.
-    Positions carry_parts(const Positions& positions) const;
 
     std::mutex solving_;
     Positions rest_;

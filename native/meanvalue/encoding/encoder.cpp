@@ -25,12 +25,15 @@ constexpr double kLargestError = 1e-9;
 /// One instance for each thread: it keeps scratch memory.
 class VertexEncoder {
   public:
-    VertexEncoder(const PositionsView& positions, Encoding& encoding) : positions_(positions), encoding_(encoding) {}
+    /// @param normals n x 3 of unit length or zero, or nullptr for those of the rings.
+    VertexEncoder(const PositionsView& positions, const PositionsView* normals, Encoding& encoding)
+        : positions_(positions), normals_(normals), encoding_(encoding) {}
 
     /// Fills weights, cotangents and heights of `vertex`; returns its GuardReason flags.
     std::uint8_t encode(Index vertex) {
         if (!encoding_.predictable(vertex)) return kNotPredictable;
         project(vertex);
+        if (projected_.normal.isZero(0.0)) return kNotPredictable;
         std::uint8_t flags = 0;
         switch (mean_value_weights(projected_, weights_)) {
             case WeightRule::kMeanValue:
@@ -67,7 +70,7 @@ class VertexEncoder {
         const Index valence = encoding_.ring_offsets[vertex + 1] - begin;
         const Index* ring = encoding_.ring.data() + begin;
         const RingArea polygon = ring_area(positions_, ring, valence);
-        projected_.normal = polygon.area.normalized();
+        projected_.normal = normals_ != nullptr ? Vector3(normals_->row(vertex)) : polygon.area.normalized();
         encoding_.softening[vertex] = kSoftness * polygon.area.norm() / polygon.spread;
         projected_.tangential.resize(valence);
         projected_.radius.resize(valence);
@@ -110,8 +113,6 @@ class VertexEncoder {
 
     void store(Index vertex, std::uint8_t flags) {
         const Index begin = encoding_.ring_offsets[vertex];
-        // How long the soft normal is at rest, whatever the ring.
-        const double normal_length = 1.0 / std::sqrt(1.0 + kSoftness * kSoftness);
         const double sum = radius_sum();
         double centre_height = 0.0;  // of p over v_i
         for (std::size_t k = 0; k < weights_.size(); ++k)
@@ -124,14 +125,15 @@ class VertexEncoder {
             encoding_.weights[begin + k] = weights_[k];
             encoding_.cotangents[begin + k] = -projected_.height[k] / std::max(radius, least_radius);
             // The predictor sees |v'_i - v'_j| across its soft normal, and multiplies by that: undo both.
-            const double along = (1.0 - normal_length * normal_length) * (centre_height - projected_.height[k]);
+            const double along = (1.0 - kRestNormalLength * kRestNormalLength) * (centre_height - projected_.height[k]);
             const double seen_radius = std::max(std::hypot(radius, along), least_radius);
             const double weight = (flags & kSteepEdge) != 0 ? radius / sum : weights_[k];
-            encoding_.heights[begin + k] = -projected_.height[k] * weight / (seen_radius * normal_length);
+            encoding_.heights[begin + k] = -projected_.height[k] * weight / (seen_radius * kRestNormalLength);
         }
     }
 
     const PositionsView& positions_;
+    const PositionsView* normals_;
     Encoding& encoding_;
     ProjectedRing projected_;
     std::vector<double> weights_;
@@ -203,9 +205,8 @@ void drop_rings(const std::vector<std::uint8_t>& flags, Encoding& encoding) {
     encoding.ring_offsets = std::move(offsets);
 }
 
-}  // namespace
-
-Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
+Encoding encode_rings(const OneRings& rings, const PositionsView& positions, const PositionsView* normals, int threads,
+                      Execution& execution) {
     execution.begin_stage("encode");
     const Index vertex_count = rings.vertex_count();
     const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
@@ -214,12 +215,12 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
 
     std::vector<std::uint8_t> flags(vertex_count, 0);
     parallel_for(vertex_count, threads, execution, [&](Index begin, Index end) {
-        VertexEncoder encoder(positions, encoding);
+        VertexEncoder encoder(positions, normals, encoding);
         for (Index v = begin; v < end; ++v)
             flags[v] = encoder.encode(v);
     });
 
-    VertexEncoder encoder(positions, encoding);
+    VertexEncoder encoder(positions, normals, encoding);
     bool all_predictable = true;
     for (Index v = 0; v < vertex_count; ++v) {
         execution.check_every(v);
@@ -234,6 +235,17 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
     if (!all_predictable) drop_rings(flags, encoding);
     execution.set_progress(1.0);
     return encoding;
+}
+
+}  // namespace
+
+Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
+    return encode_rings(rings, positions, nullptr, threads, execution);
+}
+
+Encoding encode_along(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
+                      int threads, Execution& execution) {
+    return encode_rings(rings, positions, &normals, threads, execution);
 }
 
 }  // namespace meanvalue

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "meanvalue/common/types.h"
+#include "meanvalue/mesh/components.h"
 
 namespace meanvalue {
 
@@ -16,9 +17,17 @@ struct Similarity {
     Vector3 apply(const Vector3& point) const { return scale * rotation * point + translation; }
 };
 
+/// The rotation R that maximises trace(R^T covariance); the smallest one where directions are missing.
+/// @param covariance sum of to * from^T.
+Matrix3 fit_rotation(const Matrix3& covariance);
+
 /// Least-squares fit over the points named (Umeyama 1991). What too few or collinear points leave open is
 /// chosen nearest to the identity: a translation for one point, the smallest turn for two.
 /// @param from, to n x 3 each; @param points at least one row number.
 Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points);
+
+/// Each part of the rest shape moved by the similarity that fits its fixed vertices best; parts without any stay.
+/// @param rest, positions n x 3 each; of `positions`, the fixed vertices' rows are read. @return n x 3.
+Positions carry_parts(const PositionsView& rest, const PositionsView& positions, const Components& components);
 
 }  // namespace meanvalue

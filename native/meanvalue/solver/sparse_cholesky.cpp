@@ -51,4 +51,8 @@ Eigen::VectorXd SparseCholesky::solve(const Eigen::VectorXd& right_hand_side) co
     return state_->solver.solve(right_hand_side);
 }
 
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides) const {
+    return state_->solver.solve(right_hand_sides);
+}
+
 }  // namespace meanvalue

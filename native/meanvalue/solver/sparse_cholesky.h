@@ -30,6 +30,8 @@ class SparseCholesky {
 
     /// @pre factorise() returned true.
     Eigen::VectorXd solve(const Eigen::VectorXd& right_hand_side) const;
+    /// Several right-hand sides at once, one a column.
+    Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides) const;
 
   private:
     struct State;
