@@ -52,14 +52,10 @@ std::vector<Baseline> all_methods() {
     return {laplacian(), editing(1), editing(5), pyramid(), arap()};
 }
 
-Positions deform(const Baseline& method, const Mesh& mesh, const std::vector<Index>& anchors, const Positions& targets,
-                 const std::optional<std::vector<char>>& roi = {}, int threads = 1) {
+Positions deform(const Baseline& method, const Mesh& mesh, const std::vector<Index>& anchors,
+                 const Positions& targets, const std::optional<std::vector<char>>& roi = {}, int threads = 1) {
     Execution execution;
     return method.deform({mesh.vertices, mesh.faces, anchors, targets, roi, threads}, execution);
-}
-
-double largest_distance(const Positions& a, const Positions& b) {
-    return (a - b).rowwise().norm().maxCoeff();
 }
 
 /// A tube whose lower end is held and whose upper end is turned sideways.
@@ -114,11 +110,7 @@ TEST_P(EveryBaseline, AnchorsAreMetExactly) {
 
 TEST_P(EveryBaseline, OutsideTheRegionOfInfluenceNothingMoves) {
     const Mesh mesh = grid(15, 15, 0.02);
-    std::vector<char> roi(225, 0);
-    for (Index r = 4; r < 11; ++r) {
-        for (Index c = 4; c < 11; ++c)
-            roi[15 * r + c] = 1;
-    }
+    const std::vector<char> roi = inside_grid(15, 15, 4);
     Positions target = mesh.vertices.row(112);
     target(0, 2) += 2.0;
     const Positions deformed = deform(GetParam(), mesh, {112}, target, roi);
@@ -250,12 +242,15 @@ TEST(BaselinesReject, OptionsOutOfRange) {
     const Problem problem{mesh.vertices, mesh.faces, {0}, targets, {}, 1};
     Execution execution;
     const auto refusal = [&](const auto& call) { return message_of<InvalidInput>(call); };
-    EXPECT_TRUE(contains(refusal([&] { baselines::laplacian_surface_editing(problem, {0}, execution); }), "rounds is 0"));
+    EXPECT_TRUE(
+        contains(refusal([&] { baselines::laplacian_surface_editing(problem, {0}, execution); }), "rounds is 0"));
     EXPECT_TRUE(contains(refusal([&] { baselines::pyramid(problem, {-1}, execution); }), "sweeps is -1"));
     EXPECT_TRUE(contains(refusal([&] { baselines::arap(problem, {-1, 1e-6}, execution); }), "iterations is -1"));
     EXPECT_TRUE(contains(refusal([&] { baselines::arap(problem, {10, 0.0}, execution); }), "tolerance is 0"));
-    EXPECT_TRUE(
-        contains(refusal([&] { baselines::arap(problem, {10, std::nan("")}, execution); }), "tolerance is nan"));
+    EXPECT_TRUE(contains(refusal([&] {
+                             baselines::arap(problem, {10, std::nan("")}, execution);
+                         }),
+                         "tolerance is nan"));
 }
 
 /// Largest distance to the shape moved as a whole, when all anchors are moved so; as a share of the diagonal.
@@ -337,7 +332,8 @@ TEST(Baselines, MeanValueEnergyIsLowestForItsOwnMinimiserAndHighestForLaplacianC
     const Encoding encoding = encoding_of(bend.mesh);
     const double square = bend.mesh.diagonal() * bend.mesh.diagonal();
     Execution execution;
-    Deformer deformer({bend.mesh.vertices, bend.mesh.faces, bend.anchors, {}, meanvalue::Method::kFull, 1}, execution);
+    Deformer deformer({bend.mesh.vertices, bend.mesh.faces, bend.anchors, {}, meanvalue::Method::kFull, 1},
+                      execution);
     const Solution solution = deformer.solve(bend.targets, {}, SolveOptions(), execution);
     const double own = energy(encoding, solution.vertices, 1, execution) / square;
     std::cout << "G at diagonal 1: mean-value " << own;

@@ -51,9 +51,8 @@ Stars cotangent_stars(const Problem& problem, const Execution& execution) {
         }
     }
     // Stable, so that both spokes of an edge sum the same numbers in the same order.
-    std::stable_sort(spokes.begin(), spokes.end(), [](const Spoke& x, const Spoke& y) {
-        return x.from != y.from ? x.from < y.from : x.to < y.to;
-    });
+    std::stable_sort(spokes.begin(), spokes.end(),
+                     [](const Spoke& x, const Spoke& y) { return x.from != y.from ? x.from < y.from : x.to < y.to; });
     Stars stars;
     stars.offsets.assign(problem.vertices.rows() + 1, 0);
     for (std::size_t k = 0; k < spokes.size();) {
@@ -99,7 +98,8 @@ class LocalGlobal {
 
     /// Moves the free vertices to the minimum for the rotations as they are. @return the longest move.
     double place_vertices(Positions& positions) {
-        Eigen::MatrixXd descent(unknowns_.free.size(), 3);  // L moves = descent; both sides are the energy's derivatives over four
+        Eigen::MatrixXd descent(unknowns_.free.size(),
+                                3);  // L moves = descent; both sides are the energy's derivatives over four
         for (std::size_t k = 0; k < unknowns_.free.size(); ++k) {
             execution_.check_every(k);
             const Index v = unknowns_.free[k];
@@ -113,7 +113,8 @@ class LocalGlobal {
         }
         const Eigen::MatrixXd moves = cholesky_.solve(descent);
         if (!moves.allFinite()) {
-            throw SolverFailure(message("the Laplacian of ", unknowns_.free.size(), " vertices has no finite solution"));
+            throw SolverFailure(
+                message("the Laplacian of ", unknowns_.free.size(), " vertices has no finite solution"));
         }
         for (std::size_t k = 0; k < unknowns_.free.size(); ++k)
             positions.row(unknowns_.free[k]) += moves.row(static_cast<Eigen::Index>(k));

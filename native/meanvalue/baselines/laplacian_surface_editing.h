@@ -6,8 +6,9 @@
 namespace meanvalue::baselines {
 
 struct LaplacianSurfaceEditingOptions {
-    /// 1: the published linear method. More: after each solve the coordinates are turned by the best rotation of
-    /// their ring, and the similarities are fitted anew to the shape found, so that large turns come in small ones.
+    /// 1: the published linear method. More: after each solve the rest star of each vertex is turned by the rotation
+    /// that carries it best to the shape found, and its similarity is linearised anew about that, so that what is
+    /// left to linearise is small.
     int rounds = 1;
 };
 

@@ -41,7 +41,8 @@ SparseMatrix free_columns(const LinearRows<Size>& rows, const Unknowns& unknowns
             if (slot < 0) continue;
             for (int r = 0; r < Size; ++r) {
                 for (int c = 0; c < Size; ++c) {
-                    entries.emplace_back(Size * row + r, Size * std::int64_t{slot} + c, rows.coefficients[term](r, c));
+                    entries.emplace_back(Size * row + r, Size * std::int64_t{slot} + c,
+                                         rows.coefficients[term](r, c));
                 }
             }
         }
@@ -51,7 +52,8 @@ SparseMatrix free_columns(const LinearRows<Size>& rows, const Unknowns& unknowns
     return matrix;
 }
 
-/// The lower triangle of A^T A with kLeastDiagonal on its diagonal. Owns all it touches: Eigen's product cannot be interrupted.
+/// The lower triangle of A^T A with kLeastDiagonal on its diagonal. Owns all it touches: Eigen's product cannot be
+/// interrupted.
 SparseMatrix normal_matrix(SparseMatrix&& matrix, const Execution& execution) {
     struct Product {
         SparseMatrix matrix;

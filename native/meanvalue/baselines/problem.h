@@ -31,8 +31,9 @@ struct Setup {
     Components components;
     std::vector<char> is_fixed;  ///< n: what is not solved for; parts without a fixed point included
     Unknowns unknowns;           ///< with the one-rings as rows
-    Positions carried;  ///< n x 3: each part moved by the similarity that fits its fixed vertices best (solver/similarity.h)
-    Positions start;    ///< n x 3: `carried`, but what is not solved for exactly where it belongs
+    Positions carried;           ///< n x 3: each part moved by the similarity that fits its fixed vertices best
+                                 ///< (solver/similarity.h)
+    Positions start;             ///< n x 3: `carried`, but what is not solved for exactly where it belongs
 };
 
 /// @throws InvalidInput (sizes, numbers out of range, positions that are not finite, an anchor named twice, ...),

@@ -18,8 +18,8 @@ namespace {
 constexpr double kSweepShare = 0.7;
 
 /// Normalised sum of the unit normals of the faces at `vertex`; zero where they cancel or have no area.
-/// Of the unit normals: the sum of the area vectors would be that of the ring polygon wherever the ring is closed, and
-/// would not depend on the vertex.
+/// Of the unit normals: the sum of the area vectors would be that of the ring polygon wherever the ring is closed,
+/// and would not depend on the vertex.
 Vector3 face_normal(const OneRings& rings, const PositionsView& positions, Index vertex) {
     const Index valence = rings.valence(vertex);
     const Index face_count = rings.kinds[vertex] == RingKind::kClosed ? valence : valence - 1;

@@ -125,7 +125,8 @@ class VertexEncoder {
             encoding_.weights[begin + k] = weights_[k];
             encoding_.cotangents[begin + k] = -projected_.height[k] / std::max(radius, least_radius);
             // The predictor sees |v'_i - v'_j| across its soft normal, and multiplies by that: undo both.
-            const double along = (1.0 - kRestNormalLength * kRestNormalLength) * (centre_height - projected_.height[k]);
+            const double along =
+                (1.0 - kRestNormalLength * kRestNormalLength) * (centre_height - projected_.height[k]);
             const double seen_radius = std::max(std::hypot(radius, along), least_radius);
             const double weight = (flags & kSteepEdge) != 0 ? radius / sum : weights_[k];
             encoding_.heights[begin + k] = -projected_.height[k] * weight / (seen_radius * kRestNormalLength);
@@ -205,8 +206,8 @@ void drop_rings(const std::vector<std::uint8_t>& flags, Encoding& encoding) {
     encoding.ring_offsets = std::move(offsets);
 }
 
-Encoding encode_rings(const OneRings& rings, const PositionsView& positions, const PositionsView* normals, int threads,
-                      Execution& execution) {
+Encoding encode_rings(const OneRings& rings, const PositionsView& positions, const PositionsView* normals,
+                      int threads, Execution& execution) {
     execution.begin_stage("encode");
     const Index vertex_count = rings.vertex_count();
     const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
