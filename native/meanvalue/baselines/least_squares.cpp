@@ -54,13 +54,13 @@ SparseMatrix free_columns(const LinearRows<Size>& rows, const Unknowns& unknowns
 
 /// The lower triangle of A^T A with kLeastDiagonal on its diagonal. Owns all it touches: Eigen's product cannot be
 /// interrupted.
-SparseMatrix normal_matrix(SparseMatrix&& matrix, const Execution& execution) {
+SparseMatrix normal_matrix(SparseMatrix matrix, const Execution& execution) {
     struct Product {
         SparseMatrix matrix;
         SparseMatrix lower;
     };
     const auto product = std::make_shared<Product>();
-    product->matrix = std::move(matrix);
+    product->matrix.swap(matrix);  // Eigen 3.4 has no move for these
     run_abandonable(
         [product] {
             const SparseMatrix transposed = product->matrix.transpose();
@@ -72,7 +72,8 @@ SparseMatrix normal_matrix(SparseMatrix&& matrix, const Execution& execution) {
             product->lower.makeCompressed();
         },
         execution);
-    return std::move(product->lower);
+    matrix.swap(product->lower);
+    return matrix;
 }
 
 }  // namespace
