@@ -28,7 +28,7 @@ class PaperRow:
 
 @dataclass(frozen=True)
 class Case:
-    """One deformation. roi (n,) bool leaves out nothing but the fixed vertices: the anchors lie in it."""
+    """One deformation: (n, 3) vertices, triangles, anchors with their targets, and roi (n,) bool, what may move."""
 
     name: str
     vertices: np.ndarray
@@ -97,25 +97,30 @@ def octopus():
 
 def dolphin():
     """The tail lifted by 40 degrees by one vertex in the notch of its flukes: Figure 6."""
+    rank = None
     read = read_model("dolphin_quads_open.obj", "a torus")
     if read:
         vertices, faces = read
         off_middle = np.abs(vertices[:, 2] - np.mean(vertices[:, 2]))
         middle = off_middle < 0.02 * np.linalg.norm(np.ptp(vertices, axis=0))
         tip, up = int(np.where(middle, vertices[:, 0], -np.inf).argmax()), np.array([0.0, 1.0, 0.0])
+        rank = -vertices[:, 0]  # the edges lead from the notch past the flukes' tips, which must move too
     else:
         vertices, faces = bench_encode.generated_torus(120, 48)
         tip, up = int(vertices[:, 0].argmax()), np.array([0.0, 0.0, 1.0])
-    return lifted("dolphin", vertices, faces, tip, up, 40.0, DOLPHIN)
+    return lifted("dolphin", vertices, faces, tip, up, 40.0, DOLPHIN, rank)
 
 
-def lifted(name, vertices, faces, tip, up, angle_deg, paper):
-    """The paper's share of the vertices nearest to `tip` along the edges is free; the tip turns up about its border."""
+def lifted(name, vertices, faces, tip, up, angle_deg, paper, rank=None):
+    """The tip turns up about the region's border; the region has the paper's share of the vertices.
+
+    rank: (n,) the lowest are in the region; None for those nearest to the tip along the edges.
+    """
     edges = Edges(vertices, faces)
-    distance = edges.distances([tip])
+    rank = edges.distances([tip]) if rank is None else rank
     roi_count = round(paper.roi_count / paper.vertex_count * len(vertices))
     roi = np.zeros(len(vertices), bool)
-    roi[np.argsort(distance, kind="stable")[:roi_count]] = True
+    roi[np.argsort(rank, kind="stable")[:roi_count]] = True
     centre = vertices[edges.border(roi)].mean(axis=0)
     axis = np.cross(vertices[tip] - centre, up)
     target = turned(vertices[tip], centre, axis, angle_deg)

@@ -33,13 +33,19 @@ TEST(Abandon, ReturnsWhatTheWorkDidAndThrowsWhatItThrew) {
 TEST(Abandon, ACancelDoesNotWaitForTheWork) {
     Execution execution;
     const auto release = std::make_shared<std::atomic<bool>>(false);
+    const auto started = std::make_shared<std::atomic<bool>>(false);
     const auto ended = std::make_shared<std::atomic<bool>>(false);
-    const auto work = [release, ended] {
+    const auto work = [release, started, ended] {
+        *started = true;
         while (!*release)
             std::this_thread::yield();
         *ended = true;
     };
-    std::thread canceller([&] { execution.cancel(); });
+    std::thread canceller([&] {
+        while (!*started)  // cancelled before, the work would never begin
+            std::this_thread::yield();
+        execution.cancel();
+    });
     EXPECT_THROW(run_abandonable(work, execution), Cancelled);  // would hang where it waited
     EXPECT_FALSE(*ended);
     canceller.join();
