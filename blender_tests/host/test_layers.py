@@ -17,6 +17,8 @@ ALLOWED = {
     "solver": {"common", "mesh", "encoding"},
     "hierarchy": {"common", "mesh", "encoding", "solver"},
     "deform": {"common", "mesh", "encoding", "solver", "hierarchy"},
+    # What we are compared with; nothing of the product depends on it.
+    "baselines": {"common", "mesh", "encoding", "solver"},
 }
 
 
@@ -58,6 +60,17 @@ def test_openmesh_and_the_factorisation_are_each_included_in_one_file():
                 if include.startswith(library):
                     files.add(path.name)
     assert users == {"OpenMesh/": {"triangle_mesh.cpp"}, "Eigen/CholmodSupport": {"sparse_cholesky.cpp"}}
+
+
+def test_baselines_are_included_by_bindings_tests_and_benchmarks_only():
+    users = {
+        path.relative_to(ROOT / "native").parts
+        for path in sources(ROOT / "native", ".h", ".cpp")
+        if any(include.startswith("meanvalue/baselines/") for include in includes(path))
+    }
+    assert users
+    for parts in users:
+        assert parts[:2] == ("meanvalue", "baselines") or parts[0] in ("bindings", "tests", "benchmarks"), parts
 
 
 def test_addon_core_knows_nothing_of_blender():

@@ -14,6 +14,7 @@ namespace py = pybind11;
 void bind_execution(py::module_& module);
 void bind_encoding(py::module_& module);
 void bind_deformer(py::module_& module);
+void bind_baselines(py::module_& module);
 
 /// The caller's Execution, or a fresh one where None was given. Held by the caller: no Python object is touched
 /// while the interpreter is released.

@@ -12,4 +12,5 @@ PYBIND11_MODULE(meanvalue, module) {
     meanvalue::bindings::bind_execution(module);
     meanvalue::bindings::bind_encoding(module);
     meanvalue::bindings::bind_deformer(module);
+    meanvalue::bindings::bind_baselines(module);
 }

@@ -25,10 +25,6 @@ Solution solve(Deformer& deformer, const Positions& targets) {
     return deformer.solve(targets, {}, SolveOptions(), execution);
 }
 
-double largest_distance(const Positions& a, const Positions& b) {
-    return (a - b).rowwise().norm().maxCoeff();
-}
-
 void expect_energy_never_rises(const Solution& solution) {
     for (std::size_t k = 1; k < solution.energies.size(); ++k) {
         EXPECT_LE(solution.energies[k], solution.energies[k - 1]) << "iteration " << k;
@@ -115,11 +111,7 @@ TEST(Deformer, GivesTheSameBitsForAnyNumberOfThreads) {
 
 TEST(Deformer, OutsideTheRegionOfInfluenceNothingMoves) {
     const Mesh mesh = grid(15, 15, 0.02);
-    std::vector<char> roi(225, 0);
-    for (Index r = 4; r < 11; ++r) {
-        for (Index c = 4; c < 11; ++c)
-            roi[15 * r + c] = 1;
-    }
+    const std::vector<char> roi = inside_grid(15, 15, 4);
     const auto deformer = bound_to(mesh, {112}, roi);
     EXPECT_EQ(deformer->report().free_count, 48);
     EXPECT_LT(deformer->report().row_count, 100);

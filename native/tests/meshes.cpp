@@ -66,6 +66,15 @@ Mesh grid(Index columns, Index rows, double height) {
     return from_lists("grid", vertices, faces);
 }
 
+std::vector<char> inside_grid(Index columns, Index rows, Index margin) {
+    std::vector<char> inside(columns * rows, 0);
+    for (Index r = margin; r < rows - margin; ++r) {
+        for (Index c = margin; c < columns - margin; ++c)
+            inside[r * columns + c] = 1;
+    }
+    return inside;
+}
+
 Mesh torus(Index around, Index across) {
     std::vector<Vector3> vertices;
     std::vector<Eigen::Matrix<Index, 1, 3>> faces;

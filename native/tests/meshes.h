@@ -28,6 +28,8 @@ Mesh triangle();
 Mesh strip();
 /// columns x rows vertices in the plane z = 0, lifted by height * x * y; open, with straight boundaries.
 Mesh grid(Index columns, Index rows, double height);
+/// n flags: the vertices of a grid that are `margin` or more edges from its border.
+std::vector<char> inside_grid(Index columns, Index rows, Index margin);
 /// Closed torus of genus 1.
 Mesh torus(Index around, Index across);
 /// Closed tube along z with a cap of one fan at each end, whose middle has the valence `around`.

@@ -31,6 +31,10 @@ std::string message_of(Action&& action) {
     return {};
 }
 
+inline double largest_distance(const Positions& a, const Positions& b) {
+    return (a - b).rowwise().norm().maxCoeff();
+}
+
 inline bool contains(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
 }

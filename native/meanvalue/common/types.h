@@ -21,4 +21,9 @@ using PositionsView = Eigen::Ref<const Positions>;
 using Triangles = Eigen::Matrix<Index, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using TrianglesView = Eigen::Ref<const Triangles>;
 
+/// Of the axis-aligned box about all rows; 0 without any.
+inline double bounding_box_diagonal(const PositionsView& positions) {
+    return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+}
+
 }  // namespace meanvalue

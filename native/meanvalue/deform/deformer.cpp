@@ -7,49 +7,13 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/hierarchy/paper_decoder.h"
+#include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/solver/full_decoder.h"
 
 namespace meanvalue {
 namespace {
-
-/// n flags: anchors, and what lies outside the region of influence.
-std::vector<char> fixed_flags(const Binding& binding) {
-    const Index vertex_count = static_cast<Index>(binding.vertices.rows());
-    std::vector<char> fixed(vertex_count, 0);
-    std::vector<Index> named_by(vertex_count, -1);
-    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
-        const Index v = binding.anchors[k];
-        if (v < 0 || v >= vertex_count) {
-            throw InvalidInput(message("anchor ", k, " is vertex ", v, ", but the mesh has ", vertex_count,
-                                       " vertices, numbered from 0"));
-        }
-        if (named_by[v] >= 0) {
-            throw InvalidInput(
-                message("anchors ", named_by[v], " and ", k, " are both vertex ", v, "; name each vertex once"));
-        }
-        named_by[v] = static_cast<Index>(k);
-        fixed[v] = 1;
-    }
-    if (binding.roi) {
-        if (binding.roi->size() != fixed.size()) {
-            throw InvalidInput(
-                message("roi has ", binding.roi->size(), " entries, but the mesh has ", vertex_count, " vertices"));
-        }
-        for (Index v = 0; v < vertex_count; ++v)
-            fixed[v] |= static_cast<char>(!(*binding.roi)[v]);
-    }
-    return fixed;
-}
-
-/// A part without a single fixed vertex stays wherever it starts: its vertices are no unknowns.
-std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& components) {
-    for (std::size_t v = 0; v < is_fixed.size(); ++v) {
-        if (components.fixed[components.part_of[v]].empty()) is_fixed[v] = 1;
-    }
-    return is_fixed;
-}
 
 // How often a caller that waits for another one's solve looks at its cancel flag.
 constexpr std::chrono::milliseconds kPollInterval{10};
@@ -79,7 +43,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     require_moderate_extent(rest_);
     execution.begin_stage("encode");
     require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
-    is_fixed_ = fixed_flags(binding);
+    is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
     Components components = find_components(rest_, binding.faces, is_fixed_);
     Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components));
     region_vertices_ = region.vertices;
@@ -105,11 +69,7 @@ void Deformer::fill_report(const std::vector<Index>& region_vertices) {
 }
 
 Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const {
-    if (targets.rows() != static_cast<Eigen::Index>(anchors_.size())) {
-        throw InvalidInput(
-            message("targets has ", targets.rows(), " rows, but there are ", anchors_.size(), " anchors"));
-    }
-    require_finite(targets, "targets");
+    require_targets(targets, anchors_);
     Positions positions = rest_;
     if (start) {
         if (start->rows() != rest_.rows()) {

@@ -99,9 +99,8 @@ void drop_rings(const std::vector<std::uint8_t>& flags, Encoding& encoding) {
     encoding.ring_offsets = std::move(offsets);
 }
 
-}  // namespace
-
-Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
+Encoding encode_rings(const OneRings& rings, const PositionsView& positions, const PositionsView* normals,
+                      int threads, Execution& execution) {
     execution.begin_stage("encode");
     const Index vertex_count = rings.vertex_count();
     const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
@@ -110,12 +109,12 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
 
     std::vector<std::uint8_t> flags(vertex_count, 0);
     parallel_for(vertex_count, threads, execution, [&](Index begin, Index end) {
-        RingEncoder encoder(positions);
+        RingEncoder encoder(positions, normals);
         for (Index v = begin; v < end; ++v)
             flags[v] = encode_vertex(encoder, v, encoding);
     });
 
-    RingEncoder encoder(positions);
+    RingEncoder encoder(positions, normals);
     bool all_predictable = true;
     for (Index v = 0; v < vertex_count; ++v) {
         execution.check_every(v);
@@ -130,6 +129,17 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
     if (!all_predictable) drop_rings(flags, encoding);
     execution.set_progress(1.0);
     return encoding;
+}
+
+}  // namespace
+
+Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
+    return encode_rings(rings, positions, nullptr, threads, execution);
+}
+
+Encoding encode_along(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
+                      int threads, Execution& execution) {
+    return encode_rings(rings, positions, &normals, threads, execution);
 }
 
 }  // namespace meanvalue

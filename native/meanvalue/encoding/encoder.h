@@ -15,4 +15,9 @@ namespace meanvalue {
 /// @throws Cancelled. Cost: linear; see docs/benchmarks.md.
 Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution);
 
+/// The same in planes across normals that the caller chose; to be decoded by predict_along().
+/// @param normals n x 3 of unit length, or zero where a vertex has none: it is not predictable then.
+Encoding encode_along(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
+                      int threads, Execution& execution);
+
 }  // namespace meanvalue

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "meanvalue/common/cross_matrix.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/projection_plane.h"
 
@@ -30,12 +31,6 @@ Vector3 steep_offset(const EncodedRing& ring, const PositionsView& positions) {
         sum += difference * (Vector3(positions.row(ring.ring[k])) - origin);
     }
     return sum;
-}
-
-Matrix3 cross_matrix(const Vector3& v) {
-    Matrix3 matrix;
-    matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-    return matrix;
 }
 
 /// F_i and what its derivatives by all ring vertices have in common.
@@ -107,8 +102,12 @@ class RingLinearisation {
 }  // namespace
 
 Vector3 predict(const EncodedRing& ring, const PositionsView& positions) {
+    return predict_along(ring, positions,
+                         soft_normal(ring_area(positions, ring.ring, ring.valence), ring.softening).normal);
+}
+
+Vector3 predict_along(const EncodedRing& ring, const PositionsView& positions, const Vector3& normal) {
     const Vector3 centre = weighted_centre(ring, positions);
-    const Vector3 normal = soft_normal(ring_area(positions, ring.ring, ring.valence), ring.softening).normal;
     double offset = 0.0;
     for (Index k = 0; k < ring.valence; ++k) {
         const Vector3 difference = centre - Vector3(positions.row(ring.ring[k]));

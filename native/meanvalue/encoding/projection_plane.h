@@ -38,11 +38,13 @@ inline RingArea ring_area(const PositionsView& positions, const Index* ring, Ind
 
 // How far, as a share of its rest area, a ring must fold up before its normal is softened noticeably.
 constexpr double kSoftness = 1e-2;
+// 1 / sqrt(1 + kSoftness^2): how long every soft normal is at rest, whatever the ring.
+const double kRestNormalLength = 1.0 / std::sqrt(1.0 + kSoftness * kSoftness);
 
 /// The normal that the predictor uses: n = N / sqrt(|N|^2 + (softening * spread)^2).
 ///
 /// The paper's n = N / |N| jumps to its opposite where a deformed ring folds flat (N = 0), and a descent cannot
-/// pass such a cliff. This one goes through zero instead. It is of length 1 / sqrt(1 + kSoftness^2) at rest, for
+/// pass such a cliff. This one goes through zero instead. It is of length kRestNormalLength at rest, for
 /// which the encoder makes up, and scales with the mesh.
 struct SoftNormal {
     Vector3 normal = Vector3::Zero();

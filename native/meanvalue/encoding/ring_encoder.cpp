@@ -19,6 +19,7 @@ constexpr double kLargestError = 1e-9;
 
 std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence) {
     project(vertex, ring, valence);
+    if (projected_.normal.isZero(0.0)) return kNotPredictable;
     std::uint8_t flags = 0;
     switch (mean_value_weights(projected_, weights_)) {
         case WeightRule::kMeanValue:
@@ -50,7 +51,7 @@ std::vector<double> RingEncoder::steep_weights() const {
 
 void RingEncoder::project(Index vertex, const Index* ring, Index valence) {
     const RingArea polygon = ring_area(positions_, ring, valence);
-    projected_.normal = polygon.area.normalized();
+    projected_.normal = normals_ != nullptr ? Vector3(normals_->row(vertex)) : polygon.area.normalized();
     softening_ = kSoftness * polygon.area.norm() / polygon.spread;
     projected_.tangential.resize(valence);
     projected_.radius.resize(valence);
@@ -87,8 +88,6 @@ bool RingEncoder::needs_own_normal_weights(std::uint8_t flags) const {
 }
 
 void RingEncoder::fill_heights(std::uint8_t flags) {
-    // How long the soft normal is at rest, whatever the ring.
-    const double normal_length = 1.0 / std::sqrt(1.0 + kSoftness * kSoftness);
     const double least_radius = kRoundingError * projected_.largest_radius;
     double centre_height = 0.0;  // of p over v_i
     for (std::size_t k = 0; k < weights_.size(); ++k)
@@ -101,10 +100,10 @@ void RingEncoder::fill_heights(std::uint8_t flags) {
         // Capped where the edge is parallel to the normal; such a ring is steep and does not use it.
         cotangents_[k] = -projected_.height[k] / std::max(radius, least_radius);
         // The predictor sees |v'_i - v'_j| across its soft normal, and multiplies by that: undo both.
-        const double along = (1.0 - normal_length * normal_length) * (centre_height - projected_.height[k]);
+        const double along = (1.0 - kRestNormalLength * kRestNormalLength) * (centre_height - projected_.height[k]);
         const double seen_radius = std::max(std::hypot(radius, along), least_radius);
         const double weight = (flags & kSteepEdge) != 0 ? radius / radius_sum_ : weights_[k];
-        heights_[k] = -projected_.height[k] * weight / (seen_radius * normal_length);
+        heights_[k] = -projected_.height[k] * weight / (seen_radius * kRestNormalLength);
     }
 }
 

@@ -49,9 +49,4 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
     return region;
 }
 
-double bounding_box_diagonal(const PositionsView& positions) {
-    if (positions.rows() == 0) return 0.0;
-    return (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
-}
-
 }  // namespace meanvalue

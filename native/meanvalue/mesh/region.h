@@ -20,7 +20,4 @@ struct Region {
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
                             const std::vector<char>& is_fixed);
 
-/// Length of the bounding box' diagonal; 0 without positions.
-double bounding_box_diagonal(const PositionsView& positions);
-
 }  // namespace meanvalue

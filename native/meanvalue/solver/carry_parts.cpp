@@ -4,7 +4,7 @@
 
 namespace meanvalue {
 
-Positions carry_parts(const Components& components, const Positions& rest, const Positions& placed) {
+Positions carry_parts(const Components& components, const PositionsView& rest, const PositionsView& placed) {
     std::vector<Similarity> fits;
     for (const std::vector<Index>& fixed : components.fixed) {
         fits.push_back(fixed.empty() ? Similarity{} : fit_similarity(rest, placed, fixed));

@@ -11,7 +11,8 @@ constexpr double kRankTolerance = 1e-10;
 // Below it the targets have collapsed to a point, and so would everything carried along: keep the size.
 constexpr double kLeastScale = 1e-6;
 
-/// The rotation that maximises trace(R^T covariance); the smallest one where directions are missing.
+}  // namespace
+
 Matrix3 fit_rotation(const Matrix3& covariance) {
     const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Vector3& values = svd.singularValues();
@@ -23,8 +24,6 @@ Matrix3 fit_rotation(const Matrix3& covariance) {
     if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs(2) = -1.0;
     return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
-
-}  // namespace
 
 Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points) {
     Vector3 from_centre = Vector3::Zero();

@@ -16,6 +16,10 @@ struct Similarity {
     Vector3 apply(const Vector3& point) const { return scale * rotation * point + translation; }
 };
 
+/// The rotation R that maximises trace(R^T covariance); the smallest one where directions are missing.
+/// @param covariance sum of to * from^T.
+Matrix3 fit_rotation(const Matrix3& covariance);
+
 /// Least-squares fit over the points named (Umeyama 1991). What too few or collinear points leave open is
 /// chosen nearest to the identity: a translation for one point, the smallest turn for two.
 /// @param from, to n x 3 each; @param points at least one row number.

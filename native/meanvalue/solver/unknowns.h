@@ -16,7 +16,13 @@ struct Unknowns {
     std::vector<Index> rows;  ///< vertices i whose residual v_i - F_i(V) depends on a free vertex, ascending
 };
 
-/// @param is_fixed n flags.
-Unknowns find_unknowns(const Encoding& encoding, const std::vector<char>& is_fixed);
+/// A row depends on its vertex and on that vertex's ring; a vertex with an empty ring has no row.
+/// @param ring_offsets n + 1, ring: the rings one after another; @param is_fixed n flags.
+Unknowns find_unknowns(const std::vector<Index>& ring_offsets, const std::vector<Index>& ring,
+                       const std::vector<char>& is_fixed);
+
+inline Unknowns find_unknowns(const Encoding& encoding, const std::vector<char>& is_fixed) {
+    return find_unknowns(encoding.ring_offsets, encoding.ring, is_fixed);
+}
 
 }  // namespace meanvalue

@@ -1,0 +1,117 @@
+#include <pybind11/stl.h>
+
+#include "bindings/arrays.h"
+#include "bindings/bind.h"
+#include "meanvalue/baselines/arap.h"
+#include "meanvalue/baselines/laplacian.h"
+#include "meanvalue/baselines/laplacian_surface_editing.h"
+#include "meanvalue/baselines/pyramid.h"
+
+namespace meanvalue::bindings {
+namespace {
+
+using SharedExecution = std::shared_ptr<Execution>;
+
+constexpr const char* kArguments =
+    "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers;\n"
+    "targets: (k, 3), in the order of the anchors, which meet them exactly.\n"
+    "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
+    "threads: 0 for every core; the result does not depend on it.\n"
+    "Returns (n, 3) float64. Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.";
+
+/// Converts the arguments that all baselines share and calls `method` with the interpreter released.
+template <typename Method>
+py::array_t<double> run(const FloatArray& vertices, const py::object& faces, const py::object& anchors,
+                        const FloatArray& targets, const std::optional<py::object>& roi, int threads,
+                        const SharedExecution& execution, const Method& method) {
+    const auto positions = as_positions(vertices, "vertices");
+    const Triangles triangles = as_triangles(faces, "faces");
+    const baselines::Problem problem{
+        positions, triangles, as_indices(anchors, "anchors"), as_positions(targets, "targets"), as_flags(roi, "roi"),
+        threads};
+    const SharedExecution held = execution_or_new(execution);
+    Positions deformed;
+    {
+        const py::gil_scoped_release released;
+        deformed = method(problem, *held);
+    }
+    return to_array(std::move(deformed));
+}
+
+/// Binds one baseline: `call` takes the options between the shared arguments and (problem, execution).
+template <typename Call, typename... Options>
+void bind_baseline(py::module_& module, const char* name, const std::string& summary, const Call& call,
+                   const Options&... options) {
+    const std::string text = summary + "\n" + kArguments;
+    module.def(name, call, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::arg("targets"),
+               py::arg("roi") = py::none(), py::kw_only(), options..., py::arg("threads") = 0,
+               py::arg("execution") = py::none(), text.c_str());
+}
+
+void bind_linear(py::module_& module) {
+    bind_baseline(
+        module, "laplacian",
+        "Laplacian coordinates (Alexa 2003): uniform weights, kept as vectors, so that details do not turn.\n",
+        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+           const std::optional<py::object>& roi, int threads, const SharedExecution& execution) {
+            return run(vertices, faces, anchors, targets, roi, threads, execution, baselines::laplacian);
+        });
+
+    const baselines::LaplacianSurfaceEditingOptions defaults;
+    bind_baseline(
+        module, "laplacian_surface_editing",
+        "Laplacian surface editing (Sorkine et al. 2004): Laplacian coordinates up to linearised similarities.\n\n"
+        "rounds: 1 for the published linear method; more turn the coordinates by the best rotation of their\n"
+        "ring after each solve and fit the similarities anew.\n",
+        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+           const std::optional<py::object>& roi, int rounds, int threads, const SharedExecution& execution) {
+            return run(vertices, faces, anchors, targets, roi, threads, execution,
+                       [rounds](const baselines::Problem& problem, Execution& held) {
+                           return baselines::laplacian_surface_editing(problem, {rounds}, held);
+                       });
+        },
+        py::arg("rounds") = defaults.rounds);
+}
+
+void bind_iterative(py::module_& module) {
+    const baselines::PyramidOptions pyramid_defaults;
+    bind_baseline(
+        module, "pyramid",
+        "Pyramid coordinates (Sheffer and Kraevoy 2004), a reconstruction without the original's hierarchy.\n\n"
+        "sweeps: how many damped Jacobi sweeps are made; there is no objective that could tell when to end.\n",
+        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+           const std::optional<py::object>& roi, int sweeps, int threads, const SharedExecution& execution) {
+            return run(vertices, faces, anchors, targets, roi, threads, execution,
+                       [sweeps](const baselines::Problem& problem, Execution& held) {
+                           return baselines::pyramid(problem, {sweeps}, held);
+                       });
+        },
+        py::arg("sweeps") = pyramid_defaults.sweeps);
+
+    const baselines::ArapOptions arap_defaults;
+    bind_baseline(
+        module, "arap",
+        "As rigid as possible, spokes (Sorkine and Alexa 2007), with positive cotangent weights.\n\n"
+        "iterations: at most; tolerance: stop when no vertex moves farther than this share of the rest\n"
+        "shape's bounding-box diagonal.\n",
+        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+           const std::optional<py::object>& roi, int iterations, double tolerance, int threads,
+           const SharedExecution& execution) {
+            return run(vertices, faces, anchors, targets, roi, threads, execution,
+                       [iterations, tolerance](const baselines::Problem& problem, Execution& held) {
+                           return baselines::arap(problem, {iterations, tolerance}, held);
+                       });
+        },
+        py::arg("iterations") = arap_defaults.iterations, py::arg("tolerance") = arap_defaults.tolerance);
+}
+
+}  // namespace
+
+void bind_baselines(py::module_& module) {
+    py::module_ baselines = module.def_submodule(
+        "baselines", "Other methods in one calling form, to compare with: docs/algorithm.md, \"Baselines\".");
+    bind_linear(baselines);
+    bind_iterative(baselines);
+}
+
+}  // namespace meanvalue::bindings

@@ -1,0 +1,133 @@
+#include "meanvalue/baselines/least_squares.h"
+
+#include <Eigen/SparseCore>
+#include <memory>
+
+#include "meanvalue/common/abandon.h"
+#include "meanvalue/common/errors.h"
+
+namespace meanvalue::baselines {
+namespace {
+
+// On the diagonal of the normal matrix, as a share of its largest entry: keeps it factorable where a part has too few
+// fixed points. Along the directions left open the right-hand side is zero, so that nothing moves along them.
+constexpr double kLeastDiagonal = 1e-12;
+// Each pass takes the error that kLeastDiagonal and rounding make down by several orders of magnitude.
+constexpr int kPasses = 4;
+
+/// v_j as the coefficients see it: a line of three coordinates for a number, a column for a 3 x 3 matrix.
+template <int Size>
+using Point = Eigen::Matrix<double, Size, 3 / Size, Size == 1 ? Eigen::RowMajor : Eigen::ColMajor>;
+
+template <int Size>
+Eigen::Map<const Point<Size>> point(const PositionsView& positions, Eigen::Index row) {
+    return Eigen::Map<const Point<Size>>(positions.row(row).data());
+}
+
+template <int Size>
+Eigen::Map<Point<Size>> point(Positions& positions, Eigen::Index row) {
+    return Eigen::Map<Point<Size>>(positions.row(row).data());
+}
+
+/// The columns of free vertices, each Size wide.
+template <int Size>
+SparseMatrix free_columns(const LinearRows<Size>& rows, const Unknowns& unknowns, const Execution& execution) {
+    std::vector<Eigen::Triplet<double, std::int64_t>> entries;
+    entries.reserve(rows.vertices.size() * Size * Size);
+    for (Eigen::Index row = 0; row < rows.row_count(); ++row) {
+        execution.check_every(row);
+        for (std::int64_t term = rows.offsets[row]; term < rows.offsets[row + 1]; ++term) {
+            const Index slot = unknowns.slot[rows.vertices[term]];
+            if (slot < 0) continue;
+            for (int r = 0; r < Size; ++r) {
+                for (int c = 0; c < Size; ++c) {
+                    entries.emplace_back(Size * row + r, Size * std::int64_t{slot} + c,
+                                         rows.coefficients[term](r, c));
+                }
+            }
+        }
+    }
+    SparseMatrix matrix(Size * rows.row_count(), Size * static_cast<Eigen::Index>(unknowns.free.size()));
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
+}
+
+/// The lower triangle of A^T A with kLeastDiagonal on its diagonal. Owns all it touches: Eigen's product cannot be
+/// interrupted.
+SparseMatrix normal_matrix(SparseMatrix matrix, const Execution& execution) {
+    struct Product {
+        SparseMatrix matrix;
+        SparseMatrix lower;
+    };
+    const auto product = std::make_shared<Product>();
+    product->matrix.swap(matrix);  // Eigen 3.4 has no move for these
+    run_abandonable(
+        [product] {
+            const SparseMatrix transposed = product->matrix.transpose();
+            const SparseMatrix square = transposed * product->matrix;
+            product->lower = square.triangularView<Eigen::Lower>();
+            const double least = kLeastDiagonal * product->lower.diagonal().maxCoeff();
+            for (Eigen::Index k = 0; k < product->lower.cols(); ++k)
+                product->lower.coeffRef(k, k) += least;
+            product->lower.makeCompressed();
+        },
+        execution);
+    matrix.swap(product->lower);
+    return matrix;
+}
+
+}  // namespace
+
+template <int Size>
+Positions LinearRows<Size>::apply(const PositionsView& positions) const {
+    Positions values = Positions::Zero(row_count(), 3);
+    for (Eigen::Index row = 0; row < row_count(); ++row) {
+        auto value = point<Size>(values, row);
+        for (std::int64_t term = offsets[row]; term < offsets[row + 1]; ++term)
+            value += coefficients[term] * point<Size>(positions, vertices[term]);
+    }
+    return values;
+}
+
+template <int Size>
+void minimise_rows(const LinearRows<Size>& rows, const Positions& wanted, const Unknowns& unknowns,
+                   SparseCholesky& cholesky, Positions& positions, Execution& execution) {
+    if (unknowns.free.empty()) return;
+    const SparseMatrix lower = normal_matrix(free_columns(rows, unknowns, execution), execution);
+    if (!cholesky.analysed()) cholesky.analyse(lower, execution);
+    if (!cholesky.factorise(lower, execution)) {
+        throw SolverFailure(message("the linear system of ", lower.rows(), " unknowns is not positive definite"));
+    }
+    const Eigen::Index free_count = static_cast<Eigen::Index>(unknowns.free.size());
+    for (int pass = 0; pass < kPasses; ++pass) {
+        execution.check();
+        const Positions residual = wanted - rows.apply(positions);
+        Positions descent = Positions::Zero(free_count, 3);
+        for (Eigen::Index row = 0; row < rows.row_count(); ++row) {
+            for (std::int64_t term = rows.offsets[row]; term < rows.offsets[row + 1]; ++term) {
+                const Index slot = unknowns.slot[rows.vertices[term]];
+                if (slot < 0) continue;
+                point<Size>(descent, slot) += rows.coefficients[term].transpose() * point<Size>(residual, row);
+            }
+        }
+        // As columns: three of numbers for Size 1, a single one for Size 3. Positions are stored line by line.
+        using Lines = Eigen::Matrix<double, Eigen::Dynamic, 3 / Size, Size == 1 ? Eigen::RowMajor : Eigen::ColMajor>;
+        const Eigen::Map<const Lines> lines(descent.data(), Size * free_count, 3 / Size);
+        const Lines moves = cholesky.solve(Eigen::MatrixXd(lines), execution);
+        const Eigen::Map<const Positions> free_moves(moves.data(), free_count, 3);
+        if (!free_moves.allFinite()) {
+            throw SolverFailure(message("the linear system of ", lower.rows(), " unknowns has no finite solution"));
+        }
+        for (Eigen::Index k = 0; k < free_count; ++k)
+            positions.row(unknowns.free[k]) += free_moves.row(k);
+    }
+}
+
+template struct LinearRows<1>;
+template struct LinearRows<3>;
+template void minimise_rows(const LinearRows<1>&, const Positions&, const Unknowns&, SparseCholesky&, Positions&,
+                            Execution&);
+template void minimise_rows(const LinearRows<3>&, const Positions&, const Unknowns&, SparseCholesky&, Positions&,
+                            Execution&);
+
+}  // namespace meanvalue::baselines

@@ -1,0 +1,33 @@
+#include "meanvalue/baselines/problem.h"
+
+#include "meanvalue/common/checks.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/mesh/fixed_vertices.h"
+#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/solver/carry_parts.h"
+
+namespace meanvalue::baselines {
+
+Setup set_up(const Problem& problem, Execution& execution) {
+    execution.begin_stage("analyse");
+    Setup setup;
+    setup.threads = thread_count(problem.threads);
+    require_finite(problem.vertices, "vertices");
+    require_targets(problem.targets, problem.anchors);
+    const Index vertex_count = static_cast<Index>(problem.vertices.rows());
+    const std::vector<char> held = fixed_flags(vertex_count, problem.anchors, problem.roi);
+    setup.rings = collect_one_rings(TriangleMesh(vertex_count, problem.faces, execution), execution);
+    setup.components = find_components(problem.vertices, problem.faces, held);
+    setup.is_fixed = solved_as_fixed(held, setup.components);
+    setup.unknowns = find_unknowns(setup.rings.offsets, setup.rings.vertices, setup.is_fixed);
+
+    setup.start = problem.vertices;
+    for (std::size_t k = 0; k < problem.anchors.size(); ++k)
+        setup.start.row(problem.anchors[k]) = problem.targets.row(k);
+    setup.carried = carry_parts(setup.components, problem.vertices, setup.start);
+    for (const Index v : setup.unknowns.free)
+        setup.start.row(v) = setup.carried.row(v);
+    return setup;
+}
+
+}  // namespace meanvalue::baselines

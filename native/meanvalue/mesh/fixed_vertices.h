@@ -1,0 +1,25 @@
+// Which vertices of a mesh may not be moved by a solve, and what is checked of the anchors that say so.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "meanvalue/common/types.h"
+#include "meanvalue/mesh/components.h"
+
+namespace meanvalue {
+
+/// n flags: anchors, and what lies outside the region of influence.
+/// @param roi n flags, true may move; none: every vertex may.
+/// @throws InvalidInput for an anchor outside the mesh or named twice, and for a roi of another size.
+std::vector<char> fixed_flags(Index vertex_count, const std::vector<Index>& anchors,
+                              const std::optional<std::vector<char>>& roi);
+
+/// A part without a single fixed vertex stays wherever it starts: its vertices are no unknowns.
+/// @return n flags: fixed, or in such a part.
+std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& components);
+
+/// @throws InvalidInput unless `targets` has one finite row for each anchor.
+void require_targets(const PositionsView& targets, const std::vector<Index>& anchors);
+
+}  // namespace meanvalue

@@ -1,0 +1,354 @@
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <thread>
+
+#include "meanvalue/baselines/arap.h"
+#include "meanvalue/baselines/laplacian.h"
+#include "meanvalue/baselines/laplacian_surface_editing.h"
+#include "meanvalue/baselines/pyramid.h"
+#include "meanvalue/common/errors.h"
+#include "meanvalue/deform/deformer.h"
+#include "meanvalue/encoding/predictor.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+using baselines::Problem;
+
+constexpr double kPi = 3.14159265358979323846;
+
+struct Baseline {
+    std::string name;
+    std::function<Positions(const Problem&, Execution&)> deform;
+};
+
+void PrintTo(const Baseline& method, std::ostream* stream) {
+    *stream << method.name;
+}
+
+Baseline laplacian() {
+    return {"laplacian", baselines::laplacian};
+}
+
+Baseline editing(int rounds) {
+    return {"surface editing x" + std::to_string(rounds), [rounds](const Problem& problem, Execution& execution) {
+                return baselines::laplacian_surface_editing(problem, {rounds}, execution);
+            }};
+}
+
+Baseline pyramid() {
+    return {"pyramid",
+            [](const Problem& problem, Execution& execution) { return baselines::pyramid(problem, {}, execution); }};
+}
+
+Baseline arap() {
+    return {"arap",
+            [](const Problem& problem, Execution& execution) { return baselines::arap(problem, {}, execution); }};
+}
+
+std::vector<Baseline> all_methods() {
+    return {laplacian(), editing(1), editing(5), pyramid(), arap()};
+}
+
+Positions deform(const Baseline& method, const Mesh& mesh, const std::vector<Index>& anchors,
+                 const Positions& targets, const std::optional<std::vector<char>>& roi = {}, int threads = 1) {
+    Execution execution;
+    return method.deform({mesh.vertices, mesh.faces, anchors, targets, roi, threads}, execution);
+}
+
+/// A tube whose lower end is held and whose upper end is turned sideways.
+struct Bend {
+    Mesh mesh = capped_tube(16, 25, 8.0);
+    std::vector<Index> anchors;
+    Positions targets;
+
+    explicit Bend(double angle_rad) {
+        for (Index v = 0; v < 16; ++v)
+            anchors.push_back(v);
+        for (Index v = 0; v < 16; ++v)
+            anchors.push_back(24 * 16 + v);
+        targets = rows_of(mesh.vertices, anchors);
+        // The axis becomes an arc of the same length.
+        const double radius = 8.0 / angle_rad;
+        const Vector3 end(0.0, radius * (1.0 - std::cos(angle_rad)), radius * std::sin(angle_rad));
+        const Matrix3 turn = Eigen::AngleAxisd(-angle_rad, Vector3::UnitX()).toRotationMatrix();
+        for (Index k = 16; k < 32; ++k) {
+            const Vector3 offset = Vector3(targets.row(k)) - Vector3(0.0, 0.0, 8.0);
+            targets.row(k) = end + turn * offset;
+        }
+    }
+};
+
+class EveryBaseline : public testing::TestWithParam<Baseline> {};
+
+TEST_P(EveryBaseline, UnmovedAnchorsGiveTheRestShape) {
+    for (const Mesh& mesh : all_classes()) {
+        const std::vector<Index> anchors = spread_vertices(mesh, 3);
+        const Positions deformed = deform(GetParam(), mesh, anchors, rows_of(mesh.vertices, anchors));
+        EXPECT_LT(largest_distance(deformed, mesh.vertices), 1e-9 * mesh.diagonal()) << mesh.name;
+    }
+}
+
+TEST_P(EveryBaseline, ATranslationOfAllAnchorsTakesTheShapeAlong) {
+    for (const Mesh& mesh : {torus(24, 12), grid(9, 8, 0.05), with_noise(sphere(3), 0.1, 1)}) {
+        const std::vector<Index> anchors = spread_vertices(mesh, 5);
+        const Positions moved = mesh.vertices.rowwise() + Eigen::RowVector3d(3, -7, 5);
+        EXPECT_LT(largest_distance(deform(GetParam(), mesh, anchors, rows_of(moved, anchors)), moved),
+                  1e-9 * mesh.diagonal())
+            << mesh.name;
+    }
+}
+
+TEST_P(EveryBaseline, AnchorsAreMetExactly) {
+    const Bend bend(1.0);
+    const Positions deformed = deform(GetParam(), bend.mesh, bend.anchors, bend.targets);
+    EXPECT_EQ(rows_of(deformed, bend.anchors), bend.targets);
+    EXPECT_TRUE(deformed.allFinite());
+}
+
+TEST_P(EveryBaseline, OutsideTheRegionOfInfluenceNothingMoves) {
+    const Mesh mesh = grid(15, 15, 0.02);
+    const std::vector<char> roi = inside_grid(15, 15, 4);
+    Positions target = mesh.vertices.row(112);
+    target(0, 2) += 2.0;
+    const Positions deformed = deform(GetParam(), mesh, {112}, target, roi);
+    for (Index v = 0; v < 225; ++v) {
+        if (roi[v]) continue;
+        EXPECT_EQ(deformed.row(v), mesh.vertices.row(v)) << v;
+    }
+    EXPECT_GT(deformed(111, 2), mesh.vertices(111, 2) + 0.2);  // neighbours follow
+}
+
+TEST_P(EveryBaseline, APartWithoutAnchorsStaysWhereItIs) {
+    Mesh mesh = joined(sphere(2), grid(5, 5, 0.1));
+    mesh.vertices.conservativeResize(mesh.vertices.rows() + 1, 3);
+    mesh.vertices.bottomRows(1) << 7, 7, 7;  // a loose vertex
+    const std::vector<Index> anchors = {0, 2, 4, 5};
+    const Positions moved = mesh.vertices.rowwise() + Eigen::RowVector3d(1, 2, 3);
+    const Positions deformed = deform(GetParam(), mesh, anchors, rows_of(moved, anchors));
+    EXPECT_EQ(deformed.bottomRows(26), mesh.vertices.bottomRows(26));
+    EXPECT_LT(largest_distance(deformed.topRows(66), moved.topRows(66)), 1e-8);
+}
+
+TEST_P(EveryBaseline, TooFewAnchorsGiveTheAnswerNearestToTheShapeCarriedAlong) {
+    const Mesh mesh = with_noise(sphere(2), 0.05, 1);
+    for (Index count = 0; count <= 2; ++count) {
+        std::vector<Index> anchors = spread_vertices(mesh, 3);
+        anchors.resize(count);
+        Positions targets = rows_of(mesh.vertices, anchors);
+        targets.array() += 0.5;
+        const double shift = count == 0 ? 0.0 : 0.5;
+        const Positions deformed = deform(GetParam(), mesh, anchors, targets);
+        EXPECT_LT(largest_distance(deformed, (mesh.vertices.array() + shift).matrix()), 1e-6) << count;
+    }
+}
+
+TEST_P(EveryBaseline, DegenerateInputGivesFiniteNumbers) {
+    for (Mesh mesh : all_classes()) {
+        const std::vector<Index> anchors = spread_vertices(mesh, 3);
+        EXPECT_TRUE(deform(GetParam(), mesh, anchors, Positions::Constant(3, 3, 0.25)).allFinite())
+            << "collapsed targets, " << mesh.name;
+        const Index middle = mesh.vertex_count() / 2;
+        mesh.vertices.row(middle) = mesh.vertices.row(mesh.faces(0, 0));
+        Positions targets = rows_of(mesh.vertices, anchors);
+        targets.row(0).array() += 0.5;
+        EXPECT_TRUE(deform(GetParam(), mesh, anchors, targets).allFinite()) << "coincident vertices, " << mesh.name;
+        mesh.vertices.rightCols(2).setZero();
+        targets = rows_of(mesh.vertices, anchors);
+        targets.row(0).array() += 0.5;
+        EXPECT_TRUE(deform(GetParam(), mesh, anchors, targets).allFinite()) << "all on a line, " << mesh.name;
+        mesh.vertices.setZero();
+        EXPECT_TRUE(deform(GetParam(), mesh, anchors, targets).allFinite()) << "all in a point, " << mesh.name;
+    }
+}
+
+TEST_P(EveryBaseline, TrianglesThatFitNoManifoldDoNoHarm) {
+    Mesh mesh = sphere(2);  // and a third triangle on an edge, and a duplicate
+    mesh.faces.conservativeResize(mesh.faces.rows() + 2, 3);
+    mesh.faces.row(mesh.faces.rows() - 2) << mesh.faces(0, 0), mesh.faces(0, 1), 60;
+    mesh.faces.row(mesh.faces.rows() - 1) = mesh.faces.row(5);
+    const std::vector<Index> anchors = {0, 1, 2};
+    Positions targets = rows_of(mesh.vertices, anchors);
+    EXPECT_LT(largest_distance(deform(GetParam(), mesh, anchors, targets), mesh.vertices), 1e-9);
+    targets.row(0) *= 2.0;
+    EXPECT_TRUE(deform(GetParam(), mesh, anchors, targets).allFinite());
+}
+
+TEST_P(EveryBaseline, NothingFreeIsSolvedAtOnce) {
+    const Mesh mesh = triangle();
+    EXPECT_EQ(deform(GetParam(), mesh, {0, 1, 2}, 2.0 * mesh.vertices), Positions(2.0 * mesh.vertices));
+}
+
+TEST_P(EveryBaseline, GivesTheSameBitsForAnyNumberOfThreads) {
+    const Mesh mesh = with_noise(torus(80, 40), 0.05, 1);
+    const std::vector<Index> anchors = spread_vertices(mesh, 8);
+    Positions targets = rows_of(mesh.vertices, anchors);
+    targets.row(3) += Eigen::RowVector3d(0.5, 0.5, 1.0);
+    EXPECT_EQ(deform(GetParam(), mesh, anchors, targets, {}, 1), deform(GetParam(), mesh, anchors, targets, {}, 4));
+}
+
+TEST_P(EveryBaseline, EndsOnCancel) {
+    const Bend bend(1.0);
+    const Problem problem{bend.mesh.vertices, bend.mesh.faces, bend.anchors, bend.targets, {}, 1};
+    Execution cancelled;
+    cancelled.cancel();
+    EXPECT_THROW(GetParam().deform(problem, cancelled), Cancelled);
+    const Mesh large = torus(200, 100);
+    const Positions targets = rows_of(large.vertices, {0, 50, 10000});
+    Execution execution;
+    std::thread canceller([&] {
+        while (std::string(execution.stage()) != "solve")
+            std::this_thread::yield();
+        execution.cancel();
+    });
+    EXPECT_THROW(GetParam().deform({large.vertices, large.faces, {0, 50, 10000}, targets, {}, 1}, execution),
+                 Cancelled);
+    canceller.join();
+}
+
+TEST_P(EveryBaseline, RejectsWhatTheDeformerRejectsWithTheSameWords) {
+    const Mesh mesh = sphere(1);
+    const Positions targets = rows_of(mesh.vertices, {0, 1});
+    const auto refusal = [&](const Mesh& input, const std::vector<Index>& anchors, const Positions& to,
+                             const std::optional<std::vector<char>>& roi = {}, int threads = 1) {
+        return message_of<InvalidInput>([&] { deform(GetParam(), input, anchors, to, roi, threads); });
+    };
+    EXPECT_TRUE(contains(refusal(mesh, {0, 99}, targets), "anchor 1 is vertex 99"));
+    EXPECT_TRUE(contains(refusal(mesh, {0, -1}, targets), "anchor 1 is vertex -1"));
+    EXPECT_TRUE(contains(refusal(mesh, {3, 3}, targets), "anchors 0 and 1 are both vertex 3"));
+    EXPECT_TRUE(contains(refusal(mesh, {0, 1, 2}, targets), "targets has 2 rows, but there are 3 anchors"));
+    EXPECT_TRUE(contains(refusal(mesh, {0, 1}, targets, std::vector<char>(5, 1)), "roi has 5 entries"));
+    EXPECT_TRUE(contains(refusal(mesh, {0, 1}, targets, {}, -2), "threads is -2"));
+    Positions bad_targets = targets;
+    bad_targets(1, 2) = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(contains(refusal(mesh, {0, 1}, bad_targets), "targets[1]"));
+    Mesh bad = mesh;
+    bad.vertices(7, 0) = std::nan("");
+    EXPECT_TRUE(contains(refusal(bad, {0, 1}, targets), "vertices[7]"));
+    bad = mesh;
+    bad.faces(2, 1) = 18;
+    EXPECT_TRUE(contains(refusal(bad, {0, 1}, targets), "triangle 2 names vertex 18"));
+    bad.faces(2, 1) = bad.faces(2, 0);
+    EXPECT_TRUE(contains(refusal(bad, {0, 1}, targets), "triangle 2 names a vertex twice"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryBaseline, testing::ValuesIn(all_methods()));
+
+TEST(BaselinesReject, OptionsOutOfRange) {
+    const Mesh mesh = sphere(1);
+    const Positions targets = rows_of(mesh.vertices, {0});
+    const Problem problem{mesh.vertices, mesh.faces, {0}, targets, {}, 1};
+    Execution execution;
+    const auto refusal = [&](const auto& call) { return message_of<InvalidInput>(call); };
+    EXPECT_TRUE(
+        contains(refusal([&] { baselines::laplacian_surface_editing(problem, {0}, execution); }), "rounds is 0"));
+    EXPECT_TRUE(contains(refusal([&] { baselines::pyramid(problem, {-1}, execution); }), "sweeps is -1"));
+    EXPECT_TRUE(contains(refusal([&] { baselines::arap(problem, {-1, 1e-6}, execution); }), "iterations is -1"));
+    EXPECT_TRUE(contains(refusal([&] { baselines::arap(problem, {10, 0.0}, execution); }), "tolerance is 0"));
+    EXPECT_TRUE(contains(refusal([&] {
+                             baselines::arap(problem, {10, std::nan("")}, execution);
+                         }),
+                         "tolerance is nan"));
+}
+
+/// Largest distance to the shape moved as a whole, when all anchors are moved so; as a share of the diagonal.
+double miss(const Baseline& method, const Mesh& mesh, double scale, double angle_deg) {
+    const std::vector<Index> anchors = spread_vertices(mesh, 6);
+    const Positions moved = moved_by_similarity(mesh.vertices, scale, {1, 2, 3}, angle_deg * kPi / 180, {5, -2, 1});
+    return largest_distance(deform(method, mesh, anchors, rows_of(moved, anchors)), moved) / mesh.diagonal();
+}
+
+TEST(Laplacian, DoesNotTurnWithItsAnchors) {
+    EXPECT_GT(miss(laplacian(), torus(24, 12), 1.0, 60.0), 0.01);
+}
+
+TEST(LaplacianSurfaceEditing, IsExactUnderScaleAndNearlyUnderSmallRotations) {
+    const Mesh mesh = torus(24, 12);
+    EXPECT_LT(miss(editing(1), mesh, 1.7, 0.0), 1e-9);
+    EXPECT_LT(miss(editing(1), mesh, 1.0, 3.0), 1e-3);
+    EXPECT_LT(miss(editing(1), mesh, 1.7, 3.0), 2e-3);
+    EXPECT_LT(miss(editing(1), mesh, 1.0, 3.0), 0.1 * miss(laplacian(), mesh, 1.0, 3.0));
+}
+
+TEST(LaplacianSurfaceEditing, RoundsBringLargeRotationsNearer) {
+    const Mesh mesh = torus(24, 12);
+    const double once = miss(editing(1), mesh, 1.0, 40.0);
+    EXPECT_LT(miss(editing(5), mesh, 1.0, 40.0), 0.5 * once);
+    EXPECT_LT(miss(editing(20), mesh, 1.0, 40.0), 1e-3 * once);
+}
+
+TEST(Pyramid, IsExactUnderSimilarity) {
+    for (const double angle_deg : {20.0, 120.0, 180.0}) {
+        EXPECT_LT(miss(pyramid(), torus(24, 12), 1.0, angle_deg), 1e-9);
+        EXPECT_LT(miss(pyramid(), grid(9, 8, 0.05), 1.7, angle_deg), 1e-9);
+    }
+}
+
+TEST(Pyramid, SweepsBringAMovedVertexBack) {
+    // One free vertex: its ring is at rest, so the rest position is what it decodes to, wherever it starts.
+    const Mesh mesh = with_noise(sphere(2), 0.1, 3);
+    std::vector<char> roi(mesh.vertex_count(), 0);
+    roi[10] = 1;
+    Execution execution;
+    const Positions none(0, 3);
+    const Problem problem{mesh.vertices, mesh.faces, {}, none, roi, 1};
+    EXPECT_LT(largest_distance(baselines::pyramid(problem, {300}, execution), mesh.vertices), 1e-9);
+}
+
+TEST(Arap, IsExactUnderRigidMotion) {
+    for (const double angle_deg : {20.0, 120.0, 180.0}) {
+        EXPECT_LT(miss(arap(), torus(24, 12), 1.0, angle_deg), 1e-9);
+        EXPECT_LT(miss(arap(), grid(9, 8, 0.05), 1.0, angle_deg), 1e-9);
+    }
+}
+
+TEST(Arap, EnergyFallsInEachIteration) {
+    const Bend bend(2.0);
+    for (const Mesh& mesh : {bend.mesh, with_noise(bend.mesh, 0.2, 4)}) {
+        const Problem problem{mesh.vertices, mesh.faces, bend.anchors, bend.targets, {}, 1};
+        Execution execution;
+        std::vector<double> energies;
+        baselines::arap(problem, {40, 1e-12}, execution, &energies);
+        ASSERT_EQ(energies.size(), 41u);
+        for (std::size_t k = 1; k < energies.size(); ++k)
+            EXPECT_LT(energies[k], energies[k - 1]) << "iteration " << k;
+        EXPECT_GT(energies.back(), 0.0);
+    }
+}
+
+TEST(Arap, StopsAtItsTolerance) {
+    const Bend bend(0.5);
+    const Problem problem{bend.mesh.vertices, bend.mesh.faces, bend.anchors, bend.targets, {}, 1};
+    Execution execution;
+    std::vector<double> energies;
+    baselines::arap(problem, {1000, 1e-3}, execution, &energies);
+    EXPECT_LT(energies.size(), 100u);
+}
+
+TEST(Baselines, MeanValueEnergyIsLowestForItsOwnMinimiserAndHighestForLaplacianCoordinates) {
+    const Bend bend(kPi / 2);
+    const Encoding encoding = encoding_of(bend.mesh);
+    const double square = bend.mesh.diagonal() * bend.mesh.diagonal();
+    Execution execution;
+    Deformer deformer({bend.mesh.vertices, bend.mesh.faces, bend.anchors, {}, meanvalue::Method::kFull, 1},
+                      execution);
+    const Solution solution = deformer.solve(bend.targets, {}, SolveOptions(), execution);
+    const double own = energy(encoding, solution.vertices, 1, execution) / square;
+    std::cout << "G at diagonal 1: mean-value " << own;
+    std::vector<double> others;
+    for (const Baseline& method : all_methods()) {
+        const Positions deformed = deform(method, bend.mesh, bend.anchors, bend.targets);
+        others.push_back(energy(encoding, deformed, 1, execution) / square);
+        std::cout << ", " << method.name << " " << others.back();
+    }
+    std::cout << "\n";
+    for (const double other : others)
+        EXPECT_LT(own, other);
+    for (std::size_t k = 1; k <= 3; ++k)
+        EXPECT_LT(others[k], others[0]) << all_methods()[k].name;
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
