@@ -68,6 +68,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         default=ids.DEFAULT_RESULT_KEY,
         maxlen=ids.NAME_LENGTH,
     )
+    former_result: StringProperty(options={'HIDDEN'})  # the shape key that the last solve wrote
     bound: PointerProperty(type=MEANVALUE_PG_bound_record)
 
 

@@ -88,9 +88,12 @@ def write_result(obj, result):
     store.foreach_set(attribute, result.ravel())
     _show_fully(mesh.shape_keys, key)
     notes = []
-    if key != pose_key and not pose_key.mute:
-        pose_key.mute = True
-        notes.append(f"Shape key '{pose_key.name}' is muted, so that it is not added to '{key.name}'")
+    former = mesh.shape_keys.key_blocks.get(obj.meanvalue.former_result)
+    for other in (pose_key, former):
+        if other is not None and other != key and not other.mute:
+            other.mute = True
+            notes.append(f"Shape key '{other.name}' is muted, so that it is not added to '{key.name}'")
+    obj.meanvalue.former_result = key.name
     obj.active_shape_key_index = active_index
     mesh.update_tag()  # Blender 3.4 does not notice foreach_set on a shape key
     if obj.show_only_shape_key and key != pose_key:

@@ -21,6 +21,27 @@ def compose(bind_input, pose, solved):
     return positions
 
 
+def pose_warnings(bind_input, pose, result_is_pose):
+    """Sentences on a pose (n x 3 float32) that cannot give what the artist may expect of it.
+
+    result_is_pose: the result goes to the pose's own key, so that all of it has been moved before.
+    """
+    moved = (pose != bind_input.rest).any(axis=1)
+    is_anchor = np.zeros(len(moved), bool)
+    is_anchor[bind_input.anchors] = True
+    if not moved[is_anchor].any():
+        yield "No anchor has been moved, so the result is the rest shape. Move anchors of the active shape key"
+    torn = np.count_nonzero(moved & is_anchor & ~bind_input.roi)
+    if torn:
+        yield (
+            f"{wording.counted(torn, 'moved anchor')} outside the region: the vertices around stay in place, which "
+            "tears the surface there. Take the surroundings into the region"
+        )
+    ignored = np.count_nonzero(moved & ~is_anchor)
+    if ignored and not result_is_pose:
+        yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose are no anchors and are ignored"
+
+
 @dataclass(frozen=True)
 class BindSummary:
     """What is worth telling about a binding."""

@@ -27,7 +27,12 @@ class MEANVALUE_OT_solve(MeshOperator, bpy.types.Operator):
         binding = session.binding_for(bind_input, lambda: mesh_arrays.triangles(obj.data, bind_input))
         solved, summary = session.solve(binding, bind_input, pose[bind_input.anchors])
 
-        warnings = [*binding.summary.notes(), *summary.notes()]
+        result_is_pose = obj.active_shape_key.name == obj.meanvalue.result_key
+        warnings = [
+            *binding.summary.notes(),
+            *summary.notes(),
+            *result.pose_warnings(bind_input, pose, result_is_pose),
+        ]
         notes = shape_keys.write_result(obj, result.compose(bind_input, pose, solved))
         if rebound:
             bound_record.write(record, bind_input.fingerprint, binding.summary)

@@ -2,6 +2,7 @@
 """The command line of `./dev demo`. No bpy."""
 
 import argparse
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -170,6 +171,11 @@ def parse(argv):
     """Options from the words of the command line; leaves with a message and status 2 if they make no sense."""
     parser = build_parser()
     words = parser.parse_args(argv)
+    # Paths are meant from where the command was typed, which is not where Blender runs.
+    typed_in = Path(os.environ.get("MEANVALUE_CALLED_FROM", "."))
+    words.output = (typed_in / words.output).resolve()
+    if words.file is not None:
+        words.file = (typed_in / words.file).resolve()
     try:
         if words.samples < 1:
             raise ValueError(f"--samples {words.samples}: at least 1 is needed")
@@ -181,7 +187,7 @@ def parse(argv):
         parser.error(str(error))
     return Options(
         file=words.file,
-        output=words.output.resolve(),
+        output=words.output,
         engine={"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine],
         samples=words.samples,
         camera_deg=tuple(words.camera) if words.camera else None,
@@ -273,9 +279,12 @@ def split_motion(option, words, value_count, anchors):
 
 def triple(option, what, word):
     """Three numbers from X,Y,Z. @throws ValueError that names the option."""
-    values = tuple(number(option, part) for part in word.split(","))
+    names = "X, Y, Z or " if what == "axis" else ""
+    try:
+        values = tuple(float(part) for part in word.split(","))
+    except ValueError:
+        values = ()
     if len(values) != 3:
-        names = "X, Y, Z or " if what == "axis" else ""
         raise ValueError(f"{option}: the {what} '{word}' should be {names}three numbers like 0,1,1")
     return values
 

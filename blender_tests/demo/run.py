@@ -26,7 +26,7 @@ def main(argv):
     """Runs the demo; returns the exit status."""
     options = arguments.parse(argv)
     try:
-        options.output.mkdir(parents=True, exist_ok=True)
+        make_folder(options.output)
         pose.install_addon(os.environ.get("MEANVALUE_ADDON_ZIP"))
         blocks = [run_subject(make, options) for make in makers(options)]
     except DemoError as error:
@@ -37,6 +37,13 @@ def main(argv):
     print("\n" + text)
     print(f"Written to {options.output}: report.txt and the files above")
     return 0
+
+
+def make_folder(path):
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DemoError(f"the folder {path} cannot be made ({error.strerror}); name another one by --output") from error
 
 
 def makers(options):

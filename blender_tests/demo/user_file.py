@@ -136,7 +136,7 @@ def group_advice(obj, name):
     """A sentence on how to get anchors out of this object."""
     names = ", ".join(f"'{group.name}'" for group in obj.vertex_groups)
     if names:
-        return f"'{obj.name}' has the vertex groups {names}: choose with --anchor-group or --hold"
+        return f"'{obj.name}' has the vertex groups {names}: choose one of these"
     return (
         f"'{obj.name}' has no vertex groups: make one by --anchor {name}=SELECTION or --hold {name}=SELECTION, "
         f"where the selection is {selection.SYNTAX}"

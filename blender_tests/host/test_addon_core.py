@@ -301,3 +301,34 @@ def test_wording():
     assert wording.sentence("say it.") == wording.sentence("say it") == "Say it."
     told = [wording.seconds(value) for value in (0.0004, 0.0347, 2.309, 140.2)]
     assert told == ["0.4 ms", "35 ms", "2.31 s", "140 s"]
+
+
+def posed_grid(moved):
+    """Four vertices in a row: 0 and 1 anchors, 1 and 2 in the region; `moved` ones are moved in the pose."""
+    rest = np.zeros((4, 3), np.float32)
+    bind_input = types.SimpleNamespace(
+        rest=rest, anchors=np.array([0, 1]), roi=np.array([False, True, True, False])
+    )
+    pose = rest.copy()
+    pose[moved] += 1.0
+    return bind_input, pose
+
+
+def test_a_pose_of_moved_anchors_in_the_region_needs_no_warning():
+    assert list(result.pose_warnings(*posed_grid([1]), result_is_pose=False)) == []
+
+
+def test_a_pose_that_moves_no_anchor_is_told():
+    (warning,) = result.pose_warnings(*posed_grid([]), result_is_pose=False)
+    assert warning.startswith("No anchor has been moved")
+
+
+def test_moved_anchors_outside_the_region_are_told():
+    (warning,) = result.pose_warnings(*posed_grid([0, 1]), result_is_pose=False)
+    assert warning.startswith("1 moved anchor outside the region")
+
+
+def test_moved_vertices_that_are_no_anchors_are_told_unless_they_are_a_former_result():
+    (warning,) = result.pose_warnings(*posed_grid([1, 2]), result_is_pose=False)
+    assert warning.startswith("1 vertex moved in the pose")
+    assert list(result.pose_warnings(*posed_grid([1, 2]), result_is_pose=True)) == []

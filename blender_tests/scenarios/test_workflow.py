@@ -345,3 +345,16 @@ def test_weight_zero_is_no_member():
     bpy.ops.meanvalue.add_anchor_group(group="A")
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     assert obj.meanvalue.bound.anchor_count == 3
+
+
+def test_another_result_name_shows_the_new_pose_alone():
+    obj = steps.posed_grid(meshes.grid())
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    obj.meanvalue.result_key = "Second"
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    keys = obj.data.shape_keys.key_blocks
+    assert (keys["Mean-Value"].mute, keys["Second"].mute) == (True, False)
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    shown = np.array([vertex.co for vertex in evaluated.vertices])
+    assert np.allclose(shown, steps.key_positions(obj, "Second"), atol=1e-6)
