@@ -3,8 +3,6 @@
 
 import subprocess
 import sys
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -12,30 +10,14 @@ import pytest
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
 
-def tube(around=12, along=15):
-    """An open tube: vertices (n, 3) and triangles (m, 3)."""
-    angle_rad = 2 * np.pi * np.arange(around) / around
-    circle = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=1)
-    vertices = np.array([[x, y, 0.5 * level] for level in range(along) for x, y in circle])
-    triangles = []
-    for level in range(along - 1):
-        for k in range(around):
-            a, b = level * around + k, level * around + (k + 1) % around
-            triangles += [(a, b, b + around), (a, b + around, a + around)]
-    return vertices, np.array(triangles, np.int32)
-
-
-VERTICES, TRIANGLES = tube()
-ENDS = np.r_[0:12, 168:180]
-
-
-def bent_targets():
-    """The upper end turned by 60 degrees about x and moved."""
-    cos, sin = np.cos(np.pi / 3), np.sin(np.pi / 3)
-    turn = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]])
-    targets = VERTICES[ENDS].copy()
-    targets[12:] = (targets[12:] - [0, 0, 7]) @ turn.T + [0, -2, 6]
-    return targets
+from blender_tests.support.native_calls import (  # noqa: E402
+    ENDS,
+    TRIANGLES,
+    VERTICES,
+    bent_targets,
+    cancelled_while_solving,
+    tube,
+)
 
 
 def test_encoding_arrays_have_the_documented_shapes_and_are_read_only():
@@ -168,23 +150,7 @@ def test_the_interpreter_runs_while_solving_and_a_cancel_ends_it():
     anchors = np.r_[0:150, len(vertices) - 150 : len(vertices)]
     targets = vertices[anchors] + np.where(anchors[:, None] < 150, 0.0, [[20.0, 5.0, -10.0]])
     deformer = meanvalue.Deformer(vertices, triangles, anchors)
-    execution = meanvalue.Execution()
-    outcome = []
-
-    def work():
-        try:
-            outcome.append(deformer.solve(targets, execution=execution))
-        except meanvalue.Cancelled:
-            outcome.append("cancelled")
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    while execution.stage != "solve" and thread.is_alive():
-        time.sleep(0.001)  # only reached while the solver has released the interpreter
-    execution.cancel()
-    thread.join()
-    assert execution.cancelled
-    assert outcome == ["cancelled"]
+    assert cancelled_while_solving(lambda execution: deformer.solve(targets, execution=execution))
     # The deformer is usable afterwards, and nothing of the cancelled solve is left in it.
     again = deformer.solve(targets, max_iterations=1)
     fresh = meanvalue.Deformer(vertices, triangles, anchors).solve(targets, max_iterations=1)
