@@ -77,7 +77,7 @@ void bind_iterative(py::module_& module) {
     const baselines::PyramidOptions pyramid_defaults;
     bind_baseline(
         module, "pyramid",
-        "Pyramid coordinates (Sheffer and Kraevoy 2004), a reconstruction without the original's hierarchy.\n\n"
+        "Pyramid coordinates (Sheffer and Kraevoy 2004), a reconstruction.\n\n"
         "sweeps: how many damped Jacobi sweeps are made; there is no objective that could tell when to end.\n",
         [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
            const std::optional<py::object>& roi, int sweeps, int threads, const SharedExecution& execution) {

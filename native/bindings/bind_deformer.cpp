@@ -55,6 +55,8 @@ void bind_reports(py::module_& module) {
         .def_readonly("level_sizes", &BindReport::level_sizes,
                       "list of int: free vertices in each level, finest first.")
         .def_readonly("row_count", &BindReport::row_count, "int: residuals that take part in a solve.")
+        .def_readonly("longest_ring", &BindReport::longest_ring,
+                      "int: vertices in the longest ring of any level.")
         .def_readonly("detached_triangle_count", &BindReport::detached_triangle_count,
                       "int: triangles that fit no manifold and were kept as loose pieces.")
         .def_readonly("guarded", &BindReport::guarded, "list of int: vertices encoded by a fallback rule.")

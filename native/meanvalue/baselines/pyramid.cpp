@@ -4,18 +4,21 @@
 #include <limits>
 #include <utility>
 
-#include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/encoding/projection_plane.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/mesh/region.h"
 
 namespace meanvalue::baselines {
 namespace {
 
 // Share of the way to its decoded place that a vertex goes in a sweep.
 constexpr double kSweepShare = 0.7;
+// Rounds of the implicit decoding of one vertex that is put back into the mesh.
+constexpr int kSplitRounds = 5;
 
 /// Normalised sum of the unit normals of the faces at `vertex`; zero where they cancel or have no area.
 /// Of the unit normals: the sum of the area vectors would be that of the ring polygon wherever the ring is closed,
@@ -34,18 +37,19 @@ Vector3 face_normal(const OneRings& rings, const PositionsView& positions, Index
     return sum.normalized();
 }
 
-Positions face_normals(const Setup& setup, const PositionsView& positions, const Execution& execution) {
+Positions face_normals(const OneRings& rings, const PositionsView& positions, int threads,
+                       const Execution& execution) {
     Positions normals(positions.rows(), 3);
-    parallel_for(static_cast<Index>(positions.rows()), setup.threads, execution, [&](Index begin, Index end) {
+    parallel_for(static_cast<Index>(positions.rows()), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v)
-            normals.row(v) = face_normal(setup.rings, positions, v);
+            normals.row(v) = face_normal(rings, positions, v);
     });
     return normals;
 }
 
 /// From a vertex to its decoded place; zero where it has none.
-Vector3 decoded_move(const Setup& setup, const Encoding& encoding, const Positions& positions, Index vertex) {
-    const Vector3 normal = face_normal(setup.rings, positions, vertex);
+Vector3 decoded_move(const OneRings& rings, const Encoding& encoding, const Positions& positions, Index vertex) {
+    const Vector3 normal = face_normal(rings, positions, vertex);
     if (!encoding.predictable(vertex) || normal.isZero(0.0)) return Vector3::Zero();
     const Vector3 decoded = predict_along(encoding.ring_of(vertex), positions, kRestNormalLength * normal);
     return decoded - Vector3(positions.row(vertex));
@@ -59,7 +63,7 @@ double sweep(const Setup& setup, const Encoding& encoding, double longest_step, 
     steps.resize(free.size());
     parallel_for(static_cast<Index>(free.size()), setup.threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {
-            Vector3 move = kSweepShare * decoded_move(setup, encoding, from, free[k]);
+            Vector3 move = kSweepShare * decoded_move(setup.rings, encoding, from, free[k]);
             const double length = move.norm();
             if (length > longest_step) move *= longest_step / length;
             steps[k] = std::min(length, longest_step);
@@ -69,15 +73,52 @@ double sweep(const Setup& setup, const Encoding& encoding, double longest_step, 
     return steps.empty() ? 0.0 : *std::max_element(steps.begin(), steps.end());
 }
 
+/// The hierarchical decoding: the coarsest mesh in place, then vertex after vertex put back where its pyramid
+/// coordinates, taken in the mesh that it was removed from, say. @return n x 3.
+Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution& execution) {
+    const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed);
+    const Index vertex_count = static_cast<Index>(region.vertices.size());
+    TriangleMesh mesh(vertex_count, region.faces, execution);
+    std::vector<char> removable(region.is_fixed.size());
+    std::transform(region.is_fixed.begin(), region.is_fixed.end(), removable.begin(),
+                   [](char fixed) { return fixed ? 0 : 1; });
+    const Hierarchy hierarchy = build_hierarchy(mesh, region.positions, removable, {}, setup.threads, execution);
+    const OneRings rings{hierarchy.splits.ring_offsets, hierarchy.splits.ring, hierarchy.split_kinds};
+    const Encoding encoding =
+        encode_along(rings, region.positions, face_normals(rings, region.positions, setup.threads, execution),
+                     setup.threads, execution);
+
+    Positions positions(vertex_count, 3);
+    for (Index v = 0; v < vertex_count; ++v)
+        positions.row(v) = setup.start.row(region.vertices[v]);
+    for (std::size_t k = hierarchy.order.size(); k-- > 0;) {
+        execution.check_every(k);
+        const Index vertex = hierarchy.order[k];
+        positions.row(vertex) = predict(hierarchy.splits.ring_of(vertex), positions);
+        double last_length = std::numeric_limits<double>::infinity();
+        for (int round = 0; round < kSplitRounds; ++round) {
+            const Vector3 move = decoded_move(rings, encoding, positions, vertex);
+            if (move.norm() >= last_length) break;  // it does not converge here
+            last_length = move.norm();
+            positions.row(vertex) += kSweepShare * move.transpose();
+        }
+    }
+    Positions result = setup.start;
+    for (Index v = 0; v < vertex_count; ++v)
+        result.row(region.vertices[v]) = positions.row(v);
+    return result;
+}
+
 }  // namespace
 
 Positions pyramid(const Problem& problem, const PyramidOptions& options, Execution& execution) {
     if (options.sweeps < 0) throw InvalidInput(message("sweeps is ", options.sweeps, "; give 0 or more"));
     const Setup setup = set_up(problem, execution);
-    const Encoding encoding = encode_along(
-        setup.rings, problem.vertices, face_normals(setup, problem.vertices, execution), setup.threads, execution);
+    const Encoding encoding =
+        encode_along(setup.rings, problem.vertices,
+                     face_normals(setup.rings, problem.vertices, setup.threads, execution), setup.threads, execution);
+    Positions positions = decode_hierarchy(problem, setup, execution);
     execution.begin_stage("solve");
-    Positions positions = smooth_start(setup, execution);
     Positions next = positions;
     // On noisy rings the rest shape itself may be an unstable fixed point. That no sweep steps farther than the one
     // before keeps rounding from growing into an explosion there, and hardly ever binds elsewhere.

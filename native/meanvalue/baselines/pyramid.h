@@ -13,11 +13,11 @@ struct PyramidOptions {
 /// plane across the mean normal of its incident faces. That normal depends on the vertex itself, so that the decoding
 /// is implicit; there is no objective, and anchors have no say but through their neighbours.
 ///
-/// A reconstruction from the abstract and from what the mean-value paper says of it, not the authors' program:
-/// without their hierarchy, damped Jacobi sweeps (share 0.7) from smooth_start() instead. More sweeps follow the
+/// A reconstruction from the abstract and from what the mean-value paper says of it, not the authors' program: the
+/// hierarchy of method "paper", decoded by splits, then damped Jacobi sweeps (share 0.7). More sweeps follow the
 /// method's own fixed point more closely, which is not always a better shape. Exact under a similarity of all
 /// anchors, to 1e-9 of the diagonal.
-/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: one scalar factorisation and the sweeps.
+/// @return n x 3. @throws InvalidInput, Cancelled. Cost: building the hierarchy, and the sweeps.
 Positions pyramid(const Problem& problem, const PyramidOptions& options, Execution& execution);
 
 }  // namespace meanvalue::baselines

@@ -58,6 +58,7 @@ void Deformer::fill_report(const std::vector<Index>& region_vertices) {
     report_.anchor_count = static_cast<Index>(anchors_.size());
     report_.row_count = decoder_->row_count();
     report_.level_sizes = decoder_->level_sizes();
+    report_.longest_ring = decoder_->longest_ring();
     report_.detached_triangle_count = decoder_->detached_triangle_count();
     for (const Index v : decoder_->encoding().guarded)
         report_.guarded.push_back(region_vertices[v]);

@@ -42,6 +42,7 @@ struct BindReport {
     Index anchor_count = 0;
     Index row_count = 0;             ///< residuals that take part in a solve
     std::vector<Index> level_sizes;  ///< free vertices in each level, finest first
+    Index longest_ring = 0;          ///< of any row in any level
     Index detached_triangle_count =
         0;  ///< triangles that fit no manifold; see TriangleMesh. Like `guarded`, of the part that takes part
     std::vector<Index> guarded;                    ///< vertices encoded by a fallback rule

@@ -1,5 +1,6 @@
 #include "meanvalue/encoding/encoding.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -29,6 +30,13 @@ EncodedRing Encoding::ring_of(Index vertex) const {
     return {ring.data() + begin,    weights.data() + begin,
             heights.data() + begin, steep < 0 ? nullptr : steep_weights.data() + steep,
             softening[vertex],      ring_offsets[vertex + 1] - begin};
+}
+
+Index Encoding::longest_ring() const {
+    Index longest = 0;
+    for (Index v = 0; v < vertex_count(); ++v)
+        longest = std::max(longest, ring_offsets[v + 1] - ring_offsets[v]);
+    return longest;
 }
 
 std::map<std::string, std::vector<Index>> Encoding::guarded_by_reason() const {

@@ -55,6 +55,7 @@ struct Encoding {
     Index vertex_count() const { return static_cast<Index>(steep_offset.size()); }
     bool predictable(Index vertex) const { return ring_offsets[vertex + 1] > ring_offsets[vertex]; }
     EncodedRing ring_of(Index vertex) const;
+    Index longest_ring() const;
 
     /// The vertices that each reason applies to, by the reason's name.
     std::map<std::string, std::vector<Index>> guarded_by_reason() const;

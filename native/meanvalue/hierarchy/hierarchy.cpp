@@ -38,7 +38,7 @@ class Coarsening {
           encoder_(positions),
           version_(removable.size(), 0),
           removed_(removable.size(), 0),
-          rings_of_removed_(removable.size()) {
+          fans_of_removed_(removable.size()) {
         for (std::size_t v = 0; v < removable.size(); ++v) {
             execution_.check_every(v);
             if (removable[v]) {
@@ -83,9 +83,9 @@ class Coarsening {
     OneRings removal_rings() const {
         OneRings rings;
         std::vector<Fan> fans;
-        for (const std::vector<Index>& ring : rings_of_removed_) {
+        for (const Fan& fan : fans_of_removed_) {
             fans.clear();
-            if (!ring.empty()) fans.push_back({ring, true});
+            if (!fan.ring.empty()) fans.push_back(fan);
             rings.append(fans);
         }
         return rings;
@@ -113,20 +113,21 @@ class Coarsening {
     /// Removes the vertex by its cheapest legal collapse. @return false where it has none for now; it is considered
     /// again when its surroundings change.
     bool remove(Index vertex) {
-        const Fan* fan = fan_at(vertex);
-        if (fan == nullptr || !has_good_stencil(vertex, fan->ring)) return false;
-        const std::vector<Index> ring = fan->ring;
+        const Fan* found = fan_at(vertex);
+        if (found == nullptr || !has_good_stencil(vertex, found->ring)) return false;
+        const Fan fan = *found;
+        const std::vector<Index>& ring = fan.ring;
         std::vector<std::pair<double, Index>> targets;
         targets.reserve(ring.size());
         for (const Index to : ring)
-            targets.emplace_back(collapse_cost(positions_, vertex, to, *fan), to);
+            targets.emplace_back(collapse_cost(positions_, vertex, to, fan), to);
         std::sort(targets.begin(), targets.end());
         for (const auto& [cost, to] : targets) {
             if (!mesh_.can_collapse(vertex, to) || ring_grows_too_long(ring.size(), to)) continue;
             mesh_.collapse(vertex, to);
             removed_[vertex] = 1;
             --remaining_;
-            rings_of_removed_[vertex] = ring;
+            fans_of_removed_[vertex] = fan;
             for (const Index neighbour : ring) {
                 ++version_[neighbour];
                 if (removable_[neighbour]) consider(neighbour);
@@ -159,7 +160,7 @@ class Coarsening {
     RingEncoder encoder_;
     std::vector<Index> version_;
     std::vector<char> removed_;
-    std::vector<std::vector<Index>> rings_of_removed_;
+    std::vector<Fan> fans_of_removed_;
     std::priority_queue<Candidate> candidates_;
     std::vector<Fan> fans_;
     Index remaining_ = 0;
@@ -167,8 +168,15 @@ class Coarsening {
 
 }  // namespace
 
+Index Hierarchy::longest_ring() const {
+    Index longest = splits.longest_ring();
+    for (const Level& level : levels)
+        longest = std::max(longest, level.encoding.longest_ring());
+    return longest;
+}
+
 std::size_t Hierarchy::bytes() const {
-    std::size_t sum = splits.bytes() + order.capacity() * sizeof(Index);
+    std::size_t sum = splits.bytes() + order.capacity() * sizeof(Index) + split_kinds.capacity() * sizeof(RingKind);
     for (const Level& level : levels)
         sum += level.encoding.bytes();
     return sum;
@@ -182,9 +190,6 @@ Hierarchy build_hierarchy(TriangleMesh& mesh, const PositionsView& positions, co
     const auto keep_level = [&] {
         const OneRings rings = coarsening.present_rings();
         hierarchy.levels.push_back({hierarchy.order.size(), encode(rings, positions, threads, execution)});
-        for (Index v = 0; v < rings.vertex_count(); ++v) {
-            hierarchy.longest_ring = std::max(hierarchy.longest_ring, rings.valence(v));
-        }
     };
     for (const Index size : level_sizes) {
         if (!coarsening.coarsen_to(size, hierarchy.order)) break;
@@ -192,7 +197,9 @@ Hierarchy build_hierarchy(TriangleMesh& mesh, const PositionsView& positions, co
     }
     coarsening.coarsen_to(0, hierarchy.order);
     keep_level();
-    hierarchy.splits = encode(coarsening.removal_rings(), positions, threads, execution);
+    OneRings removal_rings = coarsening.removal_rings();
+    hierarchy.splits = encode(removal_rings, positions, threads, execution);
+    hierarchy.split_kinds = std::move(removal_rings.kinds);
 
     std::vector<char> is_gone(removable.size(), 0);
     for (const Index v : hierarchy.order)

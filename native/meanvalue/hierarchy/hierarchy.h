@@ -7,6 +7,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 
 namespace meanvalue {
@@ -22,11 +23,12 @@ struct Hierarchy {
     std::vector<Index> order;  ///< removed vertices, first removed first
     /// n rows: each removed vertex by its ring at removal. A split places it by them; others are not predictable.
     Encoding splits;
+    std::vector<RingKind> split_kinds;  ///< n: of those rings
     std::vector<Level> levels;         ///< those asked for, finest first, and the base mesh last
     std::vector<Index> base_unknowns;  ///< removable vertices that no legal collapse could remove, ascending
-    Index longest_ring = 0;            ///< of all rings in `splits` and `levels`
 
     const Level& base() const { return levels.back(); }
+    Index longest_ring() const;  ///< of all rings in `splits` and `levels`
     std::size_t bytes() const;
 };
 

@@ -1,6 +1,7 @@
 // The paper's hierarchical decoding, to the letter: section 3.2.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -33,6 +34,7 @@ class PaperDecoder : public Decoder {
     Index detached_triangle_count() const override { return detached_triangle_count_; }
     std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override;
+    Index longest_ring() const override { return std::max(encoding_.longest_ring(), hierarchy_.longest_ring()); }
     const Timings& bind_timings() const override { return bind_timings_; }
 
     const Hierarchy& hierarchy() const { return hierarchy_; }

@@ -46,6 +46,7 @@ class Decoder {
     virtual Index detached_triangle_count() const = 0;
     virtual std::size_t bytes() const = 0;               ///< held, without factors
     virtual std::vector<Index> level_sizes() const = 0;  ///< free vertices in each level, finest first
+    virtual Index longest_ring() const = 0;  ///< in any level, and of any vertex when it was removed
     virtual const Timings& bind_timings() const = 0;
 };
 

@@ -25,6 +25,7 @@ class FullDecoder : public Decoder {
     Index detached_triangle_count() const override { return detached_triangle_count_; }
     std::size_t bytes() const override { return encoding_.bytes() + system_->bytes(); }
     std::vector<Index> level_sizes() const override { return {static_cast<Index>(unknowns_.free.size())}; }
+    Index longest_ring() const override { return encoding_.longest_ring(); }
     const Timings& bind_timings() const override { return bind_timings_; }
 
   private:
