@@ -13,22 +13,23 @@ namespace meanvalue {
 /// Consecutive nodes of a forest in postorder: whole subtrees side by side, or a piece of a path.
 /// Tasks are in postorder, too: a parent comes after its children.
 struct EliminationTask {
-    Index begin;   // nodes
+    Index begin;  // nodes
     Index end;
-    Index parent;  // the task of the node above, or -1
-    std::vector<Index> children;     // ascending
+    Index parent;                     // the task of the node above, or -1
+    std::vector<Index> children;      // ascending
     std::int64_t weight_to_root = 0;  // with its own
     std::int64_t weight_to_leaf = 0;  // of the heaviest path down, with its own
 };
 
 /// The same for any number of threads. Small forests are one task.
-/// @param parents of each node, itself before its parent in postorder; -1 for a root. @param weights of each node: work.
+/// @param parents of each node, itself before its parent in postorder; -1 for a root. @param weights of each node:
+/// work.
 std::vector<EliminationTask> cut_into_tasks(const std::vector<Index>& parents,
                                             const std::vector<std::int64_t>& weights);
 
-/// Calls up(task, worker) for every task after its children, and down(task, worker) after its parent and after up() of
-/// all above it, with as many calls at the same time as there are threads.
-/// Which worker calls, and in what order the calls come, must not matter to the result.
+/// Calls up(task, worker) for every task after its children, and down(task, worker) after its parent and after up()
+/// of all above it, with as many calls at the same time as there are threads. Which worker calls, and in what order
+/// the calls come, must not matter to the result.
 /// @param threads as given by thread_count(); `worker` is less. @throws Cancelled, or what the functions throw.
 class TaskRunner {
   public:

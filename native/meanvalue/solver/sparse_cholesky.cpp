@@ -102,8 +102,12 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides, c
 FactorView SparseCholesky::view() const {
     const cholmod_factor& factor = *state_->solver.factor();
     const auto integers = [](const void* array) { return static_cast<const std::int64_t*>(array); };
-    return {static_cast<std::int64_t>(factor.nsuper), integers(factor.Perm), integers(factor.super),
-            integers(factor.pi),                      integers(factor.s),    integers(factor.px),
+    return {static_cast<std::int64_t>(factor.nsuper),
+            integers(factor.Perm),
+            integers(factor.super),
+            integers(factor.pi),
+            integers(factor.s),
+            integers(factor.px),
             static_cast<const double*>(factor.x)};
 }
 

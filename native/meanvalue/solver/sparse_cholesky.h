@@ -23,7 +23,7 @@ struct FactorView {
     const std::int64_t* first_row;     // supernode_count + 1, in rows
     const std::int64_t* rows;          // ascending for each supernode, its own columns first
     const std::int64_t* first_value;   // supernode_count + 1, in values
-    const double* values;              // rows x columns by columns, above the diagonal undefined; null before factorise()
+    const double* values;  // rows x columns by columns, above the diagonal undefined; null before factorise()
 };
 
 /// Cholesky factor of a matrix given by its lower triangle; entries above the diagonal are ignored.

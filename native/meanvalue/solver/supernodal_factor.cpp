@@ -51,8 +51,7 @@ void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execu
     cholesky_ = SparseCholesky();
     values_.reset();
     SparseCholesky cholesky;
-    cholesky.analyse(lower, execution,
-                     lower.cols() < kLargeSystem ? Ordering::kQuick : Ordering::kNestedDissection);
+    cholesky.analyse(lower, execution, lower.cols() < kLargeSystem ? Ordering::kQuick : Ordering::kNestedDissection);
     const FactorView view = cholesky.view();
     order_.resize(lower.cols());
     for (Index k = 0; k < size(); ++k) {

@@ -13,9 +13,9 @@
 
 namespace meanvalue {
 
-/// Cholesky factor of a symmetric positive definite n x n matrix, to be factored once and applied at screen rate, as a
-/// preconditioner: one solve is as exact as single precision lets it be (docs/decisions/0006-single-precision-factor.md).
-/// Only the lower triangle of a matrix is read.
+/// Cholesky factor of a symmetric positive definite n x n matrix, to be factored once and applied at screen rate, as
+/// a preconditioner: one solve is as exact as single precision lets it be
+/// (docs/decisions/0006-single-precision-factor.md). Only the lower triangle of a matrix is read.
 ///
 /// The bits of a solution do not depend on the number of threads. They may differ between processors, of which some
 /// round less often.
@@ -43,8 +43,8 @@ class SupernodalFactor {
     std::size_t bytes() const;
 
   private:
-    /// The rows of the tasks above that a task adds to: they have places of their own in the work vector, so that no two
-    /// tasks write the same place. The parent adds them to its own, child after child.
+    /// The rows of the tasks above that a task adds to: they have places of their own in the work vector, so that no
+    /// two tasks write the same place. The parent adds them to its own, child after child.
     struct Outside {
         Index place;                   // of the first
         std::vector<Index> in_parent;  // for each, its place there

@@ -24,8 +24,8 @@ constexpr Index kStride = 4;
 /// A supernode: `width` columns with the same rows, of which the first `width` are the columns themselves.
 ///
 /// Its values are groups of kGroup columns (the last has what is left), each the corner and then blocks of kLanes
-/// rows, column after column in each block. The blocks of a group begin with the one that holds the first row below the
-/// group; what is not below the group is zero there. So both passes read all values once, in the order of memory.
+/// rows, column after column in each block. The blocks of a group begin with the one that holds the first row below
+/// the group; what is not below the group is zero there. So both passes read all values once, in the order of memory.
 struct Supernode {
     Index first_column;
     Index width;
@@ -58,8 +58,8 @@ struct SupernodeKernels {
 };
 SupernodeKernels supernode_kernels();
 
-/// Numbers too small for a normal float count as zero on this thread while it lives: what decays away from a handle ends
-/// in them, and they take a hundred times as long.
+/// Numbers too small for a normal float count as zero on this thread while it lives: what decays away from a handle
+/// ends in them, and they take a hundred times as long.
 class FlushDenormals {
   public:
     FlushDenormals();
