@@ -256,9 +256,9 @@ TEST(EliminationTasks, CoverTheForestAndRunEachAfterWhatItWaitsFor) {
     std::mt19937 random(7);
     for (const Index count : {0, 1, 2, 50, 3000}) {
         const std::vector<Index> parents = random_forest(count, random);
-        std::vector<std::int64_t> weights;
-        for (Index node = 0; node < count; ++node)
-            weights.push_back(random() % 100 == 0 ? 200000 : random() % 3000);
+        std::vector<std::int64_t> weights(count);
+        for (std::int64_t& weight : weights)
+            weight = random() % 100 == 0 ? 200000 : random() % 3000;
         const std::vector<EliminationTask> tasks = cut_into_tasks(parents, weights);
         Index covered = 0;
         for (const EliminationTask& task : tasks) {
