@@ -180,14 +180,14 @@ void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task
     for (Index s = nodes.begin; s < nodes.end; ++s) {
         execution.check();
         const Supernode& node = supernodes_[s];
-        kernel(node, &values_[node.values], &below_[node.first_below], scratch_[worker].data(), work_.data());
+        kernel(node, &values_[node.values], below_.data() + node.first_below, scratch_[worker].data(), work_.data());
     }
 }
 
 void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution) {
     const FlushDenormals flush;
     const EliminationTask& nodes = tasks_[task];
-    float* to = work_.data() + static_cast<std::size_t>(outside_[task].place) * kStride;
+    float* to = row(outside_[task].place);
     for (const Index place : outside_[task].in_parent) {
         std::copy_n(row(place), kStride, to);
         to += kStride;
@@ -196,7 +196,7 @@ void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int 
     for (Index s = nodes.end - 1; s >= nodes.begin; --s) {
         execution.check();
         const Supernode& node = supernodes_[s];
-        kernel(node, &values_[node.values], &below_[node.first_below], scratch_[worker].data(), work_.data());
+        kernel(node, &values_[node.values], below_.data() + node.first_below, scratch_[worker].data(), work_.data());
     }
     const Supernode& last = supernodes_[nodes.end - 1];
     for (Index k = supernodes_[nodes.begin].first_column; k < last.first_column + last.width; ++k) {

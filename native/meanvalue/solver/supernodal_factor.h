@@ -54,7 +54,7 @@ class SupernodalFactor {
     void place_rows(const FactorView& view, const Execution& execution);
     void forward(const PositionsView& right_hand_sides, Index task, int worker, const Execution& execution);
     void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution);
-    float* row(Index place) { return &work_[static_cast<std::size_t>(place) * kStride]; }
+    float* row(Index place) { return work_.data() + static_cast<std::size_t>(place) * kStride; }
 
     SparseCholesky cholesky_;
     std::vector<Index> order_;  // the row of the matrix that is row k of the factor
