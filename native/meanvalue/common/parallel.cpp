@@ -31,18 +31,11 @@ int thread_count(int requested) {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-void parallel_for(Index count, int threads, const Execution& execution,
-                  const std::function<void(Index, Index)>& body) {
-    const int workers = std::min<int>(threads, (count + kPiece - 1) / kPiece);
-    if (workers <= 1) {
-        run_pieces(0, count, execution, body);
-        return;
-    }
+void run_workers(int workers, const std::function<void(int)>& body) {
     std::vector<std::exception_ptr> failures(workers);
     const auto work = [&](int worker) {
-        const auto share = [&](int k) { return static_cast<Index>(std::int64_t{count} * k / workers); };
         try {
-            run_pieces(share(worker), share(worker + 1), execution, body);
+            body(worker);
         } catch (...) {
             failures[worker] = std::current_exception();
         }
@@ -54,7 +47,7 @@ void parallel_for(Index count, int threads, const Execution& execution,
         for (; started < workers; ++started)
             others.emplace_back(work, started);
     } catch (const std::system_error&) {
-        // The system has no thread to spare: the pieces left over are done here instead.
+        // The system has no thread to spare: what is left over is done here instead.
     }
     work(0);
     for (int worker = started; worker < workers; ++worker)
@@ -64,6 +57,17 @@ void parallel_for(Index count, int threads, const Execution& execution,
     for (const std::exception_ptr& failure : failures) {
         if (failure) std::rethrow_exception(failure);
     }
+}
+
+void parallel_for(Index count, int threads, const Execution& execution,
+                  const std::function<void(Index, Index)>& body) {
+    const int workers = std::min<int>(threads, (count + kPiece - 1) / kPiece);
+    if (workers <= 1) {
+        run_pieces(0, count, execution, body);
+        return;
+    }
+    const auto share = [&](int k) { return static_cast<Index>(std::int64_t{count} * k / workers); };
+    run_workers(workers, [&](int worker) { run_pieces(share(worker), share(worker + 1), execution, body); });
 }
 
 }  // namespace meanvalue

@@ -8,9 +8,19 @@
 
 namespace meanvalue {
 
+namespace {
+
+/// Eigen keeps the factor to itself.
+class Solver : public Eigen::CholmodSupernodalLLT<SparseMatrix, Eigen::Lower> {
+  public:
+    cholmod_factor* factor() { return m_cholmodFactor; }
+};
+
+}  // namespace
+
 struct SparseCholesky::State {
     SparseMatrix lower;  // a copy: an abandoned factorisation must not read the caller's matrix
-    Eigen::CholmodSupernodalLLT<SparseMatrix, Eigen::Lower> solver;
+    Solver solver;
 
     // Failures are returned and reported by us; CHOLMOD would print them.
     State() { solver.cholmod().print = 0; }
@@ -46,8 +56,12 @@ SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution) {
+void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution, Ordering ordering) {
     const auto state = std::make_shared<State>();
+    if (ordering == Ordering::kNestedDissection) {
+        state->solver.cholmod().nmethods = 1;
+        state->solver.cholmod().method[0].ordering = CHOLMOD_METIS;
+    }
     copy_pattern(lower, state->lower, execution);
     run_abandonable([state] { state->solver.analyzePattern(state->lower); }, execution);
     if (state->solver.cholmod().status < 0) {
@@ -62,6 +76,7 @@ bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execu
     // The state is given up until the end: on cancel, the thread left behind still writes to it.
     const std::shared_ptr<State> state = std::move(state_);
     try {
+        if (state->lower.nonZeros() == 0) copy_pattern(lower, state->lower, execution);
         copy_in_pieces(lower.valuePtr(), lower.nonZeros(), state->lower.valuePtr(), execution);
     } catch (const Cancelled&) {
         state_ = state;  // nothing was begun
@@ -82,6 +97,24 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides, c
     const auto solution = std::make_shared<Eigen::MatrixXd>(right_hand_sides);
     run_abandonable([state = state_, solution] { *solution = state->solver.solve(*solution); }, execution);
     return *solution;
+}
+
+FactorView SparseCholesky::view() const {
+    const cholmod_factor& factor = *state_->solver.factor();
+    const auto integers = [](const void* array) { return static_cast<const std::int64_t*>(array); };
+    return {static_cast<std::int64_t>(factor.nsuper),
+            integers(factor.Perm),
+            integers(factor.super),
+            integers(factor.pi),
+            integers(factor.s),
+            integers(factor.px),
+            static_cast<const double*>(factor.x)};
+}
+
+void SparseCholesky::release_values() {
+    // To a pattern with supernodes.
+    cholmod_l_change_factor(CHOLMOD_PATTERN, 1, 1, 1, 1, state_->solver.factor(), &state_->solver.cholmod());
+    state_->lower = SparseMatrix();
 }
 
 }  // namespace meanvalue

@@ -1,0 +1,54 @@
+// A tree of columns cut into tasks that can be done at the same time, and what runs them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// Consecutive nodes of a forest in postorder: whole subtrees side by side, or a piece of a path.
+/// Tasks are in postorder, too: a parent comes after its children.
+struct EliminationTask {
+    Index begin;  // nodes
+    Index end;
+    Index parent;                     // the task of the node above, or -1
+    std::vector<Index> children;      // ascending
+    std::int64_t weight_to_root = 0;  // with its own
+    std::int64_t weight_to_leaf = 0;  // of the heaviest path down, with its own
+};
+
+/// The same for any number of threads. Small forests are one task.
+/// @param parents of each node, itself before its parent in postorder; -1 for a root. @param weights of each node:
+/// work.
+std::vector<EliminationTask> cut_into_tasks(const std::vector<Index>& parents,
+                                            const std::vector<std::int64_t>& weights);
+
+/// Calls up(task, worker) for every task after its children, and down(task, worker) after its parent and after up()
+/// of all above it, with as many calls at the same time as there are threads. Which worker calls, and in what order
+/// the calls come, must not matter to the result.
+/// @param threads as given by thread_count(); `worker` is less. @throws Cancelled, or what the functions throw.
+class TaskRunner {
+  public:
+    using Work = std::function<void(Index task, int worker)>;
+
+    void run(const std::vector<EliminationTask>& tasks, int threads, const Execution& execution, const Work& up,
+             const Work& down);
+
+  private:
+    struct Job {
+        std::int64_t urgency;
+        Index task;
+        bool is_down;
+        bool operator<(const Job& other) const { return urgency < other.urgency; }
+    };
+    struct Shared;
+
+    std::vector<Job> ready_;  // a heap; kept, so that a run allocates nothing but its threads
+    std::vector<Index> unfinished_children_;
+};
+
+}  // namespace meanvalue

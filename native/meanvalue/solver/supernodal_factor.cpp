@@ -1,0 +1,216 @@
+#include "meanvalue/solver/supernodal_factor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "meanvalue/common/errors.h"
+
+namespace meanvalue {
+namespace {
+
+// A thread is worth starting for so many lanes of values: some 50 microseconds of work.
+constexpr std::int64_t kLanesPerThread = 1 << 15;
+// Rows of which nested dissection is worth its time; below, the fill is the same to some percent.
+constexpr Eigen::Index kLargeSystem = 5000;
+
+/// A power of two that takes the largest number near 1: single precision has a short range of exponents.
+double scale_of(const PositionsView& numbers) {
+    const double largest = numbers.size() == 0 ? 0.0 : numbers.cwiseAbs().maxCoeff();
+    if (!(largest > 0.0) || !std::isfinite(largest)) return 1.0;
+    return std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1000, 1000));
+}
+
+Index width_of(const FactorView& view, std::int64_t supernode) {
+    return static_cast<Index>(view.first_column[supernode + 1] - view.first_column[supernode]);
+}
+Index row_count_of(const FactorView& view, std::int64_t supernode) {
+    return static_cast<Index>(view.first_row[supernode + 1] - view.first_row[supernode]);
+}
+
+/// For each supernode the one with the first row below it.
+std::vector<Index> parents_of(const FactorView& view, Index size, const Execution& execution) {
+    std::vector<Index> owner(size);
+    for (std::int64_t s = 0; s < view.supernode_count; ++s) {
+        execution.check_every(s);
+        std::fill(owner.begin() + view.first_column[s], owner.begin() + view.first_column[s + 1],
+                  static_cast<Index>(s));
+    }
+    std::vector<Index> parents(view.supernode_count, -1);
+    for (std::int64_t s = 0; s < view.supernode_count; ++s) {
+        execution.check_every(s);
+        if (row_count_of(view, s) > width_of(view, s))
+            parents[s] = owner[view.rows[view.first_row[s] + width_of(view, s)]];
+    }
+    return parents;
+}
+
+}  // namespace
+
+void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution) {
+    cholesky_ = SparseCholesky();
+    values_.reset();
+    SparseCholesky cholesky;
+    cholesky.analyse(lower, execution, lower.cols() < kLargeSystem ? Ordering::kQuick : Ordering::kNestedDissection);
+    const FactorView view = cholesky.view();
+    order_.resize(lower.cols());
+    for (Index k = 0; k < size(); ++k) {
+        execution.check_every(k);
+        order_[k] = static_cast<Index>(view.order[k]);
+    }
+    build_supernodes(view, execution);
+    place_rows(view, execution);
+    cholesky_ = std::move(cholesky);
+}
+
+void SupernodalFactor::build_supernodes(const FactorView& view, const Execution& execution) {
+    supernodes_.resize(view.supernode_count);
+    std::vector<std::int64_t> weights(view.supernode_count);
+    std::int64_t below = 0;
+    Index blocks = 0;
+    value_count_ = 0;
+    for (std::int64_t s = 0; s < view.supernode_count; ++s) {
+        execution.check_every(s);
+        const Index width = width_of(view, s);
+        const Index row_count = row_count_of(view, s);
+        supernodes_[s] = {static_cast<Index>(view.first_column[s]), width, row_count, below, value_count_};
+        below += row_count - width;
+        value_count_ += lanes_of(width, row_count);
+        blocks = std::max(blocks, block_count(row_count));
+        weights[s] = std::int64_t{width} * row_count;
+    }
+    below_.resize(below);
+    scratch_size_ = 3 * static_cast<std::size_t>(blocks);
+    scratch_.clear();
+    tasks_ = cut_into_tasks(parents_of(view, size(), execution), weights);
+}
+
+void SupernodalFactor::place_rows(const FactorView& view, const Execution& execution) {
+    outside_.assign(tasks_.size(), {});
+    std::vector<std::vector<Index>> rows(tasks_.size());  // outside of each task, ascending
+    std::vector<Index> place(size());
+    std::vector<Index> seen_by(size(), -1);
+    Index next_place = size();
+    const auto each_row_below = [&](Index task, const auto& action) {
+        for (Index s = tasks_[task].begin; s < tasks_[task].end; ++s) {
+            execution.check_every(s);
+            const std::int64_t* row = view.rows + view.first_row[s] + supernodes_[s].width;
+            for (std::int64_t k = 0; k < supernodes_[s].row_count - supernodes_[s].width; ++k)
+                action(supernodes_[s].first_below + k, static_cast<Index>(row[k]));
+        }
+    };
+    // The parent of a task comes after it: from the last to the first, its rows are known.
+    for (auto task = static_cast<Index>(tasks_.size()) - 1; task >= 0; --task) {
+        const Supernode& last = supernodes_[tasks_[task].end - 1];
+        const Index end = last.first_column + last.width;
+        each_row_below(task, [&](std::int64_t, Index row) {
+            if (row < end || seen_by[row] == task) return;
+            seen_by[row] = task;
+            rows[task].push_back(row);
+        });
+        std::sort(rows[task].begin(), rows[task].end());
+        outside_[task].place = next_place;
+        for (const Index row : rows[task])
+            place[row] = next_place++;
+        each_row_below(task, [&](std::int64_t k, Index row) { below_[k] = row < end ? row : place[row]; });
+
+        const Index parent = tasks_[task].parent;
+        if (parent < 0) continue;
+        const Supernode& last_of_parent = supernodes_[tasks_[parent].end - 1];
+        const Index end_of_parent = last_of_parent.first_column + last_of_parent.width;
+        for (const Index row : rows[task]) {
+            const auto found = std::lower_bound(rows[parent].begin(), rows[parent].end(), row);
+            outside_[task].in_parent.push_back(
+                row < end_of_parent ? row
+                                    : outside_[parent].place + static_cast<Index>(found - rows[parent].begin()));
+        }
+    }
+    work_.assign(static_cast<std::size_t>(next_place) * kStride, 0.0F);
+}
+
+bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& execution) {
+    if (!cholesky_.factorise(lower, execution)) {
+        cholesky_.release_values();
+        return false;
+    }
+    const FactorView view = cholesky_.view();
+    // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
+    if (!values_) values_.reset(new Lanes[value_count_]);
+    for (std::size_t s = 0; s < supernodes_.size(); ++s) {
+        execution.check();
+        pack(supernodes_[s], view.values + view.first_value[s], &values_[supernodes_[s].values]);
+    }
+    cholesky_.release_values();
+    return true;
+}
+
+void SupernodalFactor::solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
+                             const Execution& execution) {
+    const auto worthwhile = static_cast<int>(std::min<std::int64_t>(1 + value_count_ / kLanesPerThread, 1024));
+    const int workers = std::min({threads, worthwhile, std::max(1, static_cast<int>(tasks_.size()))});
+    while (scratch_.size() < static_cast<std::size_t>(workers))
+        scratch_.emplace_back(scratch_size_);
+    scale_ = scale_of(right_hand_sides);
+    runner_.run(
+        tasks_, workers, execution,
+        [&](Index task, int worker) { forward(right_hand_sides, task, worker, execution); },
+        [&](Index task, int worker) { backward(solution, task, worker, execution); });
+}
+
+void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task, int worker,
+                               const Execution& execution) {
+    const FlushDenormals flush;
+    const EliminationTask& nodes = tasks_[task];
+    const Supernode& last = supernodes_[nodes.end - 1];
+    for (Index k = supernodes_[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
+        for (int side = 0; side < 3; ++side)
+            row(k)[side] = static_cast<float>(scale_ * right_hand_sides(order_[k], side));
+    }
+    const Outside& outside = outside_[task];
+    std::fill_n(row(outside.place), outside.in_parent.size() * kStride, 0.0F);
+    for (const Index child : nodes.children) {
+        const float* from = row(outside_[child].place);
+        for (const Index place : outside_[child].in_parent) {
+            for (int side = 0; side < 3; ++side)
+                row(place)[side] += from[side];
+            from += kStride;
+        }
+    }
+    const auto kernel = supernode_kernels().forward;
+    for (Index s = nodes.begin; s < nodes.end; ++s) {
+        execution.check();
+        const Supernode& node = supernodes_[s];
+        kernel(node, &values_[node.values], below_.data() + node.first_below, scratch_[worker].data(), work_.data());
+    }
+}
+
+void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution) {
+    const FlushDenormals flush;
+    const EliminationTask& nodes = tasks_[task];
+    float* to = row(outside_[task].place);
+    for (const Index place : outside_[task].in_parent) {
+        std::copy_n(row(place), kStride, to);
+        to += kStride;
+    }
+    const auto kernel = supernode_kernels().backward;
+    for (Index s = nodes.end - 1; s >= nodes.begin; --s) {
+        execution.check();
+        const Supernode& node = supernodes_[s];
+        kernel(node, &values_[node.values], below_.data() + node.first_below, scratch_[worker].data(), work_.data());
+    }
+    const Supernode& last = supernodes_[nodes.end - 1];
+    for (Index k = supernodes_[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
+        for (int side = 0; side < 3; ++side)
+            solution(order_[k], side) = row(k)[side] / scale_;
+    }
+}
+
+std::size_t SupernodalFactor::bytes() const {
+    std::size_t bytes = value_count_ * sizeof(Lanes) + supernodes_.size() * sizeof(Supernode) +
+                        (order_.size() + below_.size()) * sizeof(Index) + work_.size() * sizeof(float);
+    for (const Outside& outside : outside_)
+        bytes += outside.in_parent.size() * sizeof(Index);
+    return bytes;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,74 @@
+// The dense work of SupernodalFactor: one supernode at a time, three right-hand sides, single precision.
+#pragma once
+
+#include <cstdint>
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// What one vector instruction works on at most; each machine's own vectors are made of it.
+constexpr Index kLanes = 8;
+struct alignas(kLanes * sizeof(float)) Lanes {
+    float value[kLanes];
+};
+
+/// Columns that are eliminated together: with three right-hand sides their sums fill the sixteen registers.
+constexpr Index kGroup = 4;
+/// Lanes before the blocks of a group: the reciprocal diagonal, then what is below it, column by column.
+constexpr Index kCornerLanes = 2;
+
+/// Rows of the work vector are of four floats, of which three are used: one row is one load.
+constexpr Index kStride = 4;
+
+/// A supernode: `width` columns with the same rows, of which the first `width` are the columns themselves.
+///
+/// Its values are groups of kGroup columns (the last has what is left), each the corner and then blocks of kLanes
+/// rows, column after column in each block. The blocks of a group begin with the one that holds the first row below
+/// the group; what is not below the group is zero there. So both passes read all values once, in the order of memory.
+struct Supernode {
+    Index first_column;
+    Index width;
+    Index row_count;           // with the columns themselves
+    std::int64_t first_below;  // in the list of rows: the row_count - width rows below the columns
+    std::int64_t values;       // in lanes
+};
+
+constexpr Index block_count(Index row_count) {
+    return (row_count + kLanes - 1) / kLanes;
+}
+/// The block with the first row below the group that ends before column `end`.
+constexpr Index first_block(Index end) {
+    return end / kLanes;
+}
+/// Lanes that the values take.
+std::int64_t lanes_of(Index width, Index row_count);
+
+/// Packs `panel`, row_count x width numbers by columns, of which the upper triangle is not read.
+void pack(const Supernode& supernode, const double* panel, Lanes* values);
+
+/// Both substitutions of one supernode, in the fastest form that this processor has.
+struct SupernodeKernels {
+    /// @param values of this supernode. @param below where its rows below are in `work`.
+    /// @param scratch 3 * block_count(row_count) lanes. @param work rows of kStride.
+    using Kernel = void (*)(const Supernode& supernode, const Lanes* values, const Index* below, Lanes* scratch,
+                            float* work);
+    Kernel forward;
+    Kernel backward;
+};
+SupernodeKernels supernode_kernels();
+
+/// Numbers too small for a normal float count as zero on this thread while it lives: what decays away from a handle
+/// ends in them, and they take a hundred times as long.
+class FlushDenormals {
+  public:
+    FlushDenormals();
+    ~FlushDenormals();
+    FlushDenormals(const FlushDenormals&) = delete;
+    FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+  private:
+    unsigned before_ = 0;
+};
+
+}  // namespace meanvalue
