@@ -10,32 +10,43 @@
 namespace meanvalue::tests {
 namespace {
 
+OneRings rings_of(const Mesh& mesh) {
+    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
+}
+
+Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<char>& is_fixed, const CoarseningOptions& options,
+                       int threads = 1) {
+    Execution execution;
+    return build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, threads, execution);
+}
+
+std::vector<char> flags_of(const Mesh& mesh, const std::vector<Index>& vertices) {
+    std::vector<char> flags(mesh.vertex_count(), 0);
+    for (const Index v : vertices)
+        flags[v] = 1;
+    return flags;
+}
+
 Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<Index>& anchors,
                        const std::vector<Index>& level_sizes = {}, int threads = 1) {
-    Execution execution;
-    TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
-    std::vector<char> removable(mesh.vertex_count(), 1);
-    for (const Index v : anchors)
-        removable[v] = 0;
-    return build_hierarchy(connectivity, mesh.vertices, removable, level_sizes, threads, execution);
+    CoarseningOptions options;
+    options.level_sizes = level_sizes;
+    return hierarchy_of(mesh, flags_of(mesh, anchors), options, threads);
 }
 
-/// Puts the removed vertices back, last removed first, by equation 13.
-Positions split_all(const Hierarchy& hierarchy, Positions positions) {
-    for (auto v = hierarchy.order.rbegin(); v != hierarchy.order.rend(); ++v) {
-        positions.row(*v) = predict(hierarchy.splits.ring_of(*v), positions);
+/// Puts the removed vertices back by equation 13.
+Positions split_all(const Hierarchy& hierarchy, Positions positions, int threads = 1) {
+    hierarchy.split(static_cast<int>(hierarchy.levels.size()) - 1, -1, positions, threads, Execution());
+    return positions;
+}
+
+/// The removed free vertices at the origin.
+Positions without_removed(const Hierarchy& hierarchy, Positions positions) {
+    for (const Level& level : hierarchy.levels) {
+        for (const Index v : level.splits.vertices)
+            positions.row(v).setZero();
     }
     return positions;
-}
-
-Positions without_removed(const Hierarchy& hierarchy, Positions positions) {
-    for (const Index v : hierarchy.order)
-        positions.row(v).setZero();
-    return positions;
-}
-
-double largest_distance(const Positions& a, const Positions& b) {
-    return (a - b).rowwise().norm().maxCoeff();
 }
 
 class EveryKind : public testing::TestWithParam<Mesh> {};
@@ -68,9 +79,10 @@ TEST_P(EveryKind, RingsStayBoundedAndAnchorsStay) {
 
 TEST_P(EveryKind, EveryRemovedStencilIsRegular) {
     const Hierarchy hierarchy = hierarchy_of(GetParam(), spread_vertices(GetParam(), 8));
-    for (const Index v : hierarchy.order) {
-        ASSERT_TRUE(hierarchy.splits.predictable(v));
-        const EncodedRing ring = hierarchy.splits.ring_of(v);
+    const Splits& splits = hierarchy.base().splits;
+    ASSERT_EQ(splits.vertices.size(), hierarchy.order.size());
+    for (Index k = 0; k < splits.size(); ++k) {
+        const EncodedRing ring = splits.ring_of(k);
         double amplification = 0.0;
         for (Index k = 0; k < ring.valence; ++k)
             amplification += std::abs(ring.weights[k]);
@@ -113,7 +125,10 @@ TEST(Hierarchy, IsTheSameForAnyNumberOfThreads) {
     const Hierarchy one = hierarchy_of(mesh, anchors, {300}, 1);
     const Hierarchy four = hierarchy_of(mesh, anchors, {300}, 4);
     EXPECT_EQ(one.order, four.order);
-    EXPECT_EQ(one.splits.weights, four.splits.weights);
+    for (int level = 0; level < 2; ++level) {
+        EXPECT_EQ(one.levels[level].splits.vertices, four.levels[level].splits.vertices);
+        EXPECT_EQ(one.levels[level].splits.weights, four.levels[level].splits.weights);
+    }
     EXPECT_EQ(one.levels[0].encoding.heights, four.levels[0].encoding.heights);
 }
 
@@ -137,25 +152,23 @@ TEST(Hierarchy, ABoundaryStaysWhereItWas) {
 TEST(Hierarchy, Cancels) {
     const Mesh mesh = sphere(3);
     Execution execution;
-    TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
     execution.cancel();
-    const std::vector<char> removable(mesh.vertex_count(), 1);
-    EXPECT_THROW(build_hierarchy(connectivity, mesh.vertices, removable, {}, 1, execution), Cancelled);
+    const std::vector<char> is_fixed(mesh.vertex_count(), 0);
+    EXPECT_THROW(build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, {}, 1, execution), Cancelled);
 }
 
 TEST(CollapseCost, PrefersWhatKeepsTheVolumeAndTheAngles) {
     // A flat fan with one raised spike: removing a flat vertex is cheap, the spike is not.
     Mesh mesh = grid(5, 5, 0.0);
-    std::vector<Fan> fans;
-    const TriangleMesh connectivity(25, mesh.faces, Execution());
-    connectivity.collect_fans(12, fans);
-    const double flat = collapse_cost(mesh.vertices, 12, 13, fans[0]);
+    const RingMesh rings(rings_of(mesh), Execution());
+    const RingView ring = rings.ring(12);
+    const double flat = collapse_cost(mesh.vertices, 12, 13, ring);
     mesh.vertices(12, 2) = 1.0;
-    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, fans[0]), 10 * flat);
+    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, ring), 10 * flat);
     // Merging along the grid leaves better angles than merging towards a far corner of a sheared ring.
     mesh.vertices(12, 2) = 0.0;
     mesh.vertices(12, 0) = 2.9;
-    EXPECT_LT(collapse_cost(mesh.vertices, 12, 13, fans[0]), collapse_cost(mesh.vertices, 12, 11, fans[0]));
+    EXPECT_LT(collapse_cost(mesh.vertices, 12, 13, ring), collapse_cost(mesh.vertices, 12, 11, ring));
 }
 
 TEST(CollapseCost, PutsOffWhatTurnsATriangleOver) {
@@ -163,10 +176,9 @@ TEST(CollapseCost, PutsOffWhatTurnsATriangleOver) {
     Mesh mesh = grid(5, 5, 0.0);
     mesh.vertices.row(7) << 2.0, 2.4, 0.0;  // pushed past the middle vertex at (2, 2)
     mesh.vertices.row(12) << 2.0, 2.6, 0.0;
-    std::vector<Fan> fans;
-    const TriangleMesh connectivity(25, mesh.faces, Execution());
-    connectivity.collect_fans(12, fans);
-    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, fans[0]), 1e3);
+    const RingMesh rings(rings_of(mesh), Execution());
+    const RingView ring = rings.ring(12);
+    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, ring), 1e3);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
@@ -20,5 +21,10 @@ int thread_count(int requested);
 /// @param threads as given by thread_count().
 void parallel_for(Index count, int threads, const Execution& execution,
                   const std::function<void(Index begin, Index end)>& body);
+
+/// The same for one range after another: [bounds[0], bounds[1]), then [bounds[1], bounds[2]), and so on, where later
+/// ranges read what earlier ones wrote. The threads stay for all of them, so that ranges may be short.
+void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execution& execution,
+                      const std::function<void(Index begin, Index end)>& body);
 
 }  // namespace meanvalue
