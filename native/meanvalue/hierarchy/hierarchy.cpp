@@ -1,6 +1,7 @@
 #include "meanvalue/hierarchy/hierarchy.h"
 
 #include <algorithm>
+#include <limits>
 #include <queue>
 
 #include "meanvalue/common/parallel.h"
@@ -13,6 +14,8 @@
 
 namespace meanvalue {
 namespace {
+
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 struct Candidate {
     double cost;
@@ -43,7 +46,7 @@ class Coarsening {
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
             CollapseCost cost(positions_);
             for (Index v = begin; v < end; ++v) {
-                states_[v].best = is_removable(v) ? cheapest(v, cost) : Collapse{0.0, -1};
+                if (is_removable(v)) look_at(v, cost);
                 candidates[v] = {states_[v].best.cost, v};
             }
         });
@@ -53,7 +56,6 @@ class Coarsening {
             State& state = states_[candidate.vertex];
             if (state.best.to < 0) continue;
             state.waits = true;
-            state.is_fresh = true;
             candidates[kept++] = candidate;
         }
         candidates.resize(kept);
@@ -68,11 +70,10 @@ class Coarsening {
             candidates_.pop();
             const Index vertex = candidate.vertex;
             State& state = states_[vertex];
+            if (!state.waits || candidate.cost != state.best.cost) continue;  // it has a newer place in the queue
             state.waits = false;
             if (!state.is_fresh) {
-                // Costs mostly rise as the mesh gets coarser, so it is enough to look again when its turn comes.
-                state.best = cheapest(vertex, cost_);
-                state.is_fresh = true;
+                look_at(vertex, cost_);
                 if (state.best.to < 0) continue;
                 if (!candidates_.empty() && Candidate{state.best.cost, vertex} < candidates_.top()) {
                     enqueue(vertex);
@@ -105,9 +106,9 @@ class Coarsening {
 
   private:
     struct State {
-        Collapse best{0.0, -1};   // when it was looked at last
-        bool is_fresh = false;    // its surroundings are still as they were then
-        bool waits = false;       // it is in the queue
+        Collapse best{0.0, -1};  // no collapse is cheaper
+        bool is_fresh = false;   // this is the cheapest; else its surroundings have changed, and the cost may have risen
+        bool waits = false;      // it is in the queue, by that cost
         bool is_removed = false;
     };
 
@@ -119,9 +120,15 @@ class Coarsening {
     /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones.
     bool may_become(Index vertex, Index to) const { return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to]; }
 
-    Collapse cheapest(Index vertex, CollapseCost& cost) const {
+    /// The cheapest collapse below `limit`, or one of that cost that leads nowhere.
+    Collapse cheapest(Index vertex, double limit, CollapseCost& cost) const {
         cost.look_at(vertex, mesh_.ring(vertex));
-        return cost.cheapest([&](Index to) { return may_become(vertex, to); });
+        return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
+    }
+
+    void look_at(Index vertex, CollapseCost& cost) {
+        states_[vertex].best = cheapest(vertex, kUnlimited, cost);
+        states_[vertex].is_fresh = true;
     }
 
     void enqueue(Index vertex) {
@@ -138,7 +145,7 @@ class Coarsening {
         Index to = states_[vertex].best.to;
         if (!mesh_.can_collapse(vertex, to)) {
             cost_.look_at(vertex, ring);
-            to = cost_.cheapest([&](Index target) {
+            to = cost_.cheapest(kUnlimited, [&](Index target) {
                           return may_become(vertex, target) && mesh_.can_collapse(vertex, target);
                       }).to;
             if (to < 0) return false;
@@ -156,12 +163,20 @@ class Coarsening {
     }
 
     void surroundings_changed(Index vertex) {
+        if (!is_removable(vertex)) return;
         State& state = states_[vertex];
-        state.is_fresh = false;
-        if (state.waits || !is_removable(vertex)) return;
-        state.best = cheapest(vertex, cost_);
-        state.is_fresh = true;
-        if (state.best.to >= 0) enqueue(vertex);
+        if (!state.waits) {
+            look_at(vertex, cost_);
+            if (state.best.to >= 0) enqueue(vertex);
+            return;
+        }
+        // Costs mostly rise as the mesh gets coarser. How far is found out when its turn comes; only a fall, which is
+        // quick to rule out, changes its place now.
+        const Collapse cheaper = cheapest(vertex, state.best.cost, cost_);
+        state.is_fresh = cheaper.to >= 0;
+        if (!state.is_fresh) return;
+        state.best = cheaper;
+        enqueue(vertex);
     }
 
     /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors. Leaves its encoding in
