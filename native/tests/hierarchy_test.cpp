@@ -1,6 +1,9 @@
 #include "meanvalue/hierarchy/hierarchy.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/predictor.h"
@@ -91,6 +94,82 @@ TEST_P(EveryKind, EveryRemovedStencilIsRegular) {
     }
 }
 
+/// Level 0 with at most `free_count` free vertices, fixed ones thinned out.
+Hierarchy thinned(const Mesh& mesh, const std::vector<char>& is_fixed, Index free_count,
+                  const std::vector<Index>& handles = {}, int threads = 1) {
+    CoarseningOptions options;
+    options.level_sizes = {free_count};
+    options.down_to_base = false;
+    options.exact_order = false;
+    options.thin_out_fixed = true;
+    options.handles = handles;
+    return hierarchy_of(mesh, is_fixed, options, threads);
+}
+
+/// The vertices with the flag that are still there.
+std::vector<Index> kept(const Hierarchy& hierarchy, const std::vector<char>& flags) {
+    std::vector<char> left = flags;
+    for (const Index v : hierarchy.order)
+        left[v] = 0;
+    std::vector<Index> result;
+    for (std::size_t v = 0; v < left.size(); ++v) {
+        if (left[v]) result.push_back(static_cast<Index>(v));
+    }
+    return result;
+}
+
+/// The middle one of the singular values, over the largest: zero where the points are on a line.
+double flatness(const Mesh& mesh, const std::vector<Index>& vertices) {
+    Positions points = rows_of(mesh.vertices, vertices);
+    points.rowwise() -= points.colwise().mean().eval();
+    const Eigen::Vector3d values = (points.transpose() * points).eigenvalues().real();
+    std::array<double, 3> sorted = {values[0], values[1], values[2]};
+    std::sort(sorted.begin(), sorted.end());
+    return std::sqrt(std::max(sorted[1], 0.0) / sorted[2]);
+}
+
+std::vector<char> left_half(const Mesh& mesh) {
+    std::vector<char> flags(mesh.vertex_count(), 0);
+    const double middle = mesh.vertices.col(0).mean();
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        flags[v] = mesh.vertices(v, 0) < middle;
+    return flags;
+}
+
+TEST_P(EveryKind, ThinnedOutToo) {
+    const Mesh& mesh = GetParam();
+    const std::vector<char> is_fixed = left_half(mesh);
+    const Hierarchy hierarchy = thinned(mesh, is_fixed, mesh.vertex_count() / 16);
+    const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+    EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
+    EXPECT_LE(hierarchy.longest_ring(), 16);
+    const Positions predicted = predict_all(hierarchy.base().encoding, mesh.vertices, 1, Execution());
+    EXPECT_LT(largest_distance(predicted, mesh.vertices), 1e-9 * mesh.diagonal());
+    // Both halves are about equally dense: what is left of them is of like numbers.
+    const std::size_t fixed = kept(hierarchy, is_fixed).size();
+    EXPECT_LT(fixed, 2.5 * hierarchy.base().free_count + 8);
+    EXPECT_GT(fixed, hierarchy.base().free_count / 3);
+}
+
+TEST_P(EveryKind, SplitsOfABatchDoNotNeedEachOther) {
+    const Mesh& mesh = GetParam();
+    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8), {mesh.vertex_count() / 8});
+    for (const Level& level : hierarchy.levels) {
+        const Splits& splits = level.splits;
+        std::vector<Index> batch_of(mesh.vertex_count(), -1);
+        for (std::size_t b = 0; b + 1 < splits.batches.size(); ++b) {
+            for (Index k = splits.batches[b]; k < splits.batches[b + 1]; ++k)
+                batch_of[splits.vertices[k]] = static_cast<Index>(b);
+        }
+        EXPECT_EQ(splits.batches.back(), splits.size());
+        for (Index k = 0; k < splits.size(); ++k) {
+            const EncodedRing ring = splits.ring_of(k);
+            for (Index j = 0; j < ring.valence; ++j)
+                ASSERT_LT(batch_of[ring.ring[j]], batch_of[splits.vertices[k]]);
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Meshes, EveryKind,
                          testing::Values(sphere(4), grid(20, 18, 0.02), torus(30, 16), with_noise(sphere(4), 0.1, 1),
                                          joined(sphere(3), grid(12, 12, 0.03)), capped_tube(16, 40, 12.0)));
@@ -149,12 +228,120 @@ TEST(Hierarchy, ABoundaryStaysWhereItWas) {
     }
 }
 
+TEST(Hierarchy, SplitsGiveTheSameBitsInAnyOrderAndForAnyNumberOfThreads) {
+    const Mesh mesh = with_noise(torus(200, 100), 0.1, 2);
+    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8), {600});
+    const Positions start = with_noise(mesh, 0.3, 7).vertices;
+    const Positions one = split_all(hierarchy, start, 1);
+    EXPECT_EQ(one, split_all(hierarchy, start, 2));
+    EXPECT_EQ(one, split_all(hierarchy, start, 7));
+    // One by one, last removed first.
+    Positions serial = start;
+    std::vector<EncodedRing> rings(mesh.vertex_count());
+    for (const Level& level : hierarchy.levels) {
+        for (Index k = 0; k < level.splits.size(); ++k)
+            rings[level.splits.vertices[k]] = level.splits.ring_of(k);
+    }
+    for (auto v = hierarchy.order.rbegin(); v != hierarchy.order.rend(); ++v)
+        serial.row(*v) = predict(rings[*v], serial);
+    EXPECT_EQ(one, serial);
+}
+
+TEST(Hierarchy, EndsAtTheLastLevelWhereNoBaseIsWanted) {
+    const Mesh mesh = sphere(4);
+    CoarseningOptions options;
+    options.level_sizes = {300, 80};
+    options.down_to_base = false;
+    const Hierarchy hierarchy = hierarchy_of(mesh, flags_of(mesh, spread_vertices(mesh, 6)), options);
+    ASSERT_EQ(hierarchy.levels.size(), 2u);
+    EXPECT_EQ(hierarchy.base().free_count, 80);
+    EXPECT_EQ(hierarchy.base_unknowns.size(), 80u);
+    EXPECT_EQ(hierarchy.order.size(), mesh.vertex_count() - 86u);
+}
+
+TEST(Hierarchy, FixedVerticesStayUnlessTheyAreToBeThinnedOut) {
+    const Mesh mesh = sphere(4);
+    const std::vector<char> is_fixed = left_half(mesh);
+    CoarseningOptions options;
+    options.level_sizes = {50};
+    const Hierarchy hierarchy = hierarchy_of(mesh, is_fixed, options);
+    for (const Index v : hierarchy.order)
+        ASSERT_FALSE(is_fixed[v]);
+}
+
+TEST(Hierarchy, SparseAnchorsStayInEveryLevel) {
+    const Mesh mesh = with_noise(sphere(4), 0.1, 1);
+    const std::vector<Index> anchors = spread_vertices(mesh, 40);
+    const Hierarchy hierarchy = thinned(mesh, flags_of(mesh, anchors), 60);
+    EXPECT_EQ(kept(hierarchy, flags_of(mesh, anchors)).size(), anchors.size());
+}
+
+TEST(Hierarchy, EveryHandleKeepsVerticesThatAreNotOnALine) {
+    // Two handles that touch, and a third vertex by vertex along a line, which goes round a corner.
+    const Mesh mesh = grid(60, 40, 0.001);
+    std::vector<char> is_fixed(mesh.vertex_count(), 0);
+    std::vector<Index> handles(mesh.vertex_count(), 0);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const Index column = v % 60;
+        const Index row = v / 60;
+        if (column < 16) handles[v] = 1;
+        if (column >= 16 && column < 24) handles[v] = 2;
+        if ((column == 40 && row > 5 && row < 20) || (row == 20 && column >= 40 && column < 55)) handles[v] = 3;
+        is_fixed[v] = handles[v] != 0;
+    }
+    const Hierarchy hierarchy = thinned(mesh, is_fixed, 20, handles);
+    for (Index handle = 1; handle <= 3; ++handle) {
+        std::vector<char> of_handle(mesh.vertex_count(), 0);
+        for (Index v = 0; v < mesh.vertex_count(); ++v)
+            of_handle[v] = handles[v] == handle;
+        const std::vector<Index> left = kept(hierarchy, of_handle);
+        EXPECT_GE(left.size(), 4u) << handle;
+        EXPECT_LT(left.size(), 60u) << handle;
+        EXPECT_GT(flatness(mesh, left), 0.1) << handle;
+    }
+}
+
+TEST(Hierarchy, ThinnedOutIsTheSameForAnyNumberOfThreads) {
+    const Mesh mesh = with_noise(torus(90, 60), 0.1, 3);
+    const Hierarchy one = thinned(mesh, left_half(mesh), 200, {}, 1);
+    const Hierarchy four = thinned(mesh, left_half(mesh), 200, {}, 4);
+    EXPECT_EQ(one.order, four.order);
+    EXPECT_EQ(one.levels[0].splits.heights, four.levels[0].splits.heights);
+    EXPECT_EQ(one.levels[0].encoding.weights, four.levels[0].encoding.weights);
+}
+
+TEST(Hierarchy, TakesMessyMeshes) {
+    Mesh mesh = joined(with_noise(grid(14, 14, 0.02), 0.2, 5), sphere(2));
+    const Index first = static_cast<Index>(mesh.faces.rows());
+    mesh.faces.conservativeResize(first + 4, 3);
+    // A third triangle on an edge, a duplicate, one turned inside out, and one that joins the parts.
+    mesh.faces.row(first) << 30, 31, 170;
+    mesh.faces.row(first + 1) = mesh.faces.row(3);
+    mesh.faces.row(first + 2) << 100, 115, 101;
+    mesh.faces.row(first + 3) << 60, 61, 200;
+    mesh.vertices.conservativeResize(mesh.vertices.rows() + 1, 3);  // a loose vertex
+    mesh.vertices.bottomRows(1) << 9, 9, 9;
+    for (const bool is_fixed_half : {false, true}) {
+        const std::vector<char> is_fixed =
+            is_fixed_half ? left_half(mesh) : flags_of(mesh, spread_vertices(mesh, 10));
+        for (const Index size : {0, 20}) {
+            const Hierarchy hierarchy = thinned(mesh, is_fixed, size);
+            EXPECT_GT(hierarchy.order.size(), 80u);
+            const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+            EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
+        }
+    }
+}
+
 TEST(Hierarchy, Cancels) {
     const Mesh mesh = sphere(3);
     Execution execution;
     execution.cancel();
     const std::vector<char> is_fixed(mesh.vertex_count(), 0);
     EXPECT_THROW(build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, {}, 1, execution), Cancelled);
+    Positions positions = mesh.vertices;
+    const Hierarchy hierarchy = hierarchy_of(mesh, {0, 1, 2, 3});
+    EXPECT_THROW(hierarchy.split(0, -1, positions, 1, execution), Cancelled);
 }
 
 TEST(CollapseCost, PrefersWhatKeepsTheVolumeAndTheAngles) {

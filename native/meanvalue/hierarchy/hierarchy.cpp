@@ -1,6 +1,8 @@
 #include "meanvalue/hierarchy/hierarchy.h"
 
 #include <algorithm>
+#include <cstring>
+#include <functional>
 #include <limits>
 #include <queue>
 
@@ -17,15 +19,41 @@ namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-struct Candidate {
-    double cost;
-    Index vertex;
+// Costs of a class count as equal; 2^kFineBits classes to a doubling are as good as none, 2^kCoarseBits are 19 % wide.
+// The sign and the exponent of a double take the rest of the 32 bits that a class has.
+constexpr int kFineBits = 20;
+constexpr int kCoarseBits = 2;
+constexpr std::uint64_t kNoClass = 0xffffffff;
 
-    /// Ties go to the lower vertex number, so that the order is the same everywhere.
-    bool operator<(const Candidate& other) const {
-        return cost != other.cost ? cost > other.cost : vertex > other.vertex;
+/// Positive numbers are ordered as their bits are, so that the leading bits are a class.
+class CostClasses {
+  public:
+    explicit CostClasses(int bits) : shift_(52 - bits) {}
+
+    std::uint32_t of(double cost) const {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &cost, sizeof(bits));
+        return static_cast<std::uint32_t>(bits >> shift_);
     }
+
+    double lowest_cost(std::uint32_t cost_class) const {
+        const std::uint64_t bits = std::uint64_t{cost_class} << shift_;
+        double cost = 0.0;
+        std::memcpy(&cost, &bits, sizeof(cost));
+        return cost;
+    }
+
+  private:
+    int shift_;
 };
+
+/// A place in the queue: first by class, then by vertex number. So the order is the same everywhere, and vertices of a
+/// class are mostly visited in an order in which neighbours, and what is known of them, are near each other in memory.
+using Candidate = std::uint64_t;
+
+Candidate candidate(std::uint64_t cost_class, Index vertex) {
+    return cost_class << 32 | static_cast<std::uint32_t>(vertex);
+}
 
 /// Removes one vertex after another and writes down what each removal needs to be undone.
 class Coarsening {
@@ -37,45 +65,41 @@ class Coarsening {
           is_fixed_(is_fixed),
           threads_(threads),
           execution_(execution),
+          classes_(options.exact_order ? kFineBits : kCoarseBits),
           cost_(positions),
           encoder_(positions),
           states_(is_fixed.size()),
           recorder_(rings.vertex_count()) {
         if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
-        std::vector<Candidate> candidates(is_fixed.size());
+        std::vector<Candidate> candidates(is_fixed.size(), kNoClass << 32);
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
             CollapseCost cost(positions_);
             for (Index v = begin; v < end; ++v) {
-                if (is_removable(v)) look_at(v, cost);
-                candidates[v] = {states_[v].best.cost, v};
+                if (is_removable(v) && look_at(v, cost)) {
+                    states_[v].waits = true;
+                    candidates[v] = candidate(states_[v].cost_class, v);
+                }
             }
         });
-        std::size_t kept = 0;
-        for (const Candidate& candidate : candidates) {
-            remaining_ += is_fixed[candidate.vertex] ? 0 : 1;
-            State& state = states_[candidate.vertex];
-            if (state.best.to < 0) continue;
-            state.waits = true;
-            candidates[kept++] = candidate;
-        }
-        candidates.resize(kept);
-        candidates_ = std::priority_queue<Candidate>({}, std::move(candidates));
+        for (const char fixed : is_fixed)
+            remaining_ += fixed ? 0 : 1;
+        candidates.erase(std::remove(candidates.begin(), candidates.end(), kNoClass << 32), candidates.end());
+        candidates_ = Queue({}, std::move(candidates));
     }
 
     /// Removes vertices until `count` free ones are left, or none can be removed.
     void coarsen_to(Index count, std::vector<Index>& order) {
         while (remaining_ > count && !candidates_.empty()) {
             execution_.check_every(round_++);
-            const Candidate candidate = candidates_.top();
+            const Candidate first = candidates_.top();
             candidates_.pop();
-            const Index vertex = candidate.vertex;
+            const Index vertex = static_cast<Index>(first & 0xffffffff);
             State& state = states_[vertex];
-            if (!state.waits || candidate.cost != state.best.cost) continue;  // it has a newer place in the queue
+            if (!state.waits || first >> 32 != state.cost_class) continue;  // it has a newer place in the queue
             state.waits = false;
             if (!state.is_fresh) {
-                look_at(vertex, cost_);
-                if (state.best.to < 0) continue;
-                if (!candidates_.empty() && Candidate{state.best.cost, vertex} < candidates_.top()) {
+                if (!look_at(vertex, cost_)) continue;
+                if (!candidates_.empty() && candidate(state.cost_class, vertex) > candidates_.top()) {
                     enqueue(vertex);
                     continue;
                 }
@@ -105,10 +129,13 @@ class Coarsening {
     bool is_removed(Index vertex) const { return states_[vertex].is_removed; }
 
   private:
+    using Queue = std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>>;
+
     struct State {
-        Collapse best{0.0, -1};  // no collapse is cheaper
-        bool is_fresh = false;   // this is the cheapest; else its surroundings have changed, and the cost may have risen
-        bool waits = false;      // it is in the queue, by that cost
+        std::uint32_t cost_class = 0;  // no collapse is of a lower one
+        Index to = -1;                 // of the cheapest collapse
+        bool is_fresh = false;         // else the surroundings have changed since, and the cost may have risen
+        bool waits = false;            // it is in the queue, by that class
         bool is_removed = false;
     };
 
@@ -126,14 +153,23 @@ class Coarsening {
         return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
     }
 
-    void look_at(Index vertex, CollapseCost& cost) {
-        states_[vertex].best = cheapest(vertex, kUnlimited, cost);
-        states_[vertex].is_fresh = true;
+    /// @return whether it may be merged into anything.
+    bool look_at(Index vertex, CollapseCost& cost) {
+        const Collapse found = cheapest(vertex, kUnlimited, cost);
+        set_best(vertex, found);
+        return found.to >= 0;
+    }
+
+    void set_best(Index vertex, const Collapse& found) {
+        State& state = states_[vertex];
+        state.cost_class = classes_.of(found.cost);
+        state.to = found.to;
+        state.is_fresh = true;
     }
 
     void enqueue(Index vertex) {
         states_[vertex].waits = true;
-        candidates_.push({states_[vertex].best.cost, vertex});
+        candidates_.push(candidate(states_[vertex].cost_class, vertex));
     }
 
     /// Removes the vertex by its cheapest legal collapse. @return false where it has none for now; it is considered
@@ -142,7 +178,7 @@ class Coarsening {
         const RingView ring = mesh_.ring(vertex);
         // A fixed vertex is never put back, so it needs no stencil.
         if (!is_fixed_[vertex] && !has_good_stencil(vertex, ring)) return false;
-        Index to = states_[vertex].best.to;
+        Index to = states_[vertex].to;
         if (!mesh_.can_collapse(vertex, to)) {
             cost_.look_at(vertex, ring);
             to = cost_.cheapest(kUnlimited, [&](Index target) {
@@ -166,16 +202,15 @@ class Coarsening {
         if (!is_removable(vertex)) return;
         State& state = states_[vertex];
         if (!state.waits) {
-            look_at(vertex, cost_);
-            if (state.best.to >= 0) enqueue(vertex);
+            if (look_at(vertex, cost_)) enqueue(vertex);
             return;
         }
         // Costs mostly rise as the mesh gets coarser. How far is found out when its turn comes; only a fall, which is
         // quick to rule out, changes its place now.
-        const Collapse cheaper = cheapest(vertex, state.best.cost, cost_);
+        const Collapse cheaper = cheapest(vertex, classes_.lowest_cost(state.cost_class), cost_);
         state.is_fresh = cheaper.to >= 0;
         if (!state.is_fresh) return;
-        state.best = cheaper;
+        set_best(vertex, cheaper);
         enqueue(vertex);
     }
 
@@ -191,11 +226,12 @@ class Coarsening {
     const std::vector<char>& is_fixed_;
     int threads_;
     const Execution& execution_;
+    CostClasses classes_;
     CollapseCost cost_;
     RingEncoder encoder_;
     FixedParts parts_;  // empty where no fixed vertex may be removed
     std::vector<State> states_;
-    std::priority_queue<Candidate> candidates_;
+    Queue candidates_;
     std::vector<Index> neighbours_;
     SplitRecorder recorder_;
     std::size_t round_ = 0;
