@@ -54,7 +54,8 @@ TEST_P(EveryRingMesh, CollapsesKeepAManifoldOfTheSameTopology) {
     for (int round = 0; round < 20; ++round) {
         for (Index v = 0; v < mesh.vertex_count(); ++v) {
             const RingView ring = mesh.ring(v);
-            const Index* to = std::find_if(ring.begin(), ring.end(), [&](Index j) { return mesh.can_collapse(v, j); });
+            const Index* to =
+                std::find_if(ring.begin(), ring.end(), [&](Index j) { return mesh.can_collapse(v, j); });
             if (to == ring.end()) continue;
             mesh.collapse(v, *to);
             ++collapsed;

@@ -68,7 +68,8 @@ double CollapseCost::of(Index place, double limit) const {
         const Corner& corner = corners_[k];
         const double first = squared_distance_[k];
         const double second = squared_distance_[next_of(k)];
-        const double over = first + second + corner.squared_edge - 2.0 * std::min({first, second, corner.squared_edge});
+        const double over =
+            first + second + corner.squared_edge - 2.0 * std::min({first, second, corner.squared_edge});
         const Vector3 after = corner.area - kept.cross(corner.edge);
         const double squared_after = after.squaredNorm();
         if (over * over * cotangent_under > cotangent_over * squared_after) {
@@ -80,9 +81,9 @@ double CollapseCost::of(Index place, double limit) const {
         turned_over = turned_over || along < 0.0 ||
                       along * along < kTurnedOver * kTurnedOver * corner.squared_area * squared_after;
     }
-    const double angle_rad =
-        cotangent_over > 0.0 ? std::atan2(2.0 * std::sqrt(cotangent_under), std::sqrt(cotangent_over))
-                             : 3.0 * kComfortableAngle;
+    const double angle_rad = cotangent_over > 0.0
+                                 ? std::atan2(2.0 * std::sqrt(cotangent_under), std::sqrt(cotangent_over))
+                                 : 3.0 * kComfortableAngle;
     const double angle_ratio = kComfortableAngle / std::max(angle_rad, kNeedleAngle);
     const double cost = volume_part * (1.0 + angle_ratio * angle_ratio);
     return turned_over || angle_rad < kNeedleAngle ? kPutOff * cost : cost;

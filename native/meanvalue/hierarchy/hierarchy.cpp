@@ -19,8 +19,8 @@ namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-// Costs of a class count as equal; 2^kFineBits classes to a doubling are as good as none, 2^kCoarseBits are 19 % wide.
-// The sign and the exponent of a double take the rest of the 32 bits that a class has.
+// Costs of a class count as equal; 2^kFineBits classes to a doubling are as good as none, 2^kCoarseBits are 19 %
+// wide. The sign and the exponent of a double take the rest of the 32 bits that a class has.
 constexpr int kFineBits = 20;
 constexpr int kCoarseBits = 2;
 constexpr std::uint64_t kNoClass = 0xffffffff;
@@ -47,8 +47,9 @@ class CostClasses {
     int shift_;
 };
 
-/// A place in the queue: first by class, then by vertex number. So the order is the same everywhere, and vertices of a
-/// class are mostly visited in an order in which neighbours, and what is known of them, are near each other in memory.
+/// A place in the queue: first by class, then by vertex number. So the order is the same everywhere, and vertices of
+/// a class are mostly visited in an order in which neighbours, and what is known of them, are near each other in
+/// memory.
 using Candidate = std::uint64_t;
 
 Candidate candidate(std::uint64_t cost_class, Index vertex) {
@@ -145,7 +146,9 @@ class Coarsening {
     }
 
     /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones.
-    bool may_become(Index vertex, Index to) const { return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to]; }
+    bool may_become(Index vertex, Index to) const {
+        return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to];
+    }
 
     /// The cheapest collapse below `limit`, or one of that cost that leads nowhere.
     Collapse cheapest(Index vertex, double limit, CollapseCost& cost) const {
@@ -181,9 +184,12 @@ class Coarsening {
         Index to = states_[vertex].to;
         if (!mesh_.can_collapse(vertex, to)) {
             cost_.look_at(vertex, ring);
-            to = cost_.cheapest(kUnlimited, [&](Index target) {
-                          return may_become(vertex, target) && mesh_.can_collapse(vertex, target);
-                      }).to;
+            to = cost_
+                     .cheapest(kUnlimited,
+                               [&](Index target) {
+                                   return may_become(vertex, target) && mesh_.can_collapse(vertex, target);
+                               })
+                     .to;
             if (to < 0) return false;
         }
         if (!is_fixed_[vertex]) {

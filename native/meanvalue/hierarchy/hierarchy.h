@@ -18,8 +18,8 @@ struct CoarseningOptions {
     std::vector<Index> level_sizes;
     /// Go on until nothing can be removed, and keep that level too. Else the last of `level_sizes` is the end.
     bool down_to_base = true;
-    /// Strictly the cheapest first. Else costs within 19 % count as equal, and those of them are taken in the order of
-    /// their numbers, which is faster on large meshes: neighbours are mostly near each other in memory too.
+    /// Strictly the cheapest first. Else costs within 19 % count as equal, and those of them are taken in the order
+    /// of their numbers, which is faster on large meshes: neighbours are mostly near each other in memory too.
     bool exact_order = true;
     /// Fixed vertices may be removed as well, where they are as dense as the free ones: merged into fixed neighbours
     /// of the same handle, of which each connected part keeps its extreme points.
@@ -39,8 +39,8 @@ struct Level {
 
 /// A removal order with all that is needed to undo it for other positions. Vertex numbers stay those of the mesh.
 struct Hierarchy {
-    std::vector<Index> order;   ///< removed vertices, first removed first
-    std::vector<Level> levels;  ///< finest first; at least one
+    std::vector<Index> order;          ///< removed vertices, first removed first
+    std::vector<Level> levels;         ///< finest first; at least one
     std::vector<Index> base_unknowns;  ///< free vertices of the coarsest level, ascending
 
     /// The coarsest level.

@@ -10,8 +10,9 @@ namespace meanvalue {
 
 EncodedRing Splits::ring_of(Index split) const {
     const std::size_t begin = offsets[split];
-    return {ring.data() + begin, weights.data() + begin, heights.data() + begin,
-            nullptr,             softening[split],       static_cast<Index>(offsets[split + 1] - begin)};
+    return {ring.data() + begin,    weights.data() + begin,
+            heights.data() + begin, nullptr,
+            softening[split],       static_cast<Index>(offsets[split + 1] - begin)};
 }
 
 void Splits::apply(Positions& positions, int threads, const Execution& execution) const {

@@ -14,7 +14,7 @@ namespace meanvalue {
 
 /// Vertices with the rings and coefficients that place them, one after another in the order of use.
 struct Splits {
-    std::vector<Index> vertices;     ///< s
+    std::vector<Index> vertices;             ///< s
     std::vector<std::size_t> offsets = {0};  ///< s + 1, of the rings
     std::vector<Index> ring;
     std::vector<double> weights;    ///< w_ij

@@ -41,7 +41,8 @@ class RingMesh {
     RingKind kind(Index vertex) const { return heads_[vertex].kind; }
 
     /// Whether the half-edge collapse that merges `from` into its neighbour `to` keeps the surface a manifold of the
-    /// same topology (link condition), a boundary a boundary, and the ring of `to` within kLongestRing or what it was.
+    /// same topology (link condition), a boundary a boundary, and the ring of `to` within kLongestRing or what it
+    /// was.
     bool can_collapse(Index from, Index to) const;
 
     /// Removes `from`; its triangles close up at `to`. @pre can_collapse(from, to).
