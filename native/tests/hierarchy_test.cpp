@@ -1,6 +1,9 @@
 #include "meanvalue/hierarchy/hierarchy.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/predictor.h"
@@ -10,32 +13,43 @@
 namespace meanvalue::tests {
 namespace {
 
+OneRings rings_of(const Mesh& mesh) {
+    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
+}
+
+Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<char>& is_fixed, const CoarseningOptions& options,
+                       int threads = 1) {
+    Execution execution;
+    return build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, threads, execution);
+}
+
+std::vector<char> flags_of(const Mesh& mesh, const std::vector<Index>& vertices) {
+    std::vector<char> flags(mesh.vertex_count(), 0);
+    for (const Index v : vertices)
+        flags[v] = 1;
+    return flags;
+}
+
 Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<Index>& anchors,
                        const std::vector<Index>& level_sizes = {}, int threads = 1) {
-    Execution execution;
-    TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
-    std::vector<char> removable(mesh.vertex_count(), 1);
-    for (const Index v : anchors)
-        removable[v] = 0;
-    return build_hierarchy(connectivity, mesh.vertices, removable, level_sizes, threads, execution);
+    CoarseningOptions options;
+    options.level_sizes = level_sizes;
+    return hierarchy_of(mesh, flags_of(mesh, anchors), options, threads);
 }
 
-/// Puts the removed vertices back, last removed first, by equation 13.
-Positions split_all(const Hierarchy& hierarchy, Positions positions) {
-    for (auto v = hierarchy.order.rbegin(); v != hierarchy.order.rend(); ++v) {
-        positions.row(*v) = predict(hierarchy.splits.ring_of(*v), positions);
+/// Puts the removed vertices back by equation 13.
+Positions split_all(const Hierarchy& hierarchy, Positions positions, int threads = 1) {
+    hierarchy.split(static_cast<int>(hierarchy.levels.size()) - 1, -1, positions, threads, Execution());
+    return positions;
+}
+
+/// The removed free vertices at the origin.
+Positions without_removed(const Hierarchy& hierarchy, Positions positions) {
+    for (const Level& level : hierarchy.levels) {
+        for (const Index v : level.splits.vertices)
+            positions.row(v).setZero();
     }
     return positions;
-}
-
-Positions without_removed(const Hierarchy& hierarchy, Positions positions) {
-    for (const Index v : hierarchy.order)
-        positions.row(v).setZero();
-    return positions;
-}
-
-double largest_distance(const Positions& a, const Positions& b) {
-    return (a - b).rowwise().norm().maxCoeff();
 }
 
 class EveryKind : public testing::TestWithParam<Mesh> {};
@@ -68,14 +82,91 @@ TEST_P(EveryKind, RingsStayBoundedAndAnchorsStay) {
 
 TEST_P(EveryKind, EveryRemovedStencilIsRegular) {
     const Hierarchy hierarchy = hierarchy_of(GetParam(), spread_vertices(GetParam(), 8));
-    for (const Index v : hierarchy.order) {
-        ASSERT_TRUE(hierarchy.splits.predictable(v));
-        const EncodedRing ring = hierarchy.splits.ring_of(v);
+    const Splits& splits = hierarchy.base().splits;
+    ASSERT_EQ(splits.vertices.size(), hierarchy.order.size());
+    for (Index k = 0; k < splits.size(); ++k) {
+        const EncodedRing ring = splits.ring_of(k);
         double amplification = 0.0;
         for (Index k = 0; k < ring.valence; ++k)
             amplification += std::abs(ring.weights[k]);
         EXPECT_LE(amplification, 4.0);
         EXPECT_EQ(ring.normal_weights, nullptr);
+    }
+}
+
+/// Level 0 with at most `free_count` free vertices, fixed ones thinned out.
+Hierarchy thinned(const Mesh& mesh, const std::vector<char>& is_fixed, Index free_count,
+                  const std::vector<Index>& handles = {}, int threads = 1) {
+    CoarseningOptions options;
+    options.level_sizes = {free_count};
+    options.down_to_base = false;
+    options.exact_order = false;
+    options.thin_out_fixed = true;
+    options.handles = handles;
+    return hierarchy_of(mesh, is_fixed, options, threads);
+}
+
+/// The vertices with the flag that are still there.
+std::vector<Index> kept(const Hierarchy& hierarchy, const std::vector<char>& flags) {
+    std::vector<char> left = flags;
+    for (const Index v : hierarchy.order)
+        left[v] = 0;
+    std::vector<Index> result;
+    for (std::size_t v = 0; v < left.size(); ++v) {
+        if (left[v]) result.push_back(static_cast<Index>(v));
+    }
+    return result;
+}
+
+/// The middle one of the singular values, over the largest: zero where the points are on a line.
+double flatness(const Mesh& mesh, const std::vector<Index>& vertices) {
+    Positions points = rows_of(mesh.vertices, vertices);
+    points.rowwise() -= points.colwise().mean().eval();
+    const Eigen::Vector3d values = (points.transpose() * points).eigenvalues().real();
+    std::array<double, 3> sorted = {values[0], values[1], values[2]};
+    std::sort(sorted.begin(), sorted.end());
+    return std::sqrt(std::max(sorted[1], 0.0) / sorted[2]);
+}
+
+std::vector<char> left_half(const Mesh& mesh) {
+    std::vector<char> flags(mesh.vertex_count(), 0);
+    const double middle = mesh.vertices.col(0).mean();
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        flags[v] = mesh.vertices(v, 0) < middle;
+    return flags;
+}
+
+TEST_P(EveryKind, ThinnedOutToo) {
+    const Mesh& mesh = GetParam();
+    const std::vector<char> is_fixed = left_half(mesh);
+    const Hierarchy hierarchy = thinned(mesh, is_fixed, mesh.vertex_count() / 16);
+    const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+    EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
+    EXPECT_LE(hierarchy.longest_ring(), 16);
+    const Positions predicted = predict_all(hierarchy.base().encoding, mesh.vertices, 1, Execution());
+    EXPECT_LT(largest_distance(predicted, mesh.vertices), 1e-9 * mesh.diagonal());
+    // Both halves are about equally dense: what is left of them is of like numbers.
+    const std::size_t fixed = kept(hierarchy, is_fixed).size();
+    EXPECT_LT(fixed, 2.5 * hierarchy.base().free_count + 8);
+    EXPECT_GT(fixed, hierarchy.base().free_count / 3);
+}
+
+TEST_P(EveryKind, SplitsOfABatchDoNotNeedEachOther) {
+    const Mesh& mesh = GetParam();
+    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8), {mesh.vertex_count() / 8});
+    for (const Level& level : hierarchy.levels) {
+        const Splits& splits = level.splits;
+        std::vector<Index> batch_of(mesh.vertex_count(), -1);
+        for (std::size_t b = 0; b + 1 < splits.batches.size(); ++b) {
+            for (Index k = splits.batches[b]; k < splits.batches[b + 1]; ++k)
+                batch_of[splits.vertices[k]] = static_cast<Index>(b);
+        }
+        EXPECT_EQ(splits.batches.back(), splits.size());
+        for (Index k = 0; k < splits.size(); ++k) {
+            const EncodedRing ring = splits.ring_of(k);
+            for (Index j = 0; j < ring.valence; ++j)
+                ASSERT_LT(batch_of[ring.ring[j]], batch_of[splits.vertices[k]]);
+        }
     }
 }
 
@@ -113,7 +204,10 @@ TEST(Hierarchy, IsTheSameForAnyNumberOfThreads) {
     const Hierarchy one = hierarchy_of(mesh, anchors, {300}, 1);
     const Hierarchy four = hierarchy_of(mesh, anchors, {300}, 4);
     EXPECT_EQ(one.order, four.order);
-    EXPECT_EQ(one.splits.weights, four.splits.weights);
+    for (int level = 0; level < 2; ++level) {
+        EXPECT_EQ(one.levels[level].splits.vertices, four.levels[level].splits.vertices);
+        EXPECT_EQ(one.levels[level].splits.weights, four.levels[level].splits.weights);
+    }
     EXPECT_EQ(one.levels[0].encoding.heights, four.levels[0].encoding.heights);
 }
 
@@ -134,28 +228,134 @@ TEST(Hierarchy, ABoundaryStaysWhereItWas) {
     }
 }
 
+TEST(Hierarchy, SplitsGiveTheSameBitsInAnyOrderAndForAnyNumberOfThreads) {
+    const Mesh mesh = with_noise(torus(200, 100), 0.1, 2);
+    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8), {600});
+    const Positions start = with_noise(mesh, 0.3, 7).vertices;
+    const Positions one = split_all(hierarchy, start, 1);
+    EXPECT_EQ(one, split_all(hierarchy, start, 2));
+    EXPECT_EQ(one, split_all(hierarchy, start, 7));
+    // One by one, last removed first.
+    Positions serial = start;
+    std::vector<EncodedRing> rings(mesh.vertex_count());
+    for (const Level& level : hierarchy.levels) {
+        for (Index k = 0; k < level.splits.size(); ++k)
+            rings[level.splits.vertices[k]] = level.splits.ring_of(k);
+    }
+    for (auto v = hierarchy.order.rbegin(); v != hierarchy.order.rend(); ++v)
+        serial.row(*v) = predict(rings[*v], serial);
+    EXPECT_EQ(one, serial);
+}
+
+TEST(Hierarchy, EndsAtTheLastLevelWhereNoBaseIsWanted) {
+    const Mesh mesh = sphere(4);
+    CoarseningOptions options;
+    options.level_sizes = {300, 80};
+    options.down_to_base = false;
+    const Hierarchy hierarchy = hierarchy_of(mesh, flags_of(mesh, spread_vertices(mesh, 6)), options);
+    ASSERT_EQ(hierarchy.levels.size(), 2u);
+    EXPECT_EQ(hierarchy.base().free_count, 80);
+    EXPECT_EQ(hierarchy.base_unknowns.size(), 80u);
+    EXPECT_EQ(hierarchy.order.size(), mesh.vertex_count() - 86u);
+}
+
+TEST(Hierarchy, FixedVerticesStayUnlessTheyAreToBeThinnedOut) {
+    const Mesh mesh = sphere(4);
+    const std::vector<char> is_fixed = left_half(mesh);
+    CoarseningOptions options;
+    options.level_sizes = {50};
+    const Hierarchy hierarchy = hierarchy_of(mesh, is_fixed, options);
+    for (const Index v : hierarchy.order)
+        ASSERT_FALSE(is_fixed[v]);
+}
+
+TEST(Hierarchy, SparseAnchorsStayInEveryLevel) {
+    const Mesh mesh = with_noise(sphere(4), 0.1, 1);
+    const std::vector<Index> anchors = spread_vertices(mesh, 40);
+    const Hierarchy hierarchy = thinned(mesh, flags_of(mesh, anchors), 60);
+    EXPECT_EQ(kept(hierarchy, flags_of(mesh, anchors)).size(), anchors.size());
+}
+
+TEST(Hierarchy, EveryHandleKeepsVerticesThatAreNotOnALine) {
+    // Two handles that touch, and a third vertex by vertex along a line, which goes round a corner.
+    const Mesh mesh = grid(60, 40, 0.001);
+    std::vector<char> is_fixed(mesh.vertex_count(), 0);
+    std::vector<Index> handles(mesh.vertex_count(), 0);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const Index column = v % 60;
+        const Index row = v / 60;
+        if (column < 16) handles[v] = 1;
+        if (column >= 16 && column < 24) handles[v] = 2;
+        if ((column == 40 && row > 5 && row < 20) || (row == 20 && column >= 40 && column < 55)) handles[v] = 3;
+        is_fixed[v] = handles[v] != 0;
+    }
+    const Hierarchy hierarchy = thinned(mesh, is_fixed, 20, handles);
+    for (Index handle = 1; handle <= 3; ++handle) {
+        std::vector<char> of_handle(mesh.vertex_count(), 0);
+        for (Index v = 0; v < mesh.vertex_count(); ++v)
+            of_handle[v] = handles[v] == handle;
+        const std::vector<Index> left = kept(hierarchy, of_handle);
+        EXPECT_GE(left.size(), 4u) << handle;
+        EXPECT_LT(left.size(), 60u) << handle;
+        EXPECT_GT(flatness(mesh, left), 0.1) << handle;
+    }
+}
+
+TEST(Hierarchy, ThinnedOutIsTheSameForAnyNumberOfThreads) {
+    const Mesh mesh = with_noise(torus(90, 60), 0.1, 3);
+    const Hierarchy one = thinned(mesh, left_half(mesh), 200, {}, 1);
+    const Hierarchy four = thinned(mesh, left_half(mesh), 200, {}, 4);
+    EXPECT_EQ(one.order, four.order);
+    EXPECT_EQ(one.levels[0].splits.heights, four.levels[0].splits.heights);
+    EXPECT_EQ(one.levels[0].encoding.weights, four.levels[0].encoding.weights);
+}
+
+TEST(Hierarchy, TakesMessyMeshes) {
+    Mesh mesh = joined(with_noise(grid(14, 14, 0.02), 0.2, 5), sphere(2));
+    const Index first = static_cast<Index>(mesh.faces.rows());
+    mesh.faces.conservativeResize(first + 4, 3);
+    // A third triangle on an edge, a duplicate, one turned inside out, and one that joins the parts.
+    mesh.faces.row(first) << 30, 31, 170;
+    mesh.faces.row(first + 1) = mesh.faces.row(3);
+    mesh.faces.row(first + 2) << 100, 115, 101;
+    mesh.faces.row(first + 3) << 60, 61, 200;
+    mesh.vertices.conservativeResize(mesh.vertices.rows() + 1, 3);  // a loose vertex
+    mesh.vertices.bottomRows(1) << 9, 9, 9;
+    for (const bool is_fixed_half : {false, true}) {
+        const std::vector<char> is_fixed =
+            is_fixed_half ? left_half(mesh) : flags_of(mesh, spread_vertices(mesh, 10));
+        for (const Index size : {0, 20}) {
+            const Hierarchy hierarchy = thinned(mesh, is_fixed, size);
+            EXPECT_GT(hierarchy.order.size(), 80u);
+            const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+            EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
+        }
+    }
+}
+
 TEST(Hierarchy, Cancels) {
     const Mesh mesh = sphere(3);
     Execution execution;
-    TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
     execution.cancel();
-    const std::vector<char> removable(mesh.vertex_count(), 1);
-    EXPECT_THROW(build_hierarchy(connectivity, mesh.vertices, removable, {}, 1, execution), Cancelled);
+    const std::vector<char> is_fixed(mesh.vertex_count(), 0);
+    EXPECT_THROW(build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, {}, 1, execution), Cancelled);
+    Positions positions = mesh.vertices;
+    const Hierarchy hierarchy = hierarchy_of(mesh, {0, 1, 2, 3});
+    EXPECT_THROW(hierarchy.split(0, -1, positions, 1, execution), Cancelled);
 }
 
 TEST(CollapseCost, PrefersWhatKeepsTheVolumeAndTheAngles) {
     // A flat fan with one raised spike: removing a flat vertex is cheap, the spike is not.
     Mesh mesh = grid(5, 5, 0.0);
-    std::vector<Fan> fans;
-    const TriangleMesh connectivity(25, mesh.faces, Execution());
-    connectivity.collect_fans(12, fans);
-    const double flat = collapse_cost(mesh.vertices, 12, 13, fans[0]);
+    const RingMesh rings(rings_of(mesh), Execution());
+    const RingView ring = rings.ring(12);
+    const double flat = collapse_cost(mesh.vertices, 12, 13, ring);
     mesh.vertices(12, 2) = 1.0;
-    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, fans[0]), 10 * flat);
+    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, ring), 10 * flat);
     // Merging along the grid leaves better angles than merging towards a far corner of a sheared ring.
     mesh.vertices(12, 2) = 0.0;
     mesh.vertices(12, 0) = 2.9;
-    EXPECT_LT(collapse_cost(mesh.vertices, 12, 13, fans[0]), collapse_cost(mesh.vertices, 12, 11, fans[0]));
+    EXPECT_LT(collapse_cost(mesh.vertices, 12, 13, ring), collapse_cost(mesh.vertices, 12, 11, ring));
 }
 
 TEST(CollapseCost, PutsOffWhatTurnsATriangleOver) {
@@ -163,10 +363,9 @@ TEST(CollapseCost, PutsOffWhatTurnsATriangleOver) {
     Mesh mesh = grid(5, 5, 0.0);
     mesh.vertices.row(7) << 2.0, 2.4, 0.0;  // pushed past the middle vertex at (2, 2)
     mesh.vertices.row(12) << 2.0, 2.6, 0.0;
-    std::vector<Fan> fans;
-    const TriangleMesh connectivity(25, mesh.faces, Execution());
-    connectivity.collect_fans(12, fans);
-    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, fans[0]), 1e3);
+    const RingMesh rings(rings_of(mesh), Execution());
+    const RingView ring = rings.ring(12);
+    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, ring), 1e3);
 }
 
 }  // namespace

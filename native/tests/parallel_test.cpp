@@ -1,5 +1,7 @@
 #include "meanvalue/common/parallel.h"
 
+#include <algorithm>
+#include <atomic>
 #include <stdexcept>
 #include <vector>
 
@@ -38,6 +40,44 @@ TEST(ParallelFor, StopsWhenCancelled) {
     };
     EXPECT_THROW(parallel_for(1 << 20, 2, execution, cancel_at_once), Cancelled);
     EXPECT_LE(pieces, 2);
+}
+
+TEST(ParallelInTurn, LaterRangesSeeWhatEarlierOnesWrote) {
+    // Long and short ranges in turn, and empty ones.
+    std::vector<Index> bounds = {0};
+    for (const Index length : {3000, 10, 0, 700, 5, 5, 20000, 1, 600, 600, 2, 0})
+        bounds.push_back(bounds.back() + length);
+    for (const int threads : {1, 2, 7}) {
+        std::vector<Index> range_of(bounds.back(), -1);
+        std::atomic<Index> done{0};
+        parallel_in_turn(bounds, threads, Execution(), [&](Index begin, Index end) {
+            const auto range = std::upper_bound(bounds.begin(), bounds.end(), begin) - bounds.begin() - 1;
+            EXPECT_GE(done, bounds[range]);
+            for (Index k = begin; k < end; ++k)
+                range_of[k] = static_cast<Index>(range);
+            done += end - begin;
+        });
+        EXPECT_EQ(done, bounds.back());
+        for (std::size_t range = 0; range + 1 < bounds.size(); ++range) {
+            for (Index k = bounds[range]; k < bounds[range + 1]; ++k)
+                ASSERT_EQ(range_of[k], static_cast<Index>(range));
+        }
+    }
+    parallel_in_turn({}, 2, Execution(), [](Index, Index) { FAIL(); });
+    parallel_in_turn({0}, 2, Execution(), [](Index, Index) { FAIL(); });
+}
+
+TEST(ParallelInTurn, FailsAndCancelsWithoutWaitingForEver) {
+    const std::vector<Index> bounds = {0, 5000, 5010, 20000, 40000};
+    for (const int threads : {1, 3}) {
+        const auto fail = [](Index begin, Index) {
+            if (begin > 6000) throw std::logic_error("on purpose");
+        };
+        EXPECT_THROW(parallel_in_turn(bounds, threads, Execution(), fail), std::logic_error);
+        Execution execution;
+        EXPECT_THROW(parallel_in_turn(bounds, threads, execution, [&](Index, Index) { execution.cancel(); }),
+                     Cancelled);
+    }
 }
 
 TEST(ThreadCount, RefusesANegativeNumber) {

@@ -78,12 +78,10 @@ double sweep(const Setup& setup, const Encoding& encoding, double longest_step, 
 Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution& execution) {
     const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed);
     const Index vertex_count = static_cast<Index>(region.vertices.size());
-    TriangleMesh mesh(vertex_count, region.faces, execution);
-    std::vector<char> removable(region.is_fixed.size());
-    std::transform(region.is_fixed.begin(), region.is_fixed.end(), removable.begin(),
-                   [](char fixed) { return fixed ? 0 : 1; });
-    const Hierarchy hierarchy = build_hierarchy(mesh, region.positions, removable, {}, setup.threads, execution);
-    const OneRings rings{hierarchy.splits.ring_offsets, hierarchy.splits.ring, hierarchy.split_kinds};
+    const TriangleMesh mesh(vertex_count, region.faces, execution);
+    const Hierarchy hierarchy = build_hierarchy(collect_one_rings(mesh, execution), region.positions, region.is_fixed,
+                                                {}, setup.threads, execution);
+    const OneRings rings = removal_rings(hierarchy.base().splits, vertex_count);
     const Encoding encoding =
         encode_along(rings, region.positions, face_normals(rings, region.positions, setup.threads, execution),
                      setup.threads, execution);
@@ -91,10 +89,11 @@ Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution
     Positions positions(vertex_count, 3);
     for (Index v = 0; v < vertex_count; ++v)
         positions.row(v) = setup.start.row(region.vertices[v]);
-    for (std::size_t k = hierarchy.order.size(); k-- > 0;) {
+    const Splits& splits = hierarchy.base().splits;
+    for (Index k = 0; k < splits.size(); ++k) {
         execution.check_every(k);
-        const Index vertex = hierarchy.order[k];
-        positions.row(vertex) = predict(hierarchy.splits.ring_of(vertex), positions);
+        const Index vertex = splits.vertices[k];
+        positions.row(vertex) = predict(splits.ring_of(k), positions);
         double last_length = std::numeric_limits<double>::infinity();
         for (int round = 0; round < kSplitRounds; ++round) {
             const Vector3 move = decoded_move(rings, encoding, positions, vertex);

@@ -1,7 +1,9 @@
 #include "meanvalue/common/parallel.h"
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
+#include <memory>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -20,6 +22,34 @@ void run_pieces(Index begin, Index end, const Execution& execution, const std::f
         body(first, first + std::min(kPiece, end - first));
     }
 }
+
+// A range below this is quicker done by one thread than shared out.
+constexpr Index kShared = 512;
+
+/// Lets no thread of a team pass before all have come.
+class Barrier {
+  public:
+    explicit Barrier(int members) : members_(members) {}
+
+    void wait() {
+        const int round = round_.load(std::memory_order_acquire);
+        if (waiting_.fetch_add(1, std::memory_order_acq_rel) + 1 == members_) {
+            waiting_.store(0, std::memory_order_relaxed);
+            round_.store(round + 1, std::memory_order_release);
+            return;
+        }
+        // Ranges take microseconds, less than waking a sleeping thread; where cores are short, others get this one.
+        for (int turn = 0; round_.load(std::memory_order_acquire) == round; ++turn) {
+            if (turn >= kPatience) std::this_thread::yield();
+        }
+    }
+
+  private:
+    static constexpr int kPatience = 1000;
+    int members_;
+    std::atomic<int> waiting_{0};
+    std::atomic<int> round_{0};
+};
 
 }  // namespace
 
@@ -68,6 +98,64 @@ void parallel_for(Index count, int threads, const Execution& execution,
     }
     const auto share = [&](int k) { return static_cast<Index>(std::int64_t{count} * k / workers); };
     run_workers(workers, [&](int worker) { run_pieces(share(worker), share(worker + 1), execution, body); });
+}
+
+void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execution& execution,
+                      const std::function<void(Index, Index)>& body) {
+    if (bounds.empty()) return;
+    const int workers = std::min<int>(threads, (bounds.back() - bounds.front() + kPiece - 1) / kPiece);
+    if (workers <= 1) {
+        for (std::size_t k = 0; k + 1 < bounds.size(); ++k)
+            run_pieces(bounds[k], bounds[k + 1], execution, body);
+        return;
+    }
+    std::vector<std::exception_ptr> failures(workers);
+    std::atomic<bool> failed{false};
+    std::atomic<int> team{0};  // how many take part, once it is known
+    std::unique_ptr<Barrier> barrier;
+    const auto work = [&](int worker) {
+        int members = 0;
+        while ((members = team.load(std::memory_order_acquire)) == 0)
+            std::this_thread::yield();
+        for (std::size_t k = 0; k + 1 < bounds.size(); ++k) {
+            const Index begin = bounds[k];
+            const Index count = bounds[k + 1] - begin;
+            const bool shared = count >= kShared;
+            const auto share = [&](int number) {
+                return begin + static_cast<Index>(std::int64_t{count} * number / members);
+            };
+            // Whoever fails still comes to every barrier, or the others would wait for ever.
+            try {
+                if (!failed && (shared || worker == 0)) {
+                    run_pieces(shared ? share(worker) : begin, shared ? share(worker + 1) : bounds[k + 1], execution,
+                               body);
+                }
+            } catch (...) {
+                failures[worker] = std::current_exception();
+                failed = true;
+            }
+            // The first thread goes through short ranges alone, and the others meet it at the next that is shared.
+            const bool next_shared = k + 2 < bounds.size() && bounds[k + 2] - bounds[k + 1] >= kShared;
+            if (shared || next_shared) barrier->wait();
+        }
+    };
+    std::vector<std::thread> others;
+    others.reserve(workers - 1);
+    int started = 1;
+    try {
+        for (; started < workers; ++started)
+            others.emplace_back(work, started);
+    } catch (const std::system_error&) {
+        // The system has no thread to spare: fewer do it.
+    }
+    barrier = std::make_unique<Barrier>(started);
+    team.store(started, std::memory_order_release);
+    work(0);
+    for (std::thread& other : others)
+        other.join();
+    for (const std::exception_ptr& failure : failures) {
+        if (failure) std::rethrow_exception(failure);
+    }
 }
 
 }  // namespace meanvalue

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
@@ -25,5 +26,10 @@ void parallel_for(Index count, int threads, const Execution& execution,
 /// else some after others: no call may wait for another to begin. Returns when all have; then throws the first
 /// exception (in order of workers) again. Starting a thread takes some 20 microseconds.
 void run_workers(int workers, const std::function<void(int worker)>& body);
+
+/// The same for one range after another: [bounds[0], bounds[1]), then [bounds[1], bounds[2]), and so on, where later
+/// ranges read what earlier ones wrote. The threads stay for all of them, so that ranges may be short.
+void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execution& execution,
+                      const std::function<void(Index begin, Index end)>& body);
 
 }  // namespace meanvalue

@@ -18,11 +18,8 @@ RingReplacements replace_degenerate_rings(const OneRings& rings, const Positions
                                           const Execution& execution) {
     std::vector<char> degenerate(rings.vertex_count(), 0);
     parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
-        std::vector<Index> ring;
-        for (Index v = begin; v < end; ++v) {
-            ring.assign(rings.begin(v), rings.end(v));
-            degenerate[v] = !spans_a_plane(positions, ring);
-        }
+        for (Index v = begin; v < end; ++v)
+            degenerate[v] = !spans_a_plane(positions, rings.begin(v), rings.valence(v));
     });
     RingReplacements replacements;
     for (Index v = 0; v < rings.vertex_count(); ++v) {

@@ -51,13 +51,13 @@ std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::ve
 
 }  // namespace
 
-bool spans_a_plane(const PositionsView& positions, const std::vector<Index>& ring) {
-    if (ring.size() < 3) return false;
+bool spans_a_plane(const PositionsView& positions, const Index* ring, Index valence) {
+    if (valence < 3) return false;
     double perimeter = 0.0;
-    for (std::size_t k = 0; k < ring.size(); ++k) {
-        perimeter += (positions.row(ring[(k + 1) % ring.size()]) - positions.row(ring[k])).norm();
+    for (Index k = 0; k < valence; ++k) {
+        perimeter += (positions.row(ring[k + 1 < valence ? k + 1 : 0]) - positions.row(ring[k])).norm();
     }
-    const RingArea polygon = ring_area(positions, ring.data(), static_cast<Index>(ring.size()));
+    const RingArea polygon = ring_area(positions, ring, valence);
     return polygon.area.norm() > kMinimalRingArea * perimeter * perimeter;
 }
 
@@ -76,7 +76,7 @@ std::vector<Index> extended_ring(const PositionsView& positions, const OneRings&
         }
         if (reached.size() < 3) continue;
         std::vector<Index> ring = sorted_by_angle(positions, reached);
-        if (spans_a_plane(positions, ring)) return ring;
+        if (spans_a_plane(positions, ring.data(), static_cast<Index>(ring.size()))) return ring;
     }
     return {};
 }

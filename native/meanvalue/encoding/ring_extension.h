@@ -12,7 +12,7 @@ namespace meanvalue {
 constexpr double kMinimalRingArea = 1e-6;
 
 /// Whether the ring has three vertices or more and encloses enough area to define a plane.
-bool spans_a_plane(const PositionsView& positions, const std::vector<Index>& ring);
+bool spans_a_plane(const PositionsView& positions, const Index* ring, Index valence);
 
 /// Collects vertices around `vertex` ring by ring, up to the third, until they span a plane, and sorts them
 /// by angle about their centroid. Stands in for the one-ring at the corner of a single triangle and on folded

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace meanvalue {
 namespace {
@@ -13,43 +14,86 @@ constexpr double kNeedleAngle = 1.0 * 3.14159265358979323846 / 180.0;
 constexpr double kTurnedOver = 0.2;
 // Orders regions that are flat, where no volume changes, by edge length.
 constexpr double kLengthShare = 1e-3;
-
-/// The smallest angle of a triangle, in radians; 0 for a degenerate one.
-double smallest_angle(const Vector3& a, const Vector3& b, const Vector3& c) {
-    const double doubled_area = (b - a).cross(c - a).norm();
-    const auto angle_at = [&](const Vector3& corner, const Vector3& p, const Vector3& q) {
-        return std::atan2(doubled_area, (p - corner).dot(q - corner));
-    };
-    return std::min({angle_at(a, b, c), angle_at(b, c, a), angle_at(c, a, b)});
-}
+// No triangle has three angles above 60 degrees: the factor of the angle is at least this.
+constexpr double kLeastAngleFactor = 1.0 + 1.0 / 9.0;
 
 }  // namespace
 
-double collapse_cost(const PositionsView& positions, Index from, Index to, const Fan& fan) {
-    const Vector3 removed = positions.row(from);
-    const Vector3 kept = positions.row(to);
-    double squared_volumes = 0.0;
-    double angle_rad = kComfortableAngle * 3;  // no triangle of a mesh has three angles above 60 degrees
-    bool turned_over = false;
-    const std::size_t count = fan.ring.size();
-    for (std::size_t k = 0; k + (fan.closed ? 0 : 1) < count; ++k) {
-        const Index first = fan.ring[k];
-        const Index second = fan.ring[(k + 1) % count];
-        if (first == to || second == to) continue;
-        const Vector3 a = positions.row(first);
-        const Vector3 b = positions.row(second);
-        const double volume = (a - kept).cross(b - kept).dot(removed - kept) / 6.0;
-        squared_volumes += volume * volume;
-        angle_rad = std::min(angle_rad, smallest_angle(kept, a, b));
-        const Vector3 before = (a - removed).cross(b - removed);
-        const Vector3 after = (a - kept).cross(b - kept);
-        turned_over = turned_over || before.dot(after) < kTurnedOver * before.norm() * after.norm();
+void CollapseCost::look_at(Index vertex, const RingView& ring) {
+    ring_ = ring;
+    corners_.resize(ring.valence);
+    squared_distance_.resize(ring.valence);
+    const Vector3 centre = positions_.row(vertex);
+    for (Index k = 0; k < ring.valence; ++k)
+        corners_[k].ring_vertex = Vector3(positions_.row(ring.vertices[k])) - centre;
+    for (Index k = 0; k < ring.triangle_count(); ++k) {
+        Corner& corner = corners_[k];
+        const Vector3& next = corners_[k + 1 < ring.valence ? k + 1 : 0].ring_vertex;
+        corner.edge = next - corner.ring_vertex;
+        corner.area = corner.ring_vertex.cross(next);
+        corner.squared_edge = corner.edge.squaredNorm();
+        corner.squared_area = corner.area.squaredNorm();
     }
-    const double length = (removed - kept).norm();
-    const double volume_part = std::sqrt(squared_volumes) + kLengthShare * length * length * length;
+}
+
+double CollapseCost::of(Index place, double limit) const {
+    // With the removed vertex as the origin, the tetrahedron between a triangle before and after is
+    // kept . (a x b) / 6, and the doubled area after is a x b - kept x (b - a).
+    const Vector3& kept = corners_[place].ring_vertex;
+    const Index count = ring_.triangle_count();
+    const auto next_of = [&](Index k) { return k + 1 < ring_.valence ? k + 1 : 0; };
+    const auto closes_up = [&](Index k) { return k != place && next_of(k) != place; };
+    double squared_volumes = 0.0;
+    for (Index k = 0; k < count; ++k) {
+        if (!closes_up(k)) continue;
+        const double volume = kept.dot(corners_[k].area);
+        squared_volumes += volume * volume;
+    }
+    const double squared_length = kept.squaredNorm();
+    const double volume_part =
+        std::sqrt(squared_volumes) / 6.0 + kLengthShare * squared_length * std::sqrt(squared_length);
+    if (volume_part * kLeastAngleFactor >= limit) return limit;
+
+    for (Index k = 0; k < ring_.valence; ++k)
+        squared_distance_[k] = (corners_[k].ring_vertex - kept).squaredNorm();
+    // The smallest angle lies opposite the shortest edge; compared by the square of half its cotangent, which needs
+    // no root, as a fraction, which needs no division.
+    // tan x >= x tells of most costs above the limit without an arc tangent.
+    const double steepest = 4.0 * (limit / volume_part - 1.0) / (kComfortableAngle * kComfortableAngle);
+    double cotangent_over = 0.0;
+    double cotangent_under = 1.0;
+    bool turned_over = false;
+    for (Index k = 0; k < count; ++k) {
+        if (!closes_up(k)) continue;
+        const Corner& corner = corners_[k];
+        const double first = squared_distance_[k];
+        const double second = squared_distance_[next_of(k)];
+        const double over =
+            first + second + corner.squared_edge - 2.0 * std::min({first, second, corner.squared_edge});
+        const Vector3 after = corner.area - kept.cross(corner.edge);
+        const double squared_after = after.squaredNorm();
+        if (over * over * cotangent_under > cotangent_over * squared_after) {
+            cotangent_over = over * over;
+            cotangent_under = squared_after;
+            if (cotangent_over > steepest * cotangent_under) return limit;
+        }
+        const double along = corner.area.dot(after);
+        turned_over = turned_over || along < 0.0 ||
+                      along * along < kTurnedOver * kTurnedOver * corner.squared_area * squared_after;
+    }
+    const double angle_rad = cotangent_over > 0.0
+                                 ? std::atan2(2.0 * std::sqrt(cotangent_under), std::sqrt(cotangent_over))
+                                 : 3.0 * kComfortableAngle;
     const double angle_ratio = kComfortableAngle / std::max(angle_rad, kNeedleAngle);
     const double cost = volume_part * (1.0 + angle_ratio * angle_ratio);
     return turned_over || angle_rad < kNeedleAngle ? kPutOff * cost : cost;
+}
+
+double collapse_cost(const PositionsView& positions, Index from, Index to, const RingView& ring) {
+    CollapseCost cost(positions);
+    cost.look_at(from, ring);
+    const auto place = std::find(ring.begin(), ring.end(), to) - ring.begin();
+    return cost.of(static_cast<Index>(place), std::numeric_limits<double>::infinity());
 }
 
 }  // namespace meanvalue

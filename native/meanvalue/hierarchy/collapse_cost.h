@@ -1,17 +1,74 @@
 // What removing a vertex by a half-edge collapse costs the shape: paper, section 3.1.
 #pragma once
 
+#include <limits>
+#include <vector>
+
 #include "meanvalue/common/types.h"
-#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/mesh/ring_mesh.h"
 
 namespace meanvalue {
 
-/// The cost of merging `from` into ring vertex `to`, lower is better; docs/algorithm.md, "Collapse cost". The paper
+/// A collapse of some vertex.
+struct Collapse {
+    double cost;
+    Index to;  ///< the ring vertex that it is merged into, or -1
+};
+
+/// The cost of merging a vertex into one of its ring, lower is better; docs/algorithm.md, "Collapse cost". The paper
 /// names its parts, volume preservation (Lindstrom and Turk) and minimal-angle maximisation, and gives no formula.
-/// @param fan the triangles at `from`. Linear in its length.
-double collapse_cost(const PositionsView& positions, Index from, Index to, const Fan& fan);
+///
+/// Holds one vertex after another: what all of its collapses have in common is computed once. One instance for each
+/// thread.
+class CollapseCost {
+  public:
+    /// @param positions n x 3; must outlive this.
+    explicit CollapseCost(const PositionsView& positions) : positions_(positions) {}
+
+    /// Looks at a vertex. Linear in the valence.
+    void look_at(Index vertex, const RingView& ring);
+
+    /// Of merging the vertex into ring vertex number `place`; linear in the valence.
+    /// @param limit where the cost is at least this, any value from it up may be returned, sooner.
+    double of(Index place, double limit) const;
+
+    /// The cheapest collapse below `limit` into a ring vertex for which allowed(its vertex number) holds, the first
+    /// among equals; one that leads nowhere where there is none.
+    template <typename Allowed>
+    Collapse cheapest(double limit, const Allowed& allowed) const;
+
+  private:
+    /// A triangle at the vertex, relative to it.
+    struct Corner {
+        Vector3 ring_vertex;
+        Vector3 edge;  // to the next ring vertex
+        Vector3 area;  // of the triangle, doubled
+        double squared_edge;
+        double squared_area;
+    };
+
+    const PositionsView& positions_;
+    RingView ring_{};
+    std::vector<Corner> corners_;
+    mutable std::vector<double> squared_distance_;  // of the ring vertices from the one that is merged into
+};
+
+/// The same for one collapse.
+double collapse_cost(const PositionsView& positions, Index from, Index to, const RingView& ring);
 
 // Collapses that turn a triangle over or leave a needle are put off until nothing better is left.
 constexpr double kPutOff = 1e6;
+
+template <typename Allowed>
+Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
+    Collapse best{limit, -1};
+    for (Index place = 0; place < ring_.valence; ++place) {
+        const Index to = ring_.vertices[place];
+        if (!allowed(to)) continue;
+        const double cost = of(place, best.cost);
+        if (cost < best.cost) best = {cost, to};
+    }
+    return best;
+}
 
 }  // namespace meanvalue

@@ -1,211 +1,289 @@
 #include "meanvalue/hierarchy/hierarchy.h"
 
 #include <algorithm>
+#include <cstring>
+#include <functional>
+#include <limits>
 #include <queue>
 
+#include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/encoding/ring_extension.h"
 #include "meanvalue/hierarchy/collapse_cost.h"
-#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/hierarchy/fixed_parts.h"
+#include "meanvalue/mesh/ring_mesh.h"
 
 namespace meanvalue {
 namespace {
 
-// Rings may not grow beyond this, or beyond what they were.
-constexpr std::size_t kLongestRing = 16;
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-struct Candidate {
-    double cost;
-    Index vertex;
-    Index version;  // of the vertex' surroundings when the cost was computed
+// Costs of a class count as equal; 2^kFineBits classes to a doubling are as good as none, 2^kCoarseBits are 19 %
+// wide. The sign and the exponent of a double take the rest of the 32 bits that a class has.
+constexpr int kFineBits = 20;
+constexpr int kCoarseBits = 2;
+constexpr std::uint64_t kNoClass = 0xffffffff;
 
-    /// Ties go to the lower vertex number, so that the order is the same everywhere.
-    bool operator<(const Candidate& other) const {
-        return cost != other.cost ? cost > other.cost : vertex > other.vertex;
+/// Positive numbers are ordered as their bits are, so that the leading bits are a class.
+class CostClasses {
+  public:
+    explicit CostClasses(int bits) : shift_(52 - bits) {}
+
+    std::uint32_t of(double cost) const {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &cost, sizeof(bits));
+        return static_cast<std::uint32_t>(bits >> shift_);
     }
+
+    double lowest_cost(std::uint32_t cost_class) const {
+        const std::uint64_t bits = std::uint64_t{cost_class} << shift_;
+        double cost = 0.0;
+        std::memcpy(&cost, &bits, sizeof(cost));
+        return cost;
+    }
+
+  private:
+    int shift_;
 };
+
+/// A place in the queue: first by class, then by vertex number. So the order is the same everywhere, and vertices of
+/// a class are mostly visited in an order in which neighbours, and what is known of them, are near each other in
+/// memory.
+using Candidate = std::uint64_t;
+
+Candidate candidate(std::uint64_t cost_class, Index vertex) {
+    return cost_class << 32 | static_cast<std::uint32_t>(vertex);
+}
 
 /// Removes one vertex after another and writes down what each removal needs to be undone.
 class Coarsening {
   public:
-    Coarsening(TriangleMesh& mesh, const PositionsView& positions, const std::vector<char>& removable,
-               const Execution& execution)
-        : mesh_(mesh),
+    Coarsening(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
+               const CoarseningOptions& options, int threads, const Execution& execution)
+        : mesh_(rings, execution),
           positions_(positions),
-          removable_(removable),
+          is_fixed_(is_fixed),
+          threads_(threads),
           execution_(execution),
+          classes_(options.exact_order ? kFineBits : kCoarseBits),
+          cost_(positions),
           encoder_(positions),
-          version_(removable.size(), 0),
-          removed_(removable.size(), 0),
-          fans_of_removed_(removable.size()) {
-        for (std::size_t v = 0; v < removable.size(); ++v) {
-            execution_.check_every(v);
-            if (removable[v]) {
-                ++remaining_;
-                consider(static_cast<Index>(v));
+          states_(is_fixed.size()),
+          recorder_(rings.vertex_count()) {
+        if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
+        std::vector<Candidate> candidates(is_fixed.size(), kNoClass << 32);
+        parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
+            CollapseCost cost(positions_);
+            for (Index v = begin; v < end; ++v) {
+                if (is_removable(v) && look_at(v, cost)) {
+                    states_[v].waits = true;
+                    candidates[v] = candidate(states_[v].cost_class, v);
+                }
             }
+        });
+        for (const char fixed : is_fixed)
+            remaining_ += fixed ? 0 : 1;
+        candidates.erase(std::remove(candidates.begin(), candidates.end(), kNoClass << 32), candidates.end());
+        candidates_ = Queue({}, std::move(candidates));
+    }
+
+    /// Removes vertices until `count` free ones are left, or none can be removed.
+    void coarsen_to(Index count, std::vector<Index>& order) {
+        while (remaining_ > count && !candidates_.empty()) {
+            execution_.check_every(round_++);
+            const Candidate first = candidates_.top();
+            candidates_.pop();
+            const Index vertex = static_cast<Index>(first & 0xffffffff);
+            State& state = states_[vertex];
+            if (!state.waits || first >> 32 != state.cost_class) continue;  // it has a newer place in the queue
+            state.waits = false;
+            if (!state.is_fresh) {
+                if (!look_at(vertex, cost_)) continue;
+                if (!candidates_.empty() && candidate(state.cost_class, vertex) > candidates_.top()) {
+                    enqueue(vertex);
+                    continue;
+                }
+            }
+            if (remove(vertex)) order.push_back(vertex);
         }
     }
 
     Index remaining() const { return remaining_; }
 
-    /// Removes vertices until `count` removable ones are left. @return false where no legal collapse is left before.
-    bool coarsen_to(Index count, std::vector<Index>& order) {
-        while (remaining_ > count) {
-            execution_.check_every(order.size());
-            if (candidates_.empty()) return false;
-            const Candidate candidate = candidates_.top();
-            candidates_.pop();
-            if (removed_[candidate.vertex] || candidate.version != version_[candidate.vertex]) continue;
-            if (remove(candidate.vertex)) order.push_back(candidate.vertex);
-        }
-        return true;
-    }
-
     /// Rings of the mesh as it is, of all vertices that are left.
     OneRings present_rings() const {
         OneRings rings;
-        std::vector<Fan> fans;
-        for (std::size_t v = 0; v < removed_.size(); ++v) {
+        rings.offsets.reserve(states_.size() + 1);
+        rings.kinds.reserve(states_.size());
+        for (Index v = 0; v < mesh_.vertex_count(); ++v) {
             execution_.check_every(v);
-            if (removed_[v]) {
-                fans.clear();
-            } else {
-                mesh_.collect_fans(static_cast<Index>(v), fans);
-            }
-            rings.append(fans);
+            const RingView ring = mesh_.ring(v);
+            rings.kinds.push_back(mesh_.kind(v));
+            rings.vertices.insert(rings.vertices.end(), ring.begin(), ring.end());
+            rings.offsets.push_back(static_cast<Index>(rings.vertices.size()));
         }
         return rings;
     }
 
-    /// Rings of the removed vertices at their removal; empty ones for the others.
-    OneRings removal_rings() const {
-        OneRings rings;
-        std::vector<Fan> fans;
-        for (const Fan& fan : fans_of_removed_) {
-            fans.clear();
-            if (!fan.ring.empty()) fans.push_back(fan);
-            rings.append(fans);
-        }
-        return rings;
-    }
+    Splits take_splits() { return recorder_.take(threads_, execution_); }
+    bool is_removed(Index vertex) const { return states_[vertex].is_removed; }
 
   private:
-    /// The only fan at a vertex, or nullptr where there are none or several.
-    const Fan* fan_at(Index vertex) {
-        mesh_.collect_fans(vertex, fans_);
-        return fans_.size() == 1 ? &fans_.front() : nullptr;
+    using Queue = std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>>;
+
+    struct State {
+        std::uint32_t cost_class = 0;  // no collapse is of a lower one
+        Index to = -1;                 // of the cheapest collapse
+        bool is_fresh = false;         // else the surroundings have changed since, and the cost may have risen
+        bool waits = false;            // it is in the queue, by that class
+        bool is_removed = false;
+    };
+
+    bool is_removable(Index vertex) const {
+        if (!mesh_.is_manifold(vertex)) return false;
+        return !is_fixed_[vertex] || (!parts_.part.empty() && !parts_.is_extreme[vertex]);
     }
 
-    /// Puts a vertex into the queue at the cost of its cheapest collapse.
-    void consider(Index vertex) {
-        const Fan* fan = fan_at(vertex);
-        if (fan == nullptr) return;
-        double cheapest = -1.0;
-        for (const Index to : fan->ring) {
-            const double cost = collapse_cost(positions_, vertex, to, *fan);
-            if (cheapest < 0.0 || cost < cheapest) cheapest = cost;
-        }
-        candidates_.push({cheapest, vertex, version_[vertex]});
+    /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones.
+    bool may_become(Index vertex, Index to) const {
+        return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to];
+    }
+
+    /// The cheapest collapse below `limit`, or one of that cost that leads nowhere.
+    Collapse cheapest(Index vertex, double limit, CollapseCost& cost) const {
+        cost.look_at(vertex, mesh_.ring(vertex));
+        return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
+    }
+
+    /// @return whether it may be merged into anything.
+    bool look_at(Index vertex, CollapseCost& cost) {
+        const Collapse found = cheapest(vertex, kUnlimited, cost);
+        set_best(vertex, found);
+        return found.to >= 0;
+    }
+
+    void set_best(Index vertex, const Collapse& found) {
+        State& state = states_[vertex];
+        state.cost_class = classes_.of(found.cost);
+        state.to = found.to;
+        state.is_fresh = true;
+    }
+
+    void enqueue(Index vertex) {
+        states_[vertex].waits = true;
+        candidates_.push(candidate(states_[vertex].cost_class, vertex));
     }
 
     /// Removes the vertex by its cheapest legal collapse. @return false where it has none for now; it is considered
     /// again when its surroundings change.
     bool remove(Index vertex) {
-        const Fan* found = fan_at(vertex);
-        if (found == nullptr || !has_good_stencil(vertex, found->ring)) return false;
-        const Fan fan = *found;
-        const std::vector<Index>& ring = fan.ring;
-        std::vector<std::pair<double, Index>> targets;
-        targets.reserve(ring.size());
-        for (const Index to : ring)
-            targets.emplace_back(collapse_cost(positions_, vertex, to, fan), to);
-        std::sort(targets.begin(), targets.end());
-        for (const auto& [cost, to] : targets) {
-            if (!mesh_.can_collapse(vertex, to) || ring_grows_too_long(ring.size(), to)) continue;
-            mesh_.collapse(vertex, to);
-            removed_[vertex] = 1;
-            --remaining_;
-            fans_of_removed_[vertex] = fan;
-            for (const Index neighbour : ring) {
-                ++version_[neighbour];
-                if (removable_[neighbour]) consider(neighbour);
-            }
-            return true;
+        const RingView ring = mesh_.ring(vertex);
+        // A fixed vertex is never put back, so it needs no stencil.
+        if (!is_fixed_[vertex] && !has_good_stencil(vertex, ring)) return false;
+        Index to = states_[vertex].to;
+        if (!mesh_.can_collapse(vertex, to)) {
+            cost_.look_at(vertex, ring);
+            to = cost_
+                     .cheapest(kUnlimited,
+                               [&](Index target) {
+                                   return may_become(vertex, target) && mesh_.can_collapse(vertex, target);
+                               })
+                     .to;
+            if (to < 0) return false;
         }
-        return false;
+        if (!is_fixed_[vertex]) {
+            recorder_.add(vertex, ring, encoder_);
+            --remaining_;
+        }
+        neighbours_.assign(ring.begin(), ring.end());
+        mesh_.collapse(vertex, to);
+        states_[vertex].is_removed = true;
+        for (const Index neighbour : neighbours_)
+            surroundings_changed(neighbour);
+        return true;
     }
 
-    /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
-    bool has_good_stencil(Index vertex, const std::vector<Index>& ring) {
-        if (!spans_a_plane(positions_, ring)) return false;
-        const std::uint8_t flags = encoder_.encode(vertex, ring.data(), static_cast<Index>(ring.size()));
-        return (flags & ~kOnRingEdge) == 0;
+    void surroundings_changed(Index vertex) {
+        if (!is_removable(vertex)) return;
+        State& state = states_[vertex];
+        if (!state.waits) {
+            if (look_at(vertex, cost_)) enqueue(vertex);
+            return;
+        }
+        // Costs mostly rise as the mesh gets coarser. How far is found out when its turn comes; only a fall, which is
+        // quick to rule out, changes its place now.
+        const Collapse cheaper = cheapest(vertex, classes_.lowest_cost(state.cost_class), cost_);
+        state.is_fresh = cheaper.to >= 0;
+        if (!state.is_fresh) return;
+        set_best(vertex, cheaper);
+        enqueue(vertex);
     }
 
-    bool ring_grows_too_long(std::size_t removed_valence, Index to) {
-        std::vector<Fan> fans;
-        mesh_.collect_fans(to, fans);
-        if (fans.size() != 1) return true;
-        const std::size_t valence = fans.front().ring.size();
-        const std::size_t merged = valence + removed_valence - std::min<std::size_t>(4, valence + removed_valence);
-        return merged > std::max(kLongestRing, valence);
+    /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors. Leaves its encoding in
+    /// `encoder_`.
+    bool has_good_stencil(Index vertex, const RingView& ring) {
+        if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
+        return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
     }
 
-    TriangleMesh& mesh_;
+    RingMesh mesh_;
     const PositionsView& positions_;
-    const std::vector<char>& removable_;
+    const std::vector<char>& is_fixed_;
+    int threads_;
     const Execution& execution_;
+    CostClasses classes_;
+    CollapseCost cost_;
     RingEncoder encoder_;
-    std::vector<Index> version_;
-    std::vector<char> removed_;
-    std::vector<Fan> fans_of_removed_;
-    std::priority_queue<Candidate> candidates_;
-    std::vector<Fan> fans_;
+    FixedParts parts_;  // empty where no fixed vertex may be removed
+    std::vector<State> states_;
+    Queue candidates_;
+    std::vector<Index> neighbours_;
+    SplitRecorder recorder_;
+    std::size_t round_ = 0;
     Index remaining_ = 0;
 };
 
 }  // namespace
 
+void Hierarchy::split(int coarse, int fine, Positions& positions, int threads, const Execution& execution) const {
+    for (int level = coarse; level > fine; --level)
+        levels[level].splits.apply(positions, threads, execution);
+}
+
 Index Hierarchy::longest_ring() const {
-    Index longest = splits.longest_ring();
+    Index longest = 0;
     for (const Level& level : levels)
-        longest = std::max(longest, level.encoding.longest_ring());
+        longest = std::max({longest, level.encoding.longest_ring(), level.splits.longest_ring()});
     return longest;
 }
 
 std::size_t Hierarchy::bytes() const {
-    std::size_t sum = splits.bytes() + order.capacity() * sizeof(Index) + split_kinds.capacity() * sizeof(RingKind);
+    std::size_t sum = order.capacity() * sizeof(Index);
     for (const Level& level : levels)
-        sum += level.encoding.bytes();
+        sum += level.encoding.bytes() + level.splits.bytes();
     return sum;
 }
 
-Hierarchy build_hierarchy(TriangleMesh& mesh, const PositionsView& positions, const std::vector<char>& removable,
-                          const std::vector<Index>& level_sizes, int threads, Execution& execution) {
+Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
+                          const CoarseningOptions& options, int threads, Execution& execution) {
     execution.begin_stage("build hierarchy");
     Hierarchy hierarchy;
-    Coarsening coarsening(mesh, positions, removable, execution);
-    const auto keep_level = [&] {
-        const OneRings rings = coarsening.present_rings();
-        hierarchy.levels.push_back({hierarchy.order.size(), encode(rings, positions, threads, execution)});
+    Coarsening coarsening(rings, positions, is_fixed, options, threads, execution);
+    const auto add_level = [&](Index size) {
+        coarsening.coarsen_to(size, hierarchy.order);
+        Level level;
+        level.removed_count = hierarchy.order.size();
+        level.free_count = coarsening.remaining();
+        level.splits = coarsening.take_splits();
+        level.encoding = encode(coarsening.present_rings(), positions, threads, execution);
+        hierarchy.levels.push_back(std::move(level));
     };
-    for (const Index size : level_sizes) {
-        if (!coarsening.coarsen_to(size, hierarchy.order)) break;
-        keep_level();
-    }
-    coarsening.coarsen_to(0, hierarchy.order);
-    keep_level();
-    OneRings removal_rings = coarsening.removal_rings();
-    hierarchy.splits = encode(removal_rings, positions, threads, execution);
-    hierarchy.split_kinds = std::move(removal_rings.kinds);
-
-    std::vector<char> is_gone(removable.size(), 0);
-    for (const Index v : hierarchy.order)
-        is_gone[v] = 1;
-    for (std::size_t v = 0; v < removable.size(); ++v) {
-        if (removable[v] && !is_gone[v]) hierarchy.base_unknowns.push_back(static_cast<Index>(v));
+    for (const Index size : options.level_sizes)
+        add_level(size);
+    if (options.down_to_base || options.level_sizes.empty()) add_level(0);
+    for (Index v = 0; v < rings.vertex_count(); ++v) {
+        if (!is_fixed[v] && !coarsening.is_removed(v)) hierarchy.base_unknowns.push_back(v);
     }
     return hierarchy;
 }

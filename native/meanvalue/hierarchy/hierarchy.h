@@ -7,40 +7,59 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/hierarchy/splits.h"
 #include "meanvalue/mesh/one_ring.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 
 namespace meanvalue {
+
+/// What to remove, and what to keep of the meshes on the way.
+struct CoarseningOptions {
+    /// Numbers of free vertices, descending: a level is kept when so many are left, or as few as can be.
+    std::vector<Index> level_sizes;
+    /// Go on until nothing can be removed, and keep that level too. Else the last of `level_sizes` is the end.
+    bool down_to_base = true;
+    /// Strictly the cheapest first. Else costs within 19 % count as equal, and those of them are taken in the order
+    /// of their numbers, which is faster on large meshes: neighbours are mostly near each other in memory too.
+    bool exact_order = true;
+    /// Fixed vertices may be removed as well, where they are as dense as the free ones: merged into fixed neighbours
+    /// of the same handle, of which each connected part keeps its extreme points.
+    bool thin_out_fixed = false;
+    /// n, or empty: which handle a fixed vertex belongs to; ignored for free ones. Without it fixed neighbours are of
+    /// one handle.
+    std::vector<Index> handles;
+};
 
 /// The mesh at one moment of the coarsening.
 struct Level {
     std::size_t removed_count = 0;  ///< how many of Hierarchy::order were gone
+    Index free_count = 0;           ///< free vertices that were left
     Encoding encoding;              ///< n rows: every vertex that was still there, by its ring then
+    Splits splits;                  ///< from here to the next finer level, or from the finest to the whole mesh
 };
 
 /// A removal order with all that is needed to undo it for other positions. Vertex numbers stay those of the mesh.
 struct Hierarchy {
-    std::vector<Index> order;  ///< removed vertices, first removed first
-    /// n rows: each removed vertex by its ring at removal. A split places it by them; others are not predictable.
-    Encoding splits;
-    std::vector<RingKind> split_kinds;  ///< n: of those rings
-    std::vector<Level> levels;         ///< those asked for, finest first, and the base mesh last
-    std::vector<Index> base_unknowns;  ///< removable vertices that no legal collapse could remove, ascending
+    std::vector<Index> order;          ///< removed vertices, first removed first
+    std::vector<Level> levels;         ///< finest first; at least one
+    std::vector<Index> base_unknowns;  ///< free vertices of the coarsest level, ascending
 
+    /// The coarsest level.
     const Level& base() const { return levels.back(); }
-    Index longest_ring() const;  ///< of all rings in `splits` and `levels`
+    /// Places what was removed between two levels, which leads from `coarse` to `fine`, by equation 13. Numbers of
+    /// levels are those of `levels`; -1 is the whole mesh.
+    void split(int coarse, int fine, Positions& positions, int threads, const Execution& execution) const;
+    Index longest_ring() const;  ///< of all rings in `levels`
     std::size_t bytes() const;
 };
 
-/// Removes vertices by half-edge collapses, cheapest first, until none can be removed. A collapse is legal where it
-/// keeps topology and boundary, bounds the rings, and leaves the removed vertex with a stencil that does not amplify.
-/// @param mesh is coarsened in place.
+/// Removes vertices by half-edge collapses, cheapest first. A collapse is legal where it keeps topology and boundary,
+/// bounds the rings, and leaves the removed vertex with a stencil that does not amplify.
+/// @param rings of the whole mesh.
 /// @param positions n x 3; never changed.
-/// @param removable n flags: the others (anchors) stay in every level.
-/// @param level_sizes numbers of removable vertices, descending: a level is kept when so many are left.
-/// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; serial, the order is always the
-/// same.
-Hierarchy build_hierarchy(TriangleMesh& mesh, const PositionsView& positions, const std::vector<char>& removable,
-                          const std::vector<Index>& level_sizes, int threads, Execution& execution);
+/// @param is_fixed n flags: their positions are always given.
+/// @param threads the result is the same for any number.
+/// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; the removals are serial.
+Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
+                          const CoarseningOptions& options, int threads, Execution& execution);
 
 }  // namespace meanvalue

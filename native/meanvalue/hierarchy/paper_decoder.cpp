@@ -25,20 +25,20 @@ constexpr double kBaseTolerance = 1e-9;
 PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
     : region_(std::move(region)), threads_(threads) {
     components_ = find_components(region_.positions, region_.faces, region_.is_fixed);
-    TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
+    const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
     detached_triangle_count_ = mesh.detached_count();
+    OneRings rings;
     {
         const StageTimer timer(bind_timings_, "encode");
-        encoding_ = encode(collect_one_rings(mesh, execution), region_.positions, threads_, execution);
+        rings = collect_one_rings(mesh, execution);
+        encoding_ = encode(rings, region_.positions, threads_, execution);
         fine_ = find_unknowns(encoding_, region_.is_fixed);
         relaxation_.emplace(encoding_, fine_, execution);
     }
     const StageTimer timer(bind_timings_, "hierarchy");
-    std::vector<char> removable(region_.is_fixed.size());
-    std::transform(region_.is_fixed.begin(), region_.is_fixed.end(), removable.begin(),
-                   [](char fixed) { return fixed ? 0 : 1; });
-    const Index coarse_size = static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())));
-    hierarchy_ = build_hierarchy(mesh, region_.positions, removable, {coarse_size}, threads_, execution);
+    CoarseningOptions coarsening;
+    coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
+    hierarchy_ = build_hierarchy(rings, region_.positions, region_.is_fixed, coarsening, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
     coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution);
@@ -61,10 +61,9 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
         const StageTimer timer(report.timings, "base");
         solve_base(positions, execution);
     }
-    const std::size_t coarse_removed = hierarchy_.levels.front().removed_count;
     {
         const StageTimer timer(report.timings, "split");
-        split(hierarchy_.order.size(), coarse_removed, positions, execution);
+        hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, 0, positions, threads_, execution);
     }
     {
         const StageTimer timer(report.timings, "optimise");
@@ -75,7 +74,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
     }
     {
         const StageTimer timer(report.timings, "split");
-        split(coarse_removed, 0, positions, execution);
+        hierarchy_.split(0, -1, positions, threads_, execution);
     }
     {
         const StageTimer timer(report.timings, "relax");
@@ -97,7 +96,7 @@ double PaperDecoder::fine_energy(const Positions& positions) const {
 std::vector<Index> PaperDecoder::level_sizes() const {
     std::vector<Index> sizes = {static_cast<Index>(fine_.free.size())};
     for (const Level& level : hierarchy_.levels) {
-        sizes.push_back(static_cast<Index>(fine_.free.size() - level.removed_count));
+        sizes.push_back(level.free_count);
     }
     return sizes;
 }
@@ -119,14 +118,6 @@ void PaperDecoder::solve_base(Positions& positions, Execution& execution) {
     options.threads = threads_;
     SparseCholesky cholesky;
     minimise(*base_, cholesky, base_unknowns_, options, positions, execution);
-}
-
-void PaperDecoder::split(std::size_t from, std::size_t to, Positions& positions, const Execution& execution) const {
-    for (std::size_t k = from; k-- > to;) {
-        execution.check_every(k);
-        const Index vertex = hierarchy_.order[k];
-        positions.row(vertex) = predict(hierarchy_.splits.ring_of(vertex), positions);
-    }
 }
 
 std::size_t PaperDecoder::bytes() const {

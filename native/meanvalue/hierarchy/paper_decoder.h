@@ -44,7 +44,6 @@ class PaperDecoder : public Decoder {
     Unknowns unknowns_of(const Level& level) const;
     void solve_base(Positions& positions, Execution& execution);
     double fine_energy(const Positions& positions) const;
-    void split(std::size_t from, std::size_t to, Positions& positions, const Execution& execution) const;
 
     Region region_;
     int threads_;

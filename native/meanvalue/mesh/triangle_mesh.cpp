@@ -12,11 +12,7 @@ namespace meanvalue {
 namespace {
 
 struct Traits : OpenMesh::DefaultTraits {
-    // Status: what a collapse removes is marked, and the link condition marks what it has seen.
-    VertexAttributes(OpenMesh::Attributes::Status);
-    HalfedgeAttributes(OpenMesh::Attributes::PrevHalfedge | OpenMesh::Attributes::Status);
-    EdgeAttributes(OpenMesh::Attributes::Status);
-    FaceAttributes(OpenMesh::Attributes::Status);
+    HalfedgeAttributes(OpenMesh::Attributes::PrevHalfedge);
 };
 using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 using VertexHandle = HalfEdgeMesh::VertexHandle;
@@ -125,22 +121,6 @@ void TriangleMesh::collect_fans(Index vertex, std::vector<Fan>& fans) const {
     if (copies == connectivity_->copies.end()) return;
     for (const VertexHandle copy : copies->second)
         connectivity_->collect_fans(copy, fans);
-}
-
-bool TriangleMesh::can_collapse(Index from, Index to) {
-    HalfEdgeMesh& mesh = connectivity_->mesh;
-    if (connectivity_->copies.count(from) > 0 || connectivity_->copies.count(to) > 0) return false;
-    const HalfedgeHandle edge = mesh.find_halfedge(mesh.vertex_handle(from), mesh.vertex_handle(to));
-    if (!edge.is_valid()) return false;
-    // A boundary vertex that moves inwards would cut the surface's corner off.
-    const bool leaves_boundary =
-        mesh.is_boundary(mesh.vertex_handle(from)) && !mesh.is_boundary(mesh.edge_handle(edge));
-    return !leaves_boundary && mesh.is_collapse_ok(edge);
-}
-
-void TriangleMesh::collapse(Index from, Index to) {
-    HalfEdgeMesh& mesh = connectivity_->mesh;
-    mesh.collapse(mesh.find_halfedge(mesh.vertex_handle(from), mesh.vertex_handle(to)));
 }
 
 }  // namespace meanvalue

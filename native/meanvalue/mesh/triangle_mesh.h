@@ -18,8 +18,7 @@ struct Fan {
 /// @throws InvalidInput where a number is outside [0, vertex_count) or a triangle names a vertex twice.
 void require_triangles(Index vertex_count, const TrianglesView& faces);
 
-/// Which vertices are neighbours, and in which order. Positions are not part of it. May be coarsened by half-edge
-/// collapses.
+/// Which vertices are neighbours, and in which order. Positions are not part of it.
 ///
 /// Any set of triangles is accepted. Where a triangle does not fit a manifold (a third one on an edge, one
 /// turned inside out, a duplicate), it is kept as a loose piece of its own, so that its corners have further
@@ -42,13 +41,6 @@ class TriangleMesh {
     /// Appends every fan of triangles at `vertex` to `fans` after clearing it; none for a loose vertex.
     /// An inner vertex of a manifold has one closed fan, a boundary vertex one open fan.
     void collect_fans(Index vertex, std::vector<Fan>& fans) const;
-
-    /// Whether the half-edge collapse that merges `from` into its neighbour `to` keeps the surface a manifold of the
-    /// same topology (link condition), and a boundary a boundary. False where either has several fans.
-    bool can_collapse(Index from, Index to);
-
-    /// Removes `from`; its triangles close up at `to`. @pre can_collapse(from, to).
-    void collapse(Index from, Index to);
 
   private:
     struct Connectivity;

@@ -1,0 +1,120 @@
+#include "meanvalue/hierarchy/splits.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/predictor.h"
+
+namespace meanvalue {
+
+EncodedRing Splits::ring_of(Index split) const {
+    const std::size_t begin = offsets[split];
+    return {ring.data() + begin,    weights.data() + begin,
+            heights.data() + begin, nullptr,
+            softening[split],       static_cast<Index>(offsets[split + 1] - begin)};
+}
+
+void Splits::apply(Positions& positions, int threads, const Execution& execution) const {
+    const PositionsView view(positions);  // sees what is written
+    parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            positions.row(vertices[k]) = predict(ring_of(k), view);
+    });
+}
+
+Index Splits::longest_ring() const {
+    std::size_t longest = 0;
+    for (Index k = 0; k < size(); ++k)
+        longest = std::max(longest, offsets[k + 1] - offsets[k]);
+    return static_cast<Index>(longest);
+}
+
+std::size_t Splits::bytes() const {
+    return (vertices.capacity() + ring.capacity() + batches.capacity()) * sizeof(Index) +
+           offsets.capacity() * sizeof(std::size_t) + closed.capacity() +
+           (weights.capacity() + heights.capacity() + softening.capacity()) * sizeof(double);
+}
+
+OneRings removal_rings(const Splits& splits, Index vertex_count) {
+    std::vector<Index> number(vertex_count, -1);
+    for (Index k = 0; k < splits.size(); ++k)
+        number[splits.vertices[k]] = k;
+    OneRings rings;
+    for (const Index k : number) {
+        rings.kinds.push_back(k < 0 ? RingKind::kLoose : splits.closed[k] != 0 ? RingKind::kClosed : RingKind::kOpen);
+        if (k >= 0) {
+            const EncodedRing ring = splits.ring_of(k);
+            rings.vertices.insert(rings.vertices.end(), ring.ring, ring.ring + ring.valence);
+        }
+        rings.offsets.push_back(static_cast<Index>(rings.vertices.size()));
+    }
+    return rings;
+}
+
+void SplitRecorder::add(Index vertex, const RingView& ring, const RingEncoder& encoder) {
+    taken_.vertices.push_back(vertex);
+    taken_.ring.insert(taken_.ring.end(), ring.begin(), ring.end());
+    taken_.offsets.push_back(taken_.ring.size());
+    taken_.weights.insert(taken_.weights.end(), encoder.weights().begin(), encoder.weights().end());
+    taken_.heights.insert(taken_.heights.end(), encoder.heights().begin(), encoder.heights().end());
+    taken_.softening.push_back(encoder.softening());
+    taken_.closed.push_back(ring.closed ? 1 : 0);
+}
+
+Splits SplitRecorder::take(int threads, const Execution& execution) {
+    const Index count = taken_.size();
+    Index deepest = 0;
+    for (Index k = count; k-- > 0;) {
+        execution.check_every(k);
+        Index depth = 0;
+        for (std::size_t j = taken_.offsets[k]; j < taken_.offsets[k + 1]; ++j)
+            depth = std::max(depth, depth_[taken_.ring[j]]);
+        depth_[taken_.vertices[k]] = depth + 1;
+        deepest = std::max(deepest, depth + 1);
+    }
+    Splits sorted;
+    sorted.batches.assign(deepest + 1, 0);
+    for (const Index v : taken_.vertices)
+        ++sorted.batches[depth_[v]];
+    for (Index depth = 0; depth < deepest; ++depth)
+        sorted.batches[depth + 1] += sorted.batches[depth];
+    // In a batch by ascending vertex number: neighbours in the caller's order are mostly neighbours in space.
+    std::vector<Index> number(depth_.size(), -1);  // in `taken_`
+    for (Index k = 0; k < count; ++k)
+        number[taken_.vertices[k]] = k;
+    std::vector<Index> place(sorted.batches.begin(), sorted.batches.end() - 1);
+    std::vector<Index> source(count);
+    for (std::size_t v = 0; v < number.size(); ++v) {
+        if (number[v] >= 0) source[place[depth_[v] - 1]++] = number[v];
+    }
+    sorted.vertices.resize(count);
+    sorted.softening.resize(count);
+    sorted.closed.resize(count);
+    sorted.offsets.resize(count + 1);
+    for (Index k = 0; k < count; ++k)
+        sorted.offsets[k + 1] = sorted.offsets[k] + taken_.offsets[source[k] + 1] - taken_.offsets[source[k]];
+    sorted.ring.resize(taken_.ring.size());
+    sorted.weights.resize(taken_.ring.size());
+    sorted.heights.resize(taken_.ring.size());
+    parallel_for(count, threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            const Index from = source[k];
+            const std::size_t first = taken_.offsets[from];
+            const std::size_t valence = taken_.offsets[from + 1] - first;
+            sorted.vertices[k] = taken_.vertices[from];
+            sorted.softening[k] = taken_.softening[from];
+            sorted.closed[k] = taken_.closed[from];
+            std::copy_n(taken_.ring.data() + first, valence, sorted.ring.data() + sorted.offsets[k]);
+            std::copy_n(taken_.weights.data() + first, valence, sorted.weights.data() + sorted.offsets[k]);
+            std::copy_n(taken_.heights.data() + first, valence, sorted.heights.data() + sorted.offsets[k]);
+        }
+    });
+    // Coarser levels count from the bottom again: what is placed there is given here.
+    for (const Index v : taken_.vertices)
+        depth_[v] = 0;
+    taken_ = Splits{};
+    return sorted;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,98 @@
+#include "meanvalue/mesh/ring_mesh.h"
+
+#include <algorithm>
+
+namespace meanvalue {
+
+RingMesh::RingMesh(const OneRings& rings, const Execution& execution) {
+    heads_.reserve(rings.vertex_count());
+    slots_.reserve(rings.vertex_count());
+    for (Index v = 0; v < rings.vertex_count(); ++v) {
+        execution.check_every(v);
+        const Index slot = static_cast<Index>(slots_.size());
+        const Index valence = rings.valence(v);
+        heads_.push_back({slot, valence, rings.kinds[v]});
+        slots_.resize(slot + std::max<Index>(1, (valence + kLongestRing - 1) / kLongestRing));
+        std::copy(rings.begin(v), rings.end(v), slots_[slot].data());
+    }
+}
+
+Index RingMesh::valence_after(const RingView& from, Index to) const {
+    // `to` gains the ring of `from` but for itself and the neighbours they share, and loses `from`.
+    const Index shared = from.closed ? 2 : 1;
+    return heads_[to].valence - 1 + from.valence - 1 - shared;
+}
+
+bool RingMesh::can_collapse(Index from, Index to) const {
+    if (!is_manifold(from) || !is_manifold(to)) return false;
+    const RingView ring = this->ring(from);
+    const RingView target = this->ring(to);
+    if (ring.valence < 3) return false;
+    const Index place = static_cast<Index>(std::find(ring.begin(), ring.end(), to) - ring.begin());
+    if (place == ring.valence) return false;
+    // A boundary vertex that moves inwards would cut the surface's corner off.
+    if (!ring.closed && place != 0 && place != ring.valence - 1) return false;
+    const Index valence = valence_after(ring, to);
+    // Below that, two triangles back to back would be left of a tetrahedron.
+    if (valence < (target.closed ? 3 : 2)) return false;
+    if (valence > std::max(kLongestRing, target.valence)) return false;
+    // The link condition: no common neighbours but those next to the edge.
+    const Index next = place + 1 < ring.valence ? place + 1 : ring.closed ? 0 : -1;
+    const Index last = place > 0 ? place - 1 : ring.closed ? ring.valence - 1 : -1;
+    for (Index k = 0; k < ring.valence; ++k) {
+        if (k == place || k == next || k == last) continue;
+        if (std::find(target.begin(), target.end(), ring.vertices[k]) != target.end()) return false;
+    }
+    return true;
+}
+
+void RingMesh::collapse(Index from, Index to) {
+    const RingView ring = this->ring(from);
+    const Index valence = ring.valence;
+    const Index place = static_cast<Index>(std::find(ring.begin(), ring.end(), to) - ring.begin());
+    // The ring of `from` from `to` on, without `to` and the neighbours shared: what `to` gains, in its order.
+    Index first = place + 2;
+    Index count = valence - 3;
+    if (!ring.closed) {
+        count = valence - 2;
+        if (place != 0) first = 0;
+    }
+    const auto place_in_ring = [&](Index k) { return k < valence ? k : k - valence; };
+
+    Head& head = heads_[to];
+    Index* merged = ring_of(to);
+    Index* const gap = std::find(merged, merged + head.valence, from);
+    if (count == 0) {
+        std::copy(gap + 1, merged + head.valence, gap);
+    } else if (count > 1) {
+        std::copy_backward(gap + 1, merged + head.valence, merged + head.valence - 1 + count);
+    }
+    for (Index k = 0; k < count; ++k)
+        gap[k] = ring.vertices[place_in_ring(first + k)];
+    head.valence += count - 1;
+
+    for (Index k = 0; k < count; ++k)
+        replace(ring.vertices[place_in_ring(first + k)], from, to);
+    if (ring.closed || place == 0) erase(ring.vertices[place_in_ring(place + 1)], from);
+    if (ring.closed || place != 0) erase(ring.vertices[place_in_ring(place + valence - 1)], from);
+    heads_[from].valence = 0;
+    heads_[from].kind = RingKind::kLoose;
+}
+
+void RingMesh::replace(Index vertex, Index old_neighbour, Index new_neighbour) {
+    Index* const ring = ring_of(vertex);
+    Index* const end = ring + heads_[vertex].valence;
+    Index* const found = std::find(ring, end, old_neighbour);
+    if (found != end) *found = new_neighbour;  // of a non-manifold vertex one fan is known; it may be in another
+}
+
+void RingMesh::erase(Index vertex, Index neighbour) {
+    Index* const ring = ring_of(vertex);
+    Index* const end = ring + heads_[vertex].valence;
+    Index* const found = std::find(ring, end, neighbour);
+    if (found == end) return;
+    std::copy(found + 1, end, found);
+    --heads_[vertex].valence;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,133 @@
+#include "meanvalue/mesh/ring_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+RingMesh rings_of(const Mesh& mesh) {
+    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, Execution());
+    return {collect_one_rings(connectivity, Execution()), Execution()};
+}
+
+/// Every triangle, once for each corner that knows it, turned so that the lowest vertex comes first.
+std::map<std::array<Index, 3>, int> triangles_of(const RingMesh& mesh) {
+    std::map<std::array<Index, 3>, int> triangles;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const RingView ring = mesh.ring(v);
+        for (Index k = 0; k < ring.triangle_count(); ++k) {
+            std::array<Index, 3> corners = {v, ring.vertices[k], ring.vertices[(k + 1) % ring.valence]};
+            std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+            ++triangles[corners];
+        }
+    }
+    return triangles;
+}
+
+/// Vertices less edges plus triangles.
+Index euler_number(const RingMesh& mesh, const std::map<std::array<Index, 3>, int>& triangles) {
+    std::set<std::pair<Index, Index>> edges;
+    std::set<Index> vertices;
+    for (const auto& [corners, count] : triangles) {
+        for (int k = 0; k < 3; ++k) {
+            edges.insert(std::minmax(corners[k], corners[(k + 1) % 3]));
+            vertices.insert(corners[k]);
+        }
+    }
+    EXPECT_LE(static_cast<Index>(vertices.size()), mesh.vertex_count());
+    return static_cast<Index>(vertices.size()) - static_cast<Index>(edges.size()) +
+           static_cast<Index>(triangles.size());
+}
+
+class EveryRingMesh : public testing::TestWithParam<Mesh> {};
+
+TEST_P(EveryRingMesh, CollapsesKeepAManifoldOfTheSameTopology) {
+    RingMesh mesh = rings_of(GetParam());
+    const Index euler = euler_number(mesh, triangles_of(mesh));
+    // Round after round every vertex into the first neighbour that it may be merged into, whatever the cost.
+    int collapsed = 0;
+    for (int round = 0; round < 20; ++round) {
+        for (Index v = 0; v < mesh.vertex_count(); ++v) {
+            const RingView ring = mesh.ring(v);
+            const Index* to =
+                std::find_if(ring.begin(), ring.end(), [&](Index j) { return mesh.can_collapse(v, j); });
+            if (to == ring.end()) continue;
+            mesh.collapse(v, *to);
+            ++collapsed;
+        }
+        const auto triangles = triangles_of(mesh);
+        for (const auto& [corners, count] : triangles)
+            ASSERT_EQ(count, 3) << corners[0] << ' ' << corners[1] << ' ' << corners[2];
+        ASSERT_EQ(euler_number(mesh, triangles), euler);
+        std::map<std::pair<Index, Index>, int> half_edges;
+        for (const auto& [corners, count] : triangles) {
+            for (int k = 0; k < 3; ++k)
+                ASSERT_EQ(++half_edges[std::make_pair(corners[k], corners[(k + 1) % 3])], 1);
+        }
+    }
+    EXPECT_GT(collapsed, mesh.vertex_count() / 2);
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        EXPECT_LE(mesh.ring(v).valence, 16);
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, EveryRingMesh,
+                         testing::Values(sphere(3), grid(20, 18, 0.02), torus(20, 12), capped_tube(12, 20, 6.0),
+                                         joined(sphere(2), grid(8, 8, 0.0))));
+
+TEST(RingMesh, ATetrahedronStays) {
+    Mesh mesh;
+    mesh.vertices = Positions::Random(4, 3);
+    mesh.faces.resize(4, 3);
+    mesh.faces << 0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2;
+    const RingMesh rings = rings_of(mesh);
+    for (Index from = 0; from < 4; ++from) {
+        for (Index to = 0; to < 4; ++to)
+            EXPECT_FALSE(rings.can_collapse(from, to));
+    }
+}
+
+TEST(RingMesh, ABoundaryVertexMovesAlongTheBoundaryOnly) {
+    const RingMesh rings = rings_of(grid(5, 5, 0.0));
+    EXPECT_TRUE(rings.can_collapse(2, 1));
+    EXPECT_TRUE(rings.can_collapse(2, 3));
+    EXPECT_FALSE(rings.can_collapse(2, 7));
+    EXPECT_TRUE(rings.can_collapse(7, 2));
+    EXPECT_FALSE(rings.can_collapse(7, 14));  // no neighbours
+}
+
+TEST(RingMesh, ARingLongerThanItsBoundMayOnlyShrink) {
+    const Mesh tube = capped_tube(40, 6, 3.0);
+    RingMesh rings = rings_of(tube);
+    const Index middle = 6 * 40;
+    EXPECT_EQ(rings.ring(middle).valence, 40);
+    for (int round = 0; round < 10; ++round) {
+        for (Index v = 0; v < 6 * 40; ++v) {
+            const RingView ring = rings.ring(v);
+            const Index* to =
+                std::find_if(ring.begin(), ring.end(), [&](Index j) { return rings.can_collapse(v, j); });
+            if (to != ring.end()) rings.collapse(v, *to);
+            ASSERT_LE(rings.ring(middle).valence, 40);
+        }
+    }
+}
+
+TEST(RingMesh, NonManifoldVerticesStay) {
+    Mesh mesh;
+    mesh.vertices = Positions::Random(7, 3);
+    mesh.faces.resize(3, 3);
+    mesh.faces << 0, 1, 2, 0, 2, 3, 0, 5, 6;
+    const RingMesh rings = rings_of(mesh);
+    EXPECT_FALSE(rings.is_manifold(0));
+    for (Index v = 1; v < 7; ++v) {
+        EXPECT_FALSE(rings.can_collapse(0, v));
+        EXPECT_FALSE(rings.can_collapse(v, 0));
+    }
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
