@@ -11,19 +11,22 @@ using SharedExecution = std::shared_ptr<Execution>;
 
 std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
                                         const py::object& anchors, const std::optional<py::object>& roi,
+                                        const std::optional<py::object>& handles, std::optional<double> rigidity,
                                         const std::string& method, int threads, const SharedExecution& execution) {
     const auto positions = as_positions(vertices, "vertices");
     const Triangles triangles = as_triangles(faces, "faces");
-    const Binding binding{
-        positions, triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi"), method_from_name(method),
-        threads};
+    Binding binding{positions, triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi")};
+    if (handles) binding.handles = as_indices(*handles, "handles");
+    binding.rigidity = rigidity;
+    binding.method = method_from_name(method);
+    binding.threads = threads;
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return std::make_unique<Deformer>(binding, *held);
 }
 
 Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,
-               double tolerance, int max_iterations, const SharedExecution& execution) {
+               std::optional<double> tolerance, int max_iterations, const SharedExecution& execution) {
     const auto target_positions = as_positions(targets, "targets");
     std::optional<PositionsView> start_positions;
     if (start) start_positions.emplace(as_positions(*start, "start"));
@@ -69,9 +72,10 @@ void bind_reports(py::module_& module) {
         .def_property_readonly("vertices", &solution_vertices,
                                "(n, 3) float64: anchors exactly at their targets, fixed vertices exactly at rest.")
         .def_readonly("energy", &Solution::energy,
-                      "float: G over the rows that depend on free vertices, squared units of the input.")
+                      "float: what was minimised, in squared units of the input: G over the rows that depend on free\n"
+                      "vertices (equation 15), and the cost of lengths where there is rigidity.")
         .def_readonly("initial_energy", &Solution::initial_energy)
-        .def_readonly("energies", &Solution::energies, "list: G at the start and after each iteration.")
+        .def_readonly("energies", &Solution::energies, "list: energy at the start and after each iteration.")
         .def_readonly("initial_gradient", &Solution::initial_gradient, "float: |dG/dV'| at the start.")
         .def_readonly("gradient", &Solution::gradient, "float: |dG/dV'| at the last linearisation.")
         .def_readonly("iterations", &Solution::iterations)
@@ -88,22 +92,28 @@ void bind_deformer(py::module_& module) {
     py::class_<Deformer>(module, "Deformer",
                          "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
-             py::arg("roi") = py::none(), py::arg("method") = "full", py::arg("threads") = 0,
+             py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
+             py::arg("method") = "fast", py::arg("threads") = 0,
              py::arg("execution") = py::none(),
              "Bind a mesh.\n\n"
              "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
              "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
-             "method: 'full', equation 15 to convergence from the rest pose (paper, section 2.3).\n"
+             "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
+             "be followed along their way. None: anchors joined by edges make a piece.\n"
+             "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
+             "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
+             "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
              "threads: 0 for every core; results do not depend on it.\n"
              "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
         .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
-             py::arg("tolerance") = defaults.tolerance, py::arg("max_iterations") = defaults.max_iterations,
+             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("execution") = py::none(),
              "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
              "targets: (k, 3), in the order of the anchors, which meet them exactly.\n"
              "start: (n, 3) where the free vertices begin, None for the rest shape.\n"
-             "tolerance: stop when no vertex would move farther than this share of the rest shape's\n"
-             "bounding-box diagonal, or when the energy falls by less than 100 times it in three steps on end.\n"
+             "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
+             "bounding-box diagonal; None: 1e-4 for method 'fast', 1e-6 for the others. Method 'full' stops also\n"
+             "when the energy falls by less than 100 times it in three steps on end.\n"
              "Returns a Solution.\n"
              "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
              "calls waits for the first.")

@@ -332,8 +332,9 @@ TEST(Baselines, MeanValueEnergyIsLowestForItsOwnMinimiserAndHighestForLaplacianC
     const Encoding encoding = encoding_of(bend.mesh);
     const double square = bend.mesh.diagonal() * bend.mesh.diagonal();
     Execution execution;
-    Deformer deformer({bend.mesh.vertices, bend.mesh.faces, bend.anchors, {}, meanvalue::Method::kFull, 1},
-                      execution);
+    Binding binding{bend.mesh.vertices, bend.mesh.faces, bend.anchors};
+    binding.method = meanvalue::Method::kFull;
+    Deformer deformer(binding, execution);
     const Solution solution = deformer.solve(bend.targets, {}, SolveOptions(), execution);
     const double own = energy(encoding, solution.vertices, 1, execution) / square;
     std::cout << "G at diagonal 1: mean-value " << own;

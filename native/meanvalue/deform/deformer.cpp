@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/fast/fast_decoder.h"
 #include "meanvalue/hierarchy/paper_decoder.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/region.h"
@@ -18,8 +20,49 @@ namespace {
 // How often a caller that waits for another one's solve looks at its cancel flag.
 constexpr std::chrono::milliseconds kPollInterval{10};
 
-std::unique_ptr<Decoder> make_decoder(Method method, Region region, int threads, Execution& execution) {
-    switch (method) {
+// Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
+// minimum they end.
+constexpr double kFastTolerance = 1e-4;
+constexpr double kTolerance = 1e-6;
+
+/// Of the region's vertices: the handle of each anchor, -1 for the others; empty where none are given.
+std::vector<Index> handles_of_region(const Binding& binding, const Region& region) {
+    if (binding.handles.empty()) return {};
+    if (binding.handles.size() != binding.anchors.size()) {
+        throw InvalidInput(message("handles has ", binding.handles.size(), " numbers, but there are ",
+                                   binding.anchors.size(), " anchors; give one number for each"));
+    }
+    std::vector<Index> of_mesh(binding.vertices.rows(), -1);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
+        if (binding.handles[k] < 0) {
+            throw InvalidInput(message("handles[", k, "] is ", binding.handles[k], "; give numbers from 0"));
+        }
+        of_mesh[binding.anchors[k]] = binding.handles[k];
+    }
+    std::vector<Index> result;
+    for (const Index v : region.vertices)
+        result.push_back(of_mesh[v]);
+    return result;
+}
+
+double rigidity_of(const Binding& binding) {
+    if (!binding.rigidity) return binding.method == Method::kFast ? kDefaultRigidity : 0.0;
+    if (!(*binding.rigidity >= 0.0) || !std::isfinite(*binding.rigidity)) {
+        throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give 0 or a positive number"));
+    }
+    if (*binding.rigidity > 0.0 && binding.method != Method::kFast) {
+        throw InvalidInput(message("rigidity is ", *binding.rigidity,
+                                   "; only method 'fast' has one: give 0 or None to the others"));
+    }
+    return *binding.rigidity;
+}
+
+std::unique_ptr<Decoder> make_decoder(const Binding& binding, Region region, int threads, Execution& execution) {
+    const double rigidity = rigidity_of(binding);
+    const std::vector<Index> handles = handles_of_region(binding, region);
+    switch (binding.method) {
+        case Method::kFast:
+            return std::make_unique<FastDecoder>(std::move(region), handles, rigidity, threads, execution);
         case Method::kPaper:
             return std::make_unique<PaperDecoder>(std::move(region), threads, execution);
         case Method::kFull:
@@ -31,13 +74,14 @@ std::unique_ptr<Decoder> make_decoder(Method method, Region region, int threads,
 }  // namespace
 
 Method method_from_name(const std::string& name) {
+    if (name == "fast") return Method::kFast;
     if (name == "paper") return Method::kPaper;
     if (name == "full") return Method::kFull;
-    throw InvalidInput(message("method is '", name, "'; this version knows 'paper' and 'full'"));
+    throw InvalidInput(message("method is '", name, "'; this version knows 'fast', 'paper' and 'full'"));
 }
 
 Deformer::Deformer(const Binding& binding, Execution& execution)
-    : rest_(binding.vertices), anchors_(binding.anchors) {
+    : method_(binding.method), rest_(binding.vertices), anchors_(binding.anchors) {
     const int threads = thread_count(binding.threads);
     require_finite(rest_, "vertices");
     require_moderate_extent(rest_);
@@ -49,7 +93,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     region_vertices_ = region.vertices;
     report_.components = std::move(components.parts);
     report_.free_count = static_cast<Index>(std::count(region.is_fixed.begin(), region.is_fixed.end(), 0));
-    decoder_ = make_decoder(binding.method, std::move(region), threads, execution);
+    decoder_ = make_decoder(binding, std::move(region), threads, execution);
     fill_report(region_vertices_);
 }
 
@@ -89,8 +133,9 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) {
-    if (!(options.tolerance > 0.0)) {
-        throw InvalidInput(message("tolerance is ", options.tolerance, "; give a positive number"));
+    const double tolerance = options.tolerance.value_or(method_ == Method::kFast ? kFastTolerance : kTolerance);
+    if (!(tolerance > 0.0)) {
+        throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
     }
     if (options.max_iterations < 0) {
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
@@ -109,7 +154,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     {
         const StageTimer timer(total, "total");
         execution.begin_stage("solve");
-        const DecodeOptions decode_options{options.tolerance, options.max_iterations, start.has_value()};
+        const DecodeOptions decode_options{tolerance, options.max_iterations, start.has_value()};
         report = decoder_->decode(decode_options, positions, execution);
     }
     for (std::size_t k = 0; k < region_vertices_.size(); ++k) {

@@ -18,9 +18,13 @@ namespace meanvalue {
 
 /// How free vertices are found from the anchors.
 enum class Method {
+    kFast,   ///< converged, with rigidity, at screen rate
     kPaper,  ///< hierarchical decoding: section 3
     kFull,   ///< equation 15 to convergence from the rest pose: section 2.3
 };
+
+/// What None stands for.
+constexpr double kDefaultRigidity = 30.0;
 
 /// @throws InvalidInput for an unknown name, listing the known ones.
 Method method_from_name(const std::string& name);
@@ -31,8 +35,14 @@ struct Binding {
     TrianglesView faces;     ///< m x 3
     std::vector<Index> anchors;
     std::optional<std::vector<char>> roi;  ///< n flags, true may move; none: every vertex may
-    Method method = Method::kFull;
+    Method method = Method::kFast;
     int threads = 0;  ///< 0: every core
+    /// k numbers, or empty: anchors of one handle move rigidly together, so that far turns can be followed along their
+    /// way. Without, anchors joined by edges make a handle. Used by Method::kFast.
+    std::vector<Index> handles;
+    /// How much lengths count, 0 or more; see DeformationEnergy. None: the method's default. Only Method::kFast knows
+    /// any but 0, which is the paper's energy.
+    std::optional<double> rigidity;
 };
 
 /// What bind found, and what it cost.
@@ -53,19 +63,20 @@ struct BindReport {
 };
 
 struct SolveOptions {
-    /// Share of the rest shape's bounding-box diagonal that a vertex may still move. A solve also ends when the
-    /// energy falls by less than 100 times this share in three steps on end.
-    double tolerance = 1e-6;
+    /// Share of the rest shape's bounding-box diagonal that a vertex may still move in a step; none: the method's
+    /// default. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in three
+    /// steps on end.
+    std::optional<double> tolerance;
     int max_iterations = 100;
 };
 
 struct Solution {
     Positions vertices;   ///< n x 3; anchors exactly at their targets, fixed vertices exactly at rest
-    double energy = 0.0;  ///< G over the rows that depend on free vertices, squared units of the input
+    double energy = 0.0;  ///< what was minimised, squared units of the input: G, or with rigidity DeformationEnergy
     double initial_energy = 0.0;
     double initial_gradient = 0.0;  ///< norm of dG/dV' at the start, where the method computes it
     double gradient = 0.0;          ///< and at the last linearisation
-    std::vector<double> energies;   ///< G at the start and after each iteration
+    std::vector<double> energies;   ///< at the start and after each iteration
     int iterations = 0;
     bool converged = false;
     std::string stop_reason;
@@ -97,6 +108,7 @@ class Deformer {
     void fill_report(const std::vector<Index>& region_vertices);
 
     std::timed_mutex solving_;
+    Method method_;
     Positions rest_;
     std::vector<Index> anchors_;
     std::vector<char> is_fixed_;          // n: anchors, and what lies outside the region of influence

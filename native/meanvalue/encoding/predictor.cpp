@@ -45,7 +45,6 @@ class RingLinearisation {
           polygon_(ring_area(positions, ring.ring, ring.valence)),
           plane_(soft_normal(polygon_, ring.softening)) {
         const Vector3& normal = plane_.normal;
-        Vector3 tilt = Vector3::Zero();  // ds/dn
         for (Index k = 0; k < ring.valence; ++k) {
             const Vector3 difference = centre_ - Vector3(positions.row(ring.ring[k]));
             const double along = normal.dot(difference);
@@ -56,23 +55,57 @@ class RingLinearisation {
             const Vector3 length_gradient = direction - lean * normal;
             offset_ += ring.heights[k] * length;
             pull_ += ring.heights[k] * length_gradient;
-            tilt -= ring.heights[k] * (along * direction + lean * difference);
+            tilt_ -= ring.heights[k] * (along * direction + lean * difference);
             keep(k, length_gradient);
         }
         if (ring.normal_weights != nullptr) {
             const Vector3 difference = kSteepScale * steep_offset(ring, positions);
             offset_ += normal.dot(difference);
-            tilt += difference;
+            tilt_ += difference;
         }
+    }
+
+    /// Before the first block().
+    void prepare_blocks() {
         if (plane_.length == 0.0) return;
         // dF/dn = s I + n tilt^T; dn = ((I - n n^T) dN - n softening^2 spread / length dspread) / length
-        const Matrix3 by_normal = offset_ * Matrix3::Identity() + normal * tilt.transpose();
+        const Vector3& normal = plane_.normal;
+        const Matrix3 by_normal = offset_ * Matrix3::Identity() + normal * tilt_.transpose();
         by_area_ = by_normal * (Matrix3::Identity() - normal * normal.transpose()) / plane_.length;
-        const double share = ring.softening / plane_.length;
-        by_spread_ = by_normal * normal * (-share * share * polygon_.spread);
+        by_spread_ = by_normal * normal * spread_share();
     }
 
     Vector3 predicted() const { return centre_ + offset_ * plane_.normal; }
+
+    /// Calls receive(k, (dF_i/dv_k)^T covector) for every ring vertex: block() transposed and multiplied out, without
+    /// its matrices. @param length_gradient_of k -> what `keep` was given.
+    template <typename LengthGradient, typename Receive>
+    void pull_back(const Vector3& covector, const LengthGradient& length_gradient_of, const Receive& receive) const {
+        const Vector3& normal = plane_.normal;
+        const double along = normal.dot(covector);
+        Vector3 by_area = Vector3::Zero();
+        double by_spread = 0.0;
+        if (plane_.length > 0.0) {
+            const Vector3 by_normal = offset_ * covector + along * tilt_;
+            const double length_change = normal.dot(by_normal);
+            by_area = (by_normal - length_change * normal) / plane_.length;
+            by_spread = 2.0 * length_change * spread_share();
+        }
+        Vector3 previous = positions_.row(ring_.ring[ring_.valence - 1]);
+        Vector3 here = positions_.row(ring_.ring[0]);
+        for (Index k = 0; k < ring_.valence; ++k) {
+            const Vector3 next = positions_.row(ring_.ring[k + 1 == ring_.valence ? 0 : k + 1]);
+            Vector3 pulled = ring_.weights[k] * (covector + along * pull_) -
+                             (along * ring_.heights[k]) * length_gradient_of(k) + by_area.cross(previous - next) +
+                             by_spread * (here - polygon_.centre);
+            if (ring_.normal_weights != nullptr) {
+                pulled += (along * kSteepScale * (ring_.normal_weights[k] - ring_.weights[k])) * normal;
+            }
+            receive(k, pulled);
+            previous = here;
+            here = next;
+        }
+    }
 
     /// dF_i/dv_k.
     Matrix3 block(Index k, const Vector3& length_gradient) const {
@@ -88,6 +121,12 @@ class RingLinearisation {
     }
 
   private:
+    /// The soft normal's change with the ring's spread, along itself.
+    double spread_share() const {
+        const double share = ring_.softening / plane_.length;
+        return -share * share * polygon_.spread;
+    }
+
     const EncodedRing& ring_;
     const PositionsView& positions_;
     Vector3 centre_;
@@ -95,6 +134,7 @@ class RingLinearisation {
     SoftNormal plane_;
     double offset_ = 0.0;             // s
     Vector3 pull_ = Vector3::Zero();  // ds/dp
+    Vector3 tilt_ = Vector3::Zero();  // ds/dn
     Matrix3 by_area_ = Matrix3::Zero();
     Vector3 by_spread_ = Vector3::Zero();
 };
@@ -119,8 +159,9 @@ Vector3 predict_along(const EncodedRing& ring, const PositionsView& positions, c
 
 Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& positions, Matrix3* blocks) {
     // The blocks' memory holds each vertex' length gradient until its block is made.
-    const RingLinearisation linear(
+    RingLinearisation linear(
         ring, positions, [&](Index k, const Vector3& length_gradient) { blocks[k].col(0) = length_gradient; });
+    linear.prepare_blocks();
     for (Index k = 0; k < ring.valence; ++k)
         blocks[k] = linear.block(k, Vector3(blocks[k].col(0)));
     return linear.predicted();
@@ -129,11 +170,24 @@ Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& posi
 Vector3 predict_with_jacobian_of(const EncodedRing& ring, const PositionsView& positions, Index place,
                                  Matrix3& block) {
     Vector3 own_length_gradient;
-    const RingLinearisation linear(ring, positions, [&](Index k, const Vector3& length_gradient) {
+    RingLinearisation linear(ring, positions, [&](Index k, const Vector3& length_gradient) {
         if (k == place) own_length_gradient = length_gradient;
     });
+    linear.prepare_blocks();
     block = linear.block(place, own_length_gradient);
     return linear.predicted();
+}
+
+Vector3 residual_with_gradient(const EncodedRing& ring, const PositionsView& positions, const Vector3& position,
+                               double weight, Vector3* gradients) {
+    // Their memory holds each vertex' length gradient until its gradient is made.
+    const RingLinearisation linear(
+        ring, positions, [&](Index k, const Vector3& length_gradient) { gradients[k] = length_gradient; });
+    const Vector3 residual = position - linear.predicted();
+    linear.pull_back(
+        -weight * residual, [&](Index k) { return gradients[k]; },
+        [&](Index k, const Vector3& gradient) { gradients[k] = gradient; });
+    return residual;
 }
 
 Positions predict_all(const Encoding& encoding, const PositionsView& positions, int threads,

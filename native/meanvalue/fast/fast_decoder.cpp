@@ -1,0 +1,214 @@
+#include "meanvalue/fast/fast_decoder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/encoding/encoder.h"
+#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/solver/carry_parts.h"
+
+namespace meanvalue {
+namespace {
+
+// Free vertices of the coarse level: enough for the shape of limbs, few enough for hundreds of steps a second.
+constexpr double kCoarseShare = 0.03;
+constexpr double kFewestCoarse = 1500;
+constexpr double kMostCoarse = 4000;
+// Below this a coarse level is not worth its splits.
+constexpr std::size_t kSmallMesh = 3000;
+// Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
+constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
+// Stages on the way, as shares of the size and in steps.
+constexpr double kStageTolerance = 1e-4;
+constexpr int kMostStageSteps = 40;
+// Handles that turn farther than this are also followed along their way, in steps of at most the second angle.
+constexpr double kFarTurn = 0.35;
+constexpr double kTurnOfStep = 0.26;
+constexpr int kMostFollowSteps = 15;
+constexpr double kFollowTolerance = 1e-3;
+// On the diagonal of the constant matrices, as a share of their mean diagonal: keeps them positive definite in single
+// precision.
+constexpr double kLeastDiagonal = 1e-9;
+
+}  // namespace
+
+FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, double rigidity, int threads,
+                         Execution& execution)
+    : region_(std::move(region)),
+      threads_(threads),
+      rigidity_(rigidity),
+      size_(bounding_box_diagonal(region_.positions)) {
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed);
+    OneRings rings;
+    {
+        const StageTimer timer(bind_timings_, "encode");
+        const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
+        detached_triangle_count_ = mesh.detached_count();
+        rings = collect_one_rings(mesh, execution);
+        encoding_ = encode(rings, region_.positions, threads_, execution);
+    }
+    pieces_ = std::make_unique<RigidPieces>(encoding_, region_.positions, region_.is_fixed, handles, size_);
+    std::vector<double> stages;
+    for (const double stiffness : kStiffness) {
+        if (stiffness > rigidity_) stages.push_back(stiffness);
+    }
+    stages.push_back(rigidity_);
+    Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
+    if (unknowns.free.size() > kSmallMesh) {
+        {
+            const StageTimer timer(bind_timings_, "hierarchy");
+            CoarseningOptions options;
+            options.level_sizes = {static_cast<Index>(std::clamp(
+                kCoarseShare * static_cast<double>(unknowns.free.size()), kFewestCoarse, kMostCoarse))};
+            options.down_to_base = false;
+            options.exact_order = false;
+            options.thin_out_fixed = true;
+            options.handles = handles;
+            hierarchy_ = build_hierarchy(rings, region_.positions, region_.is_fixed, options, threads_, execution);
+        }
+        const StageTimer timer(bind_timings_, "coarse level");
+        std::vector<char> is_fixed = region_.is_fixed;
+        for (std::size_t k = 0; k < hierarchy_.base().removed_count; ++k)
+            is_fixed[hierarchy_.order[k]] = 1;
+        const Encoding& encoding = hierarchy_.base().encoding;
+        coarse_ = make_level(encoding, find_unknowns(encoding, is_fixed), stages, execution);
+        stages = {rigidity_};
+    }
+    const StageTimer timer(bind_timings_, "factor");
+    execution.begin_stage("factor");
+    fine_ = make_level(encoding_, std::move(unknowns), stages, execution);
+}
+
+std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding& encoding, Unknowns unknowns,
+                                                                  const std::vector<double>& rigidities,
+                                                                  Execution& execution) const {
+    auto level = std::make_unique<SolverLevel>();
+    level->unknowns = std::move(unknowns);
+    const auto weights = rigidity_ > 0.0 ? DeformationEnergy::Weights::kByLength : DeformationEnergy::Weights::kPlain;
+    level->energy = std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_, weights,
+                                                        execution);
+    level->minimiser = QuasiNewton(level->unknowns);
+    if (level->unknowns.free.empty()) return level;
+    for (const double rigidity : rigidities) {
+        SparseMatrix hessian = level->energy->constant_hessian(rigidity, execution);
+        const double least = kLeastDiagonal * hessian.diagonal().mean();
+        for (Eigen::Index k = 0; k < hessian.cols(); ++k)
+            hessian.valuePtr()[hessian.outerIndexPtr()[k]] += least;
+        auto stage = std::make_unique<Stage>();
+        stage->rigidity = rigidity;
+        stage->factor.analyse(hessian, execution);
+        if (!stage->factor.factorise(hessian, execution)) {
+            throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
+        }
+        level->stages.push_back(std::move(stage));
+    }
+    return level;
+}
+
+QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
+                                        Positions& positions, Execution& execution) const {
+    const double rigidity = level.stages[stage]->rigidity;
+    const auto energy = [&](const Positions& at, Positions& gradient) {
+        return level.energy->evaluate(at, rigidity, gradient, threads_, execution);
+    };
+    QuasiNewtonOptions options;
+    options.step_tolerance = tolerance * size_;
+    options.max_iterations = max_iterations;
+    options.threads = threads_;
+    return level.minimiser.minimise(energy, level.stages[stage]->factor, options, positions, execution);
+}
+
+DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positions, Execution& execution) {
+    DecodeReport report;
+    report.stop_reason = "no free vertices";
+    if (fine_->unknowns.free.empty()) return report;
+    execution.begin_stage("solve");
+    if (!options.has_start) {
+        {
+            const StageTimer timer(report.timings, "start");
+            start_from_rest(options.tolerance, options.max_iterations, positions, execution);
+        }
+        if (coarse_) {
+            const StageTimer timer(report.timings, "split");
+            hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, -1, positions, threads_, execution);
+        }
+    }
+    const StageTimer timer(report.timings, "minimise");
+    QuasiNewtonReport minimised = minimise(*fine_, fine_->stages.size() - 1, options.tolerance,
+                                           options.max_iterations, positions, execution);
+    report.iterations = minimised.iterations();
+    report.energies = std::move(minimised.energies);
+    report.initial_gradient = minimised.initial_gradient;
+    report.gradient = minimised.gradient;
+    report.converged = !minimised.at_limit;
+    report.stop_reason = minimised.converged  ? "converged"
+                         : minimised.at_limit ? "iteration limit"
+                                              : "no step lowers the energy further";
+    return report;
+}
+
+/// From rest, carried along with the fixed vertices. @return the energy reached on the level where it starts.
+double FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions,
+                                    Execution& execution) {
+    const RigidPieces::Way way = pieces_->way_to(positions);
+    const Positions carried = carry_parts(components_, region_.positions, positions);
+    for (std::size_t v = 0; v < region_.is_fixed.size(); ++v) {
+        if (!region_.is_fixed[v]) positions.row(v) = carried.row(v);
+    }
+    const double energy = relax_stage_by_stage(tolerance, max_iterations, positions, execution);
+    if (way.largest_angle_rad() < kFarTurn) return energy;
+    Positions followed = region_.positions;
+    const double other = follow(way, tolerance, max_iterations, followed, execution);
+    if (!(other < energy)) return energy;
+    positions = std::move(followed);
+    return other;
+}
+
+double FastDecoder::relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions,
+                                         Execution& execution) {
+    SolverLevel& level = starting_level();
+    for (std::size_t stage = 0; stage + 1 < level.stages.size(); ++stage)
+        minimise(level, stage, kStageTolerance, kMostStageSteps, positions, execution);
+    return minimise(level, level.stages.size() - 1, std::max(tolerance, kStageTolerance), max_iterations, positions,
+                    execution)
+        .energies.back();
+}
+
+double FastDecoder::follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
+                           Execution& execution) {
+    SolverLevel& level = starting_level();
+    const int steps = static_cast<int>(std::ceil(way.largest_angle_rad() / kTurnOfStep));
+    for (int step = 1; step < steps; ++step) {
+        way.place(static_cast<double>(step) / steps, positions);
+        minimise(level, level.stages.size() - 1, kFollowTolerance, kMostFollowSteps, positions, execution);
+    }
+    way.place(1.0, positions);
+    return minimise(level, level.stages.size() - 1, std::max(tolerance, kStageTolerance), max_iterations, positions,
+                    execution)
+        .energies.back();
+}
+
+std::vector<Index> FastDecoder::level_sizes() const {
+    std::vector<Index> sizes = {static_cast<Index>(fine_->unknowns.free.size())};
+    if (coarse_) sizes.push_back(static_cast<Index>(coarse_->unknowns.free.size()));
+    return sizes;
+}
+
+Index FastDecoder::longest_ring() const {
+    return coarse_ ? std::max(encoding_.longest_ring(), hierarchy_.longest_ring()) : encoding_.longest_ring();
+}
+
+std::size_t FastDecoder::bytes() const {
+    std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0);
+    for (const SolverLevel* level : {fine_.get(), coarse_.get()}) {
+        if (level == nullptr) continue;
+        sum += level->energy->bytes() + level->minimiser.bytes();
+        for (const auto& stage : level->stages)
+            sum += stage->factor.bytes();
+    }
+    return sum;
+}
+
+}  // namespace meanvalue

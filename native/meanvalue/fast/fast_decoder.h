@@ -1,0 +1,75 @@
+// The method for artists: at the minimum, without the false ones near it, at screen rate.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "meanvalue/fast/deformation_energy.h"
+#include "meanvalue/fast/quasi_newton.h"
+#include "meanvalue/fast/rigid_pieces.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/mesh/region.h"
+#include "meanvalue/solver/decoder.h"
+#include "meanvalue/solver/supernodal_factor.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+/// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
+/// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance. From
+/// a start, as while dragging: the whole mesh at once. Deterministic for any number of threads.
+class FastDecoder : public Decoder {
+  public:
+    /// @param handles n of the region, the handle of each fixed vertex or -1; or empty. @param rigidity 0 or more.
+    /// @throws Cancelled, SolverFailure.
+    FastDecoder(Region region, const std::vector<Index>& handles, double rigidity, int threads, Execution& execution);
+
+    DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) override;
+    const Encoding& encoding() const override { return encoding_; }
+    Index row_count() const override { return static_cast<Index>(fine_->unknowns.rows.size()); }
+    Index detached_triangle_count() const override { return detached_triangle_count_; }
+    std::size_t bytes() const override;
+    std::vector<Index> level_sizes() const override;
+    Index longest_ring() const override;
+    const Timings& bind_timings() const override { return bind_timings_; }
+
+  private:
+    /// One mesh of the hierarchy, with what minimises the energy on it at one or more rigidities.
+    struct Stage {
+        double rigidity = 0.0;
+        SupernodalFactor factor;
+    };
+    struct SolverLevel {
+        Unknowns unknowns;
+        std::unique_ptr<DeformationEnergy> energy;
+        QuasiNewton minimiser;
+        std::vector<std::unique_ptr<Stage>> stages;  // stiffest first; the last has the rigidity asked for
+    };
+
+    std::unique_ptr<SolverLevel> make_level(const Encoding& encoding, Unknowns unknowns,
+                                            const std::vector<double>& rigidities, Execution& execution) const;
+    QuasiNewtonReport minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
+                               Positions& positions, Execution& execution) const;
+    double start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution);
+    double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
+    double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
+                  Execution& execution);
+    /// Where cold solves are made: the coarse level, or the only one.
+    SolverLevel& starting_level() { return coarse_ ? *coarse_ : *fine_; }
+
+    Region region_;
+    int threads_;
+    double rigidity_;
+    double size_;
+    Timings bind_timings_;
+    Components components_;
+    Index detached_triangle_count_ = 0;
+    Encoding encoding_;
+    Hierarchy hierarchy_;  // empty where the mesh is small
+    std::unique_ptr<RigidPieces> pieces_;
+    std::unique_ptr<SolverLevel> fine_;
+    std::unique_ptr<SolverLevel> coarse_;
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,74 @@
+// L-BFGS whose initial Hessian is a constant matrix, factored once.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/solver/supernodal_factor.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+struct QuasiNewtonOptions {
+    /// Stop when no vertex has moved farther in a step, twice on end; in the units of the positions.
+    double step_tolerance = 0.0;
+    int max_iterations = 100;
+    int threads = 1;
+};
+
+struct QuasiNewtonReport {
+    std::vector<double> energies;  ///< at the start and after each iteration; never rises
+    double initial_gradient = 0.0;  ///< norm of dE/dV' at the start
+    double gradient = 0.0;          ///< and at the end
+    bool converged = false;
+    bool at_limit = false;  ///< of iterations; if neither, no step lowers the energy further
+
+    int iterations() const { return static_cast<int>(energies.size()) - 1; }
+};
+
+/// The minimiser of one set of free vertices; holds all the memory that it needs.
+///
+/// Each step is -H g, H being the L-BFGS update (Nocedal 1980) of the inverse of the constant matrix by the last few
+/// steps, and is halved until the energy falls. Products with the history are taken from its Gram matrix, so that
+/// each iteration reads the vectors four times, whatever their number, and in parallel. Deterministic for any number
+/// of threads.
+class QuasiNewton {
+  public:
+    /// Fills the gradient at the positions, |V'| x 3, and returns the energy.
+    using Energy = std::function<double(const Positions& positions, Positions& gradient)>;
+
+    QuasiNewton() = default;
+    /// @pre unknowns outlive it.
+    explicit QuasiNewton(const Unknowns& unknowns);
+
+    /// Moves the free vertices in `positions` (n x 3) down to a minimum of the energy.
+    /// @param factor of a symmetric positive definite matrix near the energy's Hessian, over the free vertices.
+    /// @throws Cancelled, with `positions` at the last step taken; SolverFailure where the start is not finite.
+    QuasiNewtonReport minimise(const Energy& energy, SupernodalFactor& factor, const QuasiNewtonOptions& options,
+                               Positions& positions, Execution& execution);
+
+    std::size_t bytes() const;
+
+  private:
+    /// A step and the change of the gradient that it made.
+    struct Pair {
+        Positions step;
+        Positions change;
+    };
+
+    void find_direction(SupernodalFactor& factor, int threads, Execution& execution);
+    void remember(double length, int threads, const Execution& execution);
+    void move_free(double length, const Positions& from, Positions& to, int threads, const Execution& execution) const;
+
+    const Unknowns* unknowns_ = nullptr;
+    Positions gradient_, trial_gradient_, direction_;  // |V'| x 3
+    Positions trial_;                                  // n x 3
+    std::vector<Pair> pairs_;                          // a ring buffer
+    std::vector<int> order_;                           // of pairs_ in use, the oldest first
+    Eigen::MatrixXd products_;                         // step of one pair times change of another
+    std::vector<double> sums_;                         // scratch: one row of partial sums a piece
+};
+
+}  // namespace meanvalue
