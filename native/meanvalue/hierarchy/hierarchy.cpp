@@ -95,6 +95,11 @@ class Coarsening {
             const Candidate first = candidates_.top();
             candidates_.pop();
             const Index vertex = static_cast<Index>(first & 0xffffffff);
+            if (!candidates_.empty()) {
+                const Index next = static_cast<Index>(candidates_.top() & 0xffffffff);
+                __builtin_prefetch(&states_[next]);
+                mesh_.prefetch(next);
+            }
             State& state = states_[vertex];
             if (!state.waits || first >> 32 != state.cost_class) continue;  // it has a newer place in the queue
             state.waits = false;
@@ -197,6 +202,12 @@ class Coarsening {
             --remaining_;
         }
         neighbours_.assign(ring.begin(), ring.end());
+        // What follows waits for memory more than it computes: all that it will read is asked for at once.
+        for (const Index neighbour : neighbours_) {
+            __builtin_prefetch(&states_[neighbour]);
+            for (const Index second : mesh_.ring(neighbour))
+                __builtin_prefetch(positions_.row(second).data());
+        }
         mesh_.collapse(vertex, to);
         states_[vertex].is_removed = true;
         for (const Index neighbour : neighbours_)

@@ -79,6 +79,7 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
         ++sorted.batches[depth_[v]];
     for (Index depth = 0; depth < deepest; ++depth)
         sorted.batches[depth + 1] += sorted.batches[depth];
+    execution.check();
     // In a batch by ascending vertex number: neighbours in the caller's order are mostly neighbours in space.
     std::vector<Index> number(depth_.size(), -1);  // in `taken_`
     for (Index k = 0; k < count; ++k)
@@ -88,6 +89,7 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     for (std::size_t v = 0; v < number.size(); ++v) {
         if (number[v] >= 0) source[place[depth_[v] - 1]++] = number[v];
     }
+    execution.check();
     sorted.vertices.resize(count);
     sorted.softening.resize(count);
     sorted.closed.resize(count);
