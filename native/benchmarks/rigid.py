@@ -13,7 +13,7 @@ def rotation_about(axis, angle_deg):
 
 
 def rigid_fit(points, moved):
-    """(rotation (3, 3), shift (3,)) with moved = points @ rotation.T + shift at best; fewer than 3 points only shift."""
+    """(rotation (3, 3), shift (3,)), moved = points @ rotation.T + shift at best; fewer than 3 points only shift."""
     if len(points) < 3:
         return np.eye(3), moved.mean(axis=0) - points.mean(axis=0)
     centre, moved_centre = points.mean(axis=0), moved.mean(axis=0)

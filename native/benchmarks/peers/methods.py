@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The table of methods, and how each is run: ours and the peers, under the same limits."""
 
+import contextlib
 import os
 import pathlib
 import subprocess
@@ -136,6 +137,12 @@ def build_cgal():
         command = [*CGAL_COMPILER, str(source), "-o", str(CGAL_PROGRAM), "-lmpfr", "-lgmp"]
         subprocess.run(command, check=True, capture_output=True, text=True)
     return str(CGAL_PROGRAM)
+
+
+def build_cgal_quietly():
+    """Before several runs want it at once; what is wrong is told by those."""
+    with contextlib.suppress(subprocess.CalledProcessError, FileNotFoundError):
+        build_cgal()
 
 
 def cgal_command(method, folder, options):
