@@ -25,6 +25,7 @@ POSE_COLUMNS = [
 ]  # fmt: skip
 FEW_ANCHOR_PEERS = (methods.CGAL, methods.LIBIGL)
 TRUTH = "(true pose)"
+HANDLES = "handles"
 DEFAULT_OURS = ("fast",)
 
 
@@ -51,6 +52,7 @@ def pose_rows(pose_set, method, with_triangles, time_limit):
             "volume ratio": shape_metrics.volume(shape, job.faces) / shape_metrics.volume(truth, job.faces),
             "seconds": seconds[k],
         })  # fmt: skip
+    print(f"{pose_set.name}, {head['anchors']} anchors: {head['method']}: {len(rows)} poses done", flush=True)
     return rows
 
 
@@ -102,6 +104,7 @@ def handle_rows(method, time_limit):
             "intersecting": pairs, "seconds": outcome.result["seconds"][0],
             "anchor miss": float(np.abs(shape[job.anchors] - job.targets[0]).max() / job.diagonal),
         })  # fmt: skip
+    print(f"{HANDLES}: {method.name}: done", flush=True)
     return rows
 
 
@@ -167,7 +170,10 @@ def parse():
     parser.add_argument("--ours", default=DEFAULT_OURS, type=lambda text: text.split(";"),
                         help=f"our methods, by semicolons: {'; '.join(methods.OURS)}")  # fmt: skip
     parser.add_argument("--only", choices=["ours", "peers"], help="without peers there are no ratios")
-    parser.add_argument("--beside", action="store_true", help="with --only ours: also CGAL's spokes and rims")
+    parser.add_argument("--peers", default=list(methods.PEERS), type=lambda text: text.split(";"),
+                        help=f"by semicolons: {'; '.join(methods.PEERS)}")  # fmt: skip
+    parser.add_argument("--sets", default=[*quality_cases.POSE_SETS, HANDLES], type=lambda text: text.split(","),
+                        help=f"of {', '.join(quality_cases.POSE_SETS)}, {HANDLES} (default: all)")  # fmt: skip
     parser.add_argument("--anchors", default=[40, 17], type=lambda text: [int(part) for part in text.split(",")])
     parser.add_argument("--thin-out", type=int, default=1, help="take only every so many poses, for a quick look")
     parser.add_argument("--time-limit", type=float, default=240.0, help="seconds for all poses of a set")
@@ -179,10 +185,8 @@ def chosen_methods(arguments, anchor_count):
     """None for the truth itself, then ours, then the peers."""
     chosen = [] if arguments.only == "peers" else [methods.OURS[name] for name in arguments.ours]
     if arguments.only != "ours":
-        few = anchor_count < 40
-        chosen += [method for name, method in methods.PEERS.items() if not few or name in FEW_ANCHOR_PEERS]
-    elif arguments.beside:
-        chosen.append(methods.PEERS[methods.CGAL])
+        peers = [name for name in arguments.peers if anchor_count >= 40 or name in FEW_ANCHOR_PEERS]
+        chosen += [methods.PEERS[name] for name in peers]
     return chosen
 
 
@@ -191,11 +195,12 @@ def measure(arguments):
     tasks = []
     with ThreadPoolExecutor(arguments.jobs) as pool:
         for count in arguments.anchors:
-            for pose_set in quality_cases.pose_sets(count, arguments.thin_out):
+            for pose_set in quality_cases.pose_sets(arguments.sets, count, arguments.thin_out):
                 for method in [None, *chosen_methods(arguments, count)]:
                     tasks.append(pool.submit(pose_rows, pose_set, method, count >= 40, arguments.time_limit))
         others = [
-            pool.submit(handle_rows, method, arguments.time_limit) for method in chosen_methods(arguments, 40)
+            pool.submit(handle_rows, method, arguments.time_limit)
+            for method in (chosen_methods(arguments, 40) if HANDLES in arguments.sets else [])
         ]
         rows = [row for task in tasks for row in task.result()]
         return rows, [row for task in others for row in task.result()]

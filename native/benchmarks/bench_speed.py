@@ -2,7 +2,8 @@
 """Speed beside the peers: bind, first update, dragging, memory, and how they grow with the mesh.
 
 Two generated shapes (generated_meshes.py), every run in a process of its own, one after the other. A run may do fewer
-than the 100 frames: no new frame is begun when its frames took `--frame-seconds`.
+than the 100 frames: no new frame is begun when its frames took `--frame-seconds`. CPU seconds are the sum
+over threads and suffer less from other work on the machine.
 """
 
 import argparse
@@ -18,8 +19,8 @@ from native.benchmarks import generated_meshes, reporting, shape_metrics
 from native.benchmarks.peers import methods
 
 COLUMNS = [
-    "shape", "vertices", "method", "bind s", "first update s", "warm median s", "warm worst s", "frames", "peak MB",
-    "to converged", "to a fresh solve",
+    "shape", "vertices", "method", "bind s", "first update s", "warm median s", "warm worst s", "warm CPU s", "frames",
+    "peak MB", "to converged", "to a fresh solve",
 ]  # fmt: skip
 SHAPES = ("body", "bar")
 SIZES = (10_000, 50_000, 200_000)
@@ -47,7 +48,8 @@ def measure(job, shape, method, arguments):
     row.update({
         "bind s": result["bind_seconds"] if method.program != "open3d" else "in update",
         "first update s": result["seconds"][0], "warm median s": float(np.median(warm)),
-        "warm worst s": float(warm.max()), "frames": len(warm) + 1, "peak MB": result["peak_bytes"] / 1e6,
+        "warm worst s": float(warm.max()), "warm CPU s": float(np.median(result["cpu_seconds"][2:])),
+        "frames": len(warm) + 1, "peak MB": result["peak_bytes"] / 1e6,
     })  # fmt: skip
     for column, name in (("to converged", "onwards"), ("to a fresh solve", "afresh")):
         found = [check[name] for check in result.get("checks", {}).values()]
@@ -164,6 +166,8 @@ def parse():
     parser.add_argument("--ours", default=DEFAULT_OURS, type=lambda text: text.split(";"),
                         help=f"our methods, by semicolons: {'; '.join(methods.OURS)}")  # fmt: skip
     parser.add_argument("--only", choices=["ours", "peers"])
+    parser.add_argument("--peers", default=list(methods.PEERS), type=lambda text: text.split(";"),
+                        help=f"by semicolons: {'; '.join(methods.PEERS)}")  # fmt: skip
     parser.add_argument("--frame-seconds", type=float, default=8.0)
     parser.add_argument("--time-limit", type=float, default=240.0, help="seconds for one run")
     return parser.parse_args()
@@ -172,7 +176,7 @@ def parse():
 def main(arguments):
     """Measures, prints, writes."""
     chosen = [] if arguments.only == "peers" else [methods.OURS[name] for name in arguments.ours]
-    chosen += [] if arguments.only == "ours" else list(methods.PEERS.values())
+    chosen += [] if arguments.only == "ours" else [methods.PEERS[name] for name in arguments.peers]
     rows = []
     for shape in arguments.shapes:
         for vertex_count in arguments.sizes:

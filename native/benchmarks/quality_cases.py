@@ -25,9 +25,11 @@ class PoseSet:
     job: Job
 
 
-def pose_sets(anchor_count, thin_out=1):
-    """The pose sets of the shared data with so many anchors; only every `thin_out`th of the poses that are used."""
+def pose_sets(names, anchor_count, thin_out=1):
+    """The pose sets of these names with so many anchors; only every `thin_out`th of the poses that are used."""
     for name, stride in POSE_SETS.items():
+        if name not in names:
+            continue
         path = mesh_files.DATA / "poses" / f"{name}.npz"
         if not path.exists():
             print(f"skipped: {name}, since there is no {path.name} in the shared data")

@@ -16,6 +16,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
@@ -133,6 +134,13 @@ long peak_bytes() {
     return 0;
 }
 
+void write_list(std::ostream& out, const std::vector<double>& values) {
+    out << "[";
+    for (std::size_t k = 0; k < values.size(); ++k)
+        out << (k ? ", " : "") << values[k];
+    out << "]";
+}
+
 struct Limits {
     unsigned iterations;
     double frame_seconds;
@@ -159,13 +167,14 @@ void run_job(const std::string& folder, const Limits& limits) {
     std::ifstream targets(folder + "/targets.bin", std::ios::binary);
     std::ofstream shapes(folder + "/shapes.bin", std::ios::binary);
     std::vector<double> step_targets(3 * anchors.size());
-    std::vector<double> seconds;
+    std::vector<double> seconds, cpu_seconds;
     double spent = 0;
     for (std::size_t step = 0; step < plan.size(); ++step) {
         if (spent > limits.frame_seconds && step >= limits.least_steps) break;
         targets.read(reinterpret_cast<char*>(step_targets.data()),
                      static_cast<std::streamsize>(step_targets.size() * sizeof(double)));
         start = std::chrono::steady_clock::now();
+        const std::clock_t cpu_start = std::clock();
         if (plan[step] & kRestart) deformation.reset();
         for (std::size_t k = 0; k < anchors.size(); ++k) {
             const double* target = step_targets.data() + 3 * k;
@@ -174,6 +183,7 @@ void run_job(const std::string& folder, const Limits& limits) {
         }
         deformation.deform(limits.iterations, 0.0);
         seconds.push_back(seconds_since(start));
+        cpu_seconds.push_back(static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC);
         spent += seconds.back();
         if (!(plan[step] & kKeep)) continue;
         for (const auto vertex : vertices(mesh)) {
@@ -184,10 +194,11 @@ void run_job(const std::string& folder, const Limits& limits) {
     }
     std::ofstream result(folder + "/result.json");
     result.precision(9);
-    result << "{\"bind_seconds\": " << bind_seconds << ", \"peak_bytes\": " << peak_bytes() << ", \"seconds\": [";
-    for (std::size_t step = 0; step < seconds.size(); ++step)
-        result << (step ? ", " : "") << seconds[step];
-    result << "]}";
+    result << "{\"bind_seconds\": " << bind_seconds << ", \"peak_bytes\": " << peak_bytes() << ", \"seconds\": ";
+    write_list(result, seconds);
+    result << ", \"cpu_seconds\": ";
+    write_list(result, cpu_seconds);
+    result << "}";
 }
 
 void count_intersections(const std::string& folder) {

@@ -7,8 +7,8 @@
     targets.bin    (s, k, 3) float64, read one step at a time so that they do not count as the method's memory
     plan.bin       (s,) int32, the sum of RESTART (start from the rest shape) and KEEP (the result is wanted)
 
-The result is result.json (bind_seconds, seconds of the steps done, peak_bytes) and shapes.bin, the (n, 3) float64
-positions of the steps to keep, in their order.
+The result is result.json (bind_seconds, seconds and cpu_seconds of the steps done, peak_bytes) and shapes.bin, the
+(n, 3) float64 positions of the steps to keep, in their order.
 """
 
 import json

@@ -17,15 +17,16 @@ def serve(folder, bind):
     job = jobs.read(folder)
     started = time.perf_counter()
     step = bind(job)
-    result = {"bind_seconds": time.perf_counter() - started, "seconds": []}
+    result = {"bind_seconds": time.perf_counter() - started, "seconds": [], "cpu_seconds": []}
     shapes, spent = [], 0.0
     for number, plan in enumerate(job.plan):
         if spent > job.options.get("frame_seconds", float("inf")) and number >= job.options.get("least_steps", 1):
             break
         targets = jobs.read_targets(folder, number, len(job.anchors))
-        started = time.perf_counter()
+        started, cpu_started = time.perf_counter(), time.process_time()
         positions = step(targets, bool(plan & jobs.RESTART))
         result["seconds"].append(time.perf_counter() - started)
+        result["cpu_seconds"].append(time.process_time() - cpu_started)
         spent += result["seconds"][-1]
         if plan & jobs.KEEP:
             shapes.append(positions.copy())
