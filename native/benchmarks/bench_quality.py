@@ -60,7 +60,7 @@ def add_ratios(rows):
     """The rms over that of CGAL's spokes and rims on the same pose, where both are there."""
     reference = {place(row): row["rms"] for row in rows if row["method"] == methods.CGAL and "missing" not in row}
     for row in rows:
-        if "missing" not in row and place(row) in reference:
+        if "missing" not in row and row["method"] != TRUTH and place(row) in reference:
             row["ratio"] = row["rms"] / reference[place(row)]
 
 

@@ -37,8 +37,7 @@ def draw_speed(content):
                     panel.loglog(*zip(*series, strict=True), "o-", color=f"C{number}", label=name)
             panel.set(title=f"{shape}: {column}", xlabel="vertices")
             panel.grid(True, which="both", alpha=0.25)
-    lines = {line.get_label(): line for panel in axes.flat for line in panel.lines}
-    figure.legend(lines.values(), lines.keys(), loc="outside lower center", ncols=len(lines))
+        axes[line, 1].legend(fontsize=8)
     return titled(figure, content)
 
 
