@@ -134,8 +134,10 @@ def build_cgal():
         raise FileNotFoundError("CGAL's headers are not installed (libcgal-dev)")
     if not CGAL_PROGRAM.exists() or CGAL_PROGRAM.stat().st_mtime < source.stat().st_mtime:
         CGAL_PROGRAM.parent.mkdir(parents=True, exist_ok=True)
-        command = [*CGAL_COMPILER, str(source), "-o", str(CGAL_PROGRAM), "-lmpfr", "-lgmp"]
+        made = CGAL_PROGRAM.with_suffix(".new")
+        command = [*CGAL_COMPILER, str(source), "-o", str(made), "-lmpfr", "-lgmp"]
         subprocess.run(command, check=True, capture_output=True, text=True)
+        made.replace(CGAL_PROGRAM)
     return str(CGAL_PROGRAM)
 
 

@@ -15,9 +15,10 @@ def serve(folder, bind):
     """
     folder = pathlib.Path(folder)
     job = jobs.read(folder)
-    started = time.perf_counter()
+    started, cpu_started = time.perf_counter(), time.process_time()
     step = bind(job)
-    result = {"bind_seconds": time.perf_counter() - started, "seconds": [], "cpu_seconds": []}
+    result = {"bind_seconds": time.perf_counter() - started, "bind_cpu_seconds": time.process_time() - cpu_started}
+    result.update({"seconds": [], "cpu_seconds": []})
     shapes, spent = [], 0.0
     for number, plan in enumerate(job.plan):
         if spent > job.options.get("frame_seconds", float("inf")) and number >= job.options.get("least_steps", 1):
