@@ -218,7 +218,8 @@ def main(arguments):
     case_columns = ["case", "method", "uneven deg", "volume ratio", "bump error", "bump tilt", "asymmetry", "spike",
                     "flipped", "intersecting", "anchor miss", "seconds"]  # fmt: skip
     print()
-    others.sort(key=lambda row: list(dict.fromkeys(other["case"] for other in others)).index(row["case"]))
+    order = list(dict.fromkeys(row["case"] for row in others))
+    others.sort(key=lambda row: order.index(row["case"]))
     reporting.report("handles and checks", case_columns, [table_row(row, case_columns) for row in others], None)
     if arguments.json:
         content = {**json.loads(arguments.json.read_text()), "poses": rows, "means": mean_rows, "cases": others}

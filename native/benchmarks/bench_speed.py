@@ -8,6 +8,7 @@ over threads and suffer less from other work on the machine.
 
 import argparse
 import json
+import os
 import pathlib
 import sys
 
@@ -178,6 +179,7 @@ def main(arguments):
     """Measures, prints, writes."""
     chosen = [] if arguments.only == "peers" else [methods.OURS[name] for name in arguments.ours]
     chosen += [] if arguments.only == "ours" else [methods.PEERS[name] for name in arguments.peers]
+    load = os.getloadavg()[0]  # of the last minute: other work on the machine
     rows = []
     for shape in arguments.shapes:
         for vertex_count in arguments.sizes:
@@ -185,7 +187,7 @@ def main(arguments):
             for method in chosen:
                 rows.append(measure(job, shape, method, arguments))
                 print(f"{label(rows[-1])}: {rows[-1].get('missing') or 'done'}", flush=True)
-    title = f"speed; an update of a peer is {ITERATIONS} iterations; peak MB is the whole process"
+    title = f"speed; an update of a peer is {ITERATIONS} iterations; peak MB of the process; load before: {load:.1f}"
     reporting.report(title, COLUMNS, [table_row(row) for row in rows], arguments.json)
     powers = exponents(rows)
     if arguments.json:
