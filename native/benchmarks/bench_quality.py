@@ -24,7 +24,7 @@ POSE_COLUMNS = [
     "intersecting", "volume ratio", "seconds",
 ]  # fmt: skip
 FEW_ANCHOR_PEERS = (methods.CGAL,)
-# libigl's spokes are left to --peers: its negative weights make folds (a hundredth of the triangles flip).
+# libigl's spokes are left to --peers: its negative weights make folds (three in a hundred triangles flip).
 DEFAULT_PEERS = [name for name in methods.PEERS if name != "libigl spokes"]
 TRUTH = "(true pose)"
 HANDLES = "handles"
