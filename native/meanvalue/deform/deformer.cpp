@@ -113,6 +113,13 @@ void Deformer::fill_report(const std::vector<Index>& region_vertices) {
     report_.bytes = decoder_->bytes();
 }
 
+Positions Deformer::rows_of_region(const PositionsView& positions) const {
+    Positions rows(static_cast<Eigen::Index>(region_vertices_.size()), 3);
+    for (std::size_t k = 0; k < region_vertices_.size(); ++k)
+        rows.row(k) = positions.row(region_vertices_[k]);
+    return rows;
+}
+
 Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const {
     require_targets(targets, anchors_);
     Positions positions = rest_;
@@ -145,16 +152,14 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
         execution.check();
     Solution solution;
     solution.vertices = place_anchors(targets, start);
-    Positions positions(static_cast<Eigen::Index>(region_vertices_.size()), 3);
-    for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
-        positions.row(k) = solution.vertices.row(region_vertices_[k]);
-    }
+    Positions positions = rows_of_region(solution.vertices);
+    const Positions previous = start ? rows_of_region(*start) : Positions();
     DecodeReport report;
     Timings total;
     {
         const StageTimer timer(total, "total");
         execution.begin_stage("solve");
-        const DecodeOptions decode_options{tolerance, options.max_iterations, start.has_value()};
+        const DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr};
         report = decoder_->decode(decode_options, positions, execution);
     }
     for (std::size_t k = 0; k < region_vertices_.size(); ++k) {

@@ -94,7 +94,8 @@ class Deformer {
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
     /// @param targets k x 3, in the order of the anchors.
-    /// @param start n x 3 of which the free vertices' rows are used, or none for the rest shape.
+    /// @param start n x 3, an earlier solution: free vertices start there, and the fast method follows what the
+    ///        anchors have moved since. None: the rest shape.
     /// @throws InvalidInput, SolverFailure, Cancelled; the deformer stays usable. From any thread;
     ///         a second caller waits for the first, and may be cancelled meanwhile.
     Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
@@ -105,6 +106,7 @@ class Deformer {
   private:
     /// Rest shape with the anchors at their targets and everything else that may move at `start`, where given.
     Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const;
+    Positions rows_of_region(const PositionsView& positions) const;
     void fill_report(const std::vector<Index>& region_vertices);
 
     std::timed_mutex solving_;

@@ -70,6 +70,7 @@ void DeformationEnergy::measure(const PositionsView& rest, double size, Weights 
     const double square = static_cast<double>(bending_.size()) / inverse_squares;
     for (double& value : bending_)
         value = weights == Weights::kByLength ? value * square : 1.0;
+    resolution_ = square;
     stretching_ = square / (size * size);
 }
 

@@ -40,7 +40,8 @@ class DeformationEnergy {
     /// rotations only lower it, and is the smooth part of the first. @throws Cancelled.
     SparseMatrix constant_hessian(double rigidity, const Execution& execution) const;
 
-    const Unknowns& unknowns() const { return unknowns_; }
+    /// h^2: energies of two resolutions of one shape are as these.
+    double resolution() const { return resolution_; }
     std::size_t bytes() const;
 
   private:
@@ -59,6 +60,7 @@ class DeformationEnergy {
     const Encoding& encoding_;
     const Unknowns& unknowns_;
     std::vector<double> bending_;          // a_i, |rows|
+    double resolution_ = 0.0;              // h^2
     double stretching_ = 0.0;              // (h/D)^2
     std::vector<std::int64_t> row_start_;  // |rows| + 1: where a row's spokes begin
     std::vector<Spoke> spokes_;

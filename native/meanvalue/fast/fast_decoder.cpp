@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <cstdio>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/encoder.h"
@@ -125,7 +127,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     report.stop_reason = "no free vertices";
     if (fine_->unknowns.free.empty()) return report;
     execution.begin_stage("solve");
-    if (!options.has_start) {
+    if (options.previous == nullptr) {
         {
             const StageTimer timer(report.timings, "start");
             start_from_rest(options.tolerance, options.max_iterations, positions, execution);
@@ -134,6 +136,10 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
             const StageTimer timer(report.timings, "split");
             hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, -1, positions, threads_, execution);
         }
+    }
+    if (coarse_ && options.previous && !std::getenv("NOFAS")) {
+        const StageTimer timer(report.timings, "follow");
+        follow_on_coarse(*options.previous, positions, execution);
     }
     const StageTimer timer(report.timings, "minimise");
     QuasiNewtonReport minimised = minimise(*fine_, fine_->stages.size() - 1, options.tolerance,
@@ -147,6 +153,41 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
                          : minimised.at_limit ? "iteration limit"
                                               : "no step lowers the energy further";
     return report;
+}
+
+/// Carries a shape that was near a minimum along with fixed vertices that have moved a little since. The coarse level,
+/// its energy tilted so that it was at a minimum too (full approximation scheme, Brandt 1977), follows them, and the
+/// splits hand its move on. What is smooth in the move would take the whole mesh many steps.
+void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positions, Execution& execution) {
+    const std::vector<Index>& coarse_free = coarse_->unknowns.free;
+    Positions tilt(static_cast<Eigen::Index>(coarse_free.size()), 3);
+    coarse_->energy->evaluate(previous, rigidity_, tilt, threads_, execution);
+    const auto tilted = [&](const Positions& at, Positions& gradient) {
+        double value = coarse_->energy->evaluate(at, rigidity_, gradient, threads_, execution);
+        for (std::size_t k = 0; k < coarse_free.size(); ++k)
+            value -= tilt.row(k).dot(at.row(coarse_free[k]) - previous.row(coarse_free[k]));
+        gradient -= tilt;
+        return value;
+    };
+    QuasiNewtonOptions options;
+    static const double CT = std::getenv("CT") ? atof(std::getenv("CT")) : 1e-4;
+    static const int CI = std::getenv("CI_") ? atoi(std::getenv("CI_")) : 30;
+    options.step_tolerance = CT * size_;
+    options.max_iterations = CI;
+    options.threads = threads_;
+    Positions moved = positions;
+    auto rep = coarse_->minimiser.minimise(tilted, coarse_->stages.back()->factor, options, moved, execution);
+    const int level = static_cast<int>(hierarchy_.levels.size()) - 1;
+    Positions before = previous;
+    hierarchy_.split(level, -1, before, threads_, execution);
+    hierarchy_.split(level, -1, moved, threads_, execution);
+    for (const Index v : fine_->unknowns.free)
+        moved.row(v) += previous.row(v) - before.row(v);
+    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
+    const double energy = fine_->energy->evaluate(positions, rigidity_, gradient, threads_, execution);
+    const double after = fine_->energy->evaluate(moved, rigidity_, gradient, threads_, execution);
+    if (std::getenv("V")) std::fprintf(stderr, "fas its %d %g -> %g\n", rep.iterations(), energy, after);
+    if (after < energy) std::swap(positions, moved);
 }
 
 /// From rest, carried along with the fixed vertices. @return the energy reached on the level where it starts.

@@ -15,7 +15,8 @@ struct DecodeOptions {
     /// Share of the bounding-box diagonal that a vertex may still move, for decoders that stop by tolerance.
     double tolerance = 1e-6;
     int max_iterations = 100;
-    bool has_start = false;  ///< the free vertices' positions are where to start, not merely at rest
+    /// Where to start, or nullptr: an earlier shape of the region, n x 3, with its fixed vertices where they were then.
+    const Positions* previous = nullptr;
 };
 
 struct DecodeReport {
@@ -37,7 +38,7 @@ class Decoder {
     Decoder& operator=(const Decoder&) = delete;
     virtual ~Decoder() = default;
 
-    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or at a start; receives the
+    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start; receives the
     ///        result. Left in any state on an exception. @throws Cancelled, SolverFailure; the decoder stays usable.
     virtual DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) = 0;
 

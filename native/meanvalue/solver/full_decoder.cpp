@@ -43,7 +43,7 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Positions& positi
         0.5 * static_cast<double>(unknowns_.rows.size()) * std::pow(kRounding * diagonal_, 2);
     minimise_options.max_iterations = options.max_iterations;
     minimise_options.threads = threads_;
-    if (!options.has_start) choose_start(minimise_options, positions, execution);
+    if (options.previous == nullptr) choose_start(minimise_options, positions, execution);
     const MinimiseReport minimised = minimise(*system_, cholesky_, unknowns_, minimise_options, positions, execution);
     DecodeReport report;
     if (!minimised.energies.empty()) report.energies = minimised.energies;
