@@ -24,7 +24,7 @@ enum class Method {
 };
 
 /// What None stands for.
-constexpr double kDefaultRigidity = 30.0;
+constexpr double kDefaultRigidity = 10.0;
 
 /// @throws InvalidInput for an unknown name, listing the known ones.
 Method method_from_name(const std::string& name);
@@ -67,7 +67,7 @@ struct SolveOptions {
     /// default. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in three
     /// steps on end.
     std::optional<double> tolerance;
-    int max_iterations = 100;
+    int max_iterations = 500;
 };
 
 struct Solution {

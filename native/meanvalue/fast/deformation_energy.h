@@ -18,7 +18,7 @@ namespace meanvalue {
 /// rigid as possible: Sorkine and Alexa 2007; with rims: Chao et al. 2010). With h_i the mean edge of row i at rest,
 /// a_i = h^2 / h_i^2, h^2 making them 1 in the mean, and D the size of the shape: the sums then approximate integrals
 /// over the surface of the squared change of curvature, and of squared strain over D^2, at any resolution, and
-/// rigidity has no unit. docs/algorithm.md, "Rigidity".
+/// rigidity has no unit. The row of a lone anchor counts many times. docs/algorithm.md, "Rigidity".
 class DeformationEnergy {
   public:
     enum class Weights {
@@ -53,6 +53,8 @@ class DeformationEnergy {
     };
 
     void measure(const PositionsView& rest, double size, Weights weights, const Execution& execution);
+    /// Whether the row is that of a fixed vertex without fixed neighbours.
+    bool is_lone_anchor(std::size_t row) const;
     void index_uses(const Execution& execution);
     void evaluate_row(std::size_t row, const PositionsView& positions, double rigidity);
     void add_rigidity(std::size_t row, const PositionsView& positions, double weight);
