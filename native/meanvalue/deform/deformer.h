@@ -24,7 +24,7 @@ enum class Method {
 };
 
 /// What None stands for.
-constexpr double kDefaultRigidity = 10.0;
+constexpr double kDefaultRigidity = 15.0;
 
 /// @throws InvalidInput for an unknown name, listing the known ones.
 Method method_from_name(const std::string& name);
@@ -39,10 +39,10 @@ struct Binding {
     int threads = 0;  ///< 0: every core
     /// k numbers, or empty: anchors of one handle move rigidly together, so that far turns can be followed along their
     /// way. Without, anchors joined by edges make a handle. Used by Method::kFast.
-    std::vector<Index> handles;
+    std::vector<Index> handles = {};
     /// How much lengths count, 0 or more; see DeformationEnergy. None: the method's default. Only Method::kFast knows
     /// any but 0, which is the paper's energy.
-    std::optional<double> rigidity;
+    std::optional<double> rigidity = {};
 };
 
 /// What bind found, and what it cost.

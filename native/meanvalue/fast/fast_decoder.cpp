@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstdio>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/encoder.h"
@@ -137,7 +135,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
             hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, -1, positions, threads_, execution);
         }
     }
-    if (coarse_ && options.previous && !std::getenv("NOFAS")) {
+    if (coarse_ && options.previous != nullptr) {
         const StageTimer timer(report.timings, "follow");
         follow_on_coarse(*options.previous, positions, execution);
     }
@@ -148,7 +146,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     report.energies = std::move(minimised.energies);
     report.initial_gradient = minimised.initial_gradient;
     report.gradient = minimised.gradient;
-    report.converged = !minimised.at_limit;
+    report.converged = minimised.converged;
     report.stop_reason = minimised.converged  ? "converged"
                          : minimised.at_limit ? "iteration limit"
                                               : "no step lowers the energy further";
@@ -170,13 +168,11 @@ void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positio
         return value;
     };
     QuasiNewtonOptions options;
-    static const double CT = std::getenv("CT") ? atof(std::getenv("CT")) : 1e-4;
-    static const int CI = std::getenv("CI_") ? atoi(std::getenv("CI_")) : 30;
-    options.step_tolerance = CT * size_;
-    options.max_iterations = CI;
+    options.step_tolerance = kStageTolerance * size_;
+    options.max_iterations = kMostStageSteps;
     options.threads = threads_;
     Positions moved = positions;
-    auto rep = coarse_->minimiser.minimise(tilted, coarse_->stages.back()->factor, options, moved, execution);
+    coarse_->minimiser.minimise(tilted, coarse_->stages.back()->factor, options, moved, execution);
     const int level = static_cast<int>(hierarchy_.levels.size()) - 1;
     Positions before = previous;
     hierarchy_.split(level, -1, before, threads_, execution);
@@ -186,25 +182,39 @@ void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positio
     Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
     const double energy = fine_->energy->evaluate(positions, rigidity_, gradient, threads_, execution);
     const double after = fine_->energy->evaluate(moved, rigidity_, gradient, threads_, execution);
-    if (std::getenv("V")) std::fprintf(stderr, "fas its %d %g -> %g\n", rep.iterations(), energy, after);
     if (after < energy) std::swap(positions, moved);
 }
 
-/// From rest, carried along with the fixed vertices. @return the energy reached on the level where it starts.
-double FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions,
+/// From rest, carried along with the fixed vertices.
+void FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions,
                                     Execution& execution) {
     const RigidPieces::Way way = pieces_->way_to(positions);
     const Positions carried = carry_parts(components_, region_.positions, positions);
     for (std::size_t v = 0; v < region_.is_fixed.size(); ++v) {
         if (!region_.is_fixed[v]) positions.row(v) = carried.row(v);
     }
-    const double energy = relax_stage_by_stage(tolerance, max_iterations, positions, execution);
-    if (way.largest_angle_rad() < kFarTurn) return energy;
-    Positions followed = region_.positions;
-    const double other = follow(way, tolerance, max_iterations, followed, execution);
-    if (!(other < energy)) return energy;
-    positions = std::move(followed);
-    return other;
+    SolverLevel& level = starting_level();
+    const std::size_t last = level.stages.size() - 1;
+    const Positions start = positions;
+    double energy = relax_stage_by_stage(tolerance, max_iterations, positions, execution);
+    const auto keep_if_lower = [&](Positions& other, double other_energy) {
+        if (!(other_energy < energy)) return;
+        energy = other_energy;
+        std::swap(positions, other);
+    };
+    // Stiff stages lead away from shapes that are perfect but larger or smaller.
+    Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
+    if (level.energy->evaluate(start, rigidity_, gradient, threads_, execution) < energy) {
+        Positions carried_on = start;
+        const QuasiNewtonReport report =
+            minimise(level, last, std::max(tolerance, kStageTolerance), max_iterations, carried_on, execution);
+        keep_if_lower(carried_on, report.energies.back());
+    }
+    if (way.largest_angle_rad() > kFarTurn) {
+        Positions followed = region_.positions;
+        const double followed_energy = follow(way, tolerance, max_iterations, followed, execution);
+        keep_if_lower(followed, followed_energy);
+    }
 }
 
 double FastDecoder::relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions,

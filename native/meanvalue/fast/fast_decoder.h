@@ -51,7 +51,7 @@ class FastDecoder : public Decoder {
                                             const std::vector<double>& rigidities, Execution& execution) const;
     QuasiNewtonReport minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
                                Positions& positions, Execution& execution) const;
-    double start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution);
+    void start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     void follow_on_coarse(const Positions& previous, Positions& positions, Execution& execution);
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
