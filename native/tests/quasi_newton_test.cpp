@@ -186,7 +186,7 @@ TEST(QuasiNewton, AnIterationLimitIsKeptAndReported) {
         EXPECT_EQ(report.iterations(), limit);
         EXPECT_TRUE(report.at_limit);
         EXPECT_FALSE(report.converged);
-        if (limit == 0) EXPECT_EQ(positions, line.start);
+        EXPECT_EQ(positions == line.start, limit == 0);
     }
 }
 
