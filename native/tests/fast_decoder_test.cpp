@@ -2,44 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
-#include <memory>
 #include <thread>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/deform/deformer.h"
-#include "meanvalue/encoding/predictor.h"
-#include "tests/support.h"
+#include "tests/fast_poses.h"
 
 namespace meanvalue::tests {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-
-std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<Index>& anchors,
-                                   std::optional<double> rigidity = {}, int threads = 1,
-                                   const std::optional<std::vector<char>>& roi = {}) {
-    Execution execution;
-    return std::make_unique<Deformer>(
-        Binding{mesh.vertices, mesh.faces, anchors, roi, Method::kFast, threads, {}, rigidity}, execution);
-}
-
-Solution solve(Deformer& deformer, const Positions& targets, const SolveOptions& options = {}) {
-    Execution execution;
-    return deformer.solve(targets, {}, options, execution);
-}
-
-Solution solve_from(Deformer& deformer, const Positions& targets, const Positions& start,
-                    const SolveOptions& options = {}) {
-    Execution execution;
-    return deformer.solve(targets, PositionsView(start), options, execution);
-}
-
-void expect_energy_never_rises(const Solution& solution) {
-    for (std::size_t k = 1; k < solution.energies.size(); ++k)
-        EXPECT_LE(solution.energies[k], solution.energies[k - 1]) << "iteration " << k;
-}
 
 class EveryFastShape : public testing::TestWithParam<Mesh> {};
 
@@ -101,134 +71,6 @@ TEST(FastDecoder, AHandleThatMovesWithEverythingIsFollowedWithoutHarm) {
     Deformer deformer({mesh.vertices, mesh.faces, anchors, {}, Method::kFast, 1, handles, {}}, execution);
     const Positions moved = moved_by_similarity(mesh.vertices, 1.0, {1, 2, 3}, 3.0, {5, -2, 1});
     EXPECT_LT(largest_distance(solve(deformer, rows_of(moved, anchors)).vertices, moved), 1e-9 * mesh.diagonal());
-}
-
-/// A mesh and anchors that are bent, twisted or pulled.
-struct Pose {
-    std::string name;
-    Mesh mesh;
-    std::vector<Index> anchors;
-    Positions targets;
-};
-
-void PrintTo(const Pose& pose, std::ostream* stream) {
-    *stream << pose.name;
-}
-
-/// A tube or bar whose lowest and highest vertices are anchors; the upper ones move.
-Pose two_ends(const std::string& name, const Mesh& mesh, const Vector3& axis, double angle_rad,
-              const Vector3& translation) {
-    Pose pose{name, mesh, {}, {}};
-    const double low = mesh.vertices.col(2).minCoeff() + 0.2;
-    const double high = mesh.vertices.col(2).maxCoeff() - 0.2;
-    const Vector3 pivot(0, 0, high);
-    Positions moved =
-        moved_by_similarity(mesh.vertices.rowwise() - pivot.transpose(), 1.0, axis, angle_rad, pivot + translation);
-    for (Index v = 0; v < mesh.vertex_count(); ++v) {
-        if (mesh.vertices(v, 2) < low || mesh.vertices(v, 2) > high) pose.anchors.push_back(v);
-        if (mesh.vertices(v, 2) < low) moved.row(v) = mesh.vertices.row(v);
-    }
-    pose.targets = rows_of(moved, pose.anchors);
-    return pose;
-}
-
-/// Its middle line becomes an arc of its own length, from z to -y.
-Pose bend(const std::string& name, const Mesh& mesh, double angle_rad) {
-    const double length = mesh.vertices.col(2).maxCoeff();
-    const double radius = length / angle_rad;
-    return two_ends(name, mesh, Vector3::UnitX(), angle_rad,
-                    {0, -radius * (1 - std::cos(angle_rad)), radius * std::sin(angle_rad) - length});
-}
-
-Pose spread_pull(const std::string& name, const Mesh& mesh, Index count, const Vector3& pull) {
-    Pose pose{name, mesh, spread_vertices(mesh, count), {}};
-    pose.targets = rows_of(mesh.vertices, pose.anchors);
-    pose.targets.row(count / 2) += pull.transpose();
-    return pose;
-}
-
-std::vector<Pose> poses() {
-    return {bend("bend", capped_tube(16, 25, 8.0), 1.5),
-            two_ends("sheared bend", capped_tube(16, 25, 8.0), Vector3::UnitX(), 1.0, {0, 2, -1}),
-            two_ends("twist", capped_tube(16, 25, 8.0), Vector3::UnitZ(), kPi / 2, {0, 0, 0}),
-            bend("bend of a bar", bar(4, 16), 1.0),
-            spread_pull("pull of a sphere", sphere(4), 6, {0.4, 0.2, 0.0}),
-            spread_pull("pull of a torus", with_noise(torus(40, 20), 0.05, 1), 10, {0.5, 0.5, 1.0}),
-            spread_pull("pull of a grid", grid(20, 18, 0.02), 9, {1.0, 0.0, 4.0}),
-            spread_pull("pull of a large torus", with_noise(torus(80, 60), 0.05, 1), 8, {0.5, 0.5, 1.0}),
-            bend("bend of a large bar", bar(12, 72), 1.2),
-            bend("bend of a large tube", capped_tube(24, 150, 20.0), 1.2)};
-}
-
-/// Without the long thin tube, for which the iterations do not suffice without rigidity: see the disabled test.
-std::vector<Pose> plain_poses() {
-    std::vector<Pose> most = poses();
-    most.pop_back();
-    return most;
-}
-
-class EveryPlainPose : public testing::TestWithParam<Pose> {};
-class EveryPose : public testing::TestWithParam<Pose> {};
-
-TEST_P(EveryPlainPose, WithoutRigidityItReachesTheMinimumOfThePapersEnergy) {
-    const Pose& pose = GetParam();
-    const Solution fast = solve(*bound_to(pose.mesh, pose.anchors, 0.0), pose.targets);
-    Execution execution;
-    Deformer full({pose.mesh.vertices, pose.mesh.faces, pose.anchors, {}, Method::kFull, 1, {}, {}}, execution);
-    const Solution exact = solve(full, pose.targets);
-    EXPECT_LT(fast.energy, 1.05 * exact.energy);
-    const double g = meanvalue::energy(encoding_of(pose.mesh), fast.vertices, 1, execution);
-    EXPECT_NEAR(fast.energy, g, 1e-9 * g);
-}
-
-TEST_P(EveryPose, TheSolutionKeepsWhatItPromises) {
-    const Pose& pose = GetParam();
-    const auto deformer = bound_to(pose.mesh, pose.anchors);
-    const Solution solution = solve(*deformer, pose.targets);
-    EXPECT_TRUE(solution.converged) << solution.stop_reason;
-    EXPECT_TRUE(solution.vertices.allFinite());
-    EXPECT_EQ(solution.iterations + 1, static_cast<int>(solution.energies.size()));
-    EXPECT_EQ(solution.energies.front(), solution.initial_energy);
-    EXPECT_EQ(solution.energies.back(), solution.energy);
-    expect_energy_never_rises(solution);
-    EXPECT_EQ(rows_of(solution.vertices, pose.anchors), pose.targets);
-    const Solution from_there = solve_from(*deformer, pose.targets, solution.vertices);
-    EXPECT_LE(from_there.iterations, 10) << "it did not end at its own minimum";
-    EXPECT_LT(largest_distance(from_there.vertices, solution.vertices), 2e-3 * pose.mesh.diagonal());
-}
-
-/// @param share of the diagonal that the two may differ by.
-void expect_warm_as_cold(const Pose& pose, double share) {
-    const auto deformer = bound_to(pose.mesh, pose.anchors);
-    const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
-    const Solution near = solve(*deformer, rest + 0.9 * (pose.targets - rest));
-    const Solution cold = solve(*deformer, pose.targets);
-    const Solution warm = solve_from(*deformer, pose.targets, near.vertices);
-    EXPECT_GT(largest_distance(near.vertices, cold.vertices), 10 * share * pose.mesh.diagonal()) << "no way to go";
-    EXPECT_LT(largest_distance(warm.vertices, cold.vertices), share * pose.mesh.diagonal());
-    EXPECT_LT(warm.energy, 1.001 * cold.energy);
-}
-
-TEST_P(EveryPose, AWarmStartEndsWhereAColdSolveEnds) {
-    expect_warm_as_cold(GetParam(), 1e-3);
-}
-
-INSTANTIATE_TEST_SUITE_P(Poses, EveryPlainPose, testing::ValuesIn(plain_poses()));
-INSTANTIATE_TEST_SUITE_P(Poses, EveryPose, testing::ValuesIn(poses()));
-
-// Fails: it stops at the iteration limit, a third above the minimum that method full finds.
-TEST(FastDecoder, DISABLED_WithoutRigidityALongThinTubeIsBentToTheMinimum) {
-    const Pose pose = poses().back();
-    const auto deformer = bound_to(pose.mesh, pose.anchors, 0.0);
-    const Solution solution = solve(*deformer, pose.targets);
-    EXPECT_TRUE(solution.converged);
-    EXPECT_LT(solution.energy, 1.05 * solve(*deformer, pose.targets, {1e-5, 2000}).energy);
-}
-
-// Fails: there are several minima side by side, and each start ends in its own.
-TEST(FastDecoder, DISABLED_AWarmStartEndsWhereAColdSolveEndsAlsoWhenSheared) {
-    expect_warm_as_cold(two_ends("", capped_tube(24, 150, 20.0), Vector3::UnitX(), 1.2, {0, 6, -3}), 1e-3);
-    expect_warm_as_cold(two_ends("", bar(18, 45), Vector3::UnitX(), 0.8, {0, 0.6, -0.3}), 1e-3);
 }
 
 TEST(FastDecoder, GivesTheSameBitsForAnyNumberOfThreadsWithAndWithoutAStart) {
