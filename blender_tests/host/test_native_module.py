@@ -66,6 +66,51 @@ def test_deformer_meets_its_anchors_and_reports():
     assert report.bytes > 0
 
 
+def solved(solve_options=None, **options):
+    return meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, **options).solve(bent_targets(), **(solve_options or {}))
+
+
+def test_the_default_is_the_fast_method_with_rigidity_and_its_own_tolerance():
+    vertices = solved().vertices
+    assert np.array_equal(vertices, solved(method="fast", handles=None, rigidity=None).vertices)
+    assert np.array_equal(vertices, solved({"tolerance": None}).vertices)
+    assert np.array_equal(vertices, solved({"tolerance": 1e-4}).vertices)
+    assert not np.array_equal(vertices, solved({"tolerance": 1e-7}).vertices)
+    for method in ("paper", "full"):
+        assert not np.allclose(vertices, solved(method=method).vertices, atol=1e-3)
+    assert np.array_equal(solved(method="full").vertices, solved({"tolerance": 1e-6}, method="full").vertices)
+
+
+def test_rigidity_keeps_lengths_and_zero_is_the_energy_of_the_paper():
+    def strain(vertices):
+        ends = np.concatenate([TRIANGLES[:, [0, 1]], TRIANGLES[:, [1, 2]], TRIANGLES[:, [2, 0]]])
+        lengths = [np.linalg.norm(np.diff(shape[ends], axis=1), axis=2) for shape in (vertices, VERTICES)]
+        return np.abs(lengths[0] / lengths[1] - 1).mean()
+
+    soft, stiff = solved(rigidity=0), solved(rigidity=100.0)
+    assert strain(stiff.vertices) < 0.8 * strain(soft.vertices)
+    encoding = meanvalue.encode(VERTICES, TRIANGLES)
+    assert soft.energy == pytest.approx(encoding.energy(soft.vertices), rel=1e-9)
+    assert stiff.energy > encoding.energy(stiff.vertices)
+    # The other methods take it where it says nothing new.
+    for method in ("paper", "full"):
+        assert np.array_equal(solved(method=method, rigidity=0).vertices, solved(method=method).vertices)
+
+
+def test_handles_are_numbers_from_0_one_for_each_anchor():
+    handles = np.repeat([0, 1], 12)
+    vertices = solved().vertices
+    for numbers in (handles, list(handles), handles.astype(np.int64), handles + 5, 1 - handles):
+        # The ends' edges join their vertices to the same two pieces.
+        assert np.array_equal(solved(handles=numbers).vertices, vertices)
+    assert np.isfinite(solved(handles=np.arange(24)).vertices).all()
+
+
+def test_handles_and_rigidity_are_keywords_only():
+    with pytest.raises(TypeError):
+        meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, None, None)
+
+
 def test_region_of_influence_holds_the_rest():
     roi = VERTICES[:, 2] > 3.0
     deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS[12:], roi=roi)
@@ -95,6 +140,20 @@ def test_solution_vertices_outlive_the_solution():
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], roi=np.ones(180)), "of bool"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], method="fastest"), "'fastest'"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], threads=-1), "threads is -1"),
+        (
+            lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0, 1, 2], handles=[0, 1]),
+            "handles has 2 numbers, but there are 3 anchors; give one number for each",
+        ),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0, 1], handles=[0, -2]), r"handles\[1\] is -2; give"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0, 1], handles=[0, 0.5]), "handles has the type float64"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0, 1], handles=[[0, 1]]), r"handles has the shape \(1, 2\)"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], rigidity=-1), "rigidity is -1; give 0 or a positive"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], rigidity=np.nan), "rigidity is nan"),
+        (
+            lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], rigidity=2, method="paper"),
+            "rigidity is 2; only method 'fast' has one: give 0 or None to the others",
+        ),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0]).solve(VERTICES[:1], tolerance=0), "tolerance is 0"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(VERTICES[:3]), "targets has 3 rows"),
     ],
 )

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <tuple>
 #include <utility>
 
 namespace meanvalue::tests {
@@ -117,6 +118,37 @@ Mesh capped_tube(Index around, Index along, double length) {
         faces.push_back({bottom + 1, (along - 1) * around + b, (along - 1) * around + next});
     }
     return from_lists("capped tube", vertices, faces);
+}
+
+Mesh bar(Index across, Index along) {
+    std::vector<Vector3> vertices;
+    std::vector<Eigen::Matrix<Index, 1, 3>> faces;
+    std::map<std::tuple<Index, Index, Index>, Index> numbers;
+    const auto vertex = [&](Index x, Index y, Index z) {
+        const auto [place, is_new] = numbers.try_emplace({z, y, x}, static_cast<Index>(vertices.size()));
+        if (is_new) vertices.push_back(Vector3(x, y, z) / across);
+        return place->second;
+    };
+    const auto add_square = [&](Index a, Index b, Index c, Index d) {
+        faces.push_back({a, b, c});
+        faces.push_back({a, c, d});
+    };
+    for (Index k = 0; k < across; ++k) {
+        for (Index z = 0; z < along; ++z) {
+            const Index w = across;
+            add_square(vertex(k, 0, z), vertex(k + 1, 0, z), vertex(k + 1, 0, z + 1), vertex(k, 0, z + 1));
+            add_square(vertex(w, k, z), vertex(w, k + 1, z), vertex(w, k + 1, z + 1), vertex(w, k, z + 1));
+            add_square(vertex(k + 1, w, z), vertex(k, w, z), vertex(k, w, z + 1), vertex(k + 1, w, z + 1));
+            add_square(vertex(0, k + 1, z), vertex(0, k, z), vertex(0, k, z + 1), vertex(0, k + 1, z + 1));
+        }
+        for (Index x = 0; x < across; ++x) {
+            const Index y = k;
+            add_square(vertex(x, y, 0), vertex(x, y + 1, 0), vertex(x + 1, y + 1, 0), vertex(x + 1, y, 0));
+            add_square(vertex(x, y, along), vertex(x + 1, y, along), vertex(x + 1, y + 1, along),
+                       vertex(x, y + 1, along));
+        }
+    }
+    return from_lists("bar", vertices, faces);
 }
 
 Mesh sphere(int levels) {

@@ -34,6 +34,8 @@ std::vector<char> inside_grid(Index columns, Index rows, Index margin);
 Mesh torus(Index around, Index across);
 /// Closed tube along z with a cap of one fan at each end, whose middle has the valence `around`.
 Mesh capped_tube(Index around, Index along, double length);
+/// Closed bar along z with a unit square for its section, `across` edges wide and `along` such edges long.
+Mesh bar(Index across, Index along);
 /// A closed convex octahedron subdivided `levels` times.
 Mesh sphere(int levels);
 /// A grid squeezed to needles: triangles 1000 times as long as wide, and bumpy.

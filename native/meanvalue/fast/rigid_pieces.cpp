@@ -23,8 +23,7 @@ Similarity rigid_fit(const Positions& from, const Positions& to) {
     std::iota(all.begin(), all.end(), 0);
     Similarity fit = fit_similarity(from, to, all);
     fit.scale = 1.0;
-    fit.translation =
-        to.colwise().mean().transpose() - fit.rotation * Vector3(from.colwise().mean().transpose());
+    fit.translation = to.colwise().mean().transpose() - fit.rotation * Vector3(from.colwise().mean().transpose());
     return fit;
 }
 
@@ -101,9 +100,11 @@ RigidPieces::Way RigidPieces::way_to(const PositionsView& placed) const {
             const Positions from = rest_.middleRows(first, length);
             const Positions to = way.ends_.middleRows(first, length);
             const Similarity fit = rigid_fit(from, to);
-            motion = screw_of(fit.rotation, fit.translation);
-            const Positions missed =
-                to - ((from * fit.rotation.transpose()).rowwise() + fit.translation.transpose());
+            // About its middle: where the mesh is far from the origin, the axis would be lost in rounding.
+            const Vector3 middle = from.colwise().mean();
+            motion = screw_of(fit.rotation, fit.apply(middle) - middle);
+            motion.centre += middle;
+            const Positions missed = to - ((from * fit.rotation.transpose()).rowwise() + fit.translation.transpose());
             rigid = missed.rowwise().norm().maxCoeff() < kRigid * size_;
         }
         way.is_rigid_.push_back(rigid);
@@ -119,8 +120,9 @@ void RigidPieces::Way::place(double fraction, Positions& positions) const {
             const Vector3 rest = pieces_->rest_.row(k);
             const Vector3 end = ends_.row(k);
             Vector3 point = end;  // exact at the end
-            if (fraction < 1.0) point = is_rigid_[piece] ? motions_[piece].apply(rest, fraction)
-                                                         : Vector3(rest + fraction * (end - rest));
+            if (fraction < 1.0)
+                point = is_rigid_[piece] ? motions_[piece].apply(rest, fraction)
+                                         : Vector3(rest + fraction * (end - rest));
             positions.row(pieces_->vertices_[k]) = point;
         }
     }

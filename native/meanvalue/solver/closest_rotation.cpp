@@ -14,6 +14,8 @@ constexpr double kStepTolerance = 1e-15;
 // Squared norm of the eigenvector by cofactors, for a matrix of norm 1: it vanishes with the gap between the two
 // largest eigenvalues, and digits are lost with it.
 constexpr double kLeastEigenvector = 1e-12;
+// Squares of the entries of smaller matrices would be lost.
+constexpr double kLeastNorm = 1e-140;
 
 /// The symmetric 4 x 4 matrix whose largest eigenvector is the quaternion of the rotation (Horn 1987), less x I, with
 /// the 2 x 2 minors of its upper and its lower two rows, of which determinant and cofactors are made.
@@ -25,9 +27,9 @@ struct QuaternionMatrix {
     QuaternionMatrix(const Matrix3& m, double x) {
         const double b = m(2, 1) - m(1, 2), c = m(0, 2) - m(2, 0), d = m(1, 0) - m(0, 1);
         const double f = m(1, 0) + m(0, 1), g = m(0, 2) + m(2, 0), i = m(2, 1) + m(1, 2);
-        k << m(0, 0) + m(1, 1) + m(2, 2) - x, b, c, d,   //
-            b, m(0, 0) - m(1, 1) - m(2, 2) - x, f, g,    //
-            c, f, -m(0, 0) + m(1, 1) - m(2, 2) - x, i,   //
+        k << m(0, 0) + m(1, 1) + m(2, 2) - x, b, c, d,  //
+            b, m(0, 0) - m(1, 1) - m(2, 2) - x, f, g,   //
+            c, f, -m(0, 0) + m(1, 1) - m(2, 2) - x, i,  //
             d, g, i, -m(0, 0) - m(1, 1) + m(2, 2) - x;
         s0 = k(0, 0) * k(1, 1) - k(1, 0) * k(0, 1);
         s1 = k(0, 0) * k(1, 2) - k(1, 0) * k(0, 2);
@@ -69,20 +71,23 @@ struct QuaternionMatrix {
 
 Matrix3 closest_rotation(const Matrix3& matrix) {
     const double norm = matrix.norm();
-    if (!(norm > 0.0)) return Matrix3::Identity();
+    if (!(norm > kLeastNorm)) return norm >= 0.0 ? fit_rotation(matrix) : Matrix3::Identity();
     const Matrix3 m = matrix / norm;
     // Characteristic polynomial x^4 + c2 x^2 + c1 x + c0 of the quaternion matrix.
     const double c2 = -2.0 * m.squaredNorm();
     const double c1 = -8.0 * m.determinant();
     const double c0 = QuaternionMatrix(m, 0.0).determinant();
-    // From above, every Newton step goes down towards the largest root; sqrt(3) bounds it.
+    // From above, every Newton step goes down towards the largest root, and is shorter than the one before; sqrt(3)
+    // bounds it. At a multiple root the slope ends as rounding: a step by it that is not shorter may go anywhere.
     double x = 1.7320508075688772;
+    double last = x;
     for (int step = 0; step < kMostSteps; ++step) {
         const double slope = (4.0 * x * x + 2.0 * c2) * x + c1;
         if (!(slope > 0.0)) break;
-        const double next = x - (((x * x + c2) * x + c1) * x + c0) / slope;
-        if (!(x - next > kStepTolerance * x)) break;
-        x = next;
+        const double down = (((x * x + c2) * x + c1) * x + c0) / slope;
+        if (!(down > kStepTolerance * x && down < last)) break;
+        x -= down;
+        last = down;
     }
     const Eigen::Vector4d q = QuaternionMatrix(m, x).null_vector();
     if (!(q.squaredNorm() > kLeastEigenvector)) return fit_rotation(matrix);

@@ -1,0 +1,214 @@
+// What artists expect of the fast method's shapes, at the default rigidity.
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/fast_poses.h"
+#include "tests/shape_measures.h"
+
+namespace meanvalue::tests {
+namespace {
+
+/// A bar held by its two end caps, of which the upper one moves.
+struct HeldBar {
+    Index across, along;
+    Mesh mesh;
+    std::vector<Index> anchors;
+    double length = 0.0;
+
+    HeldBar(Index across, Index along) : across(across), along(along), mesh(bar(across, along)) {
+        mesh.vertices.leftCols(2).array() -= 0.5;
+        length = static_cast<double>(along) / across;
+        for (Index v = 0; v < mesh.vertex_count(); ++v) {
+            if (is_lower(v) || is_upper(v)) anchors.push_back(v);
+        }
+    }
+    bool is_lower(Index v) const { return mesh.vertices(v, 2) < 1e-9; }
+    bool is_upper(Index v) const { return mesh.vertices(v, 2) > length - 1e-9; }
+
+    Positions targets(const Vector3& axis, double angle_rad, const Vector3& translation) const {
+        const Vector3 pivot(0, 0, length);
+        const Positions moved = moved_by_similarity(mesh.vertices.rowwise() - pivot.transpose(), 1.0, axis, angle_rad,
+                                                    pivot + translation);
+        Positions result = rows_of(mesh.vertices, anchors);
+        for (std::size_t k = 0; k < anchors.size(); ++k) {
+            if (is_upper(anchors[k])) result.row(k) = moved.row(anchors[k]);
+        }
+        return result;
+    }
+
+    /// How far the turns of the cross-sections, from below, are off the straight line to `angle_rad`.
+    double unevenness(const Positions& shape, double angle_rad) const {
+        double worst = 0.0;
+        double last = 0.0;
+        for (Index layer = 1; layer < along; ++layer) {
+            std::vector<Index> section;
+            for (Index v = 0; v < mesh.vertex_count(); ++v) {
+                if (std::abs(mesh.vertices(v, 2) * across - layer) < 0.01) section.push_back(v);
+            }
+            double turn = turn_about_z(shape, mesh.vertices, section);
+            turn += 2 * kPi * std::round((last - turn) / (2 * kPi));  // layers differ by less than half a turn
+            last = turn;
+            worst = std::max(worst, std::abs(turn - angle_rad * layer / along));
+        }
+        return worst;
+    }
+};
+
+void expect_evenly_twisted(const HeldBar& held, const Positions& shape, double angle_rad, double least_volume) {
+    const double volume = volume_of(shape, held.mesh.faces) / volume_of(held.mesh.vertices, held.mesh.faces);
+    EXPECT_LT(held.unevenness(shape, angle_rad), 10 * kPi / 180);
+    EXPECT_EQ(flipped_triangles(shape, held.mesh), 0);
+    EXPECT_GT(volume, least_volume);
+    EXPECT_LT(volume, 1.05);
+}
+
+TEST(FastShapes, ATwistedBarTurnsEvenly) {
+    // The second one has a coarse level.
+    for (const HeldBar& held : {HeldBar(4, 32), HeldBar(12, 72)}) {
+        const auto deformer = bound_to(held.mesh, held.anchors);
+        EXPECT_EQ(deformer->report().level_sizes.size(), held.across == 12 ? 2u : 1u);
+        for (const double angle_deg : {-135.0, 90.0, 135.0}) {
+            const double angle_rad = angle_deg * kPi / 180;
+            expect_evenly_twisted(held, solve(*deformer, held.targets({0, 0, 1}, angle_rad, {0, 0, 0})).vertices,
+                                  angle_rad, 0.85);
+        }
+    }
+}
+
+TEST(FastShapes, AHalfTurnReachedByDraggingIsAsEven) {
+    for (const HeldBar& held : {HeldBar(4, 24), HeldBar(12, 72)}) {
+        const auto deformer = bound_to(held.mesh, held.anchors);
+        Positions shape = held.mesh.vertices;
+        for (int step = 1; step <= 18; ++step) {
+            const double angle_rad = step * kPi / 18;
+            shape = solve_from(*deformer, held.targets({0, 0, 1}, angle_rad, {0, 0, 0}), shape).vertices;
+        }
+        expect_evenly_twisted(held, shape, kPi, 0.8);  // a half turn draws in more
+    }
+}
+
+TEST(FastShapes, HandlesOfFewAnchorsAreFollowed) {
+    // Without handles, single anchors have no turn that could be followed.
+    const HeldBar held(4, 32);
+    std::vector<Index> anchors;
+    std::vector<Index> handles;
+    std::vector<std::size_t> places;
+    for (std::size_t k = 0; k < held.anchors.size(); ++k) {
+        const Index v = held.anchors[k];
+        if (std::abs(held.mesh.vertices(v, 0)) < 0.4 || std::abs(held.mesh.vertices(v, 1)) < 0.4) continue;
+        anchors.push_back(v);
+        handles.push_back(held.is_upper(v) ? 1 : 0);
+        places.push_back(k);
+    }
+    ASSERT_EQ(anchors.size(), 8u);
+    for (const double angle_deg : {120.0, 150.0}) {
+        const double angle_rad = angle_deg * kPi / 180;
+        const Positions all = held.targets({0, 0, 1}, angle_rad, {0, 0, 0});
+        Positions targets(8, 3);
+        for (Index k = 0; k < 8; ++k)
+            targets.row(k) = all.row(static_cast<Eigen::Index>(places[k]));
+        Execution execution;
+        Deformer with({held.mesh.vertices, held.mesh.faces, anchors, {}, Method::kFast, 1, handles, {}}, execution);
+        const Solution followed = solve(with, targets);
+        expect_evenly_twisted(held, followed.vertices, angle_rad, 0.8);
+        EXPECT_LE(followed.energy, 1.001 * solve(*bound_to(held.mesh, anchors), targets).energy);
+    }
+}
+
+TEST(FastShapes, AThreeQuarterBendReachedByDraggingIsSmooth) {
+    const HeldBar held(4, 48);
+    const auto deformer = bound_to(held.mesh, held.anchors);
+    Positions shape = held.mesh.vertices;
+    const double bend_rad = 1.5 * kPi;
+    for (int step = 1; step <= 27; ++step) {
+        // The upper end of an arc of the bar's length.
+        const double angle_rad = bend_rad * step / 27;
+        const double radius = held.length / angle_rad;
+        const Vector3 end(0, -radius * (1 - std::cos(angle_rad)), radius * std::sin(angle_rad));
+        shape = solve_from(*deformer, held.targets({1, 0, 0}, angle_rad, end - Vector3(0, 0, held.length)), shape)
+                    .vertices;
+    }
+    const double volume = volume_of(shape, held.mesh.faces) / volume_of(held.mesh.vertices, held.mesh.faces);
+    EXPECT_EQ(flipped_triangles(shape, held.mesh), 0);
+    EXPECT_NEAR(volume, 1.0, 0.15);
+    // Middles of the layers lie on the arc.
+    const double radius = held.length / bend_rad;
+    for (Index layer = 1; layer < held.along; ++layer) {
+        Vector3 middle = Vector3::Zero();
+        int count = 0;
+        for (Index v = 0; v < held.mesh.vertex_count(); ++v) {
+            if (std::abs(held.mesh.vertices(v, 2) * held.across - layer) > 0.01) continue;
+            middle += Vector3(shape.row(v));
+            ++count;
+        }
+        middle /= count;
+        const double angle_rad = bend_rad * layer / held.along;
+        const Vector3 expected(0, -radius * (1 - std::cos(angle_rad)), radius * std::sin(angle_rad));
+        EXPECT_LT((middle - expected).norm(), 0.03 * held.mesh.diagonal()) << layer;
+    }
+}
+
+TEST(FastShapes, ASymmetricBendComesOutSymmetric) {
+    // Both ends of a tube turned towards each other: a mirror image of itself in the plane half-way.
+    for (const Index around : {16, 32}) {
+        const Index along = around == 16 ? 41 : 121;
+        const Mesh mesh = capped_tube(around, along, 10.0);
+        std::vector<Index> anchors;
+        for (Index v = 0; v < 2 * around; ++v) {
+            anchors.push_back(v);
+            anchors.push_back((along - 2) * around + v);
+        }
+        const auto deformer = bound_to(mesh, anchors);
+        const Positions lower = moved_by_similarity(mesh.vertices, 1.0, {1, 0, 0}, 1.0, {0, 0, 1.0});
+        Positions centred = mesh.vertices;
+        centred.col(2).array() -= 10.0;
+        const Positions upper = moved_by_similarity(centred, 1.0, {1, 0, 0}, -1.0, {0, 0, 9.0});
+        Positions targets = rows_of(lower, anchors);
+        for (std::size_t k = 1; k < anchors.size(); k += 2)
+            targets.row(k) = upper.row(anchors[k]);
+        const Positions shape = solve(*deformer, targets).vertices;
+        double worst = 0.0;
+        for (Index v = 0; v < along * around; ++v) {
+            const Index layer = v / around;
+            Vector3 mirrored = shape.row((along - 1 - layer) * around + v % around);
+            mirrored.z() = 10.0 - mirrored.z();
+            worst = std::max(worst, (Vector3(shape.row(v)) - mirrored).norm());
+        }
+        EXPECT_LT(worst, 0.01 * mesh.diagonal()) << around;
+        EXPECT_EQ(flipped_triangles(shape, mesh), 0);
+    }
+}
+
+double height_over_ring(const Positions& shape, const Mesh& mesh, Index vertex) {
+    std::vector<Index> ring;
+    for (Index face = 0; face < mesh.faces.rows(); ++face) {
+        for (int k = 0; k < 3; ++k) {
+            if (mesh.faces(face, k) == vertex) ring.push_back(mesh.faces(face, (k + 1) % 3));
+        }
+    }
+    return (shape.row(vertex) - rows_of(shape, ring).colwise().mean()).norm();
+}
+
+TEST(FastShapes, WithoutRigidityOnePulledAnchorMakesNoSpike) {
+    // The anchors' own rows are in the energy: without them the anchor would leave its ring behind.
+    for (const int levels : {4, 5}) {
+        const Mesh mesh = sphere(levels);
+        std::vector<Index> anchors = {0};
+        for (Index v = 0; v < mesh.vertex_count(); ++v) {
+            if (mesh.vertices(v, 0) < -0.3) anchors.push_back(v);
+        }
+        const auto deformer = bound_to(mesh, anchors, 0.0);
+        for (const double pull : {0.1, 0.3, 0.6}) {
+            Positions targets = rows_of(mesh.vertices, anchors);
+            targets(0, 0) += pull;
+            const double before = height_over_ring(mesh.vertices, mesh, 0);
+            const double after = height_over_ring(solve(*deformer, targets).vertices, mesh, 0);
+            // What is pulled out becomes more pointed: to that it has a right.
+            EXPECT_LT(after, 1.5 * before + 0.02 * pull) << "pulled by " << pull << ", rest " << before;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
