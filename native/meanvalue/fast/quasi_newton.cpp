@@ -81,6 +81,7 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
         execution.set_progress(static_cast<double>(report.iterations()) / options.max_iterations);
         find_direction(factor, options.threads, execution);
         const double slope = (direction_.cwiseProduct(gradient_)).sum();
+        const double longest = std::sqrt(direction_.rowwise().squaredNorm().maxCoeff());
         double length = slope < 0.0 ? 1.0 : 0.0;
         double trial_value = value;
         for (int halving = 0; length > 0.0; ++halving, length = halving > kMostHalvings ? 0.0 : 0.5 * length) {
@@ -90,20 +91,23 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
             if (trial_value < value && trial_value <= value + kSufficientDecrease * length * slope) break;
         }
         if (length == 0.0) {
-            if (order_.empty()) break;
+            if (order_.empty()) {
+                // At the minimum but for rounding, or stuck.
+                report.converged = longest < options.step_tolerance;
+                break;
+            }
             order_.clear();  // the history may be misleading: once more without it
             continue;
         }
-        const double longest = length * std::sqrt(direction_.rowwise().squaredNorm().maxCoeff());
         remember(length, options.threads, execution);
         std::swap(positions, trial_);
         std::swap(gradient_, trial_gradient_);
         value = trial_value;
         report.energies.push_back(value);
-        short_steps = longest < options.step_tolerance ? short_steps + 1 : 0;
+        short_steps = length * longest < options.step_tolerance ? short_steps + 1 : 0;
         if (short_steps == kShortSteps) break;
     }
-    report.converged = short_steps == kShortSteps || gradient_.squaredNorm() == 0.0;
+    report.converged = report.converged || short_steps == kShortSteps || gradient_.squaredNorm() == 0.0;
     report.gradient = gradient_.norm();
     return report;
 }
