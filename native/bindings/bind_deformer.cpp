@@ -26,13 +26,13 @@ std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
 }
 
 Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,
-               std::optional<double> tolerance, int max_iterations, const SharedExecution& execution) {
+               std::optional<double> tolerance, int max_iterations, bool settle, const SharedExecution& execution) {
     const auto target_positions = as_positions(targets, "targets");
     std::optional<PositionsView> start_positions;
     if (start) start_positions.emplace(as_positions(*start, "start"));
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return deformer.solve(target_positions, start_positions, SolveOptions{tolerance, max_iterations}, *held);
+    return deformer.solve(target_positions, start_positions, SolveOptions{tolerance, max_iterations, settle}, *held);
 }
 
 py::array_t<double> solution_vertices(const py::object& self) {
@@ -107,13 +107,17 @@ void bind_deformer(py::module_& module) {
              "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
         .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+             py::arg("settle") = defaults.settle,
              py::arg("execution") = py::none(),
              "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
              "targets: (k, 3), in the order of the anchors, which meet them exactly.\n"
-             "start: (n, 3) where the free vertices begin, None for the rest shape.\n"
+             "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
+             "None for the rest shape.\n"
              "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
              "bounding-box diagonal; None: 1e-4 for method 'fast', 1e-6 for the others. Method 'full' stops also\n"
              "when the energy falls by less than 100 times it in three steps on end.\n"
+             "settle: with a start, solve from rest as well and keep whichever ends at the lower energy: for the\n"
+             "end of a drag.\n"
              "Returns a Solution.\n"
              "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
              "calls waits for the first.")

@@ -45,14 +45,8 @@ double off_similarity(const Mesh& mesh, Index anchor_count, double scale) {
     return largest_distance(solution.vertices, moved) / (std::max(1.0, scale) * mesh.diagonal());
 }
 
-TEST_P(EveryFastShape, WithoutRigidityItTakesASimilarityAlong) {
-    // The stiff stages lead away from it; back it goes to the tolerance, 1e-4, of a step.
-    for (const double scale : {0.3, 0.9, 1.7})
-        EXPECT_LT(off_similarity(GetParam(), 16, scale), 2e-4) << scale;
-}
-
-// Fails: the stiff stages spoil the pose that was carried along, which has no energy at all, and nothing compares.
-TEST_P(EveryFastShape, DISABLED_WithoutRigidityASimilarityIsMetExactly) {
+TEST_P(EveryFastShape, WithoutRigidityASimilarityIsMetExactly) {
+    // The stiff stages would lead away from it.
     for (const double scale : {0.3, 0.9, 1.7})
         EXPECT_LT(off_similarity(GetParam(), 8, scale), 1e-9) << scale;
 }

@@ -159,8 +159,17 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     {
         const StageTimer timer(total, "total");
         execution.begin_stage("solve");
-        const DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr};
+        DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr};
         report = decoder_->decode(decode_options, positions, execution);
+        if (start && options.settle) {
+            Positions fresh = rows_of_region(place_anchors(targets, {}));
+            decode_options.previous = nullptr;
+            DecodeReport fresh_report = decoder_->decode(decode_options, fresh, execution);
+            if (fresh_report.energies.back() < report.energies.back()) {
+                report = std::move(fresh_report);
+                positions = std::move(fresh);
+            }
+        }
     }
     for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
         if (!is_fixed_[region_vertices_[k]]) solution.vertices.row(region_vertices_[k]) = positions.row(k);

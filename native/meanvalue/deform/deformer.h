@@ -68,6 +68,9 @@ struct SolveOptions {
     /// steps on end.
     std::optional<double> tolerance;
     int max_iterations = 500;
+    /// With a start: solve from rest as well, and keep whichever ends at the lower energy. For the end of a drag, so
+    /// that what stays is at least as good as what the targets alone give.
+    bool settle = false;
 };
 
 struct Solution {
