@@ -332,7 +332,7 @@ TEST(Baselines, MeanValueEnergyIsLowestForItsOwnMinimiserAndHighestForLaplacianC
     const Encoding encoding = encoding_of(bend.mesh);
     const double square = bend.mesh.diagonal() * bend.mesh.diagonal();
     Execution execution;
-    Binding binding{bend.mesh.vertices, bend.mesh.faces, bend.anchors};
+    Binding binding{bend.mesh.vertices, bend.mesh.faces, bend.anchors, {}};
     binding.method = meanvalue::Method::kFull;
     Deformer deformer(binding, execution);
     const Solution solution = deformer.solve(bend.targets, {}, SolveOptions(), execution);
