@@ -13,7 +13,7 @@ POSE_KEY = "Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
 
 #: The solver's method; part of the settings that a binding depends on.
-METHOD = "full"
+METHOD = "fast"
 
 #: Blender's own limit on names (bytes, without the closing zero).
 NAME_LENGTH = 63

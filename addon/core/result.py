@@ -86,15 +86,15 @@ def guarded_notes(report):
         yield f"{wording.vertices(len(report.guarded))} encoded by a fallback rule ({rules})"
 
 
-# The full solver takes 2 to 10 seconds here, and minutes for a few times as many; Blender waits meanwhile.
-MANY_FREE_VERTICES = 10_000
+# Bind and the first solve take some ten seconds here, and a minute for four times as many; Blender waits meanwhile.
+MANY_FREE_VERTICES = 250_000
 
 
 def size_notes(report):
     """A sentence that warns of a long solve, where so many vertices are free."""
     if report.free_count > MANY_FREE_VERTICES:
         yield (
-            f"With {report.free_count:,} free vertices a solve may take minutes, and Blender waits. "
+            f"With {report.free_count:,} free vertices binding and solving take up to a minute, and Blender waits. "
             "A smaller region is faster"
         )
 

@@ -16,7 +16,8 @@ ALLOWED = {
     "encoding": {"common", "mesh"},
     "solver": {"common", "mesh", "encoding"},
     "hierarchy": {"common", "mesh", "encoding", "solver"},
-    "deform": {"common", "mesh", "encoding", "solver", "hierarchy"},
+    "fast": {"common", "mesh", "encoding", "solver", "hierarchy"},
+    "deform": {"common", "mesh", "encoding", "solver", "hierarchy", "fast"},
     # What we are compared with; nothing of the product depends on it.
     "baselines": {"common", "mesh", "encoding", "solver", "hierarchy"},
 }

@@ -59,6 +59,6 @@ def test_result_is_the_native_answer(native):
     triangles = np.array([tuple(triangle.vertices) for triangle in obj.data.loop_triangles], np.int32)
     roi = np.zeros(25, bool)
     roi[ARM] = True
-    deformer = native.Deformer(rest.astype(np.float64), triangles, np.array([12], np.int32), roi=roi, method="full")
+    deformer = native.Deformer(rest.astype(np.float64), triangles, np.array([12], np.int32), roi=roi)
     solution = deformer.solve(steps.key_positions(obj, "Pose")[[12]].astype(np.float64))
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), solution.vertices.astype(np.float32))

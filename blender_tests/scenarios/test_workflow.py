@@ -19,7 +19,7 @@ def native_result(native, obj, pose_name, anchors, roi=None):
     mesh = obj.data
     mesh.calc_loop_triangles()
     triangles = np.array([tuple(triangle.vertices) for triangle in mesh.loop_triangles], np.int32)
-    deformer = native.Deformer(rest.astype(np.float64), triangles, np.array(anchors, np.int32), roi=roi, method="full")
+    deformer = native.Deformer(rest.astype(np.float64), triangles, np.array(anchors, np.int32), roi=roi)
     targets = steps.key_positions(obj, pose_name)[anchors].astype(np.float64)
     return deformer.solve(targets).vertices.astype(np.float32)
 
