@@ -79,21 +79,20 @@ double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView&
     const Index* const points = rows_.points.data() + begin.first_point;
     PaddedPoint* const shares = shares_.data() + begin.first_point;
     for (std::int64_t k = 0; k < end.first_point - begin.first_point; ++k) {
-        const Index vertex = points[k];
-        scratch.positions[k] = {{positions(vertex, 0), positions(vertex, 1), positions(vertex, 2), 0.0}};
+        const double* const position = positions.data() + positions.outerStride() * points[k];
+        scratch.positions[k] = {{position[0], position[1], position[2], 0.0}};
         shares[k] = {};
     }
-    double energy = kernel_(rows_.batches.data() + begin.first_batch,
-                            static_cast<Index>(end.first_batch - begin.first_batch), rows_.rings(),
-                            scratch.positions.data(), rows_.rest.data() + begin.first_point, stretching, shares);
+    double energy =
+        kernel_(rows_.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
+                rows_.rings(), scratch.positions.data(), rows_.rest.data() + begin.first_point, stretching, shares);
     scratch.by_ring.resize(rows_.longest_single);
     for (std::int64_t k = begin.first_single; k < end.first_single; ++k) {
         const SingleRow& single = rows_.singles[k];
         const Index centre = unknowns_.rows[single.row];
         const EncodedRing ring = encoding_.ring_of(centre);
-        const RowEnergy row =
-            evaluate_row(ring, centre, positions, rows_.single_spokes.data() + single.first_spoke,
-                         rows_.bending[single.row], stretching, scratch.by_ring.data());
+        const RowEnergy row = evaluate_row(ring, centre, positions, rows_.single_spokes.data() + single.first_spoke,
+                                           rows_.bending[single.row], stretching, scratch.by_ring.data());
         const auto add = [&](Index point, const Vector3& share) {
             for (int c = 0; c < 3; ++c)
                 shares[point].value[c] += share(c);

@@ -124,8 +124,7 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
         }
         find_strains(valence, coefficients, spokes, strains);
         const Lane factor = all_lanes(stretching);
-        LaneVector rim_before =
-            (factor * lanes(coefficients[valence - 1].rim)) * (strains[valence - 1] - strains[0]);
+        LaneVector rim_before = (factor * lanes(coefficients[valence - 1].rim)) * (strains[valence - 1] - strains[0]);
         for (Index k = 0; k < valence; ++k) {
             const Index after = k + 1 == valence ? 0 : k + 1;
             const LaneVector rim_strain = strains[k] - strains[after];

@@ -24,12 +24,12 @@ struct alignas(kRowLanes * sizeof(double)) PaddedPoint {
 /// Four rows whose rings are equally long. Vertices are numbered within the patch that the batch belongs to. Where
 /// there are fewer rows, the lanes left over repeat the first, with zeros for what multiplies their energy.
 struct RowBatch {
-    RowLanes softening;            ///< see SoftNormal
-    RowLanes bending;              ///< a_i
-    Index centre[kRowLanes];       ///< i
-    Index row[kRowLanes];          ///< which row of the energy; -1: a lane left over
-    Index valence;                 ///< of all four, at most kLongestLaneRing
-    std::int64_t first;            ///< where its rings begin in each array of RingLanes
+    RowLanes softening;       ///< see SoftNormal
+    RowLanes bending;         ///< a_i
+    Index centre[kRowLanes];  ///< i
+    Index row[kRowLanes];     ///< which row of the energy; -1: a lane left over
+    Index valence;            ///< of all four, at most kLongestLaneRing
+    std::int64_t first;       ///< where its rings begin in each array of RingLanes
 };
 
 /// Coefficients of one place in the rings of a batch, by what reads them.

@@ -26,6 +26,7 @@ class PatchBuilder {
     /// Rows [begin, end): their batches in ascending valence, each with rows in ascending order.
     void add(std::size_t begin, std::size_t end, bool in_batches) {
         begin_patch();
+        number_points(begin, end);
         std::vector<std::size_t> taken;
         std::vector<std::size_t> single;
         for (std::size_t row = begin; row < end; ++row) {
@@ -33,9 +34,8 @@ class PatchBuilder {
             const bool fits = in_batches && ring.normal_weights == nullptr && ring.valence <= kLongestLaneRing;
             (fits ? taken : single).push_back(row);
         }
-        std::stable_sort(taken.begin(), taken.end(), [&](std::size_t a, std::size_t b) {
-            return ring_of(a).valence < ring_of(b).valence;
-        });
+        std::stable_sort(taken.begin(), taken.end(),
+                         [&](std::size_t a, std::size_t b) { return ring_of(a).valence < ring_of(b).valence; });
         for (std::size_t k = 0; k < taken.size();) {
             const Index valence = ring_of(taken[k]).valence;
             int count = 1;
@@ -46,10 +46,7 @@ class PatchBuilder {
         }
         for (const std::size_t row : single)
             add_single(row);
-        for (auto k = first_point_; k < result_.points.size(); ++k)
-            point_of_[result_.points[k]] = -1;
-        result_.largest_patch =
-            std::max(result_.largest_patch, static_cast<Index>(result_.points.size() - first_point_));
+        forget_points();
     }
 
     void begin_patch() {
@@ -62,14 +59,30 @@ class PatchBuilder {
   private:
     EncodedRing ring_of(std::size_t row) const { return encoding_.ring_of(unknowns_.rows[row]); }
 
-    Index point(Index vertex) {
-        Index& known = point_of_[vertex];
-        if (known < 0) {
-            known = static_cast<Index>(result_.points.size() - first_point_);
+    /// The points of rows [begin, end) in the order of the vertices, so that copies run forwards through memory.
+    void number_points(std::size_t begin, std::size_t end) {
+        const auto note = [&](Index vertex) {
+            if (point_of_[vertex] >= 0) return;
+            point_of_[vertex] = 0;
             result_.points.push_back(vertex);
-            result_.rest.push_back({{rest_(vertex, 0), rest_(vertex, 1), rest_(vertex, 2), 0.0}});
+        };
+        for (std::size_t row = begin; row < end; ++row) {
+            const EncodedRing ring = ring_of(row);
+            note(unknowns_.rows[row]);
+            std::for_each(ring.ring, ring.ring + ring.valence, note);
         }
-        return known;
+        const auto first = result_.points.begin() + static_cast<std::ptrdiff_t>(first_point_);
+        std::sort(first, result_.points.end());
+        for (auto vertex = first; vertex != result_.points.end(); ++vertex) {
+            point_of_[*vertex] = static_cast<Index>(vertex - first);
+            result_.rest.push_back({{rest_(*vertex, 0), rest_(*vertex, 1), rest_(*vertex, 2), 0.0}});
+        }
+        result_.largest_patch = std::max(result_.largest_patch, static_cast<Index>(result_.points.end() - first));
+    }
+
+    void forget_points() {
+        for (std::size_t k = first_point_; k < result_.points.size(); ++k)
+            point_of_[result_.points[k]] = -1;
     }
 
     /// Its spokes, and 1 / h_i^2 into the row's bending.
@@ -92,10 +105,10 @@ class PatchBuilder {
             const EncodedRing ring = ring_of(row);
             if (!left_over) measure(row, ring, spokes_.data());
             batch.row[lane] = left_over ? -1 : static_cast<Index>(row);
-            batch.centre[lane] = point(unknowns_.rows[row]);
+            batch.centre[lane] = point_of_[unknowns_.rows[row]];
             batch.softening.value[lane] = ring.softening;
             for (Index k = 0; k < valence; ++k) {
-                result_.vertex_lanes[batch.first + k].vertex[lane] = point(ring.ring[k]);
+                result_.vertex_lanes[batch.first + k].vertex[lane] = point_of_[ring.ring[k]];
                 BendingLanes& bending = result_.bending_lanes[batch.first + k];
                 bending.weight.value[lane] = ring.weights[k];
                 bending.height.value[lane] = ring.heights[k];
@@ -113,9 +126,9 @@ class PatchBuilder {
         result_.single_spokes.resize(first + ring.valence);
         measure(row, ring, result_.single_spokes.data() + first);
         result_.singles.push_back(
-            {static_cast<Index>(row), point(unknowns_.rows[row]), static_cast<std::int64_t>(first)});
+            {static_cast<Index>(row), point_of_[unknowns_.rows[row]], static_cast<std::int64_t>(first)});
         for (Index k = 0; k < ring.valence; ++k)
-            result_.single_points.push_back(point(ring.ring[k]));
+            result_.single_points.push_back(point_of_[ring.ring[k]]);
         result_.longest_single = std::max(result_.longest_single, ring.valence);
     }
 

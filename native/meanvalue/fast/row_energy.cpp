@@ -14,7 +14,9 @@ constexpr double kMostCotangent = 10.0;
 // Each triangle's half cotangent, scaled to make an edge between equilateral triangles 1.
 constexpr double kCotangentScale = 0.86602540378443865;
 
-Index next_of(Index k, Index valence) { return k + 1 == valence ? 0 : k + 1; }
+Index next_of(Index k, Index valence) {
+    return k + 1 == valence ? 0 : k + 1;
+}
 
 double cotangent_weight(const Vector3& a, const Vector3& b) {
     const double sine = a.cross(b).norm();
