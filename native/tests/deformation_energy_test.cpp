@@ -38,11 +38,13 @@ Mesh fans(Index fewest, Index most, double lift) {
     return all;
 }
 
-/// A fan whose middle is nearly under a ring vertex, so that its normal offset has weights of its own.
-Mesh steep_fan() {
-    Mesh mesh = fans(6, 6, 0.0);
-    mesh.vertices.row(0) = mesh.vertices.row(2);
-    mesh.vertices(0, 2) -= 0.8;
+/// Fans with the middle nearly under a ring vertex: of some the normal offset has weights of its own.
+Mesh steep_fans() {
+    Mesh mesh = fans(5, 20, 0.0);
+    for (Index valence = 5, middle = 0; valence <= 20; middle += valence + 1, ++valence) {
+        mesh.vertices.row(middle) = mesh.vertices.row(middle + 2);
+        mesh.vertices(middle, 2) -= 0.8;
+    }
     return mesh;
 }
 
@@ -82,7 +84,9 @@ class Bound {
             for (const Kernel kernel : {Kernel::kPortable, Kernel::kFastest}) {
                 const Evaluation found = evaluate(pose, rigidity, kernel);
                 EXPECT_NEAR(found.energy, expected.energy, 1e-12 * expected.energy) << what << ", " << rigidity;
-                EXPECT_LE((found.gradient - expected.gradient).norm(), 1e-12 * expected.gradient.norm())
+                // Near rest the gradient is a small difference of large numbers, and both round.
+                EXPECT_LE((found.gradient - expected.gradient).norm(),
+                          1e-12 * expected.gradient.norm() + 1e-14 * mesh_.diagonal())
                     << what << ", " << rigidity;
             }
         }
@@ -115,7 +119,7 @@ class DeformationEnergyOf : public testing::TestWithParam<Mesh> {};
 TEST_P(DeformationEnergyOf, IsThatOfTheScalarRows) {
     const Bound bound(GetParam());
     bound.expect_agreement(bent(GetParam()), "bent");
-    bound.expect_agreement(with_noise(GetParam(), 1e-3, 5).vertices, "near rest");
+    bound.expect_agreement(with_noise(GetParam(), 1e-2, 5).vertices, "near rest");
 }
 
 TEST_P(DeformationEnergyOf, HasTheGradientOfCentralDifferences) {
@@ -148,8 +152,8 @@ INSTANTIATE_TEST_SUITE_P(Meshes, DeformationEnergyOf,
                          [](const auto& info) { return "mesh" + std::to_string(info.index); });
 
 TEST(DeformationEnergy, AgreesOnSteepRings) {
-    const Bound bound(joined(steep_fan(), sphere(2)), 1000);
-    ASSERT_NE(bound.encoding().ring_of(0).normal_weights, nullptr);
+    const Bound bound(joined(steep_fans(), sphere(2)), 1000);
+    ASSERT_GT(bound.encoding().steep_weights.size(), 30u);
     bound.expect_agreement(bent(bound.mesh()), "steep");
 }
 
@@ -189,10 +193,9 @@ TEST(DeformationEnergy, LosesNothingFarFromTheOrigin) {
     const Bound bound(mesh);
     Positions far = bent(mesh);
     far.rowwise() += Eigen::RowVector3d(1e6, -2e6, 3e6);
-    bound.expect_agreement(far, "far");
     const Positions near = far.rowwise() - Eigen::RowVector3d(1e6, -2e6, 3e6);  // exact
     for (const double rigidity : {0.0, 30.0}) {
-        const Evaluation expected = bound.evaluate(near, rigidity);
+        const Evaluation expected = bound.evaluate(near, rigidity, Kernel::kScalar);
         const Evaluation found = bound.evaluate(far, rigidity);
         EXPECT_NEAR(found.energy, expected.energy, 1e-12 * expected.energy);
         EXPECT_LE((found.gradient - expected.gradient).norm(), 1e-12 * expected.gradient.norm());
@@ -229,7 +232,7 @@ TEST(DeformationEnergy, HasNothingToDoWithoutFreeVertices) {
 }
 
 TEST(ConstantHessian, IsTheSameForAnyNumberOfThreadsAndKernels) {
-    const Bound bound(with_noise(joined(torus(120, 70), steep_fan()), 0.1, 1));
+    const Bound bound(with_noise(joined(torus(120, 70), steep_fans()), 0.1, 1));
     const Execution execution;
     for (const double rigidity : {0.0, 30.0}) {
         const SparseMatrix one = bound.energy(Kernel::kFastest).constant_hessian(rigidity, 1, execution);
