@@ -8,7 +8,7 @@ namespace {
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
 constexpr double kShortestEdge = 1e-9;
 // Rows of a patch: the more, the fewer points are in several patches, and the fewer lanes are left over.
-constexpr std::size_t kPatchRows = 1024;
+constexpr std::size_t kPatchRows = 2048;
 
 class PatchBuilder {
   public:

@@ -47,7 +47,13 @@ MEANVALUE_INLINE Lane inverse_or_zero(const Lane& length) {
 }
 
 MEANVALUE_INLINE bool any(const LaneMask& of) {
+#if defined(__x86_64__)
+    const LaneMask swapped = __builtin_shufflevector(of, of, 2, 3, 0, 1);
+    const LaneMask either = of | swapped;
+    return _mm_movemask_epi8(reinterpret_cast<const __m128i&>(either)) != 0;
+#else
     return ((of[0] | of[1]) | (of[2] | of[3])) != 0;
+#endif
 }
 
 struct LaneVector {
