@@ -27,7 +27,7 @@ struct SingleRow {
     std::int64_t first_spoke;  ///< in single_spokes and single_points
 };
 
-/// Memory is about 6 x 48 bytes for each row of six neighbours, and some 40 for each point.
+/// Memory is about 6 x 36 bytes for each row of six neighbours, 40 for the row, and 36 for each point.
 struct EnergyPatches {
     std::vector<double> bending;  ///< a_i, |rows|
     double stretching = 0.0;      ///< (h/D)^2
