@@ -6,6 +6,8 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/fast/energy_kernels.h"
+#include "meanvalue/fast/energy_patches.h"
 #include "meanvalue/solver/block_matrix.h"
 #include "meanvalue/solver/unknowns.h"
 
@@ -18,7 +20,7 @@ namespace meanvalue {
 /// rigid as possible: Sorkine and Alexa 2007; with rims: Chao et al. 2010). With h_i the mean edge of row i at rest,
 /// a_i = h^2 / h_i^2, h^2 making them 1 in the mean, and D the size of the shape: the sums then approximate integrals
 /// over the surface of the squared change of curvature, and of squared strain over D^2, at any resolution, and
-/// rigidity has no unit. The row of a lone anchor counts many times. docs/algorithm.md, "Rigidity".
+/// rigidity has no unit. The row of a lone anchor counts many times more. docs/algorithm.md, "Rigidity".
 class DeformationEnergy {
   public:
     enum class Weights {
@@ -26,9 +28,15 @@ class DeformationEnergy {
         kByLength  ///< as above
     };
 
+    enum class Kernel {
+        kFastest,   ///< that this processor has
+        kPortable,  ///< that every processor has
+        kScalar     ///< none, evaluate_row() for each row: what the others are held against
+    };
+
     /// @param rest n x 3; @param size D, in the same units. @pre encoding and unknowns outlive it. @throws Cancelled.
     DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double size,
-                      Weights weights, const Execution& execution);
+                      Weights weights, const Execution& execution, Kernel kernel = Kernel::kFastest);
 
     /// E in squared units. The same bits for any number of threads. @param positions n x 3.
     /// @param gradient |V'| x 3, receives dE/dV'. @throws Cancelled.
@@ -37,43 +45,35 @@ class DeformationEnergy {
 
     /// What of E's Hessian does not depend on the pose, one number for each pair of free vertices (lower triangle):
     /// (I - W)^T a (I - W) + rigidity (h/D)^2 times the Laplacian with weights c. It bounds the second part, whose
-    /// rotations only lower it, and is the smooth part of the first. @throws Cancelled.
-    SparseMatrix constant_hessian(double rigidity, const Execution& execution) const;
+    /// rotations only lower it, and is the smooth part of the first. The same bits for any number of threads.
+    /// @throws Cancelled.
+    SparseMatrix constant_hessian(double rigidity, int threads, const Execution& execution) const;
 
     /// h^2: energies of two resolutions of one shape are as these.
-    double resolution() const { return resolution_; }
+    double resolution() const { return rows_.resolution; }
     std::size_t bytes() const;
 
   private:
-    /// What the second sum needs of one vertex k of a ring of i.
-    struct Spoke {
-        Vector3 rest;  ///< p_i - p_k
-        double spoke;  ///< c_ik
-        double rim;    ///< c_kl, l the next in the ring
+    /// Of one thread.
+    struct Scratch {
+        std::vector<PaddedPoint> positions;  // of a patch
+        std::vector<Vector3> by_ring;        // of a single row
     };
 
-    void measure(const PositionsView& rest, double size, Weights weights, const Execution& execution);
-    /// Whether the row is that of a fixed vertex without fixed neighbours.
-    bool is_lone_anchor(std::size_t row) const;
-    void index_uses(const Execution& execution);
-    void evaluate_row(std::size_t row, const PositionsView& positions, double rigidity);
-    void add_rigidity(std::size_t row, const PositionsView& positions, double weight);
+    void index_uses();
+    double evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching, Scratch& scratch);
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    std::vector<double> bending_;          // a_i, |rows|
-    double resolution_ = 0.0;              // h^2
-    double stretching_ = 0.0;              // (h/D)^2
-    std::vector<std::int64_t> row_start_;  // |rows| + 1: where a row's spokes begin
-    std::vector<Spoke> spokes_;
-    // Scratch of evaluate(): each row's share of E, and of dE/dV by its ring and by itself.
-    std::vector<double> row_energy_;
-    std::vector<Vector3> by_ring_;
-    std::vector<Vector3> by_centre_;
-    // Where each free vertex' shares are: in by_ring_, and the number of its own row or -1.
-    std::vector<std::int64_t> use_start_;  // |V'| + 1
-    std::vector<std::int64_t> uses_;
-    std::vector<Index> own_row_;  // |V'|
+    EnergyKernel kernel_;
+    EnergyPatches rows_;
+    // Scratch of evaluate(): shares of dE/dV by each point of each patch, and of E by each patch.
+    std::vector<PaddedPoint> shares_;
+    std::vector<double> patch_energy_;
+    std::vector<Scratch> scratch_;
+    // Where each free vertex' shares are, in the order of the patches.
+    std::vector<Index> use_start_;  // |V'| + 1
+    std::vector<Index> uses_;
 };
 
 }  // namespace meanvalue

@@ -92,7 +92,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
     level->minimiser = QuasiNewton(level->unknowns);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
-        SparseMatrix hessian = level->energy->constant_hessian(rigidity, execution);
+        SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
         const double least = kLeastDiagonal * hessian.diagonal().mean();
         for (Eigen::Index k = 0; k < hessian.cols(); ++k)
             hessian.valuePtr()[hessian.outerIndexPtr()[k]] += least;

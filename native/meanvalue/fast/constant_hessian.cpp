@@ -1,0 +1,195 @@
+#include <algorithm>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/fast/deformation_energy.h"
+
+namespace meanvalue {
+namespace {
+
+/// Where a free vertex is in a ring: its row, and its place.
+struct RingUse {
+    Index row;
+    Index place;
+};
+
+/// c_ik and c_kl of one place in a ring.
+struct EdgeWeights {
+    double spoke;
+    double rim;
+};
+
+/// Entries of consecutive columns, one column after another.
+struct Columns {
+    std::vector<Index> rows;
+    std::vector<double> values;
+};
+
+class HessianAssembly {
+  public:
+    HessianAssembly(const Encoding& encoding, const Unknowns& unknowns, const EnergyPatches& energy, double weight,
+                    const Execution& execution)
+        : encoding_(encoding), unknowns_(unknowns), energy_(energy), weight_(weight), execution_(execution) {
+        row_start_.reserve(unknowns_.rows.size() + 1);
+        row_start_.push_back(0);
+        for (const Index i : unknowns_.rows)
+            row_start_.push_back(row_start_.back() + encoding_.ring_of(i).valence);
+        if (weight_ > 0.0) collect_edges();
+        index_uses();
+    }
+
+    /// Columns [begin, end), lower triangle with the diagonal. @param sizes receives the number of entries of each.
+    Columns columns(Index begin, Index end, std::int64_t* sizes) const {
+        Columns result;
+        std::vector<double> sums(unknowns_.free.size());
+        std::vector<Index> seen_by(unknowns_.free.size(), -1);
+        std::vector<Index> found;
+        for (Index column = begin; column < end; ++column) {
+            execution_.check_every(column - begin);
+            found.clear();
+            const auto add = [&](Index slot, double value) {
+                if (slot < column) return;  // fixed, or above the diagonal
+                if (seen_by[slot] != column) {
+                    seen_by[slot] = column;
+                    sums[slot] = 0.0;
+                    found.push_back(slot);
+                }
+                sums[slot] += value;
+            };
+            add(column, 0.0);
+            add_uses(column, add);
+            std::sort(found.begin(), found.end());
+            for (const Index slot : found) {
+                result.rows.push_back(slot);
+                result.values.push_back(sums[slot]);
+            }
+            sizes[column - begin] = static_cast<std::int64_t>(found.size());
+        }
+        return result;
+    }
+
+  private:
+    /// Calls add(slot or -1, value) for all that the rows with this free vertex give to its column.
+    template <typename Add>
+    void add_uses(Index column, const Add& add) const {
+        const auto slot_of = [&](Index vertex) { return unknowns_.slot[vertex]; };
+        // One row of (I - W), in which this column has the coefficient `own`.
+        const auto add_bending = [&](Index row, const EncodedRing& ring, double own) {
+            const double scaled = energy_.bending[row] * own;
+            add(slot_of(unknowns_.rows[row]), scaled);
+            for (Index k = 0; k < ring.valence; ++k)
+                add(slot_of(ring.ring[k]), -scaled * ring.weights[k]);
+        };
+        const auto add_edge = [&](Index other, double edge_weight) {
+            add(column, weight_ * edge_weight);
+            add(slot_of(other), -weight_ * edge_weight);
+        };
+        const bool stretches = weight_ > 0.0;
+        if (own_row_[column] >= 0) {
+            const Index row = own_row_[column];
+            const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
+            add_bending(row, ring, 1.0);
+            for (Index k = 0; stretches && k < ring.valence; ++k)
+                add_edge(ring.ring[k], edges_[row_start_[row] + k].spoke);
+        }
+        for (std::int64_t use = use_start_[column]; use < use_start_[column + 1]; ++use) {
+            const Index row = uses_[use].row;
+            const Index place = uses_[use].place;
+            const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
+            add_bending(row, ring, -ring.weights[place]);
+            if (!stretches) continue;
+            const EdgeWeights* const edges = edges_.data() + row_start_[row];
+            const Index next = place + 1 == ring.valence ? 0 : place + 1;
+            const Index previous = place == 0 ? ring.valence - 1 : place - 1;
+            add_edge(unknowns_.rows[row], edges[place].spoke);
+            add_edge(ring.ring[next], edges[place].rim);
+            add_edge(ring.ring[previous], edges[previous].rim);
+        }
+    }
+
+    /// From the order of the batches into that of the rows.
+    void collect_edges() {
+        edges_.resize(row_start_.back());
+        for (const RowBatch& batch : energy_.batches) {
+            for (int lane = 0; lane < kRowLanes; ++lane) {
+                if (batch.row[lane] < 0) continue;
+                for (Index k = 0; k < batch.valence; ++k) {
+                    const StretchingLanes& from = energy_.stretching_lanes[batch.first + k];
+                    edges_[row_start_[batch.row[lane]] + k] = {from.spoke.value[lane], from.rim.value[lane]};
+                }
+            }
+        }
+        for (const SingleRow& single : energy_.singles) {
+            const std::int64_t first = row_start_[single.row];
+            for (std::int64_t k = first; k < row_start_[single.row + 1]; ++k) {
+                const Spoke& from = energy_.single_spokes[single.first_spoke + k - first];
+                edges_[k] = {from.spoke, from.rim};
+            }
+        }
+    }
+
+    void index_uses() {
+        use_start_.assign(unknowns_.free.size() + 1, 0);
+        own_row_.assign(unknowns_.free.size(), -1);
+        const auto for_each_use = [&](const auto& visit) {
+            for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+                execution_.check_every(row);
+                const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
+                for (Index k = 0; k < ring.valence; ++k) {
+                    const Index slot = unknowns_.slot[ring.ring[k]];
+                    if (slot >= 0) visit(slot, RingUse{static_cast<Index>(row), k});
+                }
+            }
+        };
+        for_each_use([&](Index slot, const RingUse&) { ++use_start_[slot + 1]; });
+        for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot)
+            use_start_[slot + 1] += use_start_[slot];
+        uses_.resize(use_start_.back());
+        std::vector<std::int64_t> next(use_start_.begin(), use_start_.end() - 1);
+        for_each_use([&](Index slot, const RingUse& use) { uses_[next[slot]++] = use; });
+        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+            const Index slot = unknowns_.slot[unknowns_.rows[row]];
+            if (slot >= 0) own_row_[slot] = static_cast<Index>(row);
+        }
+    }
+
+    const Encoding& encoding_;
+    const Unknowns& unknowns_;
+    const EnergyPatches& energy_;
+    double weight_;
+    const Execution& execution_;
+    std::vector<std::int64_t> row_start_;  // |rows| + 1: where a row's edges begin
+    std::vector<EdgeWeights> edges_;
+    std::vector<std::int64_t> use_start_;  // |V'| + 1
+    std::vector<RingUse> uses_;
+    std::vector<Index> own_row_;  // |V'|: or -1
+};
+
+}  // namespace
+
+SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, const Execution& execution) const {
+    // Fewer columns than this are not worth a thread.
+    constexpr Index kColumnsOfThread = 2048;
+    const auto size = static_cast<Index>(unknowns_.free.size());
+    const HessianAssembly assembly(encoding_, unknowns_, rows_, rigidity * rows_.stretching, execution);
+    const int workers = std::max(1, std::min<int>(threads, size / kColumnsOfThread));
+    const auto begin_of = [&](int worker) { return static_cast<Index>(std::int64_t{size} * worker / workers); };
+    SparseMatrix hessian(size, size);
+    std::int64_t* const starts = hessian.outerIndexPtr();
+    std::vector<Columns> parts(workers);
+    run_workers(workers, [&](int worker) {
+        const Index begin = begin_of(worker);
+        parts[worker] = assembly.columns(begin, begin_of(worker + 1), starts + begin + 1);
+    });
+    starts[0] = 0;
+    for (Index column = 0; column < size; ++column)
+        starts[column + 1] += starts[column];
+    hessian.resizeNonZeros(starts[size]);
+    run_workers(workers, [&](int worker) {
+        const std::int64_t first = starts[begin_of(worker)];
+        std::copy(parts[worker].rows.begin(), parts[worker].rows.end(), hessian.innerIndexPtr() + first);
+        std::copy(parts[worker].values.begin(), parts[worker].values.end(), hessian.valuePtr() + first);
+    });
+    return hessian;
+}
+
+}  // namespace meanvalue

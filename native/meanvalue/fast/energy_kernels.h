@@ -1,0 +1,64 @@
+// The rows of DeformationEnergy four at a time, double precision: one lane of a vector instruction is one row.
+#pragma once
+
+#include <cstdint>
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+constexpr int kRowLanes = 4;
+/// Longer rings are left to evaluate_row(): what the kernels keep of a ring is to stay in the innermost cache.
+constexpr Index kLongestLaneRing = 32;
+
+/// One number of each row of a batch.
+struct alignas(kRowLanes * sizeof(double)) RowLanes {
+    double value[kRowLanes];
+};
+
+/// One vertex' x, y, z and a zero: a row that one instruction loads.
+struct alignas(kRowLanes * sizeof(double)) PaddedPoint {
+    double value[kRowLanes];
+};
+
+/// Four rows whose rings are equally long. Vertices are numbered within the patch that the batch belongs to. Where
+/// there are fewer rows, the lanes left over repeat the first, with zeros for what multiplies their energy.
+struct RowBatch {
+    RowLanes softening;       ///< see SoftNormal
+    RowLanes bending;         ///< a_i
+    Index centre[kRowLanes];  ///< i
+    Index row[kRowLanes];     ///< which row of the energy; -1: a lane left over
+    Index valence;            ///< of all four, at most kLongestLaneRing
+    std::int64_t first;       ///< where its rings begin in each array of RingLanes
+};
+
+/// Coefficients of one place in the rings of a batch, by what reads them.
+struct BendingLanes {
+    RowLanes weight;  ///< w_ik
+    RowLanes height;  ///< see Encoding::heights
+};
+struct StretchingLanes {
+    RowLanes spoke;  ///< c_ik
+    RowLanes rim;    ///< c_kl, l the next in the ring
+};
+struct VertexLanes {
+    Index vertex[kRowLanes];  ///< k
+};
+struct RingLanes {
+    const BendingLanes* bending;
+    const StretchingLanes* stretching;
+    const VertexLanes* vertices;
+};
+
+/// E of `count` batches. Adds its derivative by each vertex to `gradient`, batch after batch in their order.
+/// @param positions, rest, gradient of the vertices of the patch.
+/// @param stretching what the second sum is multiplied with; 0: it is not made.
+using EnergyKernel = double (*)(const RowBatch* batches, Index count, const RingLanes& rings,
+                                const PaddedPoint* positions, const PaddedPoint* rest, double stretching,
+                                PaddedPoint* gradient);
+
+/// What every processor has, and the fastest that this one has.
+EnergyKernel portable_energy_kernel();
+EnergyKernel fastest_energy_kernel();
+
+}  // namespace meanvalue

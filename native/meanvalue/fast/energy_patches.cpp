@@ -1,0 +1,211 @@
+#include "meanvalue/fast/energy_patches.h"
+
+#include <algorithm>
+
+namespace meanvalue {
+namespace {
+
+// How many times the row of a lone anchor counts, a fixed vertex whose ring is free: the surface passes through it
+// with the curvature that it had, instead of hanging from it like a tent. Its neighbours' rows must not count more:
+// limbs turn about their anchors. docs/decisions/0007-rigidity.md has what was measured.
+constexpr double kLoneAnchorWeight = 70.0;
+
+// Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
+constexpr double kShortestEdge = 1e-9;
+// Rows of a patch: the more, the fewer points are in several patches, and the fewer lanes are left over.
+constexpr std::size_t kPatchRows = 2048;
+
+class PatchBuilder {
+  public:
+    PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double shortest,
+                 EnergyPatches& result)
+        : encoding_(encoding),
+          unknowns_(unknowns),
+          rest_(rest),
+          shortest_(shortest),
+          result_(result),
+          point_of_(unknowns.slot.size(), -1) {
+        result_.bending.resize(unknowns_.rows.size());
+    }
+
+    /// Rows [begin, end): their batches in ascending valence, each with rows in ascending order.
+    void add(std::size_t begin, std::size_t end, bool in_batches) {
+        begin_patch();
+        number_points(begin, end);
+        std::vector<std::size_t> taken;
+        std::vector<std::size_t> single;
+        for (std::size_t row = begin; row < end; ++row) {
+            const EncodedRing ring = ring_of(row);
+            const bool fits = in_batches && ring.normal_weights == nullptr && ring.valence <= kLongestLaneRing;
+            (fits ? taken : single).push_back(row);
+        }
+        std::stable_sort(taken.begin(), taken.end(),
+                         [&](std::size_t a, std::size_t b) { return ring_of(a).valence < ring_of(b).valence; });
+        for (std::size_t k = 0; k < taken.size();) {
+            const Index valence = ring_of(taken[k]).valence;
+            int count = 1;
+            while (count < kRowLanes && k + count < taken.size() && ring_of(taken[k + count]).valence == valence)
+                ++count;
+            add_batch(taken.data() + k, count, valence);
+            k += count;
+        }
+        for (const std::size_t row : single)
+            add_single(row);
+        forget_points();
+    }
+
+    void begin_patch() {
+        first_point_ = result_.points.size();
+        result_.patches.push_back({static_cast<std::int64_t>(result_.points.size()),
+                                   static_cast<std::int64_t>(result_.batches.size()),
+                                   static_cast<std::int64_t>(result_.singles.size())});
+    }
+
+  private:
+    EncodedRing ring_of(std::size_t row) const { return encoding_.ring_of(unknowns_.rows[row]); }
+
+    /// The points of rows [begin, end) in the order of the vertices, so that copies run forwards through memory.
+    void number_points(std::size_t begin, std::size_t end) {
+        const auto note = [&](Index vertex) {
+            if (point_of_[vertex] >= 0) return;
+            point_of_[vertex] = 0;
+            result_.points.push_back(vertex);
+        };
+        for (std::size_t row = begin; row < end; ++row) {
+            const EncodedRing ring = ring_of(row);
+            note(unknowns_.rows[row]);
+            std::for_each(ring.ring, ring.ring + ring.valence, note);
+        }
+        const auto first = result_.points.begin() + static_cast<std::ptrdiff_t>(first_point_);
+        std::sort(first, result_.points.end());
+        for (auto vertex = first; vertex != result_.points.end(); ++vertex) {
+            point_of_[*vertex] = static_cast<Index>(vertex - first);
+            result_.rest.push_back({{rest_(*vertex, 0), rest_(*vertex, 1), rest_(*vertex, 2), 0.0}});
+        }
+        result_.largest_patch = std::max(result_.largest_patch, static_cast<Index>(result_.points.end() - first));
+    }
+
+    void forget_points() {
+        for (std::size_t k = first_point_; k < result_.points.size(); ++k)
+            point_of_[result_.points[k]] = -1;
+    }
+
+    /// Its spokes, and 1 / h_i^2 into the row's bending.
+    void measure(std::size_t row, const EncodedRing& ring, Spoke* spokes) {
+        const double mean = std::max(measure_spokes(ring, unknowns_.rows[row], rest_, spokes), shortest_);
+        result_.bending[row] = 1.0 / (mean * mean);
+    }
+
+    void add_batch(const std::size_t* rows, int count, Index valence) {
+        RowBatch batch{};
+        batch.valence = valence;
+        batch.first = static_cast<std::int64_t>(result_.vertex_lanes.size());
+        result_.vertex_lanes.resize(batch.first + valence);
+        result_.bending_lanes.resize(batch.first + valence);
+        result_.stretching_lanes.resize(batch.first + valence);
+        spokes_.resize(valence);
+        for (int lane = 0; lane < kRowLanes; ++lane) {
+            const bool left_over = lane >= count;
+            const std::size_t row = rows[left_over ? 0 : lane];
+            const EncodedRing ring = ring_of(row);
+            if (!left_over) measure(row, ring, spokes_.data());
+            batch.row[lane] = left_over ? -1 : static_cast<Index>(row);
+            batch.centre[lane] = point_of_[unknowns_.rows[row]];
+            batch.softening.value[lane] = ring.softening;
+            for (Index k = 0; k < valence; ++k) {
+                result_.vertex_lanes[batch.first + k].vertex[lane] = point_of_[ring.ring[k]];
+                BendingLanes& bending = result_.bending_lanes[batch.first + k];
+                bending.weight.value[lane] = ring.weights[k];
+                bending.height.value[lane] = ring.heights[k];
+                StretchingLanes& stretching = result_.stretching_lanes[batch.first + k];
+                stretching.spoke.value[lane] = left_over ? 0.0 : spokes_[k].spoke;
+                stretching.rim.value[lane] = left_over ? 0.0 : spokes_[k].rim;
+            }
+        }
+        result_.batches.push_back(batch);
+    }
+
+    void add_single(std::size_t row) {
+        const EncodedRing ring = ring_of(row);
+        const std::size_t first = result_.single_spokes.size();
+        result_.single_spokes.resize(first + ring.valence);
+        measure(row, ring, result_.single_spokes.data() + first);
+        result_.singles.push_back(
+            {static_cast<Index>(row), point_of_[unknowns_.rows[row]], static_cast<std::int64_t>(first)});
+        for (Index k = 0; k < ring.valence; ++k)
+            result_.single_points.push_back(point_of_[ring.ring[k]]);
+        result_.longest_single = std::max(result_.longest_single, ring.valence);
+    }
+
+    const Encoding& encoding_;
+    const Unknowns& unknowns_;
+    const PositionsView& rest_;
+    double shortest_;
+    EnergyPatches& result_;
+    std::size_t first_point_ = 0;
+    std::vector<Index> point_of_;  // n: in the current patch, or -1
+    std::vector<Spoke> spokes_;
+};
+
+/// From 1 / h_i^2 to a_i, once all are known.
+/// Whether a row is that of a fixed vertex without fixed neighbours.
+bool is_lone_anchor(const Encoding& encoding, const Unknowns& unknowns, Index vertex) {
+    if (unknowns.slot[vertex] >= 0) return false;
+    const EncodedRing ring = encoding.ring_of(vertex);
+    return std::all_of(ring.ring, ring.ring + ring.valence, [&](Index j) { return unknowns.slot[j] >= 0; });
+}
+
+void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, bool by_length,
+                   EnergyPatches& rows) {
+    if (rows.bending.empty()) return;
+    double inverse_squares = 0.0;
+    for (const double value : rows.bending)
+        inverse_squares += value;
+    const double square = static_cast<double>(rows.bending.size()) / inverse_squares;
+    for (std::size_t row = 0; row < rows.bending.size(); ++row) {
+        rows.bending[row] = by_length ? rows.bending[row] * square : 1.0;
+        if (by_length && is_lone_anchor(encoding, unknowns, unknowns.rows[row])) rows.bending[row] *= kLoneAnchorWeight;
+    }
+    rows.resolution = square;
+    rows.stretching = square / (size * size);
+    for (RowBatch& batch : rows.batches) {
+        for (int lane = 0; lane < kRowLanes; ++lane)
+            batch.bending.value[lane] = batch.row[lane] < 0 ? 0.0 : rows.bending[batch.row[lane]];
+    }
+}
+
+template <typename T>
+std::size_t bytes_of(const std::vector<T>& items) {
+    return items.capacity() * sizeof(T);
+}
+
+}  // namespace
+
+EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                                   double size, bool by_length, bool in_batches, const Execution& execution) {
+    EnergyPatches result;
+    PatchBuilder builder(encoding, unknowns, rest, kShortestEdge * size, result);
+    for (std::size_t begin = 0; begin < unknowns.rows.size(); begin += kPatchRows) {
+        execution.check();
+        builder.add(begin, std::min(begin + kPatchRows, unknowns.rows.size()), in_batches);
+    }
+    builder.begin_patch();
+    scale_weights(encoding, unknowns, size, by_length, result);
+    // They have grown, up to twice as large as needed.
+    result.batches.shrink_to_fit();
+    result.bending_lanes.shrink_to_fit();
+    result.stretching_lanes.shrink_to_fit();
+    result.vertex_lanes.shrink_to_fit();
+    result.single_spokes.shrink_to_fit();
+    result.points.shrink_to_fit();
+    result.rest.shrink_to_fit();
+    return result;
+}
+
+std::size_t EnergyPatches::bytes() const {
+    return bytes_of(bending) + bytes_of(patches) + bytes_of(batches) + bytes_of(bending_lanes) +
+           bytes_of(stretching_lanes) + bytes_of(vertex_lanes) + bytes_of(singles) + bytes_of(single_spokes) +
+           bytes_of(single_points) + bytes_of(points) + bytes_of(rest);
+}
+
+}  // namespace meanvalue
