@@ -90,6 +90,8 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
     Components components = find_components(rest_, binding.faces, is_fixed_);
     Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components));
+    // The paper's methods keep the caller's order, which their queue breaks ties by.
+    if (binding.method == Method::kFast) region = in_spatial_order(region);
     region_vertices_ = region.vertices;
     report_.components = std::move(components.parts);
     report_.free_count = static_cast<Index>(std::count(region.is_fixed.begin(), region.is_fixed.end(), 0));
@@ -106,6 +108,7 @@ void Deformer::fill_report(const std::vector<Index>& region_vertices) {
     report_.detached_triangle_count = decoder_->detached_triangle_count();
     for (const Index v : decoder_->encoding().guarded)
         report_.guarded.push_back(region_vertices[v]);
+    std::sort(report_.guarded.begin(), report_.guarded.end());
     for (const auto& [reason, vertices] : decoder_->encoding().guarded_by_reason()) {
         report_.guarded_reasons[reason] = static_cast<Index>(vertices.size());
     }

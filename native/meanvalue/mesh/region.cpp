@@ -1,6 +1,8 @@
 #include "meanvalue/mesh/region.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <utility>
 
 namespace meanvalue {
 namespace {
@@ -14,6 +16,15 @@ std::vector<char> grown(const TrianglesView& faces, const std::vector<char>& mar
             result[faces(f, k)] = 1;
     }
     return result;
+}
+
+/// Spreads the lowest 21 bits so that two zeros follow each.
+std::uint64_t spread_bits(std::uint64_t bits) {
+    bits = (bits | bits << 32) & 0x001f00000000ffffULL;
+    bits = (bits | bits << 16) & 0x001f0000ff0000ffULL;
+    bits = (bits | bits << 8) & 0x100f00f00f00f00fULL;
+    bits = (bits | bits << 4) & 0x10c30c30c30c30c3ULL;
+    return (bits | bits << 2) & 0x1249249249249249ULL;
 }
 
 }  // namespace
@@ -47,6 +58,36 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
             region.faces(k, c) = number[faces(kept[k], c)];
     }
     return region;
+}
+
+Region in_spatial_order(const Region& region) {
+    const std::size_t count = region.vertices.size();
+    if (count == 0) return region;
+    const Eigen::RowVector3d low = region.positions.colwise().minCoeff();
+    const double extent = (region.positions.colwise().maxCoeff() - low).maxCoeff();
+    const double scale = extent > 0.0 ? static_cast<double>((1 << 21) - 1) / extent : 0.0;
+    std::vector<std::pair<std::uint64_t, Index>> order(count);
+    for (std::size_t v = 0; v < count; ++v) {
+        std::uint64_t code = 0;
+        for (int c = 0; c < 3; ++c) {
+            code |= spread_bits(static_cast<std::uint64_t>((region.positions(v, c) - low(c)) * scale)) << c;
+        }
+        order[v] = {code, static_cast<Index>(v)};
+    }
+    std::sort(order.begin(), order.end());
+
+    Region result;
+    result.positions.resize(region.positions.rows(), 3);
+    std::vector<Index> place(count);
+    for (std::size_t k = 0; k < count; ++k) {
+        const Index v = order[k].second;
+        place[v] = static_cast<Index>(k);
+        result.vertices.push_back(region.vertices[v]);
+        result.is_fixed.push_back(region.is_fixed[v]);
+        result.positions.row(k) = region.positions.row(v);
+    }
+    result.faces = region.faces.unaryExpr([&](Index v) { return place[v]; });
+    return result;
 }
 
 }  // namespace meanvalue

@@ -9,7 +9,7 @@ namespace meanvalue {
 
 /// A part of a mesh with vertex numbers of its own.
 struct Region {
-    std::vector<Index> vertices;  ///< the numbers in the whole mesh, ascending
+    std::vector<Index> vertices;  ///< the numbers in the whole mesh; ascending but for in_spatial_order()
     Positions positions;          ///< of these vertices
     Triangles faces;              ///< in the region's numbers
     std::vector<char> is_fixed;   ///< of these vertices
@@ -19,5 +19,9 @@ struct Region {
 /// complete. @param positions n x 3; @param is_fixed n flags. Cost: linear.
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
                             const std::vector<char>& is_fixed);
+
+/// The same region with its vertices along a Z-order curve (Morton 1966): neighbours on the surface are mostly
+/// neighbours in memory, whatever order the mesh came in. Cost: that of sorting.
+Region in_spatial_order(const Region& region);
 
 }  // namespace meanvalue
