@@ -41,7 +41,7 @@ TEST(LeastSquares, FindsWhatADenseSolverFindsAndMovesOnlyTheFree) {
         dense.block<3, 3>(3 * row, 0) = rows.coefficients[4 * row + 1];
         dense.block<3, 3>(3 * row, 3) = rows.coefficients[4 * row + 3];
     }
-    const Positions residual = wanted - rows.apply(start);
+    const Positions residual = wanted - rows.apply(start, Execution());
     const Eigen::Map<const Eigen::Matrix<double, 9, 1>> right_hand_side(residual.data());
     const Eigen::Matrix<double, 6, 1> moves = dense.colPivHouseholderQr().solve(right_hand_side);
     EXPECT_LT((positions.row(1) - start.row(1) - moves.head<3>().transpose()).norm(), 1e-10);

@@ -178,7 +178,8 @@ TEST(GaussNewtonCg, EnergyNeverRisesAndTheGradientVanishes) {
         positions(v, 0) += 1.5;
     system.linearise(positions, nullptr, 1, execution);
     const double start = system.gradient().norm();
-    const GaussNewtonCgReport report = GaussNewtonCg(system, unknowns, execution).minimise(1, positions, execution);
+    const MinimiseReport report =
+        GaussNewtonCg(system, unknowns, execution).minimise(0.0, 1, positions, execution);
     for (std::size_t k = 1; k < report.energies.size(); ++k)
         EXPECT_LT(report.energies[k], report.energies[k - 1]);
     system.linearise(positions, nullptr, 1, execution);
