@@ -76,6 +76,25 @@ TEST(LeastSquares, ACoefficientAddedTwiceCountsTwice) {
     EXPECT_LT((positions.row(1).array() - 4.0).abs().maxCoeff(), 1e-9);
 }
 
+TEST(LeastSquares, RefusesRowsTooLongForTheMemory) {
+    constexpr Index kCount = 10000;
+    LinearRows<3> rows;
+    Unknowns unknowns;
+    for (Index v = 0; v < kCount; ++v) {
+        rows.add(v, Matrix3::Identity());
+        unknowns.free.push_back(v);
+        unknowns.slot.push_back(v);
+    }
+    rows.end_row();
+    unknowns.rows = {0};
+    Positions positions = Positions::Zero(kCount, 3);
+    SparseCholesky cholesky;
+    Execution execution;
+    const std::string refusal = message_of<InvalidInput>(
+        [&] { minimise_rows(rows, Positions::Zero(1, 3), unknowns, cholesky, positions, execution); });
+    EXPECT_TRUE(contains(refusal, "too long for this method: they make 50005000 pairs"));
+}
+
 TEST(SparseCholesky, SolvesSeveralRightHandSidesAsItSolvesOne) {
     SparseMatrix lower(3, 3);
     lower.insert(0, 0) = 4.0;

@@ -19,8 +19,8 @@ class Execution {
     void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
     bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
 
-    /// Cancels itself at look number `looks` of check() from now on, counted from 1: tests cancel with it at any place
-    /// of an operation.
+    /// Cancels itself at look number `looks` of check() from now on, counted from 1: tests cancel with it at any
+    /// place of an operation.
     void cancel_at_look(std::int64_t looks) { looks_left_.store(looks, std::memory_order_relaxed); }
 
     /// @throws Cancelled after cancel(); called inside every long loop.

@@ -85,8 +85,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
     {
         const StageTimer timer(report.timings, "optimise");
         const double negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
-        const MinimiseReport coarse =
-            coarse_minimiser_->minimise(negligible_energy, threads_, positions, execution);
+        const MinimiseReport coarse = coarse_minimiser_->minimise(negligible_energy, threads_, positions, execution);
         report.iterations = coarse.iterations;
         report.initial_gradient = coarse.initial_gradient;
         report.gradient = coarse.gradient;

@@ -51,8 +51,8 @@ class RingMesh {
 
     /// Rings that grow stop here.
     static constexpr Index kLongestRing = 16;
-    /// A vertex with a longer ring has no collapse: that of `to`, of two vertices or more, would gain all of it but for
-    /// up to four.
+    /// A vertex with a longer ring has no collapse: that of `to`, of two vertices or more, would gain all of it but
+    /// for up to four.
     static constexpr Index kLongestRemovable = kLongestRing + 2;
 
   private:

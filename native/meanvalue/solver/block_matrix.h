@@ -31,7 +31,8 @@ class SymmetricBlocks {
     void set_zero(const Execution& execution);
     void add(std::int64_t position, Index column, const Block& block) {
         const std::int64_t stride = Size * (block_start_[column + 1] - block_start_[column]);
-        double* entry = matrix_.valuePtr() + Size * Size * block_start_[column] + Size * (position - block_start_[column]);
+        double* entry =
+            matrix_.valuePtr() + Size * Size * block_start_[column] + Size * (position - block_start_[column]);
         for (int c = 0; c < Size; ++c, entry += stride) {
             for (int r = 0; r < Size; ++r)
                 entry[r] += block(r, c);

@@ -27,7 +27,8 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
 
 void GaussNewtonSystem::find_pattern(const Execution& execution) {
     matrix_ = BlockMatrix(
-        product_pattern(term_offsets_, term_columns_, static_cast<Index>(unknowns_.free.size()), execution), execution);
+        product_pattern(term_offsets_, term_columns_, static_cast<Index>(unknowns_.free.size()), execution),
+        execution);
 
     pair_offsets_.push_back(0);
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
