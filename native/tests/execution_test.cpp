@@ -23,6 +23,25 @@ TEST(Execution, ChecksThrowOnceCancelled) {
     EXPECT_STREQ(execution.stage(), "encode");
 }
 
+TEST(Execution, CancelsItselfAtTheLookAskedFor) {
+    Execution execution;
+    execution.cancel_at_look(3);
+    EXPECT_NO_THROW(execution.check());
+    EXPECT_NO_THROW(execution.check());
+    EXPECT_FALSE(execution.cancelled());
+    EXPECT_THROW(execution.check(), Cancelled);
+    EXPECT_TRUE(execution.cancelled());
+}
+
+TEST(WorkMeter, LooksByTheWorkDone) {
+    Execution execution;
+    WorkMeter work(execution);
+    execution.cancel();
+    EXPECT_NO_THROW(work.add(1000));
+    EXPECT_THROW(work.add(10'000'000), Cancelled);
+    EXPECT_NO_THROW(work.add(1000));
+}
+
 TEST(Abandon, ReturnsWhatTheWorkDidAndThrowsWhatItThrew) {
     const auto done = std::make_shared<bool>(false);
     run_abandonable([done] { *done = true; }, Execution());

@@ -3,7 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <string>
+#include <thread>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/predictor.h"
@@ -342,6 +345,61 @@ TEST(Hierarchy, Cancels) {
     Positions positions = mesh.vertices;
     const Hierarchy hierarchy = hierarchy_of(mesh, {0, 1, 2, 3});
     EXPECT_THROW(hierarchy.split(0, -1, positions, 1, execution), Cancelled);
+}
+
+TEST(Hierarchy, CancelsAtAnyPlaceOfCoarseningAndSplits) {
+    const Mesh mesh = with_noise(torus(140, 100), 0.05, 1);
+    const OneRings rings = rings_of(mesh);
+    const std::vector<char> is_fixed = flags_of(mesh, spread_vertices(mesh, 8));
+    CoarseningOptions options;
+    options.level_sizes = {400};
+    const auto build = [&](Execution& execution) {
+        return build_hierarchy(rings, mesh.vertices, is_fixed, options, 2, execution);
+    };
+    EXPECT_EQ(cancelled_everywhere(build), (std::vector<std::string>{"", "build hierarchy", "encode"}));
+    Execution execution;
+    const Hierarchy hierarchy = build(execution);
+    int cancels = 0;
+    for (int look = 1; look < 8; ++look, ++cancels) {
+        Execution cancelled;
+        cancelled.cancel_at_look(look);
+        Positions positions = mesh.vertices;
+        EXPECT_THROW(hierarchy.split(1, -1, positions, 1, cancelled), Cancelled);
+    }
+}
+
+TEST(Hierarchy, AHubIsLookedAtOnlyOnceItsRingIsShort) {
+    // With a cost for each spoke at each change of the ring this took a minute at 1500, and days at this size.
+    const Mesh mesh = capped_tube(6000, 3, 1.0);
+    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8));
+    EXPECT_GT(hierarchy.order.size(), mesh.vertex_count() * 9 / 10u);
+}
+
+TEST(Hierarchy, ACancelDoesNotWaitForAHub) {
+    const Mesh mesh = capped_tube(15000, 3, 1.0);
+    const OneRings rings = rings_of(mesh);
+    const std::vector<char> is_fixed = flags_of(mesh, {0, 100, 200, 300});
+    Execution execution;
+    std::chrono::steady_clock::time_point asked;
+    std::thread canceller([&] {
+        while (std::string(execution.stage()) != "build hierarchy")
+            std::this_thread::yield();
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        asked = std::chrono::steady_clock::now();
+        execution.cancel();
+    });
+    EXPECT_THROW(build_hierarchy(rings, mesh.vertices, is_fixed, {}, 1, execution), Cancelled);
+    const auto returned = std::chrono::steady_clock::now();
+    canceller.join();
+    EXPECT_LT(returned - asked, std::chrono::seconds(5));  // some milliseconds
+}
+
+TEST(Hierarchy, LevelsSayNothingOfVerticesThatAreGone) {
+    const Mesh mesh = sphere(4);
+    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 6), {100});
+    EXPECT_TRUE(hierarchy.levels[0].encoding.guarded.empty());
+    for (const Index v : hierarchy.levels[1].encoding.guarded)
+        EXPECT_EQ(std::count(hierarchy.order.begin(), hierarchy.order.end(), v), 0);
 }
 
 TEST(CollapseCost, PrefersWhatKeepsTheVolumeAndTheAngles) {

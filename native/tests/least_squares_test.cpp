@@ -41,7 +41,7 @@ TEST(LeastSquares, FindsWhatADenseSolverFindsAndMovesOnlyTheFree) {
         dense.block<3, 3>(3 * row, 0) = rows.coefficients[4 * row + 1];
         dense.block<3, 3>(3 * row, 3) = rows.coefficients[4 * row + 3];
     }
-    const Positions residual = wanted - rows.apply(start);
+    const Positions residual = wanted - rows.apply(start, Execution());
     const Eigen::Map<const Eigen::Matrix<double, 9, 1>> right_hand_side(residual.data());
     const Eigen::Matrix<double, 6, 1> moves = dense.colPivHouseholderQr().solve(right_hand_side);
     EXPECT_LT((positions.row(1) - start.row(1) - moves.head<3>().transpose()).norm(), 1e-10);
@@ -74,6 +74,25 @@ TEST(LeastSquares, ACoefficientAddedTwiceCountsTwice) {
     Execution execution;
     minimise_rows(rows, Positions::Constant(1, 3, 4.0), two_free_of_four(), cholesky, positions, execution);
     EXPECT_LT((positions.row(1).array() - 4.0).abs().maxCoeff(), 1e-9);
+}
+
+TEST(LeastSquares, RefusesRowsTooLongForTheMemory) {
+    constexpr Index kCount = 10000;
+    LinearRows<3> rows;
+    Unknowns unknowns;
+    for (Index v = 0; v < kCount; ++v) {
+        rows.add(v, Matrix3::Identity());
+        unknowns.free.push_back(v);
+        unknowns.slot.push_back(v);
+    }
+    rows.end_row();
+    unknowns.rows = {0};
+    Positions positions = Positions::Zero(kCount, 3);
+    SparseCholesky cholesky;
+    Execution execution;
+    const std::string refusal = message_of<InvalidInput>(
+        [&] { minimise_rows(rows, Positions::Zero(1, 3), unknowns, cholesky, positions, execution); });
+    EXPECT_TRUE(contains(refusal, "too long for this method: they make 50005000 pairs"));
 }
 
 TEST(SparseCholesky, SolvesSeveralRightHandSidesAsItSolvesOne) {

@@ -116,6 +116,28 @@ TEST(RingMesh, ARingLongerThanItsBoundMayOnlyShrink) {
     }
 }
 
+TEST(RingMesh, OnlyShortRingsCanBeRemoved) {
+    // What the coarsening leaves out of its queue: closed and open rings, at their longest.
+    for (const Index valence : {16, 17, 18, 19, 25}) {
+        const Mesh closed = capped_tube(valence, 4, 2.0);
+        Mesh open = closed;  // without one triangle, at the middle of a cap and at its rim
+        open.faces.conservativeResize(open.faces.rows() - 1, 3);
+        for (const Mesh& mesh : {closed, open}) {
+            RingMesh rings = rings_of(mesh);
+            for (int round = 0; round < 10; ++round) {
+                for (Index v = 0; v < mesh.vertex_count(); ++v) {
+                    const RingView ring = rings.ring(v);
+                    const Index* to =
+                        std::find_if(ring.begin(), ring.end(), [&](Index j) { return rings.can_collapse(v, j); });
+                    if (to == ring.end()) continue;
+                    ASSERT_LE(ring.valence, RingMesh::kLongestRemovable);
+                    if (v < 4 * valence) rings.collapse(v, *to);
+                }
+            }
+        }
+    }
+}
+
 TEST(RingMesh, NonManifoldVerticesStay) {
     Mesh mesh;
     mesh.vertices = Positions::Random(7, 3);

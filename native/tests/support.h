@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
+#include "meanvalue/common/errors.h"
 #include "meanvalue/common/execution.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/one_ring.h"
@@ -33,6 +35,23 @@ std::string message_of(Action&& action) {
 
 inline double largest_distance(const Positions& a, const Positions& b) {
     return (a - b).rowwise().norm().maxCoeff();
+}
+
+/// Runs action(execution) again and again, each time cancelled at a later look at the flag, until it gets through.
+/// @return the stages in which it was cancelled, without repetitions.
+template <typename Action>
+std::vector<std::string> cancelled_everywhere(const Action& action) {
+    std::vector<std::string> stages;
+    for (std::int64_t look = 1;; look += 1 + look / 16) {
+        Execution execution;
+        execution.cancel_at_look(look);
+        try {
+            action(execution);
+            return stages;
+        } catch (const Cancelled&) {
+            if (stages.empty() || stages.back() != execution.stage()) stages.emplace_back(execution.stage());
+        }
+    }
 }
 
 inline bool contains(const std::string& text, const std::string& part) {

@@ -54,6 +54,7 @@ TEST(OneRing, BowTieTakesItsLargestFan) {
     mesh.faces << 0, 1, 2, 0, 2, 3, 0, 5, 6;
     const OneRings rings = rings_of(mesh);
     EXPECT_EQ(rings.kinds[0], RingKind::kNonManifold);
+    EXPECT_EQ(rings.triangle_count(0), rings.valence(0) - 1);
     EXPECT_EQ(ring(rings, 0), (std::vector<Index>{1, 2, 3}));
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/common/errors.h"
@@ -33,11 +34,20 @@ double half_cotangent(const Vector3& a, const Vector3& b) {
 
 Stars cotangent_stars(const Problem& problem, const Execution& execution) {
     struct Spoke {
-        Index from, to;
+        Index to;
         double weight;
     };
-    std::vector<Spoke> spokes;
-    spokes.reserve(6 * problem.faces.rows());
+    const Index vertex_count = static_cast<Index>(problem.vertices.rows());
+    std::vector<std::size_t> offsets(vertex_count + 1, 0);
+    for (Index f = 0; f < problem.faces.rows(); ++f) {
+        execution.check_every(f);
+        for (int k = 0; k < 3; ++k)
+            offsets[problem.faces(f, k) + 1] += 2;
+    }
+    for (Index v = 0; v < vertex_count; ++v)
+        offsets[v + 1] += offsets[v];
+    std::vector<Spoke> spokes(offsets.back());
+    std::vector<std::size_t> next(offsets.begin(), offsets.end() - 1);
     for (Index f = 0; f < problem.faces.rows(); ++f) {
         execution.check_every(f);
         for (int k = 0; k < 3; ++k) {
@@ -46,26 +56,28 @@ Stars cotangent_stars(const Problem& problem, const Execution& execution) {
             const auto apex = problem.vertices.row(problem.faces(f, (k + 2) % 3));
             const double weight = half_cotangent((problem.vertices.row(a) - apex).transpose(),
                                                  (problem.vertices.row(b) - apex).transpose());
-            spokes.push_back({a, b, weight});
-            spokes.push_back({b, a, weight});
+            spokes[next[a]++] = {b, weight};
+            spokes[next[b]++] = {a, weight};
         }
     }
-    // Stable, so that both spokes of an edge sum the same numbers in the same order.
-    std::stable_sort(spokes.begin(), spokes.end(),
-                     [](const Spoke& x, const Spoke& y) { return x.from != y.from ? x.from < y.from : x.to < y.to; });
     Stars stars;
-    stars.offsets.assign(problem.vertices.rows() + 1, 0);
-    for (std::size_t k = 0; k < spokes.size();) {
-        const std::size_t first = k;
-        double weight = 0.0;
-        for (; k < spokes.size() && spokes[k].from == spokes[first].from && spokes[k].to == spokes[first].to; ++k)
-            weight += spokes[k].weight;
-        stars.neighbour.push_back(spokes[first].to);
-        stars.weight.push_back(std::clamp(weight, kLeastWeight, kMostWeight));
-        ++stars.offsets[spokes[first].from + 1];
+    stars.offsets.assign(1, 0);
+    for (Index v = 0; v < vertex_count; ++v) {
+        execution.check_every(v);
+        // Stable, so that both spokes of an edge sum the same numbers in the same order, that of the faces.
+        std::stable_sort(spokes.begin() + static_cast<std::ptrdiff_t>(offsets[v]),
+                         spokes.begin() + static_cast<std::ptrdiff_t>(offsets[v + 1]),
+                         [](const Spoke& x, const Spoke& y) { return x.to < y.to; });
+        for (std::size_t k = offsets[v]; k < offsets[v + 1];) {
+            const Index to = spokes[k].to;
+            double weight = 0.0;
+            for (; k < offsets[v + 1] && spokes[k].to == to; ++k)
+                weight += spokes[k].weight;
+            stars.neighbour.push_back(to);
+            stars.weight.push_back(std::clamp(weight, kLeastWeight, kMostWeight));
+        }
+        stars.offsets.push_back(static_cast<Index>(stars.neighbour.size()));
     }
-    for (std::size_t v = 1; v < stars.offsets.size(); ++v)
-        stars.offsets[v] += stars.offsets[v - 1];
     return stars;
 }
 
@@ -141,25 +153,48 @@ class LocalGlobal {
         return energy;
     }
 
+    /// Of free vertex number `column`: its neighbours below the diagonal, by entry(row, weight).
+    template <typename Entry>
+    void for_each_below(std::int64_t column, const Entry& entry) const {
+        const Index v = unknowns_.free[column];
+        for (Index e = stars_.offsets[v]; e < stars_.offsets[v + 1]; ++e) {
+            const Index slot = unknowns_.slot[stars_.neighbour[e]];  // ascending, as the neighbours are
+            if (slot > column) entry(slot, stars_.weight[e]);
+        }
+    }
+
+    /// The lower triangle, column by column.
+    SparseMatrix laplacian() const {
+        const std::int64_t free_count = static_cast<std::int64_t>(unknowns_.free.size());
+        SparseMatrix lower(free_count, free_count);
+        std::int64_t* const outer = lower.outerIndexPtr();
+        for (std::int64_t column = 0; column < free_count; ++column) {
+            execution_.check_every(column);
+            outer[column + 1] = outer[column] + 1;
+            for_each_below(column, [&](Index, double) { ++outer[column + 1]; });
+        }
+        lower.resizeNonZeros(outer[free_count]);
+        for (std::int64_t column = 0; column < free_count; ++column) {
+            execution_.check_every(column);
+            const Index v = unknowns_.free[column];
+            std::int64_t place = outer[column];
+            lower.innerIndexPtr()[place] = column;
+            lower.valuePtr()[place] = std::accumulate(stars_.weight.begin() + stars_.offsets[v],
+                                                      stars_.weight.begin() + stars_.offsets[v + 1], 0.0);
+            for_each_below(column, [&](Index row, double weight) {
+                lower.innerIndexPtr()[++place] = row;
+                lower.valuePtr()[place] = -weight;
+            });
+        }
+        return lower;
+    }
+
     /// Every part has a fixed vertex and every weight is positive: the Laplacian is positive definite.
     void factorise() {
-        std::vector<Eigen::Triplet<double, std::int64_t>> entries;
-        for (std::size_t k = 0; k < unknowns_.free.size(); ++k) {
-            execution_.check_every(k);
-            const Index v = unknowns_.free[k];
-            const std::int64_t column = static_cast<std::int64_t>(k);
-            for (Index e = stars_.offsets[v]; e < stars_.offsets[v + 1]; ++e) {
-                entries.emplace_back(column, column, stars_.weight[e]);
-                const Index slot = unknowns_.slot[stars_.neighbour[e]];
-                if (slot > column) entries.emplace_back(slot, column, -stars_.weight[e]);
-            }
-        }
-        const Eigen::Index free_count = static_cast<Eigen::Index>(unknowns_.free.size());
-        SparseMatrix lower(free_count, free_count);
-        lower.setFromTriplets(entries.begin(), entries.end());
+        const SparseMatrix lower = laplacian();
         cholesky_.analyse(lower, execution_);
         if (!cholesky_.factorise(lower, execution_)) {
-            throw SolverFailure(message("the Laplacian of ", free_count, " vertices is not positive definite"));
+            throw SolverFailure(message("the Laplacian of ", lower.rows(), " vertices is not positive definite"));
         }
     }
 

@@ -12,7 +12,7 @@ namespace meanvalue::baselines {
 Positions laplacian(const Problem& problem, Execution& execution);
 
 /// (L V)_i = v_i - (1/m_i) sum_j v_j for each row of setup.unknowns.
-LinearRows<1> uniform_laplacian(const Setup& setup);
+LinearRows<1> uniform_laplacian(const Setup& setup, const Execution& execution);
 
 /// Where iterative methods start: setup.carried, with the rest of the way to the anchors spread smoothly, by keeping
 /// its Laplacian coordinates. Met exactly by a similarity of all anchors.

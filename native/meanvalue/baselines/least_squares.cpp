@@ -1,10 +1,8 @@
 #include "meanvalue/baselines/least_squares.h"
 
-#include <Eigen/SparseCore>
-#include <memory>
-
-#include "meanvalue/common/abandon.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/solver/block_matrix.h"
+#include "meanvalue/solver/product_pattern.h"
 
 namespace meanvalue::baselines {
 namespace {
@@ -29,59 +27,48 @@ Eigen::Map<Point<Size>> point(Positions& positions, Eigen::Index row) {
     return Eigen::Map<Point<Size>>(positions.row(row).data());
 }
 
-/// The columns of free vertices, each Size wide.
+/// The lower triangle of A^T A over the free vertices, with kLeastDiagonal on its diagonal.
 template <int Size>
-SparseMatrix free_columns(const LinearRows<Size>& rows, const Unknowns& unknowns, const Execution& execution) {
-    std::vector<Eigen::Triplet<double, std::int64_t>> entries;
-    entries.reserve(rows.vertices.size() * Size * Size);
+SymmetricBlocks<Size> normal_matrix(const LinearRows<Size>& rows, const Unknowns& unknowns,
+                                    const Execution& execution) {
+    std::vector<std::int64_t> offsets = {0};
+    std::vector<Index> columns;
+    std::vector<std::int64_t> terms;  // of `rows`
     for (Eigen::Index row = 0; row < rows.row_count(); ++row) {
         execution.check_every(row);
         for (std::int64_t term = rows.offsets[row]; term < rows.offsets[row + 1]; ++term) {
             const Index slot = unknowns.slot[rows.vertices[term]];
             if (slot < 0) continue;
-            for (int r = 0; r < Size; ++r) {
-                for (int c = 0; c < Size; ++c) {
-                    entries.emplace_back(Size * row + r, Size * std::int64_t{slot} + c,
-                                         rows.coefficients[term](r, c));
-                }
+            columns.push_back(slot);
+            terms.push_back(term);
+        }
+        offsets.push_back(static_cast<std::int64_t>(columns.size()));
+    }
+    SymmetricBlocks<Size> normal(
+        product_pattern(offsets, columns, static_cast<Index>(unknowns.free.size()), execution), execution);
+    normal.set_zero(execution);
+    WorkMeter work(execution);
+    for (std::size_t row = 0; row + 1 < offsets.size(); ++row) {
+        for (std::int64_t a = offsets[row]; a < offsets[row + 1]; ++a) {
+            work.add(8 * (offsets[row + 1] - offsets[row]));
+            for (std::int64_t b = offsets[row]; b < offsets[row + 1]; ++b) {
+                if (columns[a] < columns[b]) continue;
+                normal.add(normal.find(columns[a], columns[b]), columns[b],
+                           rows.coefficients[terms[a]].transpose() * rows.coefficients[terms[b]]);
             }
         }
     }
-    SparseMatrix matrix(Size * rows.row_count(), Size * static_cast<Eigen::Index>(unknowns.free.size()));
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    return matrix;
-}
-
-/// The lower triangle of A^T A with kLeastDiagonal on its diagonal. Owns all it touches: Eigen's product cannot be
-/// interrupted.
-SparseMatrix normal_matrix(SparseMatrix matrix, const Execution& execution) {
-    struct Product {
-        SparseMatrix matrix;
-        SparseMatrix lower;
-    };
-    const auto product = std::make_shared<Product>();
-    product->matrix.swap(matrix);  // Eigen 3.4 has no move for these
-    run_abandonable(
-        [product] {
-            const SparseMatrix transposed = product->matrix.transpose();
-            const SparseMatrix square = transposed * product->matrix;
-            product->lower = square.triangularView<Eigen::Lower>();
-            const double least = kLeastDiagonal * product->lower.diagonal().maxCoeff();
-            for (Eigen::Index k = 0; k < product->lower.cols(); ++k)
-                product->lower.coeffRef(k, k) += least;
-            product->lower.makeCompressed();
-        },
-        execution);
-    matrix.swap(product->lower);
-    return matrix;
+    normal.add_to_diagonal(kLeastDiagonal * normal.largest_on_diagonal());
+    return normal;
 }
 
 }  // namespace
 
 template <int Size>
-Positions LinearRows<Size>::apply(const PositionsView& positions) const {
+Positions LinearRows<Size>::apply(const PositionsView& positions, const Execution& execution) const {
     Positions values = Positions::Zero(row_count(), 3);
     for (Eigen::Index row = 0; row < row_count(); ++row) {
+        execution.check_every(row);
         auto value = point<Size>(values, row);
         for (std::int64_t term = offsets[row]; term < offsets[row + 1]; ++term)
             value += coefficients[term] * point<Size>(positions, vertices[term]);
@@ -93,7 +80,8 @@ template <int Size>
 void minimise_rows(const LinearRows<Size>& rows, const Positions& wanted, const Unknowns& unknowns,
                    SparseCholesky& cholesky, Positions& positions, Execution& execution) {
     if (unknowns.free.empty()) return;
-    const SparseMatrix lower = normal_matrix(free_columns(rows, unknowns, execution), execution);
+    const SymmetricBlocks<Size> normal = normal_matrix(rows, unknowns, execution);
+    const SparseMatrix& lower = normal.matrix();
     if (!cholesky.analysed()) cholesky.analyse(lower, execution);
     if (!cholesky.factorise(lower, execution)) {
         throw SolverFailure(message("the linear system of ", lower.rows(), " unknowns is not positive definite"));
@@ -101,9 +89,10 @@ void minimise_rows(const LinearRows<Size>& rows, const Positions& wanted, const 
     const Eigen::Index free_count = static_cast<Eigen::Index>(unknowns.free.size());
     for (int pass = 0; pass < kPasses; ++pass) {
         execution.check();
-        const Positions residual = wanted - rows.apply(positions);
+        const Positions residual = wanted - rows.apply(positions, execution);
         Positions descent = Positions::Zero(free_count, 3);
         for (Eigen::Index row = 0; row < rows.row_count(); ++row) {
+            execution.check_every(row);
             for (std::int64_t term = rows.offsets[row]; term < rows.offsets[row + 1]; ++term) {
                 const Index slot = unknowns.slot[rows.vertices[term]];
                 if (slot < 0) continue;

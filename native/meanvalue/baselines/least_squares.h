@@ -28,14 +28,14 @@ struct LinearRows {
     void end_row() { offsets.push_back(static_cast<std::int64_t>(vertices.size())); }
     Eigen::Index row_count() const { return static_cast<Eigen::Index>(offsets.size()) - 1; }
 
-    /// The rows' values. @param positions n x 3. @return one line a row.
-    Positions apply(const PositionsView& positions) const;
+    /// The rows' values. @param positions n x 3. @return one line a row. @throws Cancelled.
+    Positions apply(const PositionsView& positions, const Execution& execution) const;
 };
 
 /// Moves the free vertices in `positions` to the minimum of sum_i |sum_j C_ij v_j - wanted_i|^2; what the rows leave
 /// open stays as near as can be to where it is.
 /// @param wanted one line a row; @param cholesky analysed for these rows, or not at all: then it is done here.
-/// @throws Cancelled, SolverFailure.
+/// @throws InvalidInput where rows are too long for the memory, SolverFailure, Cancelled.
 template <int Size>
 void minimise_rows(const LinearRows<Size>& rows, const Positions& wanted, const Unknowns& unknowns,
                    SparseCholesky& cholesky, Positions& positions, Execution& execution);

@@ -13,6 +13,7 @@ Setup set_up(const Problem& problem, Execution& execution) {
     Setup setup;
     setup.threads = thread_count(problem.threads);
     require_finite(problem.vertices, "vertices");
+    require_moderate_extent(problem.vertices);
     require_targets(problem.targets, problem.anchors);
     const Index vertex_count = static_cast<Index>(problem.vertices.rows());
     const std::vector<char> held = fixed_flags(vertex_count, problem.anchors, problem.roi);

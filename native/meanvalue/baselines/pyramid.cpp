@@ -25,11 +25,10 @@ constexpr int kSplitRounds = 5;
 /// and would not depend on the vertex.
 Vector3 face_normal(const OneRings& rings, const PositionsView& positions, Index vertex) {
     const Index valence = rings.valence(vertex);
-    const Index face_count = rings.kinds[vertex] == RingKind::kClosed ? valence : valence - 1;
     const Index* ring = rings.begin(vertex);
     const Vector3 centre = positions.row(vertex);
     Vector3 sum = Vector3::Zero();
-    for (Index k = 0; k < face_count; ++k) {
+    for (Index k = 0; k < rings.triangle_count(vertex); ++k) {
         const Vector3 edge = Vector3(positions.row(ring[k])) - centre;
         const Vector3 next = Vector3(positions.row(ring[(k + 1) % valence])) - centre;
         sum += edge.cross(next).normalized();  // zero stays zero
@@ -81,7 +80,7 @@ Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution
     const TriangleMesh mesh(vertex_count, region.faces, execution);
     const Hierarchy hierarchy = build_hierarchy(collect_one_rings(mesh, execution), region.positions, region.is_fixed,
                                                 {}, setup.threads, execution);
-    const OneRings rings = removal_rings(hierarchy.base().splits, vertex_count);
+    const OneRings rings = removal_rings(hierarchy.base().splits, vertex_count, execution);
     const Encoding encoding =
         encode_along(rings, region.positions, face_normals(rings, region.positions, setup.threads, execution),
                      setup.threads, execution);

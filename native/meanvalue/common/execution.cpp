@@ -5,6 +5,9 @@
 namespace meanvalue {
 
 void Execution::check() const {
+    if (looks_left_.load(std::memory_order_relaxed) > 0 && looks_left_.fetch_sub(1, std::memory_order_relaxed) == 1) {
+        cancelled_.store(true, std::memory_order_relaxed);
+    }
     if (cancelled()) throw Cancelled();
 }
 

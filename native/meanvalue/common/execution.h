@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 
 namespace meanvalue {
 
@@ -17,6 +18,10 @@ class Execution {
     /// Asks the operation to stop; it throws Cancelled within about 100 ms.
     void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
     bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+
+    /// Cancels itself at look number `looks` of check() from now on, counted from 1: tests cancel with it at any
+    /// place of an operation.
+    void cancel_at_look(std::int64_t looks) { looks_left_.store(looks, std::memory_order_relaxed); }
 
     /// @throws Cancelled after cancel(); called inside every long loop.
     void check() const;
@@ -36,9 +41,29 @@ class Execution {
     double progress() const { return progress_.load(std::memory_order_relaxed); }
 
   private:
-    std::atomic<bool> cancelled_{false};
+    mutable std::atomic<bool> cancelled_{false};
+    mutable std::atomic<std::int64_t> looks_left_{0};  // 0: it does not cancel itself
     std::atomic<const char*> stage_{""};
     std::atomic<double> progress_{0.0};
+};
+
+/// For serial loops whose rounds differ much in length: looks at the flag by the work that was done, not by rounds.
+class WorkMeter {
+  public:
+    explicit WorkMeter(const Execution& execution) : execution_(execution) {}
+
+    /// @param steps of some nanoseconds. @throws Cancelled.
+    void add(std::size_t steps) {
+        steps_ += steps;
+        if (steps_ < kStepsPerLook) return;
+        steps_ = 0;
+        execution_.check();
+    }
+
+  private:
+    static constexpr std::size_t kStepsPerLook = 1 << 18;  // about a millisecond
+    const Execution& execution_;
+    std::size_t steps_ = 0;
 };
 
 }  // namespace meanvalue

@@ -19,7 +19,7 @@ RingReplacements replace_degenerate_rings(const OneRings& rings, const Positions
     std::vector<char> degenerate(rings.vertex_count(), 0);
     parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v)
-            degenerate[v] = !spans_a_plane(positions, rings.begin(v), rings.valence(v));
+            degenerate[v] = rings.valence(v) > 0 && !spans_a_plane(positions, rings.begin(v), rings.valence(v));
     });
     RingReplacements replacements;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
@@ -107,8 +107,9 @@ Encoding encode_rings(const OneRings& rings, const PositionsView& positions, con
     std::vector<std::uint8_t> flags(vertex_count, 0);
     parallel_for(vertex_count, threads, execution, [&](Index begin, Index end) {
         RingEncoder encoder(positions, normals);
-        for (Index v = begin; v < end; ++v)
-            flags[v] = encode_vertex(encoder, v, encoding);
+        for (Index v = begin; v < end; ++v) {
+            if (rings.kinds[v] != RingKind::kAbsent) flags[v] = encode_vertex(encoder, v, encoding);
+        }
     });
 
     RingEncoder encoder(positions, normals);

@@ -17,6 +17,9 @@
 namespace meanvalue {
 namespace {
 
+// What a round of the queue costs at least, besides long rings: see WorkMeter.
+constexpr std::size_t kStepsPerRound = 128;
+
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 // Costs of a class count as equal; 2^kFineBits classes to a doubling are as good as none, 2^kCoarseBits are 19 %
@@ -67,6 +70,7 @@ class Coarsening {
           threads_(threads),
           execution_(execution),
           classes_(options.exact_order ? kFineBits : kCoarseBits),
+          work_(execution),
           cost_(positions),
           encoder_(positions),
           states_(is_fixed.size()),
@@ -76,7 +80,7 @@ class Coarsening {
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
             CollapseCost cost(positions_);
             for (Index v = begin; v < end; ++v) {
-                if (is_removable(v) && look_at(v, cost)) {
+                if (is_removable(v) && is_short(v) && look_at(v, cost)) {
                     states_[v].waits = true;
                     candidates[v] = candidate(states_[v].cost_class, v);
                 }
@@ -91,7 +95,7 @@ class Coarsening {
     /// Removes vertices until `count` free ones are left, or none can be removed.
     void coarsen_to(Index count, std::vector<Index>& order) {
         while (remaining_ > count && !candidates_.empty()) {
-            execution_.check_every(round_++);
+            work_.add(kStepsPerRound);
             const Candidate first = candidates_.top();
             candidates_.pop();
             const Index vertex = static_cast<Index>(first & 0xffffffff);
@@ -121,12 +125,11 @@ class Coarsening {
         OneRings rings;
         rings.offsets.reserve(states_.size() + 1);
         rings.kinds.reserve(states_.size());
+        rings.closed.reserve(states_.size());
         for (Index v = 0; v < mesh_.vertex_count(); ++v) {
             execution_.check_every(v);
             const RingView ring = mesh_.ring(v);
-            rings.kinds.push_back(mesh_.kind(v));
-            rings.vertices.insert(rings.vertices.end(), ring.begin(), ring.end());
-            rings.offsets.push_back(static_cast<Index>(rings.vertices.size()));
+            rings.append(ring.begin(), ring.end(), mesh_.kind(v), ring.closed);
         }
         return rings;
     }
@@ -149,6 +152,10 @@ class Coarsening {
         if (!mesh_.is_manifold(vertex)) return false;
         return !is_fixed_[vertex] || (!parts_.part.empty() && !parts_.is_extreme[vertex]);
     }
+
+    /// Whether it can have a collapse at all. Looking at longer rings, at each change of one, would be cubic in the
+    /// valence; such a vertex is looked at once its ring has shrunk.
+    bool is_short(Index vertex) const { return mesh_.ring(vertex).valence <= RingMesh::kLongestRemovable; }
 
     /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones.
     bool may_become(Index vertex, Index to) const {
@@ -184,6 +191,9 @@ class Coarsening {
     /// again when its surroundings change.
     bool remove(Index vertex) {
         const RingView ring = mesh_.ring(vertex);
+        // Comparing rings and changing them is linear in their lengths.
+        for (const Index neighbour : ring)
+            work_.add(mesh_.ring(neighbour).valence);
         // A fixed vertex is never put back, so it needs no stencil.
         if (!is_fixed_[vertex] && !has_good_stencil(vertex, ring)) return false;
         Index to = states_[vertex].to;
@@ -205,6 +215,7 @@ class Coarsening {
         // What follows waits for memory more than it computes: all that it will read is asked for at once.
         for (const Index neighbour : neighbours_) {
             __builtin_prefetch(&states_[neighbour]);
+            if (!is_short(neighbour)) continue;
             for (const Index second : mesh_.ring(neighbour))
                 __builtin_prefetch(positions_.row(second).data());
         }
@@ -216,7 +227,7 @@ class Coarsening {
     }
 
     void surroundings_changed(Index vertex) {
-        if (!is_removable(vertex)) return;
+        if (!is_removable(vertex) || !is_short(vertex)) return;
         State& state = states_[vertex];
         if (!state.waits) {
             if (look_at(vertex, cost_)) enqueue(vertex);
@@ -244,6 +255,7 @@ class Coarsening {
     int threads_;
     const Execution& execution_;
     CostClasses classes_;
+    WorkMeter work_;
     CollapseCost cost_;
     RingEncoder encoder_;
     FixedParts parts_;  // empty where no fixed vertex may be removed
@@ -251,7 +263,6 @@ class Coarsening {
     Queue candidates_;
     std::vector<Index> neighbours_;
     SplitRecorder recorder_;
-    std::size_t round_ = 0;
     Index remaining_ = 0;
 };
 

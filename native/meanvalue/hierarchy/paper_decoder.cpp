@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/solver/carry_parts.h"
-#include "meanvalue/solver/levenberg_marquardt.h"
 #include "meanvalue/solver/sparse_cholesky.h"
 
 namespace meanvalue {
@@ -19,11 +21,24 @@ constexpr double kCoarseShare = 0.03;
 constexpr int kSweeps = 4;
 // The base mesh is solved to this share of the diagonal.
 constexpr double kBaseTolerance = 1e-9;
+// Residuals below these shares of the diagonal are rounding; the splits that lead to the coarse level add to it.
+constexpr double kBaseRounding = 1e-13;
+constexpr double kCoarseRounding = 1e-11;
+
+/// Of residuals of `length` in all rows.
+double energy_of(const Unknowns& unknowns, double length) {
+    return 0.5 * static_cast<double>(unknowns.rows.size()) * length * length;
+}
+
+std::string describe_end(const MinimiseReport& base, const MinimiseReport& coarse) {
+    if (!base.converged()) return message("base mesh: ", describe(base.stop_reason));
+    return coarse.converged() ? "converged at the coarse level" : describe(coarse.stop_reason);
+}
 
 }  // namespace
 
 PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
-    : region_(std::move(region)), threads_(threads) {
+    : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
     components_ = find_components(region_.positions, region_.faces, region_.is_fixed);
     const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
     detached_triangle_count_ = mesh.detached_count();
@@ -56,10 +71,12 @@ Unknowns PaperDecoder::unknowns_of(const Level& level) const {
 DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Execution& execution) {
     DecodeReport report;
     execution.begin_stage("solve");
-    report.energies = {fine_energy(positions)};
+    report.energies = {fine_energy(positions, execution)};
+    if (!std::isfinite(report.energies.front())) throw SolverFailure("the energy of the start is not finite");
+    MinimiseReport base;
     {
         const StageTimer timer(report.timings, "base");
-        solve_base(positions, execution);
+        base = solve_base(positions, execution);
     }
     {
         const StageTimer timer(report.timings, "split");
@@ -67,10 +84,13 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
     }
     {
         const StageTimer timer(report.timings, "optimise");
-        const GaussNewtonCgReport optimised = coarse_minimiser_->minimise(threads_, positions, execution);
-        report.iterations = optimised.iterations;
-        report.converged = optimised.converged;
-        report.stop_reason = optimised.converged ? "converged at the coarse level" : "iteration limit";
+        const double negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
+        const MinimiseReport coarse = coarse_minimiser_->minimise(negligible_energy, threads_, positions, execution);
+        report.iterations = coarse.iterations;
+        report.initial_gradient = coarse.initial_gradient;
+        report.gradient = coarse.gradient;
+        report.converged = base.converged() && coarse.converged();
+        report.stop_reason = describe_end(base, coarse);
     }
     {
         const StageTimer timer(report.timings, "split");
@@ -81,16 +101,22 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
         for (int sweep = 0; sweep < kSweeps; ++sweep)
             relaxation_->sweep(positions, threads_, execution);
     }
-    report.energies.push_back(fine_energy(positions));
+    report.energies.push_back(fine_energy(positions, execution));
+    if (!std::isfinite(report.energies.back()) || !positions.allFinite()) {
+        throw SolverFailure(message("the result is not finite; energy of the start: ", report.energies.front()));
+    }
     return report;
 }
 
-double PaperDecoder::fine_energy(const Positions& positions) const {
-    double sum = 0.0;
-    for (const Index row : fine_.rows) {
-        sum += (Vector3(positions.row(row)) - predict(encoding_.ring_of(row), positions)).squaredNorm();
-    }
-    return 0.5 * sum;
+double PaperDecoder::fine_energy(const Positions& positions, const Execution& execution) const {
+    std::vector<double> squares(fine_.rows.size());
+    parallel_for(static_cast<Index>(squares.size()), threads_, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            const Index row = fine_.rows[k];
+            squares[k] = (Vector3(positions.row(row)) - predict(encoding_.ring_of(row), positions)).squaredNorm();
+        }
+    });
+    return 0.5 * std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
 std::vector<Index> PaperDecoder::level_sizes() const {
@@ -101,8 +127,8 @@ std::vector<Index> PaperDecoder::level_sizes() const {
     return sizes;
 }
 
-void PaperDecoder::solve_base(Positions& positions, Execution& execution) {
-    if (base_unknowns_.free.empty()) return;
+MinimiseReport PaperDecoder::solve_base(Positions& positions, Execution& execution) {
+    if (base_unknowns_.free.empty()) return {};
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
     // Where the base mesh has no residuals at all, what follows the anchors is taken.
@@ -114,10 +140,11 @@ void PaperDecoder::solve_base(Positions& positions, Execution& execution) {
         positions = std::move(carried);
     }
     MinimiseOptions options;
-    options.step_tolerance = kBaseTolerance * bounding_box_diagonal(region_.positions);
+    options.step_tolerance = kBaseTolerance * diagonal_;
+    options.negligible_energy = energy_of(base_unknowns_, kBaseRounding * diagonal_);
     options.threads = threads_;
     SparseCholesky cholesky;
-    minimise(*base_, cholesky, base_unknowns_, options, positions, execution);
+    return minimise(*base_, cholesky, base_unknowns_, options, positions, execution);
 }
 
 std::size_t PaperDecoder::bytes() const {

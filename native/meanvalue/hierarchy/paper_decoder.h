@@ -14,6 +14,7 @@
 #include "meanvalue/solver/gauss_newton_cg.h"
 #include "meanvalue/solver/gauss_newton_system.h"
 #include "meanvalue/solver/gauss_seidel.h"
+#include "meanvalue/solver/levenberg_marquardt.h"
 #include "meanvalue/solver/unknowns.h"
 
 namespace meanvalue {
@@ -27,7 +28,8 @@ class PaperDecoder : public Decoder {
 
     /// The free vertices' positions are read only where no legal collapse could remove them; options but for those do
     /// not matter. Report: energies of the rest pose with the anchors in place and of the result; iterations and
-    /// convergence of the coarse level.
+    /// gradients of the coarse level; converged where both the base mesh and the coarse level did.
+    /// @throws also SolverFailure where the energy of the start or the result is not finite.
     DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) override;
     const Encoding& encoding() const override { return encoding_; }
     Index row_count() const override { return static_cast<Index>(fine_.rows.size()); }
@@ -42,11 +44,12 @@ class PaperDecoder : public Decoder {
   private:
     /// The unknowns of one level: removable vertices still there.
     Unknowns unknowns_of(const Level& level) const;
-    void solve_base(Positions& positions, Execution& execution);
-    double fine_energy(const Positions& positions) const;
+    MinimiseReport solve_base(Positions& positions, Execution& execution);
+    double fine_energy(const Positions& positions, const Execution& execution) const;
 
     Region region_;
     int threads_;
+    double diagonal_;
     Timings bind_timings_;
     Components components_;
     Index detached_triangle_count_ = 0;

@@ -45,18 +45,20 @@ std::size_t Splits::bytes() const {
            (weights.capacity() + heights.capacity() + softening.capacity()) * sizeof(double);
 }
 
-OneRings removal_rings(const Splits& splits, Index vertex_count) {
+OneRings removal_rings(const Splits& splits, Index vertex_count, const Execution& execution) {
     std::vector<Index> number(vertex_count, -1);
     for (Index k = 0; k < splits.size(); ++k)
         number[splits.vertices[k]] = k;
     OneRings rings;
-    for (const Index k : number) {
-        rings.kinds.push_back(k < 0 ? RingKind::kLoose : splits.closed[k] != 0 ? RingKind::kClosed : RingKind::kOpen);
-        if (k >= 0) {
-            const EncodedRing ring = splits.ring_of(k);
-            rings.vertices.insert(rings.vertices.end(), ring.ring, ring.ring + ring.valence);
+    for (Index v = 0; v < vertex_count; ++v) {
+        execution.check_every(v);
+        if (number[v] < 0) {
+            rings.append(nullptr, nullptr, RingKind::kAbsent, false);
+            continue;
         }
-        rings.offsets.push_back(static_cast<Index>(rings.vertices.size()));
+        const EncodedRing ring = splits.ring_of(number[v]);
+        const bool closed = splits.closed[number[v]] != 0;
+        rings.append(ring.ring, ring.ring + ring.valence, closed ? RingKind::kClosed : RingKind::kOpen, closed);
     }
     return rings;
 }

@@ -11,26 +11,33 @@ const Fan& largest(const std::vector<Fan>& fans) {
 }
 
 RingKind kind_of(const std::vector<Fan>& fans) {
-    if (fans.empty()) return RingKind::kLoose;
     if (fans.size() > 1) return RingKind::kNonManifold;
     return fans.front().closed ? RingKind::kClosed : RingKind::kOpen;
 }
 
 }  // namespace
 
-void OneRings::append(const std::vector<Fan>& fans) {
-    kinds.push_back(kind_of(fans));
-    if (!fans.empty()) {
-        const std::vector<Index>& ring = largest(fans).ring;
-        vertices.insert(vertices.end(), ring.begin(), ring.end());
-    }
+void OneRings::append(const Index* begin, const Index* end, RingKind kind, bool is_closed) {
+    kinds.push_back(kind);
+    closed.push_back(is_closed ? 1 : 0);
+    vertices.insert(vertices.end(), begin, end);
     offsets.push_back(static_cast<Index>(vertices.size()));
+}
+
+void OneRings::append(const std::vector<Fan>& fans) {
+    if (fans.empty()) {
+        append(nullptr, nullptr, RingKind::kLoose, false);
+    } else {
+        const Fan& fan = largest(fans);
+        append(fan.ring.data(), fan.ring.data() + fan.ring.size(), kind_of(fans), fan.closed);
+    }
 }
 
 OneRings collect_one_rings(const TriangleMesh& mesh, const Execution& execution) {
     OneRings rings;
     rings.offsets.reserve(mesh.vertex_count() + 1);
     rings.kinds.reserve(mesh.vertex_count());
+    rings.closed.reserve(mesh.vertex_count());
     rings.vertices.reserve(mesh.vertex_count() * 6);
     std::vector<Fan> fans;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {

@@ -11,7 +11,7 @@ RingMesh::RingMesh(const OneRings& rings, const Execution& execution) {
         execution.check_every(v);
         const Index slot = static_cast<Index>(slots_.size());
         const Index valence = rings.valence(v);
-        heads_.push_back({slot, valence, rings.kinds[v]});
+        heads_.push_back({slot, valence, rings.kinds[v], rings.closed[v] != 0});
         slots_.resize(slot + std::max<Index>(1, (valence + kLongestRing - 1) / kLongestRing));
         std::copy(rings.begin(v), rings.end(v), slots_[slot].data());
     }
@@ -76,7 +76,7 @@ void RingMesh::collapse(Index from, Index to) {
     if (ring.closed || place == 0) erase(ring.vertices[place_in_ring(place + 1)], from);
     if (ring.closed || place != 0) erase(ring.vertices[place_in_ring(place + valence - 1)], from);
     heads_[from].valence = 0;
-    heads_[from].kind = RingKind::kLoose;
+    heads_[from].kind = RingKind::kAbsent;
 }
 
 void RingMesh::replace(Index vertex, Index old_neighbour, Index new_neighbour) {

@@ -32,7 +32,7 @@ class RingMesh {
     Index vertex_count() const { return static_cast<Index>(heads_.size()); }
     RingView ring(Index vertex) const {
         const Head& head = heads_[vertex];
-        return {slots_[head.slot].data(), head.valence, head.kind == RingKind::kClosed};
+        return {slots_[head.slot].data(), head.valence, head.closed};
     }
     /// Whether all triangles at the vertex are one fan, so that collapses may touch it.
     bool is_manifold(Index vertex) const {
@@ -51,6 +51,9 @@ class RingMesh {
 
     /// Rings that grow stop here.
     static constexpr Index kLongestRing = 16;
+    /// A vertex with a longer ring has no collapse: that of `to`, of two vertices or more, would gain all of it but
+    /// for up to four.
+    static constexpr Index kLongestRemovable = kLongestRing + 2;
 
   private:
     using Slot = std::array<Index, kLongestRing>;
@@ -58,6 +61,7 @@ class RingMesh {
         Index slot;  // longer rings take several, one after another
         Index valence;
         RingKind kind;
+        bool closed;
     };
 
     Index* ring_of(Index vertex) { return slots_[heads_[vertex].slot].data(); }

@@ -10,36 +10,40 @@ constexpr std::int64_t kEntriesPerCheck = 1 << 20;
 
 }  // namespace
 
-BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns, const Execution& execution) {
+template <int Size>
+SymmetricBlocks<Size>::SymmetricBlocks(const std::vector<std::vector<Index>>& columns, const Execution& execution) {
     for (const std::vector<Index>& column : columns) {
+        execution.check_every(block_start_.size());
         block_row_.insert(block_row_.end(), column.begin(), column.end());
         block_start_.push_back(static_cast<std::int64_t>(block_row_.size()));
     }
-    const std::int64_t size = 3 * static_cast<std::int64_t>(columns.size());
+    const std::int64_t size = Size * static_cast<std::int64_t>(columns.size());
     matrix_.resize(size, size);
-    matrix_.resizeNonZeros(9 * block_start_.back());
+    matrix_.resizeNonZeros(Size * Size * block_start_.back());
     std::int64_t* outer = matrix_.outerIndexPtr();
     std::int64_t* inner = matrix_.innerIndexPtr();
     for (std::size_t column = 0; column < columns.size(); ++column) {
         execution.check_every(column);
-        for (int c = 0; c < 3; ++c) {
+        for (int c = 0; c < Size; ++c) {
             *outer++ = inner - matrix_.innerIndexPtr();
             for (const Index row : columns[column]) {
-                for (int r = 0; r < 3; ++r)
-                    *inner++ = 3 * std::int64_t{row} + r;
+                for (int r = 0; r < Size; ++r)
+                    *inner++ = Size * std::int64_t{row} + r;
             }
         }
     }
     *outer = inner - matrix_.innerIndexPtr();
 }
 
-std::int64_t BlockMatrix::find(Index row, Index column) const {
+template <int Size>
+std::int64_t SymmetricBlocks<Size>::find(Index row, Index column) const {
     const auto begin = block_row_.begin() + block_start_[column];
     const auto end = block_row_.begin() + block_start_[column + 1];
     return std::lower_bound(begin, end, row) - block_row_.begin();
 }
 
-void BlockMatrix::set_zero(const Execution& execution) {
+template <int Size>
+void SymmetricBlocks<Size>::set_zero(const Execution& execution) {
     double* const values = matrix_.valuePtr();
     for (std::int64_t begin = 0; begin < matrix_.nonZeros(); begin += kEntriesPerCheck) {
         execution.check();
@@ -47,21 +51,36 @@ void BlockMatrix::set_zero(const Execution& execution) {
     }
 }
 
-void BlockMatrix::add_identity_multiples(const std::vector<double>& values, double scale) {
+template <int Size>
+void SymmetricBlocks<Size>::add_identity_multiples(const std::vector<double>& values, double scale) {
     for (Index column = 0; column < block_column_count(); ++column) {
         for (std::int64_t position = block_start_[column]; position < block_start_[column + 1]; ++position) {
-            add(position, column, scale * values[position] * Matrix3::Identity());
+            add(position, column, scale * values[position] * Block::Identity());
         }
     }
 }
 
-void BlockMatrix::add_to_diagonal(double amount) {
+template <int Size>
+void SymmetricBlocks<Size>::add_to_diagonal(double amount) {
     for (Index column = 0; column < block_column_count(); ++column) {
-        add(block_start_[column], column, amount * Matrix3::Identity());
+        add(block_start_[column], column, amount * Block::Identity());
     }
 }
 
-SparseMatrix BlockMatrix::with_numbers(const std::vector<double>& values) const {
+template <int Size>
+double SymmetricBlocks<Size>::largest_on_diagonal() const {
+    double largest = 0.0;
+    for (Index column = 0; column < block_column_count(); ++column) {
+        const std::int64_t stride = Size * (block_start_[column + 1] - block_start_[column]);
+        const double* first = matrix_.valuePtr() + Size * Size * block_start_[column];
+        for (int c = 0; c < Size; ++c)
+            largest = std::max(largest, first[c * stride + c]);
+    }
+    return largest;
+}
+
+template <int Size>
+SparseMatrix SymmetricBlocks<Size>::with_numbers(const std::vector<double>& values) const {
     SparseMatrix result(block_column_count(), block_column_count());
     result.resizeNonZeros(block_count());
     std::copy(block_start_.begin(), block_start_.end(), result.outerIndexPtr());
@@ -70,9 +89,13 @@ SparseMatrix BlockMatrix::with_numbers(const std::vector<double>& values) const 
     return result;
 }
 
-std::size_t BlockMatrix::bytes() const {
+template <int Size>
+std::size_t SymmetricBlocks<Size>::bytes() const {
     return static_cast<std::size_t>(matrix_.nonZeros()) * (sizeof(double) + sizeof(std::int64_t)) +
            block_row_.capacity() * sizeof(Index) + block_start_.capacity() * sizeof(std::int64_t);
 }
+
+template class SymmetricBlocks<1>;
+template class SymmetricBlocks<3>;
 
 }  // namespace meanvalue

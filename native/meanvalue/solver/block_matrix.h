@@ -1,4 +1,4 @@
-// A symmetric sparse matrix of 3 x 3 blocks with a fixed pattern, filled anew at each iteration.
+// A symmetric sparse matrix of square blocks with a fixed pattern, filled anew at each iteration.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -14,23 +14,27 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
 /// The lower triangle, by columns, with whole blocks on the diagonal: what is above the diagonal inside those
 /// must be ignored by whoever reads matrix().
-class BlockMatrix {
+template <int Size>
+class SymmetricBlocks {
   public:
-    BlockMatrix() = default;
+    using Block = Eigen::Matrix<double, Size, Size>;
+
+    SymmetricBlocks() = default;
     /// @param columns for each block column the block rows at or below it, ascending, the diagonal first.
     /// @throws Cancelled.
-    BlockMatrix(const std::vector<std::vector<Index>>& columns, const Execution& execution);
+    SymmetricBlocks(const std::vector<std::vector<Index>>& columns, const Execution& execution);
 
     /// Where block (row, column) is, for add(). @pre row >= column and the block is in the pattern.
     std::int64_t find(Index row, Index column) const;
 
     /// @throws Cancelled. The values are unset until then.
     void set_zero(const Execution& execution);
-    void add(std::int64_t position, Index column, const Matrix3& block) {
-        const std::int64_t stride = 3 * (block_start_[column + 1] - block_start_[column]);
-        double* entry = matrix_.valuePtr() + 9 * block_start_[column] + 3 * (position - block_start_[column]);
-        for (int c = 0; c < 3; ++c, entry += stride) {
-            for (int r = 0; r < 3; ++r)
+    void add(std::int64_t position, Index column, const Block& block) {
+        const std::int64_t stride = Size * (block_start_[column + 1] - block_start_[column]);
+        double* entry =
+            matrix_.valuePtr() + Size * Size * block_start_[column] + Size * (position - block_start_[column]);
+        for (int c = 0; c < Size; ++c, entry += stride) {
+            for (int r = 0; r < Size; ++r)
                 entry[r] += block(r, c);
         }
     }
@@ -38,6 +42,7 @@ class BlockMatrix {
     /// Adds scale * values[position] * I to every block; @param values one number a block.
     void add_identity_multiples(const std::vector<double>& values, double scale);
     void add_to_diagonal(double amount);
+    double largest_on_diagonal() const;
 
     /// A matrix with one number where this one has a block. @param values one number a block.
     SparseMatrix with_numbers(const std::vector<double>& values) const;
@@ -52,5 +57,7 @@ class BlockMatrix {
     std::vector<Index> block_row_;
     SparseMatrix matrix_;
 };
+
+using BlockMatrix = SymmetricBlocks<3>;
 
 }  // namespace meanvalue

@@ -63,23 +63,28 @@ Eigen::VectorXd GaussNewtonCg::solve_step(const Execution& execution) const {
     return direction;
 }
 
-GaussNewtonCgReport GaussNewtonCg::minimise(int threads, Positions& positions, Execution& execution) {
-    GaussNewtonCgReport report;
+MinimiseReport GaussNewtonCg::minimise(double negligible_energy, int threads, Positions& positions,
+                                       Execution& execution) {
+    MinimiseReport report;
     if (unknowns_.free.empty()) {
         report.energies.push_back(0.0);
         return report;
     }
     double energy = system_.energy(positions, threads, execution);
     report.energies.push_back(energy);
+    report.stop_reason = StopReason::kConverged;
+    if (energy <= negligible_energy) return report;
+    report.stop_reason = StopReason::kIterationLimit;
     Positions trial = positions;
-    for (int step = 0;; ++step) {
-        if (step == kMostSteps) {
-            report.converged = false;
-            break;
-        }
+    for (int step = 0; step < kMostSteps; ++step) {
         execution.set_progress(static_cast<double>(step) / kMostSteps);
         system_.linearise(positions, nullptr, threads, execution);
-        if (system_.gradient().squaredNorm() == 0.0) break;
+        report.gradient = system_.gradient().norm();
+        if (step == 0) report.initial_gradient = report.gradient;
+        if (report.gradient == 0.0) {
+            report.stop_reason = StopReason::kConverged;
+            break;
+        }
         system_.matrix().add_to_diagonal(kLeastDiagonal);
         const Eigen::VectorXd direction = solve_step(execution);
 
@@ -90,13 +95,19 @@ GaussNewtonCgReport GaussNewtonCg::minimise(int threads, Positions& positions, E
             trial_energy = system_.energy(trial, threads, execution);
             if (trial_energy < energy) break;
         }
-        if (!(trial_energy < energy)) break;
+        if (!(trial_energy < energy)) {
+            report.stop_reason = StopReason::kNoDescent;
+            break;
+        }
         std::swap(positions, trial);
         ++report.iterations;
         report.energies.push_back(trial_energy);
         const double decrease = energy - trial_energy;
         energy = trial_energy;
-        if (decrease < kSettledDecrease * energy) break;
+        if (decrease < kSettledDecrease * energy) {
+            report.stop_reason = StopReason::kSettled;
+            break;
+        }
     }
     return report;
 }

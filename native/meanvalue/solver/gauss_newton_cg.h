@@ -1,21 +1,14 @@
 // The paper's own minimiser: Gauss-Newton steps by conjugate gradients with bisection line search (section 3.2.2).
 #pragma once
 
-#include <vector>
-
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/solver/levenberg_marquardt.h"
 #include "meanvalue/solver/sparse_cholesky.h"
 #include "meanvalue/solver/unknowns.h"
 
 namespace meanvalue {
-
-struct GaussNewtonCgReport {
-    int iterations = 0;
-    bool converged = true;         ///< ended before the limit of steps
-    std::vector<double> energies;  ///< G at the start and after each iteration; never rises
-};
 
 /// The minimiser bound to one system: the preconditioner of its conjugate gradients, (I - W)^T (I - W), depends on
 /// the rest pose only and is factored once. With it the rounds do not grow with the number of vertices.
@@ -26,8 +19,9 @@ class GaussNewtonCg {
 
     /// Moves the free vertices in `positions` towards a minimum of G: equations 16 to 19, with the exact derivative.
     /// Ends when the energy falls by less than 1e-4 of itself, when no step lowers it, or after 30 steps.
+    /// @param negligible_energy an energy not above it is rounding, and there is nothing to do.
     /// @param positions n x 3; left in any state on an exception. @throws Cancelled.
-    GaussNewtonCgReport minimise(int threads, Positions& positions, Execution& execution);
+    MinimiseReport minimise(double negligible_energy, int threads, Positions& positions, Execution& execution);
 
   private:
     Eigen::VectorXd solve_step(const Execution& execution) const;

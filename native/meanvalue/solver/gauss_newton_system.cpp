@@ -1,18 +1,10 @@
 #include "meanvalue/solver/gauss_newton_system.h"
 
-#include <algorithm>
-
-#include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
+#include "meanvalue/solver/product_pattern.h"
 
 namespace meanvalue {
-namespace {
-
-// A row of m terms makes m^2 / 2 pairs, each of a block and its place: this many are some 10 GB.
-constexpr std::int64_t kMostPairs = 100'000'000;
-
-}  // namespace
 GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution)
     : encoding_(encoding), unknowns_(unknowns) {
     term_offsets_.push_back(0);
@@ -34,36 +26,9 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
 }
 
 void GaussNewtonSystem::find_pattern(const Execution& execution) {
-    std::int64_t pair_count = 0;
-    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        const std::int64_t terms = term_offsets_[row + 1] - term_offsets_[row];
-        pair_count += terms * (terms + 1) / 2;
-    }
-    if (pair_count > kMostPairs) {
-        throw InvalidInput(message("the rings of the free vertices are too long for this method: they make ",
-                                   pair_count, " pairs, and ", kMostPairs,
-                                   " fit into memory; split the vertices of highest valence, ",
-                                   "or restrict the region of influence"));
-    }
-    std::vector<std::vector<Index>> columns(unknowns_.free.size());
-    for (std::size_t k = 0; k < columns.size(); ++k)
-        columns[k].push_back(static_cast<Index>(k));
-    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        execution.check_every(row);
-        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
-            execution.check_every(a);
-            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
-                if (term_columns_[a] > term_columns_[b]) columns[term_columns_[b]].push_back(term_columns_[a]);
-            }
-        }
-    }
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-        execution.check_every(k);
-        std::vector<Index>& column = columns[k];
-        std::sort(column.begin(), column.end());
-        column.erase(std::unique(column.begin(), column.end()), column.end());
-    }
-    matrix_ = BlockMatrix(columns, execution);
+    matrix_ = BlockMatrix(
+        product_pattern(term_offsets_, term_columns_, static_cast<Index>(unknowns_.free.size()), execution),
+        execution);
 
     pair_offsets_.push_back(0);
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {

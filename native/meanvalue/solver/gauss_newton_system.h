@@ -15,7 +15,7 @@ namespace meanvalue {
 /// free vertices. The pattern is found once; block column k belongs to unknowns.free[k].
 class GaussNewtonSystem {
   public:
-    /// @pre both outlive the system.
+    /// @pre both outlive the system. @throws InvalidInput where rings are too long for the memory, Cancelled.
     GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
 
     /// G of the rows that depend on free vertices (equation 15); the others cannot change.

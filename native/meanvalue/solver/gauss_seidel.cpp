@@ -1,5 +1,6 @@
 #include "meanvalue/solver/gauss_seidel.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 
@@ -7,12 +8,25 @@
 #include "meanvalue/encoding/predictor.h"
 
 namespace meanvalue {
+namespace {
+
+// An eigenvalue below this share of the trace is rounding: the rows say nothing of that direction.
+constexpr double kLeastShare = 1e-9;
+
+/// Whether the rows of others leave a vertex without a row of its own open in some direction.
+bool is_singular(const Matrix3& diagonal) {
+    const Eigen::SelfAdjointEigenSolver<Matrix3> solver(diagonal, Eigen::EigenvaluesOnly);
+    return !(solver.eigenvalues()(0) > kLeastShare * diagonal.trace());
+}
+
+}  // namespace
 
 GaussSeidel::GaussSeidel(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution)
     : encoding_(encoding), unknowns_(unknowns), use_offsets_(unknowns.free.size() + 1, 0) {
+    WorkMeter work(execution);
     const auto for_each_use = [&](const auto& visit) {
         for (const Index row : unknowns_.rows) {
-            execution.check_every(row);
+            work.add(1 + encoding_.ring_offsets[row + 1] - encoding_.ring_offsets[row]);
             for (Index k = encoding_.ring_offsets[row]; k < encoding_.ring_offsets[row + 1]; ++k) {
                 const Index slot = unknowns_.slot[encoding_.ring[k]];
                 if (slot >= 0) visit(slot, Use{row, k - encoding_.ring_offsets[row]});
@@ -32,13 +46,14 @@ void GaussSeidel::find_colours(const Execution& execution) {
     // Greedy in the order of the slots: the lowest colour that no vertex with a common row has.
     std::vector<Index> colour(unknowns_.free.size(), -1);
     std::vector<Index> taken_by;  // per colour: the slot that saw it taken
+    WorkMeter work(execution);
     for (std::size_t slot = 0; slot < colour.size(); ++slot) {
-        execution.check_every(slot);
         const auto mark = [&](Index vertex) {
             const Index other = unknowns_.slot[vertex];
             if (other >= 0 && colour[other] >= 0) taken_by[colour[other]] = static_cast<Index>(slot);
         };
         const auto mark_row = [&](Index row) {
+            work.add(1 + encoding_.ring_offsets[row + 1] - encoding_.ring_offsets[row]);
             mark(row);
             for (Index k = encoding_.ring_offsets[row]; k < encoding_.ring_offsets[row + 1]; ++k) {
                 mark(encoding_.ring[k]);
@@ -47,6 +62,7 @@ void GaussSeidel::find_colours(const Execution& execution) {
         mark_row(unknowns_.free[slot]);
         for (std::int64_t k = use_offsets_[slot]; k < use_offsets_[slot + 1]; ++k)
             mark_row(uses_[k].row);
+        work.add(colour_count());
         Index chosen = 0;
         while (chosen < colour_count() && taken_by[chosen] == static_cast<Index>(slot))
             ++chosen;
@@ -83,6 +99,7 @@ void GaussSeidel::relax(Index slot, Positions& positions) const {
         gradient -= block.transpose() * (Vector3(positions.row(use.row)) - predicted);
         diagonal += block.transpose() * block;
     }
+    if (!encoding_.predictable(vertex) && is_singular(diagonal)) return;
     const Vector3 move = diagonal.inverse() * gradient;
     if (move.allFinite()) positions.row(vertex) -= move;
 }

@@ -18,10 +18,13 @@ namespace meanvalue {
 /// may be split over threads and the result does not depend on how.
 class GaussSeidel {
   public:
-    /// @pre both outlive it. @throws Cancelled. Cost: linear.
+    /// @pre both outlive it. @throws Cancelled.
+    /// Cost: for each row the square of its length, since each free vertex of a ring looks at all of it.
     GaussSeidel(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
 
     /// One sweep over all free vertices. @param positions n x 3, changed in place. @throws Cancelled.
+    /// Cost: for each row the square of its length: whatever moves in a ring changes its normal, and with it every
+    /// term.
     void sweep(Positions& positions, int threads, const Execution& execution) const;
 
     Index colour_count() const { return static_cast<Index>(colours_.size()); }
