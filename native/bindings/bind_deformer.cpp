@@ -58,8 +58,7 @@ void bind_reports(py::module_& module) {
         .def_readonly("level_sizes", &BindReport::level_sizes,
                       "list of int: free vertices in each level, finest first.")
         .def_readonly("row_count", &BindReport::row_count, "int: residuals that take part in a solve.")
-        .def_readonly("longest_ring", &BindReport::longest_ring,
-                      "int: vertices in the longest ring of any level.")
+        .def_readonly("longest_ring", &BindReport::longest_ring, "int: vertices in the longest ring of any level.")
         .def_readonly("detached_triangle_count", &BindReport::detached_triangle_count,
                       "int: triangles that fit no manifold and were kept as loose pieces.")
         .def_readonly("guarded", &BindReport::guarded, "list of int: vertices encoded by a fallback rule.")
@@ -71,9 +70,10 @@ void bind_reports(py::module_& module) {
     py::class_<Solution>(module, "Solution", "The result of one solve.")
         .def_property_readonly("vertices", &solution_vertices,
                                "(n, 3) float64: anchors exactly at their targets, fixed vertices exactly at rest.")
-        .def_readonly("energy", &Solution::energy,
-                      "float: what was minimised, in squared units of the input: G over the rows that depend on free\n"
-                      "vertices (equation 15), and the cost of lengths where there is rigidity.")
+        .def_readonly(
+            "energy", &Solution::energy,
+            "float: what was minimised, in squared units of the input: G over the rows that depend on free\n"
+            "vertices (equation 15), and the cost of lengths where there is rigidity.")
         .def_readonly("initial_energy", &Solution::initial_energy)
         .def_readonly("energies", &Solution::energies, "list: energy at the start and after each iteration.")
         .def_readonly("initial_gradient", &Solution::initial_gradient, "float: |dG/dV'| at the start.")
@@ -93,8 +93,7 @@ void bind_deformer(py::module_& module) {
                          "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
              py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-             py::arg("method") = "fast", py::arg("threads") = 0,
-             py::arg("execution") = py::none(),
+             py::arg("method") = "fast", py::arg("threads") = 0, py::arg("execution") = py::none(),
              "Bind a mesh.\n\n"
              "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
              "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
@@ -107,8 +106,7 @@ void bind_deformer(py::module_& module) {
              "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
         .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("settle") = defaults.settle,
-             py::arg("execution") = py::none(),
+             py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
              "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
              "targets: (k, 3), in the order of the anchors, which meet them exactly.\n"
              "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"

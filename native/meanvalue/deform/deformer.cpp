@@ -51,8 +51,8 @@ double rigidity_of(const Binding& binding) {
         throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give 0 or a positive number"));
     }
     if (*binding.rigidity > 0.0 && binding.method != Method::kFast) {
-        throw InvalidInput(message("rigidity is ", *binding.rigidity,
-                                   "; only method 'fast' has one: give 0 or None to the others"));
+        throw InvalidInput(
+            message("rigidity is ", *binding.rigidity, "; only method 'fast' has one: give 0 or None to the others"));
     }
     return *binding.rigidity;
 }

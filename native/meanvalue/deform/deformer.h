@@ -37,8 +37,8 @@ struct Binding {
     std::optional<std::vector<char>> roi;  ///< n flags, true may move; none: every vertex may
     Method method = Method::kFast;
     int threads = 0;  ///< 0: every core
-    /// k numbers, or empty: anchors of one handle move rigidly together, so that far turns can be followed along their
-    /// way. Without, anchors joined by edges make a handle. Used by Method::kFast.
+    /// k numbers, or empty: anchors of one handle move rigidly together, so that far turns can be followed along
+    /// their way. Without, anchors joined by edges make a handle. Used by Method::kFast.
     std::vector<Index> handles = {};
     /// How much lengths count, 0 or more; see DeformationEnergy. None: the method's default. Only Method::kFast knows
     /// any but 0, which is the paper's energy.

@@ -159,8 +159,8 @@ Vector3 predict_along(const EncodedRing& ring, const PositionsView& positions, c
 
 Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& positions, Matrix3* blocks) {
     // The blocks' memory holds each vertex' length gradient until its block is made.
-    RingLinearisation linear(
-        ring, positions, [&](Index k, const Vector3& length_gradient) { blocks[k].col(0) = length_gradient; });
+    RingLinearisation linear(ring, positions,
+                             [&](Index k, const Vector3& length_gradient) { blocks[k].col(0) = length_gradient; });
     linear.prepare_blocks();
     for (Index k = 0; k < ring.valence; ++k)
         blocks[k] = linear.block(k, Vector3(blocks[k].col(0)));
@@ -181,8 +181,8 @@ Vector3 predict_with_jacobian_of(const EncodedRing& ring, const PositionsView& p
 Vector3 residual_with_gradient(const EncodedRing& ring, const PositionsView& positions, const Vector3& position,
                                double weight, Vector3* gradients) {
     // Their memory holds each vertex' length gradient until its gradient is made.
-    const RingLinearisation linear(
-        ring, positions, [&](Index k, const Vector3& length_gradient) { gradients[k] = length_gradient; });
+    const RingLinearisation linear(ring, positions,
+                                   [&](Index k, const Vector3& length_gradient) { gradients[k] = length_gradient; });
     const Vector3 residual = position - linear.predicted();
     linear.pull_back(
         -weight * residual, [&](Index k) { return gradients[k]; },

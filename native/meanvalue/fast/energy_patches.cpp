@@ -164,7 +164,8 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     const double square = static_cast<double>(rows.bending.size()) / inverse_squares;
     for (std::size_t row = 0; row < rows.bending.size(); ++row) {
         rows.bending[row] = by_length ? rows.bending[row] * square : 1.0;
-        if (by_length && is_lone_anchor(encoding, unknowns, unknowns.rows[row])) rows.bending[row] *= kLoneAnchorWeight;
+        if (by_length && is_lone_anchor(encoding, unknowns, unknowns.rows[row]))
+            rows.bending[row] *= kLoneAnchorWeight;
     }
     rows.resolution = square;
     rows.stretching = square / (size * size);

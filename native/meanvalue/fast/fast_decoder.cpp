@@ -60,8 +60,8 @@ FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, doubl
         {
             const StageTimer timer(bind_timings_, "hierarchy");
             CoarseningOptions options;
-            options.level_sizes = {static_cast<Index>(std::clamp(
-                kCoarseShare * static_cast<double>(unknowns.free.size()), kFewestCoarse, kMostCoarse))};
+            options.level_sizes = {static_cast<Index>(
+                std::clamp(kCoarseShare * static_cast<double>(unknowns.free.size()), kFewestCoarse, kMostCoarse))};
             options.down_to_base = false;
             options.exact_order = false;
             options.thin_out_fixed = true;
@@ -87,8 +87,8 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
     auto level = std::make_unique<SolverLevel>();
     level->unknowns = std::move(unknowns);
     const auto weights = rigidity_ > 0.0 ? DeformationEnergy::Weights::kByLength : DeformationEnergy::Weights::kPlain;
-    level->energy = std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_, weights,
-                                                        execution);
+    level->energy =
+        std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_, weights, execution);
     level->minimiser = QuasiNewton(level->unknowns);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
@@ -140,8 +140,8 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
         follow_on_coarse(*options.previous, positions, execution);
     }
     const StageTimer timer(report.timings, "minimise");
-    QuasiNewtonReport minimised = minimise(*fine_, fine_->stages.size() - 1, options.tolerance,
-                                           options.max_iterations, positions, execution);
+    QuasiNewtonReport minimised =
+        minimise(*fine_, fine_->stages.size() - 1, options.tolerance, options.max_iterations, positions, execution);
     report.iterations = minimised.iterations();
     report.energies = std::move(minimised.energies);
     report.initial_gradient = minimised.initial_gradient;
@@ -153,9 +153,9 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     return report;
 }
 
-/// Carries a shape that was near a minimum along with fixed vertices that have moved a little since. The coarse level,
-/// its energy tilted so that it was at a minimum too (full approximation scheme, Brandt 1977), follows them, and the
-/// splits hand its move on. What is smooth in the move would take the whole mesh many steps.
+/// Carries a shape that was near a minimum along with fixed vertices that have moved a little since. The coarse
+/// level, its energy tilted so that it was at a minimum too (full approximation scheme, Brandt 1977), follows them,
+/// and the splits hand its move on. What is smooth in the move would take the whole mesh many steps.
 void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positions, Execution& execution) {
     const std::vector<Index>& coarse_free = coarse_->unknowns.free;
     Positions tilt(static_cast<Eigen::Index>(coarse_free.size()), 3);
@@ -186,8 +186,7 @@ void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positio
 }
 
 /// From rest, carried along with the fixed vertices.
-void FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions,
-                                    Execution& execution) {
+void FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution) {
     const RigidPieces::Way way = pieces_->way_to(positions);
     const Positions carried = carry_parts(components_, region_.positions, positions);
     for (std::size_t v = 0; v < region_.is_fixed.size(); ++v) {

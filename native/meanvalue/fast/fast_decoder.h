@@ -17,8 +17,8 @@
 namespace meanvalue {
 
 /// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
-/// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance. From
-/// a start, as while dragging: the whole mesh at once. Deterministic for any number of threads.
+/// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance.
+/// From a start, as while dragging: the whole mesh at once. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
     /// @param handles n of the region, the handle of each fixed vertex or -1; or empty. @param rigidity 0 or more.

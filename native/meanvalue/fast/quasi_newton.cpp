@@ -176,8 +176,8 @@ void QuasiNewton::remember(double length, int threads, const Execution& executio
     const std::vector<double> sums =
         sum_of_pieces(rows, 2 * count + 3, threads, sums_, execution, [&](Index begin, Index end, double* out) {
             pair.step.middleRows(begin, end - begin) = length * direction_.middleRows(begin, end - begin);
-            pair.change.middleRows(begin, end - begin) = trial_gradient_.middleRows(begin, end - begin) -
-                                                         gradient_.middleRows(begin, end - begin);
+            pair.change.middleRows(begin, end - begin) =
+                trial_gradient_.middleRows(begin, end - begin) - gradient_.middleRows(begin, end - begin);
             for (int k = 0; k < count; ++k) {
                 out[2 * k] = dot(pairs_[order_[k]].step, pair.change, begin, end);
                 out[2 * k + 1] = dot(pair.step, pairs_[order_[k]].change, begin, end);

@@ -19,7 +19,7 @@ struct QuasiNewtonOptions {
 };
 
 struct QuasiNewtonReport {
-    std::vector<double> energies;  ///< at the start and after each iteration; never rises
+    std::vector<double> energies;   ///< at the start and after each iteration; never rises
     double initial_gradient = 0.0;  ///< norm of dE/dV' at the start
     double gradient = 0.0;          ///< and at the end
     bool converged = false;
@@ -60,7 +60,8 @@ class QuasiNewton {
 
     void find_direction(SupernodalFactor& factor, int threads, Execution& execution);
     void remember(double length, int threads, const Execution& execution);
-    void move_free(double length, const Positions& from, Positions& to, int threads, const Execution& execution) const;
+    void move_free(double length, const Positions& from, Positions& to, int threads,
+                   const Execution& execution) const;
 
     const Unknowns* unknowns_ = nullptr;
     Positions gradient_, trial_gradient_, direction_;  // |V'| x 3

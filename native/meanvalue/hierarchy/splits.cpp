@@ -23,15 +23,6 @@ void Splits::apply(Positions& positions, int threads, const Execution& execution
     });
 }
 
-void Splits::restrict_shares(Positions& shares, const Execution& execution) const {
-    for (Index k = size(); k-- > 0;) {
-        execution.check_every(k);
-        const Vector3 share = shares.row(vertices[k]);
-        for (std::size_t j = offsets[k]; j < offsets[k + 1]; ++j)
-            shares.row(ring[j]) += weights[j] * share.transpose();
-    }
-}
-
 Index Splits::longest_ring() const {
     std::size_t longest = 0;
     for (Index k = 0; k < size(); ++k)

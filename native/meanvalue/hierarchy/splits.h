@@ -28,9 +28,6 @@ struct Splits {
     EncodedRing ring_of(Index split) const;
     /// Places all vertices. @param positions n x 3, those of all others given. The same bits for any `threads`.
     void apply(Positions& positions, int threads, const Execution& execution) const;
-    /// The transpose of the linear part of apply(), v_i = sum_j w_ij v_j: hands what belongs to each placed vertex down
-    /// to its ring. @param shares n x 3; those of placed vertices are used up.
-    void restrict_shares(Positions& shares, const Execution& execution) const;
     Index longest_ring() const;
     std::size_t bytes() const;
 };

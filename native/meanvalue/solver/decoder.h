@@ -15,7 +15,8 @@ struct DecodeOptions {
     /// Share of the bounding-box diagonal that a vertex may still move, for decoders that stop by tolerance.
     double tolerance = 1e-6;
     int max_iterations = 100;
-    /// Where to start, or nullptr: an earlier shape of the region, n x 3, with its fixed vertices where they were then.
+    /// Where to start, or nullptr: an earlier shape of the region, n x 3, with its fixed vertices where they were
+    /// then.
     const Positions* previous = nullptr;
 };
 
@@ -38,7 +39,8 @@ class Decoder {
     Decoder& operator=(const Decoder&) = delete;
     virtual ~Decoder() = default;
 
-    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start; receives the
+    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start;
+    /// receives the
     ///        result. Left in any state on an exception. @throws Cancelled, SolverFailure; the decoder stays usable.
     virtual DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) = 0;
 
@@ -47,7 +49,7 @@ class Decoder {
     virtual Index detached_triangle_count() const = 0;
     virtual std::size_t bytes() const = 0;               ///< held, without factors
     virtual std::vector<Index> level_sizes() const = 0;  ///< free vertices in each level, finest first
-    virtual Index longest_ring() const = 0;  ///< in any level, and of any vertex when it was removed
+    virtual Index longest_ring() const = 0;              ///< in any level, and of any vertex when it was removed
     virtual const Timings& bind_timings() const = 0;
 };
 
