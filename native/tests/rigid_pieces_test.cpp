@@ -83,7 +83,7 @@ struct TwoEnds {
         }
     }
     RigidPieces pieces(const std::vector<Index>& handles = {}) const {
-        return {encoding, mesh.vertices, is_fixed, handles, mesh.diagonal()};
+        return {encoding, mesh.vertices, is_fixed, handles, mesh.diagonal(), Execution()};
     }
     /// The rest pose with the right end moved.
     Positions placed(const Motion& motion) const {

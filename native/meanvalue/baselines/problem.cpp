@@ -18,7 +18,7 @@ Setup set_up(const Problem& problem, Execution& execution) {
     const Index vertex_count = static_cast<Index>(problem.vertices.rows());
     const std::vector<char> held = fixed_flags(vertex_count, problem.anchors, problem.roi);
     setup.rings = collect_one_rings(TriangleMesh(vertex_count, problem.faces, execution), execution);
-    setup.components = find_components(problem.vertices, problem.faces, held);
+    setup.components = find_components(problem.vertices, problem.faces, held, execution);
     setup.is_fixed = solved_as_fixed(held, setup.components);
     setup.unknowns = find_unknowns(setup.rings.offsets, setup.rings.vertices, setup.is_fixed);
 

@@ -88,10 +88,11 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     execution.begin_stage("encode");
     require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
     is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
-    Components components = find_components(rest_, binding.faces, is_fixed_);
+    Components components = find_components(rest_, binding.faces, is_fixed_, execution);
     Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components));
+    execution.check();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
-    if (binding.method == Method::kFast) region = in_spatial_order(region);
+    if (binding.method == Method::kFast) region = in_spatial_order(region, execution);
     region_vertices_ = region.vertices;
     report_.components = std::move(components.parts);
     report_.free_count = static_cast<Index>(std::count(region.is_fixed.begin(), region.is_fixed.end(), 0));

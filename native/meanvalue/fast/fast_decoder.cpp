@@ -40,7 +40,7 @@ FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, doubl
       threads_(threads),
       rigidity_(rigidity),
       size_(bounding_box_diagonal(region_.positions)) {
-    components_ = find_components(region_.positions, region_.faces, region_.is_fixed);
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
     OneRings rings;
     {
         const StageTimer timer(bind_timings_, "encode");
@@ -49,7 +49,8 @@ FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, doubl
         rings = collect_one_rings(mesh, execution);
         encoding_ = encode(rings, region_.positions, threads_, execution);
     }
-    pieces_ = std::make_unique<RigidPieces>(encoding_, region_.positions, region_.is_fixed, handles, size_);
+    pieces_ =
+        std::make_unique<RigidPieces>(encoding_, region_.positions, region_.is_fixed, handles, size_, execution);
     std::vector<double> stages;
     for (const double stiffness : kStiffness) {
         if (stiffness > rigidity_) stages.push_back(stiffness);

@@ -49,7 +49,7 @@ ScrewMotion screw_of(const Matrix3& rotation, const Vector3& translation) {
 }
 
 RigidPieces::RigidPieces(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
-                         const std::vector<Index>& handles, double size)
+                         const std::vector<Index>& handles, double size, const Execution& execution)
     : size_(size) {
     const auto count = static_cast<Index>(is_fixed.size());
     std::vector<Index> piece(count);
@@ -67,6 +67,7 @@ RigidPieces::RigidPieces(const Encoding& encoding, const PositionsView& rest, co
     };
     std::map<Index, Index> first_of_handle;
     for (Index v = 0; v < count; ++v) {
+        execution.check_every(v);
         if (!is_fixed[v]) continue;
         if (!handles.empty() && handles[v] >= 0) join(first_of_handle.try_emplace(handles[v], v).first->second, v);
         for (Index k = encoding.ring_offsets[v]; k < encoding.ring_offsets[v + 1]; ++k) {
@@ -77,6 +78,7 @@ RigidPieces::RigidPieces(const Encoding& encoding, const PositionsView& rest, co
     for (Index v = 0; v < count; ++v) {
         if (is_fixed[v]) vertices_.push_back(v);
     }
+    execution.check();
     std::stable_sort(vertices_.begin(), vertices_.end(), [&](Index a, Index b) { return find(a) < find(b); });
     rest_.resize(static_cast<Eigen::Index>(vertices_.size()), 3);
     for (std::size_t k = 0; k < vertices_.size(); ++k) {

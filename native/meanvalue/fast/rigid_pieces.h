@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 
@@ -28,7 +29,7 @@ class RigidPieces {
     /// @param rest n x 3; @param is_fixed n flags. @param handles n, the handle of each fixed vertex, -1 for none;
     ///        or empty: fixed vertices joined by edges make a piece. @param size of the shape.
     RigidPieces(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
-                const std::vector<Index>& handles, double size);
+                const std::vector<Index>& handles, double size, const Execution& execution);
 
     /// A way from rest to where the fixed vertices are in `placed`: rigid pieces along their screws, others straight.
     class Way {

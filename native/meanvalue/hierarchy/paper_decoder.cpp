@@ -39,7 +39,7 @@ std::string describe_end(const MinimiseReport& base, const MinimiseReport& coars
 
 PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
     : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
-    components_ = find_components(region_.positions, region_.faces, region_.is_fixed);
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
     const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
     detached_triangle_count_ = mesh.detached_count();
     OneRings rings;

@@ -57,16 +57,18 @@ int undetermined_dimensions(const PositionsView& positions, const std::vector<In
 }  // namespace
 
 Components find_components(const PositionsView& positions, const TrianglesView& faces,
-                           const std::vector<char>& is_fixed) {
+                           const std::vector<char>& is_fixed, const Execution& execution) {
     const Index vertex_count = static_cast<Index>(positions.rows());
     DisjointSets sets(vertex_count);
     for (Index f = 0; f < faces.rows(); ++f) {
+        execution.check_every(f);
         sets.join(faces(f, 0), faces(f, 1));
         sets.join(faces(f, 1), faces(f, 2));
     }
     Components result;
     result.part_of.assign(vertex_count, -1);
     for (Index v = 0; v < vertex_count; ++v) {
+        execution.check_every(v);
         const Index root = sets.root(v);
         if (root == v) {  // a root is the lowest vertex of its set, so it comes first
             result.part_of[v] = static_cast<Index>(result.parts.size());

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -27,8 +28,8 @@ struct Components {
 
 /// Splits the mesh into parts that hang together by triangles; a loose vertex is a part of its own. Parts that share
 /// but a single vertex count as one, although that vertex leaves them free to turn about it.
-/// @param positions n x 3 rest positions; @param is_fixed n flags. Cost: linear.
+/// @param positions n x 3 rest positions; @param is_fixed n flags. @throws Cancelled. Cost: linear.
 Components find_components(const PositionsView& positions, const TrianglesView& faces,
-                           const std::vector<char>& is_fixed);
+                           const std::vector<char>& is_fixed, const Execution& execution);
 
 }  // namespace meanvalue

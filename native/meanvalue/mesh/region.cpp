@@ -60,7 +60,7 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
     return region;
 }
 
-Region in_spatial_order(const Region& region) {
+Region in_spatial_order(const Region& region, const Execution& execution) {
     const std::size_t count = region.vertices.size();
     if (count == 0) return region;
     const Eigen::RowVector3d low = region.positions.colwise().minCoeff();
@@ -68,18 +68,22 @@ Region in_spatial_order(const Region& region) {
     const double scale = extent > 0.0 ? static_cast<double>((1 << 21) - 1) / extent : 0.0;
     std::vector<std::pair<std::uint64_t, Index>> order(count);
     for (std::size_t v = 0; v < count; ++v) {
+        execution.check_every(v);
         std::uint64_t code = 0;
         for (int c = 0; c < 3; ++c) {
             code |= spread_bits(static_cast<std::uint64_t>((region.positions(v, c) - low(c)) * scale)) << c;
         }
         order[v] = {code, static_cast<Index>(v)};
     }
+    execution.check();
     std::sort(order.begin(), order.end());
+    execution.check();
 
     Region result;
     result.positions.resize(region.positions.rows(), 3);
     std::vector<Index> place(count);
     for (std::size_t k = 0; k < count; ++k) {
+        execution.check_every(k);
         const Index v = order[k].second;
         place[v] = static_cast<Index>(k);
         result.vertices.push_back(region.vertices[v]);

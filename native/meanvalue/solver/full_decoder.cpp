@@ -21,7 +21,7 @@ constexpr double kNegligibleMove = 1e-12;
 
 FullDecoder::FullDecoder(Region region, int threads, Execution& execution)
     : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
-    components_ = find_components(region_.positions, region_.faces, region_.is_fixed);
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
     {
         const StageTimer timer(bind_timings_, "encode");
         const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
