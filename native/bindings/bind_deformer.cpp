@@ -2,6 +2,7 @@
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
+#include "meanvalue/common/errors.h"
 #include "meanvalue/deform/deformer.h"
 
 namespace meanvalue::bindings {
@@ -16,7 +17,13 @@ std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
     const auto positions = as_positions(vertices, "vertices");
     const Triangles triangles = as_triangles(faces, "faces");
     Binding binding{positions, triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi")};
-    if (handles) binding.handles = as_indices(*handles, "handles");
+    if (handles) {
+        binding.handles = as_indices(*handles, "handles");
+        if (binding.handles.empty() && !binding.anchors.empty()) {
+            throw ::meanvalue::InvalidInput(
+                "handles is empty, but there are anchors; give one number for each, or None");
+        }
+    }
     binding.rigidity = rigidity;
     binding.method = method_from_name(method);
     binding.threads = threads;

@@ -22,6 +22,7 @@ constexpr std::chrono::milliseconds kPollInterval{10};
 
 // Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
 // minimum they end.
+constexpr double kMostRigidity = 1e9;  // beyond, single precision ends
 constexpr double kFastTolerance = 1e-4;
 constexpr double kTolerance = 1e-6;
 
@@ -53,6 +54,9 @@ double rigidity_of(const Binding& binding) {
     if (*binding.rigidity > 0.0 && binding.method != Method::kFast) {
         throw InvalidInput(
             message("rigidity is ", *binding.rigidity, "; only method 'fast' has one: give 0 or None to the others"));
+    }
+    if (*binding.rigidity > kMostRigidity) {
+        throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give at most ", kMostRigidity));
     }
     return *binding.rigidity;
 }

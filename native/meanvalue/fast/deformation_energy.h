@@ -49,8 +49,6 @@ class DeformationEnergy {
     /// @throws Cancelled.
     SparseMatrix constant_hessian(double rigidity, int threads, const Execution& execution) const;
 
-    /// h^2: energies of two resolutions of one shape are as these.
-    double resolution() const { return rows_.resolution; }
     std::size_t bytes() const;
 
   private:

@@ -167,7 +167,6 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
         if (by_length && is_lone_anchor(encoding, unknowns, unknowns.rows[row]))
             rows.bending[row] *= kLoneAnchorWeight;
     }
-    rows.resolution = square;
     rows.stretching = square / (size * size);
     for (RowBatch& batch : rows.batches) {
         for (int lane = 0; lane < kRowLanes; ++lane)

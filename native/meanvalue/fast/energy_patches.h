@@ -30,7 +30,6 @@ struct SingleRow {
 /// Memory is about 6 x 36 bytes for each row of six neighbours, 40 for the row, and 36 for each point.
 struct EnergyPatches {
     std::vector<double> bending;  ///< a_i, |rows|
-    double resolution = 0.0;      ///< h^2
     double stretching = 0.0;      ///< (h/D)^2
 
     std::vector<EnergyPatch> patches;  ///< and one more, where the last ends

@@ -28,8 +28,8 @@ constexpr double kFarTurn = 0.35;
 constexpr double kTurnOfStep = 0.26;
 constexpr int kMostFollowSteps = 15;
 constexpr double kFollowTolerance = 1e-3;
-// On the diagonal of the constant matrices, as a share of their mean diagonal: keeps them positive definite in single
-// precision.
+// On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
+// something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
 
 }  // namespace
@@ -94,9 +94,10 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
         SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
-        const double least = kLeastDiagonal * hessian.diagonal().mean();
-        for (Eigen::Index k = 0; k < hessian.cols(); ++k)
-            hessian.valuePtr()[hessian.outerIndexPtr()[k]] += least;
+        for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
+            double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
+            diagonal = diagonal > 0.0 ? diagonal * (1.0 + kLeastDiagonal) : 1.0;  // no row reaches this vertex
+        }
         auto stage = std::make_unique<Stage>();
         stage->rigidity = rigidity;
         stage->factor.analyse(hessian, execution);
