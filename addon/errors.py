@@ -20,3 +20,7 @@ class NativeModuleError(MeanValueError):
 
 class SolverError(MeanValueError):
     """The solver refused its input or failed."""
+
+
+class Cancelled(MeanValueError):
+    """The artist stopped the work; nothing was changed."""

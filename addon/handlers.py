@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender tells us: that an object was edited, that undo or loading replaced everything.
+"""What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
-The handlers only forget or mark; they never change the scene. A timer has the panel drawn again when an edited
-object has been left alone for a moment, since Blender has no reason to draw then.
+Live posing follows what moved (live/engine.py); all else only forgets or marks. A timer has the panel drawn again when
+an edited object has been left alone for a moment, since Blender has no reason to draw then.
 """
 
 import bpy
@@ -10,6 +10,7 @@ from bpy.app.handlers import persistent
 
 from . import session
 from .bridge import object_status
+from .live import engine
 
 
 @persistent
@@ -18,24 +19,53 @@ def meanvalue_mark_edited(_scene, depsgraph):
         is_edited_object = update.is_updated_geometry and isinstance(update.id, bpy.types.Object)
         if is_edited_object and object_status.mark_edited(update.id.original):
             _draw_again_when_quiet()
+    engine.scene_updated(depsgraph.updates)
 
 
 @persistent
-def meanvalue_forget_status(*_):
-    object_status.clear()
+def meanvalue_frame_changed(*_):
+    engine.follow_all()
 
 
 @persistent
-def meanvalue_forget_session(*_):
+def meanvalue_look_again(*_):
     object_status.clear()
+    engine.look_for_live_objects()
+
+
+@persistent
+def meanvalue_leave_file(*_):
+    engine.forget()
+
+
+@persistent
+def meanvalue_another_file(*_):
     session.clear()
+    meanvalue_look_again()
+
+
+@persistent
+def meanvalue_render_started(*_):
+    engine.render_started()
+
+
+@persistent
+def meanvalue_render_ended(*_):
+    engine.render_ended()
 
 
 _HANDLERS = (
     ("depsgraph_update_post", meanvalue_mark_edited),
-    ("undo_post", meanvalue_forget_status),
-    ("redo_post", meanvalue_forget_status),
-    ("load_post", meanvalue_forget_session),
+    ("frame_change_post", meanvalue_frame_changed),
+    ("undo_pre", meanvalue_leave_file),
+    ("redo_pre", meanvalue_leave_file),
+    ("undo_post", meanvalue_look_again),
+    ("redo_post", meanvalue_look_again),
+    ("load_pre", meanvalue_leave_file),
+    ("load_post", meanvalue_another_file),
+    ("render_init", meanvalue_render_started),
+    ("render_complete", meanvalue_render_ended),
+    ("render_cancel", meanvalue_render_ended),
 )
 
 
@@ -74,3 +104,4 @@ def unregister():
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]
     if bpy.app.timers.is_registered(_draw_again):
         bpy.app.timers.unregister(_draw_again)
+    engine.shut_down()

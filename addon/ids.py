@@ -10,10 +10,19 @@ SIDEBAR_TAB = "Mean-Value"
 #: Shape keys that the add-on makes.
 BASIS_KEY = "Basis"
 POSE_KEY = "Pose"
+KEPT_KEY = "Kept Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
 
-#: The solver's method; part of the settings that a binding depends on.
-METHOD = "fast"
+#: Vertex groups that the add-on makes.
+HANDLE_GROUP = "Handle"
+PIN_GROUP = "Pin"
+REGION_GROUP = "Region"
+
+#: The solver's methods (`method` of the native Deformer), and its default rigidity.
+METHOD_FAST = "fast"
+METHOD_PAPER = "paper"
+METHOD_FULL = "full"
+DEFAULT_RIGIDITY = 15.0
 
 #: Blender's own limit on names (bytes, without the closing zero).
 NAME_LENGTH = 63

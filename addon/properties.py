@@ -5,23 +5,108 @@ import bpy
 from bpy.props import (
     BoolProperty,
     CollectionProperty,
+    EnumProperty,
     FloatProperty,
+    FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
 )
 
 from . import ids
+from .bridge import controls, targets
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def _tell(group, _context):
+    """Has Blender report the object as updated, which panels and live posing listen for."""
+    group.id_data.update_tag()
+
+
+def _take_hold(group, _context):
+    """A newly chosen control is where it is with the handle in the rest shape."""
+    controls.take_hold(group.id_data, group)
+    group.id_data.update_tag()
+
+
+def _make_result_key(settings, _context):
+    """Live writes into a shape key that is there: none is made while the artist drags."""
+    if settings.live:
+        targets.prepare_result(settings.id_data)
+    settings.id_data.update_tag()
 
 
 class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
-    """One vertex group whose vertices are anchors"""
+    """One vertex group whose vertices are anchors: a handle, a pin, or vertices moved in Edit Mode"""
 
     name: StringProperty(
         name="Vertex Group",
         description="Vertex group whose vertices hold and pose the mesh",
         maxlen=ids.NAME_LENGTH,
+        update=_tell,
     )
+    is_enabled: BoolProperty(
+        name="Enabled",
+        description="Let these vertices hold and pose the mesh. Off, they move like all others",
+        default=True,
+        update=_tell,
+    )
+    follows: EnumProperty(
+        name="Follows",
+        description="What these vertices follow",
+        items=(
+            ('SHAPE', "Shape Key", "The active shape key: move the vertices in Edit Mode", 'SHAPEKEY_DATA', 0),
+            ('CONTROL', "Control", "An object or a bone: move, turn or scale it", 'EMPTY_AXIS', 1),
+            ('REST', "Nothing", "A pin: the vertices stay where the rest shape has them", 'PINNED', 2),
+        ),
+        default='SHAPE',
+        update=_tell,
+    )
+    control: PointerProperty(
+        name="Control",
+        description="Object that carries these vertices along when it is moved, turned or scaled",
+        type=bpy.types.Object,
+        poll=lambda group, candidate: candidate != group.id_data,
+        update=_take_hold,
+    )
+    bone: StringProperty(
+        name="Bone",
+        description="Bone of the armature that carries these vertices",
+        maxlen=ids.NAME_LENGTH,
+        update=_take_hold,
+    )
+    rest_relation: FloatVectorProperty(
+        description="Control relative to the object where the vertices are in the rest shape, row by row",
+        size=16,
+        default=IDENTITY,
+        options={'HIDDEN'},
+    )
+    is_soft: BoolProperty(
+        name="Soft",
+        description="Pull the vertices towards their place by springs instead of putting them there",
+        update=_tell,
+    )
+    strength: FloatProperty(
+        name="Strength",
+        description="How hard a soft handle pulls: at 0 hardly at all, at 1 nearly as if it were not soft",
+        default=0.5,
+        min=0.0,
+        max=1.0,
+        subtype='FACTOR',
+        update=_tell,
+    )
+    color: FloatVectorProperty(
+        name="Colour",
+        description="Colour of the anchors in the overlay, and of the control",
+        subtype='COLOR',
+        size=3,
+        min=0.0,
+        max=1.0,
+        default=(1.0, 0.55, 0.1),
+    )
+    made_group: BoolProperty(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
+    made_control: BoolProperty(options={'HIDDEN'})
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -52,23 +137,57 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     """Settings of Mean-Value Deform for one object"""
 
     anchor_groups: CollectionProperty(type=MEANVALUE_PG_anchor_group)
-    active_anchor_group: IntProperty(name="Active Anchor Group", min=0)
+    active_anchor_group: IntProperty(name="Active Handle", min=0)
+    live: BoolProperty(
+        name="Live",
+        description="Pose the mesh at once whenever a control, an anchor or a setting changes",
+        update=_make_result_key,
+    )
     roi_group: StringProperty(
         name="Region",
         description="Vertex group of the vertices that may move. Without one, the whole mesh may move",
         maxlen=ids.NAME_LENGTH,
+        update=_tell,
     )
     roi_invert: BoolProperty(
         name="Invert",
         description="The vertices outside the group may move, those in it stay in place",
+        update=_tell,
+    )
+    method: EnumProperty(
+        name="Method",
+        description="How the shape is found",
+        items=(
+            (ids.METHOD_FAST, "Fast", "Keeps shape and lengths, follows far turns, quick enough to drag"),
+            (ids.METHOD_PAPER, "Paper", "The hierarchical decoding of Kraevoy and Sheffer, to the letter"),
+            (ids.METHOD_FULL, "Full", "The paper's energy minimised over the whole mesh at once. Slow on big meshes"),
+        ),
+        default=ids.METHOD_FAST,
+        update=_tell,
+    )
+    rigidity: FloatProperty(
+        name="Rigidity",
+        description="How much lengths count beside the local shape. 0 is the paper's energy, which lets parts "
+        "grow and shrink freely. Only the method Fast knows it",
+        default=ids.DEFAULT_RIGIDITY,
+        min=0.0,
+        soft_max=100.0,
+        max=1e6,
+        update=_tell,
     )
     result_key: StringProperty(
         name="Result",
-        description="Shape key that Solve writes, made if it is missing",
+        description="Shape key that Solve and Live write, made if it is missing",
         default=ids.DEFAULT_RESULT_KEY,
         maxlen=ids.NAME_LENGTH,
+        update=_make_result_key,
     )
     former_result: StringProperty(options={'HIDDEN'})  # the shape key that the last solve wrote
+    show_overlay: BoolProperty(
+        name="Overlay",
+        description="Show anchors and region in the 3D View",
+        default=True,
+    )
     bound: PointerProperty(type=MEANVALUE_PG_bound_record)
 
 

@@ -7,24 +7,38 @@ from . import handlers, native_loader, preferences, properties, session
 from .bridge import object_status
 from .operators import (
     add_anchor_group,
+    add_handle,
     add_pose_key,
+    apply_pose,
     bind,
+    keep_pose,
+    own_controls,
     remove_anchor_group,
+    reset_handles,
+    select_handle,
     solve,
     unbind,
 )
 from .ui import anchor_list, panel
+from .workers import job
 
 CLASSES = (
     preferences.MEANVALUE_AP_preferences,
     add_anchor_group.MEANVALUE_OT_add_anchor_group,
+    add_handle.MEANVALUE_OT_add_handle,
+    add_handle.MEANVALUE_OT_add_pin,
     remove_anchor_group.MEANVALUE_OT_remove_anchor_group,
+    select_handle.MEANVALUE_OT_select_handle,
+    reset_handles.MEANVALUE_OT_reset_handles,
+    own_controls.MEANVALUE_OT_own_controls,
+    keep_pose.MEANVALUE_OT_keep_pose,
+    apply_pose.MEANVALUE_OT_apply_pose,
     add_pose_key.MEANVALUE_OT_add_pose_key,
     bind.MEANVALUE_OT_bind,
     unbind.MEANVALUE_OT_unbind,
     solve.MEANVALUE_OT_solve,
     anchor_list.MEANVALUE_UL_anchor_groups,
-    panel.MEANVALUE_PT_panel,
+    *panel.CLASSES,
 )
 
 
@@ -41,5 +55,6 @@ def unregister():
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister()
+    job.cancel_all()
     object_status.clear()
     session.clear()

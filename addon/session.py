@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import ids, native_loader
+from . import native_loader
 from .core import result
 from .core.deformer_cache import DeformerCache
-from .errors import SceneError, SolverError
+from .errors import Cancelled, SceneError, SolverError
 
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
@@ -29,26 +29,59 @@ class Binding:
     summary: result.BindSummary
 
 
-def binding_for(bind_input, triangles):
-    """The Binding of `bind_input`, from the cache or newly made. `triangles()` gives m x 3 int32 when needed.
+def cached(bind_input):
+    """The Binding of `bind_input` if it is at hand, else None."""
+    return _cache.get(bind_input.fingerprint.key)
 
-    @throws NativeModuleError, SceneError, SolverError; then nothing is cached.
+
+def remember(bind_input, binding):
+    _cache.put(bind_input.fingerprint.key, binding, int(binding.deformer.report.bytes))
+
+
+def bind(bind_input, triangles, execution=None):
+    """A new Binding; `triangles` m x 3 int32. Touches no Blender data: any thread.
+
+    @throws NativeModuleError, SceneError, SolverError, Cancelled.
     """
-    key = bind_input.fingerprint.key
-    binding = _cache.get(key)
-    if binding is None:
-        binding = _bind(bind_input, triangles())
-        _cache.put(key, binding, int(binding.deformer.report.bytes))
-    return binding
+    module = native_loader.module()
+    started = time.perf_counter()
+    deformer = _call(
+        module.Deformer,
+        bind_input.rest.astype(np.float64),
+        triangles,
+        bind_input.anchors,
+        roi=None if bind_input.roi.all() else bind_input.roi,
+        handles=bind_input.pieces if bind_input.rigid_pieces else None,
+        rigidity=bind_input.rigidity,
+        method=bind_input.method,
+        execution=execution,
+        **({} if bind_input.strengths is None else {"strengths": bind_input.strengths}),
+    )
+    summary = result.BindSummary.of(deformer.report, time.perf_counter() - started)
+    if result.nothing_is_held(deformer.report):
+        raise SceneError(
+            "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
+            "posed. Give the part three anchors, or choose a region that leaves some of its vertices out"
+        )
+    return Binding(deformer, summary)
 
 
-def solve(binding, bind_input, targets):
+def solve(binding, bind_input, targets, start=None, settle=False, execution=None):
     """(n x 3 float64 positions, SolveSummary) for k x 3 `targets` in the order of `bind_input.anchors`.
 
-    @throws SolverError.
+    start: n x 3 float64, an earlier result to go on from; settle: see the native Deformer. Touches no Blender data:
+    any thread. The result is the same for the same arguments.
+
+    @throws SolverError, Cancelled.
     """
     started = time.perf_counter()
-    solution = _call(binding.deformer.solve, np.ascontiguousarray(targets, np.float64))
+    solution = _call(
+        binding.deformer.solve,
+        np.ascontiguousarray(targets, np.float64),
+        start=start,
+        settle=settle,
+        execution=execution,
+    )
     summary = result.SolveSummary.of(solution, bind_input.diagonal, time.perf_counter() - started)
     if not result.all_finite(solution.vertices):
         raise SolverError(
@@ -66,26 +99,6 @@ def clear():
     _cache.clear()
 
 
-def _bind(bind_input, triangles):
-    module = native_loader.module()
-    started = time.perf_counter()
-    deformer = _call(
-        module.Deformer,
-        bind_input.rest.astype(np.float64),
-        triangles,
-        bind_input.anchors,
-        roi=None if bind_input.roi.all() else bind_input.roi,
-        method=ids.METHOD,
-    )
-    summary = result.BindSummary.of(deformer.report, time.perf_counter() - started)
-    if result.nothing_is_held(deformer.report):
-        raise SceneError(
-            "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
-            "posed. Give the part three anchors, or choose a region that leaves some of its vertices out"
-        )
-    return Binding(deformer, summary)
-
-
 def _call(function, *arguments, **options):
     """Calls the native module; its errors become ours, with what to do."""
     module = native_loader.module()
@@ -100,7 +113,7 @@ def _call(function, *arguments, **options):
             f"The solver failed: {error}. Move the anchors closer to the rest shape, or add anchors"
         ) from error
     except module.Cancelled as error:
-        raise SolverError("Cancelled; nothing was changed") from error
+        raise Cancelled("Cancelled. Nothing was changed") from error
     except MemoryError as error:
         raise SolverError(
             "There is not enough memory for this mesh. Choose a smaller region, or close other programs"

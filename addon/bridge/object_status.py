@@ -93,6 +93,9 @@ def _signature(obj):
         tuple(group.name for group in settings.anchor_groups),
         settings.roi_group,
         settings.roi_invert,
+        settings.method,
+        settings.rigidity,
+        tuple((group.is_enabled, group.follows, group.is_soft, group.strength) for group in settings.anchor_groups),
         bound_record.read_fingerprint(record),
         record.seconds,
     )

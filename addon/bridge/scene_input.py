@@ -3,9 +3,18 @@
 
 from .. import ids
 from ..core import wording
-from ..core.bind_input import BindInput, anchor_union, region_mask
+from ..core import springs
+from ..core.bind_input import BindInput, anchor_layout, region_mask
 from ..errors import SceneError
-from . import mesh_arrays, shape_keys, vertex_groups
+from . import controls, mesh_arrays, shape_keys, targets, vertex_groups
+
+
+def subject(context):
+    """The object that the artist works on: the active one, or the mesh whose control is active; None for none."""
+    active = context.object
+    if active is None or active.type == 'MESH':
+        return active
+    return controls.owner_of(active) or active
 
 
 def object_problem(obj):
@@ -41,12 +50,16 @@ def mode_name(mode):
 def gather(obj):
     """The BindInput of `obj`, checked. @throws SceneError."""
     settings = obj.meanvalue
-    names = [group.name for group in settings.anchor_groups]
+    groups = targets.enabled_groups(obj)
+    names = [group.name for group in groups]
     region_name = settings.roi_group
-    if not names:
+    if not settings.anchor_groups:
         raise SceneError(
-            "No anchors are listed. Add a vertex group to Anchors: its vertices will hold and pose the mesh"
+            "No anchors are listed. Select vertices in Edit Mode and press Add Handle, or add a vertex group to the "
+            "list: its vertices will hold and pose the mesh"
         )
+    if not names:
+        raise SceneError("All handles are turned off. Tick at least one in the list")
     for name in names:
         vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
     if region_name:
@@ -54,13 +67,21 @@ def gather(obj):
     members = vertex_groups.members(obj, {*names, *([region_name] if region_name else [])})
     _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
     corners, starts = mesh_arrays.faces(obj.data)
+    anchors, pieces = anchor_layout([members[name] for name in names])
+    rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     bind_input = BindInput(
         rest=shape_keys.rest_positions(obj.data),
         face_corners=corners,
         face_starts=starts,
-        anchors=anchor_union([members[name] for name in names]),
+        anchors=anchors,
         roi=region_mask(len(obj.data.vertices), members.get(region_name), settings.roi_invert),
-        settings=f"method={ids.METHOD}",
+        method=settings.method,
+        pieces=pieces,
+        rigid_pieces=any(group.follows != 'SHAPE' for group in groups),
+        rigidity=rigidity,
+        strengths=springs.strengths(
+            pieces, [group.strength if group.is_soft else None for group in groups], rigidity
+        ),
     )
     bind_input.check()
     return bind_input

@@ -9,6 +9,9 @@ from ..errors import SceneError
 from . import mesh_arrays
 
 
+ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
+
+
 def positions(key):
     """n x 3 float32 of one shape key."""
     store, name = compat.key_store(key)
@@ -37,7 +40,7 @@ def pose_problem(obj):
     if keys is None:
         return f"There is no shape key to take the targets from. {advice}"
     if not keys.use_relative:
-        return "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
+        return ABSOLUTE
     active = obj.active_shape_key
     if active is None or active == keys.reference_key:
         return (
@@ -53,6 +56,8 @@ def result_problem(obj):
     if not name.strip():
         return "The result has no name. Fill in Result, the shape key to write"
     keys = obj.data.shape_keys
+    if keys is not None and not keys.use_relative:
+        return ABSOLUTE
     if keys is not None and name == keys.reference_key.name:
         return f"'{name}' is the rest shape and must not be overwritten. Give Result another name"
     return None
@@ -71,34 +76,59 @@ def pose_positions(obj):
     return pose
 
 
-def write_result(obj, result):
-    """Writes n x 3 float32 `result` to the result key and shows it; makes the key if it is missing.
+def ensure_result_key(obj, pose_key=""):
+    """The result key, shown fully; made if it is missing, with the Basis. The active key stays active.
 
-    The active key stays active. Returns notes on what else had to change, as sentences.
+    pose_key: name of the key that anchors were moved in, which is muted so that it is not added.
+    Returns (name, notes): notes on what else had to change, as sentences.
     """
     mesh = obj.data
-    pose_key = obj.active_shape_key
+    settings = obj.meanvalue
+    if mesh.shape_keys is None:
+        obj.shape_key_add(name=ids.BASIS_KEY, from_mix=False)
     active_index = obj.active_shape_key_index
-    name = obj.meanvalue.result_key
-    key = mesh.shape_keys.key_blocks.get(name)
-    if key is None:
-        key = obj.shape_key_add(name=name, from_mix=False)
-        pose_key = mesh.shape_keys.key_blocks[active_index]  # adding a key may have moved the others in memory
-    store, attribute = compat.key_store(key)
-    store.foreach_set(attribute, result.ravel())
-    _show_fully(mesh.shape_keys, key)
+    name = settings.result_key
+    if name not in mesh.shape_keys.key_blocks:
+        _rest_key(obj, name)
+    keys = mesh.shape_keys
+    key = keys.key_blocks[name]
+    _show_fully(keys, key)
     notes = []
-    former = mesh.shape_keys.key_blocks.get(obj.meanvalue.former_result)
-    for other in (pose_key, former):
-        if other is not None and other != key and not other.mute:
+    former = settings.former_result
+    for other in (keys.key_blocks.get(pose_key), keys.key_blocks.get(former) if former else None):
+        if other not in {None, key, keys.reference_key} and not other.mute:
             other.mute = True
-            notes.append(f"Shape key '{other.name}' is muted, so that it is not added to '{key.name}'")
-    obj.meanvalue.former_result = key.name
+            notes.append(f"Shape key '{other.name}' is muted, so that it is not added to '{name}'")
+    settings.former_result = name
     obj.active_shape_key_index = active_index
+    active = obj.active_shape_key
+    if obj.show_only_shape_key and key != active:
+        notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{name}'")
+    return name, notes
+
+
+def write_positions(mesh, key, shape):
+    """Writes n x 3 float32 `shape` into a shape key."""
+    store, attribute = compat.key_store(key)
+    store.foreach_set(attribute, shape.ravel())
     mesh.update_tag()  # Blender 3.4 does not notice foreach_set on a shape key
-    if obj.show_only_shape_key and key != pose_key:
-        notes.append(f"'{pose_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'")
+
+
+def write_result(obj, result, pose_key=""):
+    """Writes n x 3 float32 `result` to the result key and shows it. Returns notes as ensure_result_key()."""
+    name, notes = ensure_result_key(obj, pose_key)
+    write_positions(obj.data, obj.data.shape_keys.key_blocks[name], result)
     return notes
+
+
+def result_positions(obj):
+    """n x 3 float32 of the result key, or None if there is none that fits the mesh."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+    if key is None or key == keys.reference_key:
+        return None
+    shape = positions(key)
+    return shape if len(shape) == len(obj.data.vertices) else None
 
 
 def _show_fully(keys, key):
@@ -118,12 +148,58 @@ def add_pose_key(obj):
         obj.shape_key_add(name=ids.BASIS_KEY, from_mix=False)
     keys = mesh.shape_keys
     if not keys.use_relative:
-        raise SceneError("The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys")
-    rest = positions(keys.reference_key)
-    key = obj.shape_key_add(name=ids.POSE_KEY, from_mix=False)
-    store, attribute = compat.key_store(key)
-    store.foreach_set(attribute, rest.ravel())
+        raise SceneError(ABSOLUTE)
+    key = _rest_key(obj, ids.POSE_KEY)
     key.value = 1.0
     obj.active_shape_key_index = len(keys.key_blocks) - 1
-    mesh.update_tag()
     return key.name
+
+
+def keep(obj, name):
+    """A new key with the shape of the result key, not shown. Returns its name; the active key stays active.
+
+    @throws SceneError if there is no result.
+    """
+    shape = result_positions(obj)
+    if shape is None:
+        raise SceneError(
+            f"There is no result to keep: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
+            "Live on, or press Solve"
+        )
+    active_index = obj.active_shape_key_index
+    key = _rest_key(obj, name)
+    write_positions(obj.data, key, shape)
+    key.value = 0.0
+    obj.active_shape_key_index = active_index
+    return key.name
+
+
+def apply_as_rest(obj):
+    """The result becomes the reference key; keys relative to that move along by as much, so that they add the same.
+
+    @throws SceneError if there is no result.
+    """
+    shape = result_positions(obj)
+    if shape is None:
+        raise SceneError(
+            f"There is no pose to apply: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
+            "Live on, or press Solve"
+        )
+    mesh = obj.data
+    reference = mesh.shape_keys.reference_key
+    offset = shape - positions(reference)
+    for key in mesh.shape_keys.key_blocks:
+        if key != reference and key.name != obj.meanvalue.result_key and key.relative_key == reference:
+            write_positions(mesh, key, positions(key) + offset)
+    write_positions(mesh, reference, shape)
+    store, attribute = compat.position_store(mesh)
+    store.foreach_set(attribute, shape.ravel())
+    mesh.update()
+
+
+def _rest_key(obj, name):
+    """A new shape key in the rest shape, the last one."""
+    rest = positions(obj.data.shape_keys.reference_key)
+    key = obj.shape_key_add(name=name, from_mix=False)
+    write_positions(obj.data, key, rest)
+    return key

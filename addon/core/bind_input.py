@@ -20,7 +20,11 @@ class BindInput:
     face_starts   where each face begins in face_corners, int32
     anchors       k vertex indices, int32, ascending, each once
     roi           n bool, True may move; anchors may be anywhere
-    settings      text of all other settings that the solver's binding depends on
+    method        the solver's, see ids
+    rigidity      how much lengths count; None for methods that do not know it
+    pieces        k int32, number of the enabled group that each anchor belongs to
+    rigid_pieces  whether the anchors of a group move as one; else the solver finds out what belongs together
+    strengths     k float64, stiffness of the springs of soft anchors, infinite for hard ones; None if all are hard
     """
 
     rest: np.ndarray
@@ -28,7 +32,11 @@ class BindInput:
     face_starts: np.ndarray
     anchors: np.ndarray
     roi: np.ndarray
-    settings: str
+    method: str
+    pieces: np.ndarray
+    rigid_pieces: bool = False
+    rigidity: float | None = None
+    strengths: np.ndarray | None = None
 
     @cached_property
     def fingerprint(self):
@@ -37,17 +45,33 @@ class BindInput:
             face_count=len(self.face_starts),
             faces=digest(self.face_starts, self.face_corners),
             rest_shape=digest(self.rest),
-            anchors=digest(self.anchors),
+            anchors=digest(
+                self.anchors,
+                *([self.pieces] if self.rigid_pieces else []),
+                *([] if self.strengths is None else [self.strengths]),
+            ),
             roi=digest(np.packbits(self.roi)),
-            settings=digest(self.settings),
+            settings=digest(f"method={self.method} rigidity={self.rigidity}"),
         )
 
     @cached_property
+    def hard_anchors(self):
+        """k bool: the anchors that are met exactly."""
+        return np.ones(len(self.anchors), bool) if self.strengths is None else np.isinf(self.strengths)
+
+    @cached_property
     def free(self):
-        """n bool: the vertices that the solver places."""
+        """n bool: the vertices that the solver places, soft anchors among them."""
         free = self.roi.copy()
-        free[self.anchors] = False
+        free[self.anchors[self.hard_anchors]] = False
         return free
+
+    @cached_property
+    def is_held(self):
+        """n bool: the vertices that something holds in their place: fixed ones and soft anchors."""
+        held = ~self.free
+        held[self.anchors] = True
+        return held
 
     @cached_property
     def diagonal(self):
@@ -64,9 +88,9 @@ class BindInput:
                 "Nothing is free to move: every vertex of the region is an anchor. "
                 "Take vertices out of the anchor groups or enlarge the region"
             )
-        if not fixed_points.span_a_plane(self.rest[~self.free]):
+        if not fixed_points.span_a_plane(self.rest[self.is_held]):
             raise SceneError(
-                f"{wording.counted(int((~self.free).sum()), 'fixed point')} cannot hold the mesh: it needs at least "
+                f"{wording.counted(int(self.is_held.sum()), 'fixed point')} cannot hold the mesh: it needs at least "
                 "three that are not in one line (anchors and vertices outside the region count). "
                 "Add anchor vertices, or choose a region that leaves some vertices out"
             )
@@ -84,9 +108,15 @@ def require_finite(positions, what):
         )
 
 
-def anchor_union(groups):
-    """Ascending indices, each once, of all anchor groups; their order in the list does not matter."""
-    return np.unique(np.concatenate([np.empty(0, np.int32), *groups])).astype(np.int32)
+def anchor_layout(groups):
+    """(anchors, pieces): ascending vertex indices of all groups, each once, and the number of the group that has it.
+
+    A vertex of several groups belongs to the first.
+    """
+    indices = np.concatenate([np.empty(0, np.int32), *groups]).astype(np.int32)
+    numbers = np.concatenate([np.empty(0, np.int32), *(np.full(len(g), i) for i, g in enumerate(groups))])
+    anchors, first = np.unique(indices, return_index=True)
+    return anchors, numbers[first].astype(np.int32)
 
 
 def region_mask(vertex_count, members, invert):

@@ -8,37 +8,40 @@ import numpy as np
 from . import wording
 
 
-def compose(bind_input, pose, solved):
+def compose(bind_input, targets, solved):
     """n x 3 float32 for the result key.
 
     Free vertices are where the solver put them. What is fixed is copied, not converted there and back, so it keeps
-    its bits: anchors those of the pose (n x 3 float32), all else those of the rest shape.
+    its bits: hard anchors those of their targets (k x 3), all else those of the rest shape.
     """
     positions = bind_input.rest.copy()
     free = bind_input.free
     positions[free] = solved[free]
-    positions[bind_input.anchors] = pose[bind_input.anchors]
+    hard = bind_input.hard_anchors
+    positions[bind_input.anchors[hard]] = targets[hard]
     return positions
 
 
-def pose_warnings(bind_input, pose, result_is_pose):
-    """Sentences on a pose (n x 3 float32) that cannot give what the artist may expect of it.
+def pose_warnings(bind_input, targets, pose=None):
+    """Sentences on k x 3 `targets` that cannot give what the artist may expect of them.
 
-    result_is_pose: the result goes to the pose's own key, so that all of it has been moved before.
+    pose: n x 3 float32 of the shape key in which anchors were moved, if there is one of its own.
     """
-    moved = (pose != bind_input.rest).any(axis=1)
-    is_anchor = np.zeros(len(moved), bool)
-    is_anchor[bind_input.anchors] = True
-    if not moved[is_anchor].any():
-        yield "No anchor has been moved, so the result is the rest shape. Move anchors of the active shape key"
-    torn = np.count_nonzero(moved & is_anchor & ~bind_input.roi)
+    moved = (targets != bind_input.rest[bind_input.anchors]).any(axis=1)
+    if not moved.any():
+        yield "No anchor has been moved, so the result is the rest shape. Move a control, or anchors of the shape key"
+    torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
         yield (
             f"{wording.counted(torn, 'moved anchor')} outside the region: the vertices around stay in place, which "
             "tears the surface there. Take the surroundings into the region"
         )
-    ignored = np.count_nonzero(moved & ~is_anchor)
-    if ignored and not result_is_pose:
+    if pose is None:
+        return
+    others = np.ones(len(pose), bool)
+    others[bind_input.anchors] = False
+    ignored = np.count_nonzero((pose != bind_input.rest).any(axis=1) & others)
+    if ignored:
         yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose are no anchors and are ignored"
 
 

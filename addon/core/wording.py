@@ -41,3 +41,19 @@ def quoted(names, limit=3):
 def sentence(text):
     """First letter in upper case, the rest untouched, one full stop."""
     return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+#: What the native solver calls its stages, for artists.
+STAGES = {
+    "": "starting",
+    "encode": "describing the shape",
+    "analyse": "preparing the solver",
+    "build hierarchy": "simplifying the mesh",
+    "coarse level": "preparing the simplified mesh",
+    "factor": "preparing the solver",
+    "solve": "finding the pose",
+}
+
+
+def stage(name):
+    return STAGES.get(name, name)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all operators share: when they are available, and how they report."""
+"""What all operators share: what they work on, when they are available, and how they report."""
 
 from ..bridge import scene_input
 from ..core import wording
-from ..errors import MeanValueError
+from ..errors import Cancelled, MeanValueError
 
 
 class MeshOperator:
-    """Mix-in for operators on the active mesh object. Subclasses define run(obj).
+    """Mix-in for operators on the mesh that the artist works on. Subclasses define run(obj).
 
     run() either returns (message, [notes]) or raises MeanValueError before it has changed anything.
     """
@@ -19,7 +19,7 @@ class MeshOperator:
 
     @classmethod
     def poll(cls, context):
-        problem = cls.problem(context.object)
+        problem = cls.problem(scene_input.subject(context))
         if problem:
             cls.poll_message_set(wording.sentence(problem))
         return problem is None
@@ -34,10 +34,16 @@ class MeshOperator:
 
     def execute(self, context):
         try:
-            message, warnings = self.run(context.object)
+            message, warnings = self.run(scene_input.subject(context))
         except MeanValueError as error:
-            self.report({'ERROR'}, wording.sentence(str(error)))
-            return {'CANCELLED'}
+            return self.refuse(error)
+        return self.tell(message, warnings)
+
+    def refuse(self, error):
+        self.report({'INFO' if isinstance(error, Cancelled) else 'ERROR'}, wording.sentence(str(error)))
+        return {'CANCELLED'}
+
+    def tell(self, message, warnings):
         text = " ".join(wording.sentence(part) for part in (message, *warnings))
         self.report({'WARNING' if warnings else 'INFO'}, text)
         return {'FINISHED'}

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes a vertex group off the list of anchors."""
+"""Takes a handle or pin away, with what was made for it."""
 
 import bpy
 
+from ..bridge import controls, selection
 from ..errors import SceneError
 from .base import MeshOperator
 
 
 class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
-    """Take the selected line off the list of anchors. The vertex group itself stays"""
+    """Take the active line off the list, with the control and vertex group that were made for it"""
 
     bl_idname = "meanvalue.remove_anchor_group"
-    bl_label = "Remove Anchor Group"
+    bl_label = "Remove"
     needs_object_mode = False
 
     def run(self, obj):
@@ -19,7 +20,16 @@ class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
         index = settings.active_anchor_group
         if index >= len(settings.anchor_groups):
             raise SceneError("No line of the list is selected. Click the anchor group to remove")
-        name = settings.anchor_groups[index].name
+        selection.leave_edit_mode(obj)
+        line = settings.anchor_groups[index]
+        name = line.name
+        control = line.control
+        was_active = control is not None and bpy.context.view_layer.objects.active == control
+        controls.remove_control(line)
+        if was_active:
+            selection.choose(obj)
+        if line.made_group and name in obj.vertex_groups:
+            obj.vertex_groups.remove(obj.vertex_groups[name])
         settings.anchor_groups.remove(index)
         settings.active_anchor_group = max(0, min(index, len(settings.anchor_groups) - 1))
-        return f"'{name}' is no longer an anchor group", []
+        return f"'{name}' holds nothing any more", []

@@ -3,55 +3,43 @@
 
 import bpy
 
-from .. import session
-from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys
-from ..core import fingerprint, result
-from ..errors import SceneError, StaleBindingError
-from .base import MeshOperator
+from ..bridge import bound_record, scene_input, shape_keys
+from ..core import result
+from ..errors import SceneError
+from ..workers.posing import Posing
+from .background import BackgroundOperator
 
 
-class MEANVALUE_OT_solve(MeshOperator, bpy.types.Operator):
-    """Pose the mesh: anchors go where the active shape key has them, the rest follows, written as a shape key"""
+class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
+    """Pose the mesh: anchors go where their controls or the active shape key have them, the rest follows"""
 
     bl_idname = "meanvalue.solve"
     bl_label = "Solve"
+    doing = "Solving"
 
-    def run(self, obj):
-        record = obj.meanvalue.bound
-        if not record.is_bound:
+    def prepare(self, obj):
+        if not obj.meanvalue.bound.is_bound:
             raise SceneError(f"'{obj.name}' is not bound yet. Press Bind first")
-        bind_input = scene_input.gather(obj)
-        rebound = _what_changed(record, bind_input.fingerprint)
-        pose = shape_keys.pose_positions(obj)
+        return Posing.to_solve(obj)
 
-        binding = session.binding_for(bind_input, lambda: mesh_arrays.triangles(obj.data, bind_input))
-        solved, summary = session.solve(binding, bind_input, pose[bind_input.anchors])
-
-        result_is_pose = obj.active_shape_key.name == obj.meanvalue.result_key
+    def finish(self, obj, posing, outcome):
+        solved, summary = outcome
+        targets = posing.targets
+        posing.require_unchanged(obj)
+        result_is_pose = targets.pose_key == obj.meanvalue.result_key
         warnings = [
-            *binding.summary.notes(),
+            *posing.binding.summary.notes(),
             *summary.notes(),
-            *result.pose_warnings(bind_input, pose, result_is_pose),
+            *result.pose_warnings(posing.bind_input, targets.positions, None if result_is_pose else targets.pose),
         ]
-        notes = shape_keys.write_result(obj, result.compose(bind_input, pose, solved))
-        if rebound:
-            bound_record.write(record, bind_input.fingerprint, binding.summary)
-            notes.insert(0, f"Bound again, because {rebound}")
-        bound_record.write_solve(record, summary)
+        composed = result.compose(posing.bind_input, targets.positions, solved)
+        notes = shape_keys.write_result(obj, composed, targets.pose_key)
+        posing.keep()
+        if posing.changes:
+            posing.record(obj)
+            notes.insert(0, f"Bound again, because {posing.changes}")
+        bound_record.write_solve(obj.meanvalue.bound, summary)
         return _message(obj, summary, notes), warnings
-
-
-def _what_changed(record, now):
-    """What changed since bind that Solve may take in its stride, in words; "" if nothing.
-
-    @throws StaleBindingError if the artist has to look first.
-    """
-    bound = bound_record.read_fingerprint(record)
-    reasons = fingerprint.stale_reasons(bound, now)
-    changes = fingerprint.describe(reasons, bound, now)
-    if fingerprint.needs_bind(reasons):
-        raise StaleBindingError(f"The binding is stale: {changes}. Check the anchors and press Bind")
-    return changes
 
 
 def _message(obj, summary, notes):

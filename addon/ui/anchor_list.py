@@ -1,21 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The list of anchor groups."""
+"""The list of handles and pins."""
 
 import bpy
 
-from ..bridge import object_status
+from ..bridge import controls, object_status, scene_input
+from ..operators.select_handle import MEANVALUE_OT_select_handle
+
+FOLLOWS_ICONS = {'SHAPE': 'SHAPEKEY_DATA', 'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 
 
 class MEANVALUE_UL_anchor_groups(bpy.types.UIList):
-    """One line for each anchor group: its name and how many vertices it has"""
+    """One line for each handle or pin: on or off, colour, name, number of vertices, and a button to select it"""
 
-    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, _index):
-        missing = item.name not in context.object.vertex_groups
-        status = object_status.last_known(context.object)
+    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
+        obj = scene_input.subject(context)
+        missing = item.name not in obj.vertex_groups
+        status = object_status.last_known(obj)
         count = status.member_counts.get(item.name) if status else None
-        row = layout.row()
-        row.alert = missing
-        row.label(text=item.name, icon='ERROR' if missing else 'GROUP_VERTEX')
+        row = layout.row(align=True)
+        row.prop(item, "is_enabled", text="")
+        color = row.row(align=True)
+        color.ui_units_x = 0.6
+        color.prop(item, "color", text="")
+        broken = missing or (item.follows == 'CONTROL' and controls.problem(obj, item) is not None)
+        name = row.row()
+        name.alert = broken
+        name.active = item.is_enabled
+        name.label(text=item.name, icon='ERROR' if broken else FOLLOWS_ICONS[item.follows])
         label = row.row()
         label.alignment = 'RIGHT'
         label.label(text="missing" if missing else "" if count is None else f"{count:,}")
+        row.operator(MEANVALUE_OT_select_handle.bl_idname, text="", icon='RESTRICT_SELECT_OFF').index = index

@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sidebar panel."""
+"""The sidebar panel and its parts."""
 
 import bpy
 
 from .. import ids, native_loader
-from ..bridge import bound_record, object_status, scene_input, shape_keys
+from ..bridge import bound_record, controls, object_status, scene_input, shape_keys, targets
 from ..bridge.object_status import State
 from ..core import wording
+from ..live import engine
 from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
+from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
+from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.keep_pose import MEANVALUE_OT_keep_pose
+from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.unbind import MEANVALUE_OT_unbind
 from .anchor_list import MEANVALUE_UL_anchor_groups
@@ -24,18 +30,31 @@ STATE_ICONS = {
 }
 
 
-class MEANVALUE_PT_panel(bpy.types.Panel):
-    """Pose the active mesh by its anchors"""
+class SidebarPanel:
+    """Mix-in of all panels here. Parts show only where there is a mesh to work on."""
 
-    bl_idname = "MEANVALUE_PT_panel"
-    bl_label = "Mean-Value"
     bl_space_type = 'VIEW_3D'
     bl_region_type = 'UI'
     bl_category = ids.SIDEBAR_TAB
 
+
+class PanelPart(SidebarPanel):
+    bl_parent_id = "MEANVALUE_PT_panel"
+
+    @classmethod
+    def poll(cls, context):
+        return scene_input.object_problem(scene_input.subject(context)) is None
+
+
+class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
+    """Pose the mesh by handles: what holds it, and whether it follows"""
+
+    bl_idname = "MEANVALUE_PT_panel"
+    bl_label = "Mean-Value"
+
     def draw(self, context):
         layout = self.layout
-        obj = context.object
+        obj = scene_input.subject(context)
         problem = native_loader.problem()
         if problem:
             draw_wrapped(layout.box(), context, wording.sentence(problem), icon='ERROR')
@@ -44,15 +63,110 @@ class MEANVALUE_PT_panel(bpy.types.Panel):
             draw_wrapped(layout, context, wording.sentence(problem), icon='INFO')
             return
         status = object_status.status(obj, object_status.QUIET_SECONDS)
-        _draw_anchors(layout, obj)
-        _draw_region(layout, obj)
-        _draw_actions(layout, context, obj)
+        _draw_live(layout, obj)
+        _draw_handles(layout, obj)
         _draw_status(layout, context, obj, status)
 
 
-def _draw_anchors(layout, obj):
+class MEANVALUE_PT_active_handle(PanelPart, bpy.types.Panel):
+    """What the active handle holds and follows"""
+
+    bl_label = "Active Handle"
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and _active_line(scene_input.subject(context)) is not None
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        obj = scene_input.subject(context)
+        line = _active_line(obj)
+        layout.prop_search(line, "name", obj, "vertex_groups", text="Group")
+        layout.prop(line, "follows")
+        if line.follows == 'CONTROL':
+            layout.prop(line, "control")
+            if line.control is not None and line.control.type == 'ARMATURE':
+                layout.prop_search(line, "bone", line.control.pose, "bones")
+            problem = controls.problem(obj, line)
+            if problem:
+                draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
+                layout.operator(MEANVALUE_OT_own_controls.bl_idname)
+        layout.prop(line, "is_soft")
+        strength = layout.row()
+        strength.active = line.is_soft
+        strength.prop(line, "strength")
+
+
+class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
+    """Which part of the mesh may move"""
+
+    bl_label = "Region"
+
+    def draw(self, context):
+        settings = scene_input.subject(context).meanvalue
+        row = self.layout.row(align=True)
+        row.prop_search(settings, "roi_group", scene_input.subject(context), "vertex_groups", text="")
+        row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
+
+
+class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
+    """How the shape is found"""
+
+    bl_label = "Solver"
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = scene_input.subject(context).meanvalue
+        layout.prop(settings, "method")
+        rigidity = layout.row()
+        rigidity.active = settings.method == ids.METHOD_FAST
+        rigidity.prop(settings, "rigidity")
+        row = layout.row(align=True)
+        row.operator(MEANVALUE_OT_bind.bl_idname)
+        row.operator(MEANVALUE_OT_unbind.bl_idname)
+
+
+class MEANVALUE_PT_pose(PanelPart, bpy.types.Panel):
+    """What becomes of the pose"""
+
+    bl_label = "Pose"
+
+    def draw(self, context):
+        layout = self.layout
+        settings = scene_input.subject(context).meanvalue
+        layout.prop(settings, "result_key", icon='SHAPEKEY_DATA')
+        solve = layout.column()
+        solve.scale_y = 1.4
+        solve.operator(MEANVALUE_OT_solve.bl_idname)
+        layout.operator(MEANVALUE_OT_add_pose_key.bl_idname, icon='SHAPEKEY_DATA')
+        column = layout.column(align=True)
+        column.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='ADD')
+        column.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='CHECKMARK')
+
+
+def _active_line(obj):
     settings = obj.meanvalue
-    layout.label(text="Anchors")
+    if settings.active_anchor_group < len(settings.anchor_groups):
+        return settings.anchor_groups[settings.active_anchor_group]
+    return None
+
+
+def _draw_live(layout, obj):
+    row = layout.row()
+    row.scale_y = 1.4
+    row.prop(obj.meanvalue, "live", toggle=True, icon='PLAY')
+
+
+def _draw_handles(layout, obj):
+    settings = obj.meanvalue
+    row = layout.row(align=True)
+    row.operator(MEANVALUE_OT_add_handle.bl_idname, icon='EMPTY_AXIS')
+    row.operator(MEANVALUE_OT_add_pin.bl_idname, icon='PINNED')
     row = layout.row()
     row.template_list(
         MEANVALUE_UL_anchor_groups.__name__, "", settings, "anchor_groups", settings, "active_anchor_group", rows=3
@@ -60,37 +174,30 @@ def _draw_anchors(layout, obj):
     buttons = row.column(align=True)
     buttons.operator(MEANVALUE_OT_add_anchor_group.bl_idname, icon='ADD', text="")
     buttons.operator(MEANVALUE_OT_remove_anchor_group.bl_idname, icon='REMOVE', text="")
-    if settings.active_anchor_group < len(settings.anchor_groups):
-        active = settings.anchor_groups[settings.active_anchor_group]
-        layout.prop_search(active, "name", obj, "vertex_groups", text="Group")
-
-
-def _draw_region(layout, obj):
-    settings = obj.meanvalue
-    row = layout.row(align=True)
-    row.prop_search(settings, "roi_group", obj, "vertex_groups", text="Region")
-    row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
-
-
-def _draw_actions(layout, context, obj):
-    row = layout.row(align=True)
-    row.operator(MEANVALUE_OT_bind.bl_idname)
-    row.operator(MEANVALUE_OT_unbind.bl_idname)
-    layout.operator(MEANVALUE_OT_add_pose_key.bl_idname, icon='SHAPEKEY_DATA')
-    layout.prop(obj.meanvalue, "result_key", icon='SHAPEKEY_DATA')
-    solve = layout.column()
-    solve.scale_y = 1.4
-    solve.operator(MEANVALUE_OT_solve.bl_idname)
+    layout.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK')
 
 
 def _draw_status(layout, context, obj, status):
     box = layout.box()
+    live = engine.status(obj)
+    if live:
+        text, is_problem = live
+        draw_wrapped(box, context, text, icon='ERROR' if is_problem else 'PLAY')
     draw_wrapped(box, context, status.text, icon=STATE_ICONS[status.state])
     hint = scene_input.mode_problem(obj) or shape_keys.result_problem(obj)
     if hint is None and status.state in {State.BOUND, State.STALE}:
-        hint = shape_keys.pose_problem(obj)
+        hint = targets.problem(obj)
     if hint:
         draw_wrapped(box, context, wording.sentence(hint), icon='INFO')
     solved = bound_record.read_solve(obj.meanvalue.bound)
-    if solved:
+    if solved and not live:
         draw_wrapped(box, context, f"Solved: {solved.text()}", icon='SHAPEKEY_DATA')
+
+
+CLASSES = (
+    MEANVALUE_PT_panel,
+    MEANVALUE_PT_active_handle,
+    MEANVALUE_PT_region,
+    MEANVALUE_PT_solver,
+    MEANVALUE_PT_pose,
+)

@@ -11,8 +11,8 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core import fingerprint, fixed_points, result, wording
-from addon.core.bind_input import BindInput, anchor_union, region_mask, require_finite
+from addon.core import fingerprint, fixed_points, motion, result, springs, wording
+from addon.core.bind_input import BindInput, anchor_layout, region_mask, require_finite
 from addon.core.deformer_cache import DeformerCache
 from addon.core.fingerprint import StaleReason
 from addon.errors import SceneError
@@ -30,7 +30,8 @@ def square(**changes):
         "face_starts": np.array([0, 4, 8, 12], np.int32),
         "anchors": np.array([0, 2, 6], np.int32),
         "roi": np.ones(9, bool),
-        "settings": "method=full",
+        "method": "full",
+        "pieces": np.array([0, 0, 1], np.int32),
     }
     return BindInput(**{**values, **changes})
 
@@ -58,7 +59,7 @@ def changed(name, index, value):
         (changed("anchors", 2, 8), [StaleReason.ANCHORS]),
         (square(anchors=np.array([0, 2, 6, 8], np.int32)), [StaleReason.ANCHORS]),
         (changed("roi", 7, False), [StaleReason.ROI]),
-        (square(settings="method=fast"), [StaleReason.SETTINGS]),
+        (square(method="fast"), [StaleReason.SETTINGS]),
         (square(rest=np.zeros((10, 3), np.float32), roi=np.ones(10, bool)), [StaleReason.VERTICES]),
     ],
 )
@@ -67,7 +68,7 @@ def test_each_change_has_its_reason(after, reasons):
 
 
 def test_several_reasons_at_once():
-    after = square(anchors=np.array([1, 2, 6], np.int32), settings="method=fast")
+    after = square(anchors=np.array([1, 2, 6], np.int32), method="fast")
     reasons = fingerprint.stale_reasons(square().fingerprint, after.fingerprint)
     assert reasons == (StaleReason.ANCHORS, StaleReason.SETTINGS)
     text = fingerprint.describe(reasons, square().fingerprint, after.fingerprint)
@@ -154,8 +155,10 @@ def test_every_kind_of_bad_number_is_found(value):
         require_finite(positions, "thing")
 
 
-def test_anchor_union_is_sorted_and_has_no_doubles():
-    union = anchor_union([np.array([5, 1], np.int32), np.array([1, 3], np.int32), np.empty(0, np.int32)])
+def test_anchors_are_sorted_and_belong_to_the_first_group_that_has_them():
+    union, pieces = anchor_layout([np.array([5, 1], np.int32), np.array([1, 3], np.int32), np.empty(0, np.int32)])
+    assert pieces.tolist() == [0, 1, 0]
+    assert pieces.dtype == np.int32
     assert union.tolist() == [1, 3, 5]
     assert union.dtype == np.int32
 
@@ -207,7 +210,7 @@ def test_fixed_vertices_keep_their_bits():
     bind_input = square(roi=roi)
     pose = bind_input.rest + np.float32(1 / 3)
     solved = bind_input.rest.astype(np.float64) + 7.0
-    positions = result.compose(bind_input, pose, solved)
+    positions = result.compose(bind_input, pose[bind_input.anchors], solved)
     assert positions.dtype == np.float32
     assert np.array_equal(positions[[0, 2, 6]], pose[[0, 2, 6]])
     assert np.array_equal(positions[8], bind_input.rest[8])
@@ -311,24 +314,95 @@ def posed_grid(moved):
     )
     pose = rest.copy()
     pose[moved] += 1.0
-    return bind_input, pose
+    return bind_input, pose[bind_input.anchors], pose
 
 
 def test_a_pose_of_moved_anchors_in_the_region_needs_no_warning():
-    assert list(result.pose_warnings(*posed_grid([1]), result_is_pose=False)) == []
+    assert list(result.pose_warnings(*posed_grid([1]))) == []
 
 
 def test_a_pose_that_moves_no_anchor_is_told():
-    (warning,) = result.pose_warnings(*posed_grid([]), result_is_pose=False)
+    (warning,) = result.pose_warnings(*posed_grid([]))
     assert warning.startswith("No anchor has been moved")
 
 
 def test_moved_anchors_outside_the_region_are_told():
-    (warning,) = result.pose_warnings(*posed_grid([0, 1]), result_is_pose=False)
+    (warning,) = result.pose_warnings(*posed_grid([0, 1]))
     assert warning.startswith("1 moved anchor outside the region")
 
 
 def test_moved_vertices_that_are_no_anchors_are_told_unless_they_are_a_former_result():
-    (warning,) = result.pose_warnings(*posed_grid([1, 2]), result_is_pose=False)
+    (warning,) = result.pose_warnings(*posed_grid([1, 2]))
     assert warning.startswith("1 vertex moved in the pose")
-    assert list(result.pose_warnings(*posed_grid([1, 2]), result_is_pose=True)) == []
+    bind_input, targets, _pose = posed_grid([1, 2])
+    assert list(result.pose_warnings(bind_input, targets, None)) == []
+
+
+# -- motion ----------------------------------------------------------------------------------------------------------
+
+
+def a_move():
+    """A turn by 50 degrees about (1, 2, 2), and a step."""
+    x, y, z = np.array([1.0, 2.0, 2.0]) / 3.0
+    cross = np.array([(0, -z, y), (z, 0, -x), (-y, x, 0)])
+    angle = np.radians(50.0)
+    move = np.eye(4)
+    move[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    move[:3, 3] = (3.0, -1.0, 0.5)
+    return move
+
+
+def test_a_control_that_only_differs_by_noise_moves_nothing():
+    relation = a_move()
+    noisy = (relation.astype(np.float32) * np.float32(1.0 + 1e-7)).astype(np.float64)
+    points = np.random.default_rng(1).normal(size=(5, 3)).astype(np.float32)
+    moved = motion.apply(motion.between(relation, noisy), points)
+    assert np.array_equal(moved, points.astype(np.float64))
+
+
+def test_the_move_between_two_relations_takes_points_along():
+    rest = a_move()
+    points = np.random.default_rng(2).normal(size=(5, 3))
+    move = motion.between(rest, a_move() @ rest)
+    assert np.allclose(move, a_move(), atol=1e-12)
+    assert np.allclose(motion.apply(move, points), points @ a_move()[:3, :3].T + a_move()[:3, 3])
+
+
+def test_a_rigid_move_is_fitted_exactly():
+    points = np.random.default_rng(3).normal(size=(6, 3))
+    assert np.allclose(motion.fitted(points, motion.apply(a_move(), points)), a_move(), atol=1e-12)
+    flat = points * (1.0, 1.0, 0.0)
+    assert np.allclose(motion.fitted(flat, motion.apply(a_move(), flat)), a_move(), atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_what_points_leave_open_is_not_turned(count):
+    line = np.outer(np.arange(count), (1.0, 0.0, 0.0))
+    move = motion.fitted(line, line + (0.0, 2.0, 0.0))
+    assert np.allclose(move[:3, :3], np.eye(3))
+    assert np.allclose(move[:3, 3], (0.0, 2.0, 0.0))
+
+
+# -- springs ---------------------------------------------------------------------------------------------------------
+
+
+def test_hard_handles_need_no_springs():
+    assert springs.strengths(np.array([0, 1]), [None, None], 15.0) is None
+
+
+def test_a_spring_is_shared_out_among_the_vertices_of_its_handle():
+    pieces = np.array([0, 1, 1, 2, 1, 1])
+    strengths = springs.strengths(pieces, [None, 0.5, None], 15.0)
+    assert np.isinf(strengths[[0, 3]]).all()
+    assert strengths[pieces == 1].sum() == pytest.approx(15.0)
+    stronger = springs.strengths(pieces, [None, 0.75, None], 15.0)
+    assert (stronger[pieces == 1] > 5.0 * strengths[pieces == 1]).all()
+    assert (springs.strengths(pieces, [None, 0.0, None], None)[pieces == 1] > 0.0).all()
+
+
+def test_soft_anchors_are_free_but_hold():
+    soft = square(strengths=np.array([np.inf, 2.0, np.inf]), rigid_pieces=True)
+    assert soft.free[2] and not soft.free[0]
+    assert soft.is_held[[0, 2, 6]].all()
+    assert soft.fingerprint.anchors != square(rigid_pieces=True).fingerprint.anchors
+    soft.check()

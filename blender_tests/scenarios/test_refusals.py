@@ -86,7 +86,7 @@ def test_linked_mesh(tmp_path):
 
 def test_no_anchors_listed():
     obj = meshes.grid()
-    with refused_unchanged(obj, "No anchors are listed", "Add a vertex group to Anchors"):
+    with refused_unchanged(obj, "No anchors are listed", "press Add Handle"):
         bpy.ops.meanvalue.bind()
 
 
@@ -278,7 +278,6 @@ def failing(error):
     [
         ("InvalidInput", ("cannot use this mesh", "edge 3 has 5 faces", "press Bind")),
         ("SolverFailure", ("The solver failed", "edge 3 has 5 faces", "closer to the rest shape")),
-        ("Cancelled", ("Cancelled",)),
         ("MemoryError", ("not enough memory", "smaller region")),
     ],
 )
@@ -292,6 +291,16 @@ def test_errors_of_the_native_module(native, part, monkeypatch, kind, texts):
             operator()
 
 
+def test_what_was_cancelled_changes_nothing(native, part, monkeypatch):
+    obj = steps.posed_grid(meshes.grid())
+    part("session").clear()
+    monkeypatch.setattr(native, "Deformer", failing(native.Cancelled("stopped")))
+    before = snapshot(obj)
+    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
+        assert operator() == {'CANCELLED'}
+    assert_same(before, snapshot(obj))
+
+
 class WrappedDeformer:
     """The real deformer with another answer to solve()."""
 
@@ -300,8 +309,8 @@ class WrappedDeformer:
         self._deformer = deformer
         self._answer = answer
 
-    def solve(self, targets):
-        return self._answer(self._deformer.solve(targets))
+    def solve(self, targets, **options):
+        return self._answer(self._deformer.solve(targets, **options))
 
 
 class Answer:

@@ -83,6 +83,12 @@ def _properties(group):
         if prop.type == 'COLLECTION':
             value = [_properties(item) for item in value]
         elif prop.type == 'POINTER':
-            value = _properties(value)
+            value = _pointed_at(value)
+        elif getattr(prop, "is_array", False):
+            value = tuple(value)
         values[prop.identifier] = value
     return values
+
+
+def _pointed_at(value):
+    return value.name if isinstance(value, bpy.types.ID) else _properties(value) if value else None

@@ -48,15 +48,17 @@ def context_of(obj):
 
 @pytest.fixture
 def draw(part):
-    """draw(obj): the panel drawn for obj, some time after the last edit."""
-    panel = part("ui.panel").MEANVALUE_PT_panel
+    """draw(obj): the panel with all its parts drawn for obj, some time after the last edit."""
+    panels = part("ui.panel").CLASSES
 
     def draw(obj):
         bpy.context.view_layer.update()
         for key in part("bridge.object_status")._edited:
             part("bridge.object_status")._edited[key] = 0.0
         listener = types.SimpleNamespace(layout=ListeningLayout())
-        panel.draw(listener, context_of(obj))
+        for panel in panels:
+            if not hasattr(panel, "poll") or panel.poll(context_of(obj)):
+                panel.draw(listener, context_of(obj))
         return listener.layout
 
     return draw
@@ -73,9 +75,13 @@ def test_with_a_lamp(draw):
 
 def test_every_button_is_there(draw):
     text = draw(meshes.grid()).text
-    for name in ("bind", "unbind", "solve", "add_anchor_group", "remove_anchor_group", "add_pose_key"):
+    names = (
+        "add_handle add_pin add_anchor_group remove_anchor_group reset_handles bind unbind solve add_pose_key keep_pose "
+        "apply_pose"
+    )
+    for name in names.split():
         assert f"operator meanvalue.{name}" in text
-    for name in ("roi_group", "roi_invert", "result_key"):
+    for name in ("live", "roi_group", "roi_invert", "method", "rigidity", "result_key"):
         assert name in text
 
 

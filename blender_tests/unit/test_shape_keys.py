@@ -51,11 +51,11 @@ def test_overwriting_keeps_the_order_of_keys(shape_keys):
     shape_keys.write_result(obj, wanted)
     bpy.ops.meanvalue.add_pose_key()
     names = obj.data.shape_keys.key_blocks.keys()
-    notes = shape_keys.write_result(obj, wanted + 1.0)
+    notes = shape_keys.write_result(obj, wanted + 1.0, "Pose.001")
     assert obj.data.shape_keys.key_blocks.keys() == names
     assert obj.active_shape_key.name == "Pose.001"
     assert notes == ["Shape key 'Pose.001' is muted, so that it is not added to 'Mean-Value'"]
-    assert shape_keys.write_result(obj, wanted + 2.0) == []
+    assert shape_keys.write_result(obj, wanted + 2.0, "Pose.001") == []
 
 
 def test_other_keys_keep_their_values(shape_keys):

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the artist has selected on a mesh."""
+
+import bpy
+import numpy as np
+
+
+def selected_vertices(obj):
+    """Ascending vertex indices, int32. In Edit Mode what is selected there; Blender must have left it to be sure."""
+    flags = np.zeros(len(obj.data.vertices), bool)
+    obj.data.vertices.foreach_get("select", flags)
+    return np.flatnonzero(flags).astype(np.int32)
+
+
+def leave_edit_mode(obj):
+    """To Object Mode, as an undo step of its own.
+
+    What an operator then changes on the object can be undone: steps made in Edit Mode hold the edited mesh alone.
+    """
+    if obj.mode != 'EDIT':
+        return
+    bpy.ops.object.mode_set(mode='OBJECT')
+    if bpy.ops.ed.undo_push.poll():
+        bpy.ops.ed.undo_push(message="Leave Edit Mode")
+
+
+def choose(obj):
+    """Makes `obj` the only selected object, and the active one."""
+    layer = bpy.context.view_layer
+    for other in layer.objects:
+        if other.select_get():
+            other.select_set(False)
+    if obj.name in layer.objects:
+        obj.select_set(True)
+        layer.objects.active = obj

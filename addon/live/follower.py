@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live posing of one object: the newest targets win, and the last word is always a converged answer.
+
+One job at a time runs on a thread. What comes in meanwhile replaces what is wanted and never queues up. When nothing
+has changed for a moment, the answer is settled: solved from where it is and from rest, and the better one kept, so
+that it does not depend on the way the controls took.
+"""
+
+import contextlib
+import time
+
+import bpy
+import numpy as np
+
+from .. import session
+from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys, targets
+from ..core import fingerprint, result, wording
+from ..errors import Cancelled, MeanValueError, SceneError, StaleBindingError
+from ..workers.job import Job
+
+#: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
+FRAME_SECONDS = 1.0 / 30.0
+
+#: How long the controls have to rest before the answer is settled.
+QUIET_SECONDS = 0.25
+
+#: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver
+#: (its own tolerance is 1e-4): a shape that was reopened or undone is not written again.
+SAME_SHAPE = 2e-4
+
+#: Targets closer than this are the same: noise of float32 matrices.
+SAME_TARGETS = 1e-6
+
+#: How often a running job is looked at.
+TICK_SECONDS = 0.01
+
+#: Blender keeps a copy of its own of the mesh in these modes.
+BUSY_MODES = {'EDIT', 'SCULPT'}
+
+clock = time.monotonic
+
+
+class Follower:
+    """Use on the main thread only. `problem` says in words why the mesh does not follow, or is None."""
+
+    def __init__(self, obj):
+        self.name = obj.name
+        self.problem = None
+        self.solve_seconds = 0.0
+        self._job = None
+        self.look_again()
+
+    def look_again(self):
+        """The scene may be another one by now (undo, edit): take nothing for granted but what is read again."""
+        self.stop()
+        self.problem = None
+        self._must_read = True
+        self._expects_echo = False  # of our own writing
+        self._must_check = False  # once it is quiet: an echo may have hidden an edit
+        self._settings = None
+        self._bind_input = None
+        self._nothing_known()
+
+    def _nothing_known(self):
+        self._binding = None
+        self._wanted = None  # k x 3: where the anchors should be
+        self._shown = None  # k x 3: where they were for the solution that the mesh shows
+        self._solution = None  # n x 3 float64
+        self._is_settled = True
+        self._changed_at = clock()
+
+    def stop(self):
+        """Cancels what is running; its result is dropped."""
+        if self._job is not None:
+            self._job.cancel()
+        self._job = self._collect = None
+        self._is_settling = False
+
+    def edited(self, obj):
+        """Blender updated the object: after our own writing, or after the artist's editing."""
+        if self._expects_echo and self._settings == _settings_of(obj) and not bpy.app.background:
+            self._expects_echo = False
+            self._must_check = True
+        else:
+            self._must_read = True
+            self.problem = None
+
+    def give_way(self, other_name, key_name):
+        """Another object with the same mesh is live and writes the same shape key."""
+        self.look_again()
+        self.problem = (
+            f"'{other_name}' has the same mesh and is live too. Turn Live off for one of them, make the mesh a single "
+            f"user, or give '{key_name}' another name in Result"
+        )
+
+    def follow(self, obj):
+        """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
+        if self.problem is None:
+            with self._leaving_alone():
+                if self._look(obj):
+                    self._start_what_is_next(obj, FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
+
+    def tick(self, obj):
+        """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
+        with self._leaving_alone():
+            if self._must_check and self._job is None and self._is_quiet():
+                self._must_check, self._must_read = False, True
+            if self._must_read and self.problem is None:
+                self._look(obj)
+            self._start_what_is_next(obj, 0.0)
+        if self._job is not None:
+            return TICK_SECONDS
+        if self.problem is None and (self._must_check or not (self._is_shown() and self._is_settled)):
+            return max(TICK_SECONDS, self._changed_at + QUIET_SECONDS - clock())
+        return None
+
+    def finish(self, obj):
+        """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""
+        self.follow(obj)
+        while self._job is not None or not (self._is_shown() and self._is_settled):
+            if self._job is not None:
+                self._job.wait()
+            self._changed_at = -np.inf  # no need to wait for quiet
+            self.tick(obj)
+
+    @contextlib.contextmanager
+    def _leaving_alone(self):
+        """A problem inside is kept to be shown, and nothing goes on until the object is edited."""
+        try:
+            yield
+        except Cancelled:
+            pass
+        except MeanValueError as error:
+            self.look_again()
+            self.problem = str(error)
+
+    def _look(self, obj):
+        """Reads what has changed. Returns whether there are new targets. @throws MeanValueError."""
+        if obj.mode in BUSY_MODES:
+            raise SceneError(f"'{obj.name}' is in {scene_input.mode_name(obj.mode)}. It follows when you leave that")
+        if self._must_read:
+            self._read(obj)
+        goal = targets.gather(obj, self._bind_input)
+        if self._wanted is not None and self._near(goal.positions, self._wanted, SAME_TARGETS):
+            return False
+        self._mute(obj, goal.pose_key)
+        self._wanted = goal.positions
+        self._is_settled = False
+        self._changed_at = clock()
+        return True
+
+    def _start_what_is_next(self, obj, patience):
+        self._collect_finished(obj)
+        if self._job is None:
+            self._start_next(obj)
+            if self._job is not None and patience and self._job.wait(patience):
+                self._collect_finished(obj)
+
+    @property
+    def text(self):
+        """For the panel."""
+        if self.problem:
+            return wording.sentence(f"Live is waiting: {self.problem}")
+        if self._binding is None and self._job is not None:
+            stage, share = self._job.progress
+            return f"Live: binding, {wording.stage(stage)}, {share:.0%}"
+        if not self._is_shown():
+            return "Live: solving"
+        return f"Live: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else "Live"
+
+    def _read(self, obj):
+        """Gathers the scene. @throws SceneError, StaleBindingError."""
+        if shape_keys.result_positions(obj) is None and shape_keys.result_problem(obj) is None:
+            raise SceneError(
+                f"the shape key '{obj.meanvalue.result_key}', which it writes, is missing. Turn Live off and on to make it"
+            )
+        bind_input = scene_input.gather(obj)
+        bound = bound_record.read_fingerprint(obj.meanvalue.bound)
+        if bound is not None:
+            reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
+            if fingerprint.needs_bind(reasons):
+                changes = fingerprint.describe(reasons, bound, bind_input.fingerprint)
+                raise StaleBindingError(f"{changes}. Check the handles and press Bind")
+        is_another = self._bind_input is None or self._bind_input.fingerprint != bind_input.fingerprint
+        self._bind_input = bind_input
+        self._must_read = False
+        self._settings = _settings_of(obj)
+        if is_another:
+            self.stop()
+            self._nothing_known()
+            self._binding = session.cached(bind_input)
+
+    def _is_quiet(self):
+        return clock() >= self._changed_at + QUIET_SECONDS
+
+    def _is_shown(self):
+        return self._wanted is None or self._shown is self._wanted
+
+    def _near(self, first, second, share):
+        return bool(np.abs(first - second).max(initial=0.0) <= share * self._bind_input.diagonal)
+
+    def _start_next(self, obj):
+        if self._wanted is None:
+            return
+        if self._binding is None:
+            self._start_bind(obj)
+        elif not self._is_shown():
+            self._start_solve(obj)
+        elif not self._is_settled and self._is_quiet():
+            self._start_settle(obj)
+
+    def _start_bind(self, obj):
+        bind_input = self._bind_input
+        triangles = mesh_arrays.triangles(obj.data, bind_input)
+        self._start(lambda execution: session.bind(bind_input, triangles, execution), self._collect_binding)
+
+    def _start_solve(self, obj):
+        binding, bind_input, wanted = self._binding, self._bind_input, self._wanted
+        is_first = self._solution is None
+        start = shape_keys.result_positions(obj).astype(np.float64) if is_first else self._solution
+
+        def collect(owner, outcome):
+            solved, summary = outcome
+            self.solve_seconds = summary.seconds
+            self._solution, self._shown = solved, wanted
+            if not (is_first and self._near(solved, start, SAME_SHAPE)):
+                self._write(owner, wanted, solved)
+
+        self._start(
+            lambda execution: session.solve(binding, bind_input, wanted, start=start, execution=execution), collect
+        )
+
+    def _start_settle(self, obj):
+        binding, bind_input, wanted, start = self._binding, self._bind_input, self._wanted, self._solution
+
+        def collect(owner, outcome):
+            settled, _summary = outcome
+            self._is_settled = self._wanted is wanted
+            if self._is_settled and not self._near(settled, start, SAME_TARGETS):
+                self._solution = settled
+                self._write(owner, wanted, settled)
+
+        self._start(
+            lambda execution: session.solve(binding, bind_input, wanted, start, settle=True, execution=execution),
+            collect,
+        )
+        self._is_settling = True
+
+    def _start(self, work, collect):
+        self._job = Job(work)
+        self._collect = collect
+
+    def _collect_finished(self, obj):
+        if self._job is None:
+            return
+        if self._is_settling and not self._is_shown():
+            self._job.cancel()
+        if not self._job.is_finished:
+            return
+        job, collect = self._job, self._collect
+        self.stop()
+        collect(obj, job.result())
+
+    def _collect_binding(self, obj, binding):
+        self._binding = binding
+        session.remember(self._bind_input, binding)
+        bound_record.write(obj.meanvalue.bound, self._bind_input.fingerprint, binding.summary)
+
+    def _mute(self, obj, pose_key):
+        """The key that anchors were moved in must not be added to the result."""
+        if pose_key and pose_key != obj.meanvalue.result_key:
+            key = obj.data.shape_keys.key_blocks[pose_key]
+            if not key.mute:
+                key.mute = True
+                self._expects_echo = True
+
+    def _write(self, obj, goal, solved):
+        if obj.mode in BUSY_MODES or len(obj.data.vertices) != len(solved):
+            self._must_read = True
+            return
+        key = obj.data.shape_keys.key_blocks.get(obj.meanvalue.result_key) if obj.data.shape_keys else None
+        if key is None or len(key.data) != len(solved):
+            self._must_read = True
+            return
+        shape_keys.write_positions(obj.data, key, result.compose(self._bind_input, goal, solved))
+        self._expects_echo = True
+
+
+
+def _settings_of(obj):
+    """All settings that a binding depends on and that are quick to compare."""
+    settings = obj.meanvalue
+    return (
+        settings.method,
+        settings.rigidity,
+        settings.roi_group,
+        settings.roi_invert,
+        settings.result_key,
+        tuple(
+            (group.name, group.is_enabled, group.follows, group.is_soft, group.strength)
+            for group in settings.anchor_groups
+        ),
+    )

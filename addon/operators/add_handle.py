@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes handles and pins of selected vertices or of vertex groups."""
+
+import bpy
+import numpy as np
+
+from .. import ids
+from ..bridge import controls, scene_input, selection, shape_keys, vertex_groups
+from ..core import wording
+from ..errors import SceneError
+from .base import MeshOperator
+
+#: Told apart in the overlay without looking alike to most eyes (Okabe and Ito 2008).
+COLORS = (
+    (0.90, 0.62, 0.00),
+    (0.34, 0.71, 0.91),
+    (0.00, 0.62, 0.45),
+    (0.94, 0.89, 0.26),
+    (0.84, 0.37, 0.00),
+    (0.80, 0.47, 0.65),
+)
+PIN_COLOR = (0.0, 0.45, 0.70)
+
+
+class NewAnchors(MeshOperator):
+    """Mix-in: anchors from the vertices selected in Edit Mode, or from a vertex group in Object Mode."""
+
+    needs_object_mode = False
+    new_group_name = ""
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and obj.mode not in {'EDIT', 'OBJECT'}:
+            problem = f"{scene_input.mode_problem(obj)}, or to Edit Mode"
+        return problem
+
+    def run(self, obj):
+        was_editing = obj.mode == 'EDIT'
+        if was_editing:
+            obj.update_from_editmode()
+        name, members = self._members(obj, was_editing)
+        selection.leave_edit_mode(obj)
+        settings = obj.meanvalue
+        made_group = not name
+        if made_group:
+            group = obj.vertex_groups.new(name=self.name or self.new_group_name)
+            group.add(members.tolist(), 1.0, 'REPLACE')
+            name = group.name
+        line = settings.anchor_groups.add()
+        line.name = name
+        line.made_group = made_group
+        settings.active_anchor_group = len(settings.anchor_groups) - 1
+        return self.equip(obj, line, members)
+
+    def _members(self, obj, is_editing):
+        """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
+        name = self.group
+        if not name and is_editing:
+            members = selection.selected_vertices(obj)
+            if len(members) == 0:
+                raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
+            return "", members
+        active = obj.vertex_groups.active
+        name = name or (active.name if active else "")
+        if not name:
+            raise SceneError(
+                "There is nothing to take: select vertices in Edit Mode, or choose a vertex group to use as it is"
+            )
+        vertex_groups.require(obj, name, "to be used", "Choose one that it has")
+        if name in obj.meanvalue.anchor_groups:
+            raise SceneError(
+                f"Vertex group '{name}' is on the list already. Select vertices in Edit Mode, or choose another group"
+            )
+        members = vertex_groups.members(obj, [name])[name]
+        if len(members) == 0:
+            raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
+        return name, members
+
+
+class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
+    """Make a handle of the selected vertices (Edit Mode) or the active vertex group, with a control to drag"""
+
+    bl_idname = "meanvalue.add_handle"
+    bl_label = "Add Handle"
+    new_group_name = ids.HANDLE_GROUP
+
+    group: bpy.props.StringProperty(
+        name="Vertex Group",
+        description="Vertex group to use. If empty: the selected vertices in Edit Mode, the active group else",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    name: bpy.props.StringProperty(
+        name="Name",
+        description="Name of the vertex group that is made of selected vertices",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    live: bpy.props.BoolProperty(
+        name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
+    )
+
+    def run(self, obj):
+        self._was_first = all(group.follows != 'CONTROL' for group in obj.meanvalue.anchor_groups)
+        return super().run(obj)
+
+    def equip(self, obj, line, members):
+        line.color = COLORS[sum(group.follows == 'CONTROL' for group in obj.meanvalue.anchor_groups) % len(COLORS)]
+        rest = shape_keys.rest_positions(obj.data)[members]
+        shown = shape_keys.result_positions(obj)
+        control = controls.add_control(obj, line, rest, rest if shown is None else shown[members])
+        if self.live and self._was_first and not obj.meanvalue.live:
+            obj.meanvalue.live = True
+        selection.choose(control)
+        count = wording.vertices(len(np.unique(members)))
+        return f"Handle '{line.name}' carries {count}: move, turn or scale its control", []
+
+
+class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
+    """Pin the selected vertices (Edit Mode) or the active vertex group: they stay where they are at rest"""
+
+    bl_idname = "meanvalue.add_pin"
+    bl_label = "Add Pin"
+    new_group_name = ids.PIN_GROUP
+
+    group: bpy.props.StringProperty(
+        name="Vertex Group",
+        description="Vertex group to use. If empty: the selected vertices in Edit Mode, the active group else",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    name: bpy.props.StringProperty(
+        name="Name",
+        description="Name of the vertex group that is made of selected vertices",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+
+    def equip(self, _obj, line, members):
+        line.follows = 'REST'
+        line.color = PIN_COLOR
+        return f"Pin '{line.name}' holds {wording.vertices(len(members))}", []

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts all controls back to where the mesh is in its rest shape."""
+
+import bpy
+
+from ..bridge import controls, targets
+from ..core import wording
+from ..errors import SceneError
+from .base import MeshOperator
+
+
+class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
+    """Put every control back to where its handle is in the rest shape. Controls moved by keyframes stay animated"""
+
+    bl_idname = "meanvalue.reset_handles"
+    bl_label = "Reset Handles"
+
+    def run(self, obj):
+        lines = [line for line in obj.meanvalue.anchor_groups if line.follows == 'CONTROL']
+        if not lines:
+            raise SceneError("No handle has a control. Press Add Handle to make one")
+        usable = [line for line in lines if controls.problem(obj, line) is None]
+        for line in usable:
+            controls.reset(obj, line)
+        notes = [controls.problem(obj, line) for line in lines if line not in usable]
+        if not obj.meanvalue.live:
+            notes.append("Live is off: press Solve to have the mesh follow")
+        return f"{wording.counted(len(usable), 'handle')} reset", notes
