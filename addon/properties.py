@@ -25,7 +25,9 @@ def _tell(group, _context):
 
 
 def _take_hold(group, _context):
-    """A newly chosen control is where it is with the handle in the rest shape."""
+    """A newly chosen control is where it is with the handle in the rest shape, and Remove leaves it alone."""
+    group.made_control = False
+    bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
     controls.take_hold(group.id_data, group)
     group.id_data.update_tag()
 

@@ -50,10 +50,8 @@ def move(obj, group):
 
 def take_hold(obj, group):
     """From here on the control is where it is with its handle in the rest shape."""
-    if group.control is None:
-        return
-    bpy.context.view_layer.update()
-    _remember(group, _relation(obj, group))
+    if group.control is not None:
+        _remember(group, _relation(obj, group))
 
 
 def add_control(obj, group, rest_points, shown_points):
@@ -83,9 +81,9 @@ def add_control(obj, group, rest_points, shown_points):
 
 
 def remove_control(group):
+    """Deletes the control if Add Handle made it."""
     control = group.control
     if control is not None and group.made_control:
-        group.control = None
         bpy.data.objects.remove(control)
 
 

@@ -54,7 +54,7 @@ def look_for_live_objects():
     forget()
     for obj in bpy.data.objects:
         if _is_live(obj):
-            _followers[obj.name] = Follower(obj)
+            _followers[obj.name] = _new_follower(obj)
     _keep_ticking()
 
 
@@ -105,7 +105,11 @@ def _note_edit(obj):
     if follower is not None:
         follower.edited(obj)
     elif _is_live(obj):
-        _followers[obj.name] = Follower(obj)
+        _followers[obj.name] = _new_follower(obj)
+
+
+def _new_follower(obj):
+    return Follower(obj, hears_itself=not bpy.app.background)
 
 
 def _is_live(obj):

@@ -9,7 +9,6 @@ that it does not depend on the way the controls took.
 import contextlib
 import time
 
-import bpy
 import numpy as np
 
 from .. import session
@@ -41,11 +40,15 @@ clock = time.monotonic
 
 
 class Follower:
-    """Use on the main thread only. `problem` says in words why the mesh does not follow, or is None."""
+    """Use on the main thread only. `problem` says in words why the mesh does not follow, or is None.
 
-    def __init__(self, obj):
+    hears_itself  whether edited() is called once for each writing of our own, as Blender's interface does
+    """
+
+    def __init__(self, obj, hears_itself):
         self.name = obj.name
         self.problem = None
+        self._hears_itself = hears_itself
         self.solve_seconds = 0.0
         self._job = None
         self.look_again()
@@ -78,7 +81,7 @@ class Follower:
 
     def edited(self, obj):
         """Blender updated the object: after our own writing, or after the artist's editing."""
-        if self._expects_echo and self._settings == _settings_of(obj) and not bpy.app.background:
+        if self._expects_echo and self._settings == _settings_of(obj):
             self._expects_echo = False
             self._must_check = True
         else:
@@ -272,7 +275,7 @@ class Follower:
             key = obj.data.shape_keys.key_blocks[pose_key]
             if not key.mute:
                 key.mute = True
-                self._expects_echo = True
+                self._expects_echo = self._hears_itself
 
     def _write(self, obj, goal, solved):
         if obj.mode in BUSY_MODES or len(obj.data.vertices) != len(solved):
@@ -283,7 +286,7 @@ class Follower:
             self._must_read = True
             return
         shape_keys.write_positions(obj.data, key, result.compose(self._bind_input, goal, solved))
-        self._expects_echo = True
+        self._expects_echo = self._hears_itself
 
 
 

@@ -17,9 +17,9 @@ class MEANVALUE_OT_apply_pose(MeshOperator, bpy.types.Operator):
     def run(self, obj):
         engine.settle(obj)
         shape_keys.apply_as_rest(obj)
+        bound_record.clear(obj.meanvalue.bound)
         for line in obj.meanvalue.anchor_groups:
             if line.follows == 'CONTROL':
                 controls.take_hold(obj, line)
-        bound_record.clear(obj.meanvalue.bound)
         shared = scene_input.sharing_note(obj)
         return "The pose is the rest shape now. The mesh is bound again when it is posed", [shared] if shared else []

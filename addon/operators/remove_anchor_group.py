@@ -24,10 +24,9 @@ class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
         line = settings.anchor_groups[index]
         name = line.name
         control = line.control
-        was_active = control is not None and bpy.context.view_layer.objects.active == control
-        controls.remove_control(line)
-        if was_active:
+        if control is not None and bpy.context.view_layer.objects.active == control:
             selection.choose(obj)
+        controls.remove_control(line)
         if line.made_group and name in obj.vertex_groups:
             obj.vertex_groups.remove(obj.vertex_groups[name])
         settings.anchor_groups.remove(index)

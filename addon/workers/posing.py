@@ -51,6 +51,7 @@ class Posing:
         """Keeps the binding for the session, and tells the file of it."""
         self.keep()
         bound_record.write(obj.meanvalue.bound, self.bind_input.fingerprint, self.binding.summary)
+        obj.update_tag()  # live posing may have waited for it
 
     def require_unchanged(self, obj):
         """@throws SceneError if the mesh is another one by now, as after a script ran meanwhile."""

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles, pins and what becomes of a pose: the operators, each by its synchronous way."""
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, steps
+from support.handles import TOP, is_at_rest, move, rest, shown, update
+
+
+def select_in_edit_mode(obj, indices):
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode='EDIT')
+    bpy.ops.mesh.select_all(action='DESELECT')
+    bpy.ops.object.mode_set(mode='OBJECT')
+    for index in indices:
+        obj.data.vertices[index].select = True
+    bpy.ops.object.mode_set(mode='EDIT')
+
+
+def test_a_handle_of_selected_vertices():
+    obj = meshes.tube(17, 8)
+    select_in_edit_mode(obj, TOP)
+    assert bpy.ops.meanvalue.add_handle(name="Head") == {'FINISHED'}
+    (line,) = obj.meanvalue.anchor_groups
+    control = line.control
+    assert (line.name, line.follows, line.made_group, line.made_control) == ("Head", 'CONTROL', True, True)
+    group = obj.vertex_groups["Head"]
+    members = [vertex.index for vertex in obj.data.vertices if any(g.group == group.index for g in vertex.groups)]
+    assert members == list(TOP)
+    assert obj.mode == 'OBJECT'
+    assert bpy.context.object == control and control.select_get() and not obj.select_get()
+    assert control.parent == obj and control.show_in_front
+    assert np.allclose(control.matrix_world.translation, np.array([obj.data.vertices[i].co for i in TOP]).mean(axis=0))
+    assert 0.5 < control.empty_display_size < 2.0  # the tube's radius is 1
+
+
+def test_a_control_stands_where_a_moved_and_turned_object_shows_the_part():
+    obj = meshes.tube(17, 8)
+    obj.location, obj.rotation_euler, obj.scale = (1.0, 2.0, 3.0), (0.5, 0.6, 0.7), (2.0, 2.0, 2.0)
+    update()
+    steps.add_group(obj, "Top", TOP)
+    bpy.ops.meanvalue.add_handle(group="Top")
+    update()
+    centre = np.mean([obj.matrix_world @ obj.data.vertices[i].co for i in TOP], axis=0)
+    assert np.allclose(bpy.context.object.matrix_world.translation, centre, atol=1e-5)
+    assert is_at_rest(obj)
+
+
+def test_a_pin_of_selected_vertices_with_a_control_active():
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    select_in_edit_mode(obj, [64, 65])
+    assert bpy.ops.meanvalue.add_pin() == {'FINISHED'}
+    line = obj.meanvalue.anchor_groups[-1]
+    assert (line.name, line.follows, line.control) == ("Pin", 'REST', None)
+    meshes.activate(control)
+    update()
+    move(control, (2.0, 0.0, 0.0))
+    assert np.array_equal(shown(obj)[[64, 65]], rest(obj)[[64, 65]])
+
+
+def test_a_handle_on_a_posed_mesh_does_not_move_it():
+    obj, control = handles.tube()
+    move(control, (3.0, 0.0, -2.0))
+    before = shown(obj)
+    steps.add_group(obj, "Middle", range(64, 72))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
+    update()
+    assert np.abs(shown(obj) - before).max() < 0.1  # a ring is held as a rigid piece from here on
+    assert np.abs(before[64:72] - rest(obj)[64:72]).max() > 0.5
+
+
+@pytest.mark.parametrize("operator", ["add_handle", "add_pin"])
+def test_what_cannot_be_a_handle_is_refused(operator):
+    obj = meshes.tube()
+    call = getattr(bpy.ops.meanvalue, operator)
+    with steps.refused("nothing to take", "select vertices in Edit Mode"):
+        call()
+    with steps.refused("no vertex group 'Nowhere'"):
+        call(group="Nowhere")
+    steps.add_group(obj, "Empty", [])
+    with steps.refused("'Empty' has no vertices"):
+        call(group="Empty")
+    steps.add_group(obj, "Top", range(64, 72))
+    assert call(group="Top") == {'FINISHED'}
+    meshes.activate(obj)
+    with steps.refused("'Top' is on the list already"):
+        call(group="Top")
+    select_in_edit_mode(obj, [])
+    with steps.refused("No vertices are selected"):
+        call()
+    assert obj.mode == 'EDIT'
+
+
+def test_removing_a_handle_takes_what_was_made_for_it():
+    obj = meshes.tube(17, 8)
+    select_in_edit_mode(obj, TOP)
+    bpy.ops.meanvalue.add_handle(name="Head")
+    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    assert [each.name for each in bpy.data.objects] == ["Tube"]
+    assert len(obj.vertex_groups) == 0 and len(obj.meanvalue.anchor_groups) == 0
+    assert bpy.context.object == obj
+
+
+def test_removing_a_handle_leaves_what_was_there_before():
+    obj, control = handles.tube()
+    other = bpy.data.objects.new("Mine", None)
+    bpy.context.collection.objects.link(other)
+    bpy.ops.meanvalue.remove_anchor_group()
+    assert "Top" in obj.vertex_groups
+    bpy.ops.meanvalue.add_handle(group="Top")
+    made = obj.meanvalue.anchor_groups["Top"].control
+    obj.meanvalue.anchor_groups["Top"].control = other
+    meshes.activate(obj)
+    bpy.ops.meanvalue.remove_anchor_group()
+    assert bpy.data.objects.get("Mine") == other
+    assert made.name in bpy.data.objects  # it may be in use elsewhere by now
+
+
+def test_selecting_a_handle():
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.select_handle(index=1) == {'FINISHED'}
+    assert bpy.context.object == control
+    assert bpy.ops.meanvalue.select_handle(index=0) == {'FINISHED'}
+    assert (bpy.context.object, obj.mode) == (obj, 'EDIT')
+    obj.update_from_editmode()
+    assert [vertex.index for vertex in obj.data.vertices if vertex.select] == list(handles.BOTTOM)
+    with steps.refused("The list has 2 lines"):
+        bpy.ops.meanvalue.select_handle(index=7)
+
+
+def test_reset_handles_puts_objects_and_bones_back():
+    obj, control = handles.tube()
+    start = control.matrix_world.copy()
+    control.rotation_mode = 'XYZ'
+    control.rotation_euler = (1.0, 2.0, 3.0)
+    control.scale = (2.0, 2.0, 2.0)
+    move(control, (2.0, 0.0, 0.0))
+    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    update()
+    assert np.allclose(control.matrix_world, start, atol=1e-5)
+    assert is_at_rest(obj, 1e-3)
+
+
+def test_keep_pose():
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    move(control, (2.0, 0.0, 0.0))
+    posed = shown(obj)
+    assert bpy.ops.meanvalue.keep_pose(name="Lean") == {'FINISHED'}
+    assert np.array_equal(steps.key_positions(obj, "Lean"), posed)
+    assert obj.data.shape_keys.key_blocks["Lean"].value == 0.0
+    move(control, (2.0, 0.0, 0.0))
+    assert np.array_equal(steps.key_positions(obj, "Lean"), posed)
+    assert bpy.ops.meanvalue.keep_pose(name="Lean") == {'FINISHED'}
+    assert "Lean.001" in obj.data.shape_keys.key_blocks
+
+
+def test_keep_and_apply_need_a_result():
+    obj = meshes.tube()
+    for operator in (bpy.ops.meanvalue.keep_pose, bpy.ops.meanvalue.apply_pose):
+        with steps.refused("shape key 'Mean-Value' is missing", "press Solve"):
+            operator()
+    assert obj.data.shape_keys is None
+
+
+def test_apply_as_rest():
+    obj, control = handles.tube()
+    smile = obj.shape_key_add(name="Smile", from_mix=False)
+    smile.data[70].co.y += 0.25
+    added = steps.key_positions(obj, "Smile") - rest(obj)
+    move(control, (3.0, 0.0, -2.0))
+    posed = shown(obj)
+    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
+    update()
+    assert np.array_equal(rest(obj), posed)
+    assert np.array_equal(np.array([vertex.co for vertex in obj.data.vertices], np.float32), posed)
+    assert np.abs(steps.key_positions(obj, "Smile") - rest(obj) - added).max() < 1e-5
+    assert is_at_rest(obj, 1e-3)
+    move(control, (0.0, 1.0, 0.0))
+    assert np.abs(shown(obj)[TOP, 1] - posed[TOP, 1] - 1.0).max() < 1e-4
+
+
+def test_solve_without_live_takes_the_controls():
+    obj, control = handles.tube(live=False)
+    move(control, (2.0, 0.0, -1.0))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-5
+    line = obj.meanvalue.anchor_groups["Top"]
+    line.control = None
+    meshes.activate(obj)
+    with steps.refused("Handle 'Top' has no control"):
+        bpy.ops.meanvalue.solve()
+
+
+def test_operators_work_on_the_mesh_of_an_active_control():
+    obj, control = handles.tube(live=False)
+    assert bpy.context.object == control
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert obj.meanvalue.bound.is_bound
+
+
+def test_the_methods_of_the_paper_are_there():
+    obj, control = handles.tube(live=False)
+    move(control, (1.0, 0.0, 0.0))
+    results = {}
+    for method in ('fast', 'paper', 'full'):
+        obj.meanvalue.method = method
+        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+        results[method] = shown(obj)
+    assert np.abs(results["fast"] - results["full"]).max() > 1e-3
+    assert np.abs(results["paper"] - results["full"]).max() > 1e-6

@@ -1,0 +1,391 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live posing as far as it can be had without a window: the mesh follows whatever moves its controls."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Matrix
+from support import handles, meshes, steps
+from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
+
+#: Two answers that are both converged differ no more, as a share of the bounding-box diagonal (about 10 here).
+SAME = 5e-3
+
+
+@pytest.fixture
+def status(part):
+    """status(obj): what the panel says of live posing."""
+    return lambda obj: part("live.engine").status(obj)
+
+
+def test_the_mesh_follows_at_once():
+    obj, control = handles.tube()
+    assert obj.meanvalue.live and is_at_rest(obj)
+    move(control, (2.0, 0.0, -1.0))
+    expected = rest(obj)[TOP] + np.array((2.0, 0.0, -1.0), np.float32)
+    assert np.abs(shown(obj)[TOP] - expected).max() < 1e-5
+    assert np.array_equal(shown(obj)[BOTTOM], rest(obj)[BOTTOM])
+    middle = shown(obj)[handles.RINGS // 2 * handles.SEGMENTS] - rest(obj)[handles.RINGS // 2 * handles.SEGMENTS]
+    assert 0.2 < middle[0] < 1.8
+
+
+def test_turning_and_scaling_the_control_turns_and_scales_its_vertices():
+    obj, control = handles.tube()
+    control.rotation_mode = 'XYZ'
+    control.rotation_euler = (0.3, -0.5, 0.8)
+    control.scale = (1.5, 1.5, 1.5)
+    update()
+    centre = rest(obj)[TOP].mean(axis=0)
+    turn = np.array(control.rotation_euler.to_matrix())
+    expected = (rest(obj)[TOP] - centre) * 1.5 @ turn.T + centre
+    assert np.abs(shown(obj)[TOP] - expected).max() < 1e-4
+
+
+def test_the_way_of_the_drag_does_not_matter():
+    obj, control = handles.tube()
+    for step in range(1, 13):
+        control.rotation_mode = 'XYZ'
+        control.rotation_euler = (0.0, math.radians(90.0) * step / 12, 0.0)
+        control.location = (3.0 * step / 12, 0.0, 9.6 - 4.0 * step / 12)
+        update()
+    dragged = shown(obj)
+    obj.meanvalue.live = False
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert np.abs(shown(obj) - dragged).max() < SAME
+
+
+def test_moving_the_object_with_its_controls_poses_nothing():
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, -1.0))
+    before = shown(obj)
+    obj.location = (5.0, 6.0, 7.0)
+    obj.rotation_euler = (0.4, 0.5, 0.6)
+    obj.scale = (2.0, 0.5, 1.0)
+    update()
+    assert np.array_equal(shown(obj), before)
+
+
+def test_back_at_rest_the_mesh_is_at_rest():
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, -1.0))
+    assert not is_at_rest(obj)
+    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    update()
+    assert is_at_rest(obj, 1e-3)
+
+
+def test_live_off_leaves_the_mesh_alone():
+    obj, control = handles.tube(live=False)
+    assert not obj.meanvalue.live
+    move(control, (2.0, 0.0, -1.0))
+    assert obj.data.shape_keys is None
+    obj.meanvalue.live = True
+    update()
+    assert not is_at_rest(obj)
+    obj.meanvalue.live = False
+    before = shown(obj)
+    move(control, (2.0, 0.0, -1.0))
+    assert np.array_equal(shown(obj), before)
+
+
+def test_a_bone_carries_a_handle():
+    obj, control = handles.tube()
+    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+    bpy.context.collection.objects.link(armature)
+    meshes.activate(armature)
+    bpy.ops.object.mode_set(mode='EDIT')
+    bone = armature.data.edit_bones.new("Hand")
+    bone.head, bone.tail = (0.0, 0.0, 9.6), (0.0, 0.0, 11.0)
+    bpy.ops.object.mode_set(mode='POSE')
+    line = obj.meanvalue.anchor_groups["Top"]
+    line.control = armature
+    line.bone = "Hand"
+    update()
+    assert is_at_rest(obj)
+    armature.pose.bones["Hand"].location = (0.0, 0.0, 2.0)  # in the bone's own axes: its z is the world's -y
+    update()
+    expected = rest(obj)[TOP] + np.array(
+        armature.pose.bones["Hand"].matrix.translation - armature.data.bones["Hand"].head_local, np.float32
+    )
+    assert np.abs(expected - rest(obj)[TOP]).max() > 1.0
+    assert np.abs(shown(obj)[TOP] - expected).max() < 1e-4
+
+
+def test_playback_drives_it():
+    obj, control = handles.tube()
+    scene = bpy.context.scene
+    scene.frame_set(1)
+    control.keyframe_insert("location", frame=1)
+    control.location.x += 4.0
+    control.keyframe_insert("location", frame=11)
+    scene.frame_set(1)
+    assert is_at_rest(obj, 1e-3)
+    scene.frame_set(11)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 4.0).max() < 1e-4
+    scene.frame_set(6)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 0.1
+
+
+def test_rendering_leaves_the_mesh_as_it_is(tmp_path):
+    obj, control = handles.tube()
+    scene = bpy.context.scene
+    control.keyframe_insert("location", frame=1)
+    control.location.x += 4.0
+    control.keyframe_insert("location", frame=3)
+    scene.frame_set(1)
+    before = shown(obj)
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.render.engine = 'BLENDER_WORKBENCH'
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.render.filepath = str(tmp_path / "frame_")
+    scene.frame_start, scene.frame_end = 1, 3
+    seen = []
+    bpy.app.handlers.render_post.append(lambda *_: seen.append(shown(obj)))
+    try:
+        bpy.ops.render.render(animation=True)
+    finally:
+        bpy.app.handlers.render_post.clear()
+    assert len(seen) == 3
+    assert all(np.array_equal(positions, before) for positions in seen)
+    scene.frame_set(3)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0]).max() > 3.0
+
+
+def test_settings_are_followed():
+    obj, control = handles.tube()
+    move(control, (3.0, 0.0, -2.0))
+    stiff = shown(obj)
+    obj.meanvalue.rigidity = 0.5
+    update()
+    assert np.abs(shown(obj) - stiff).max() > 1e-3
+    obj.meanvalue.rigidity = 15.0
+    update()
+    assert np.abs(shown(obj) - stiff).max() < SAME
+
+
+def test_a_handle_that_is_off_holds_nothing():
+    obj, control = handles.tube()
+    steps.add_group(obj, "Middle", range(64, 72))
+    meshes.activate(obj)
+    bpy.ops.meanvalue.add_pin(group="Middle")
+    move(control, (3.0, 0.0, 0.0))
+    assert np.array_equal(shown(obj)[64:72], rest(obj)[64:72])
+    obj.meanvalue.anchor_groups["Middle"].is_enabled = False
+    update()
+    assert np.abs(shown(obj)[64:72] - rest(obj)[64:72]).max() > 0.3
+
+
+def test_vertices_moved_in_edit_mode_are_followed_when_it_is_left():
+    obj, control = handles.tube()
+    steps.add_group(obj, "Middle", range(64, 72))
+    meshes.activate(obj)
+    bpy.ops.meanvalue.add_anchor_group(group="Middle")
+    bpy.ops.meanvalue.add_pose_key()
+    update()
+
+    def push(edited):
+        edited.verts.ensure_lookup_table()
+        for index in range(64, 72):
+            edited.verts[index].co.y += 1.5
+
+    steps.edit_mesh(obj, push)
+    update()
+    assert np.abs(shown(obj)[64:72, 1] - rest(obj)[64:72, 1] - 1.5).max() < 1e-5
+    assert np.array_equal(shown(obj)[TOP], rest(obj)[TOP])
+    assert obj.data.shape_keys.key_blocks["Pose"].mute
+
+
+def test_two_objects_are_live_at_once():
+    first, first_control = handles.tube("First")
+    second, second_control = handles.tube("Second")
+    move(first_control, (2.0, 0.0, 0.0))
+    assert is_at_rest(second)
+    move(second_control, (0.0, 3.0, 0.0))
+    assert np.abs(shown(first)[TOP, 0] - rest(first)[TOP, 0] - 2.0).max() < 1e-5
+    assert np.abs(shown(second)[TOP, 1] - rest(second)[TOP, 1] - 3.0).max() < 1e-5
+
+
+def test_only_one_of_two_objects_with_one_mesh_is_live(status):
+    obj, _control = handles.tube()
+    twin = obj.copy()
+    bpy.context.collection.objects.link(twin)
+    twin.meanvalue.live = True
+    update()
+    texts = [status(each) for each in (obj, twin)]
+    assert [is_problem for _, is_problem in texts].count(True) == 1
+    assert any("has the same mesh and is live too" in text for text, _ in texts)
+
+
+def test_another_topology_stops_it_until_bind(status):
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, 0.0))
+    meshes.activate(obj)
+    steps.edit_mesh(obj, lambda edited: edited.verts.new((0.0, 0.0, -3.0)))
+    before = shown(obj)
+    move(control, (1.0, 0.0, 0.0))
+    text, is_problem = status(obj)
+    assert is_problem and "137 vertices (136 when bound)" in text and "press Bind" in text
+    assert np.array_equal(shown(obj), before)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    update()
+    assert status(obj)[1] is False
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 3.0).max() < 1e-4
+
+
+def test_it_waits_while_the_mesh_is_edited(status):
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode='EDIT')
+    before = shown(obj)
+    move(control, (2.0, 0.0, 0.0))
+    assert "Edit Mode" in status(obj)[0]
+    assert np.array_equal(shown(obj), before)
+    bpy.ops.object.mode_set(mode='OBJECT')
+    update()
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-4
+
+
+def test_a_deleted_control_is_told_and_can_be_made_again(status):
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, 0.0))
+    before = shown(obj)
+    meshes.activate(control)
+    bpy.ops.object.delete()
+    update()
+    obj.update_tag()
+    update()
+    assert "was deleted" in status(obj)[0]
+    assert np.array_equal(shown(obj), before)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    update()
+    assert status(obj)[1] is False
+    assert np.abs(shown(obj) - before).max() < SAME
+    move(obj.meanvalue.anchor_groups["Top"].control, (0.0, 2.0, 0.0))
+    assert np.abs(shown(obj)[TOP, 1] - rest(obj)[TOP, 1] - 2.0).max() < 1e-4
+
+
+def test_a_deleted_result_is_told(status):
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    obj.shape_key_remove(obj.data.shape_keys.key_blocks[handles.RESULT])
+    move(control, (2.0, 0.0, 0.0))
+    assert "is missing. Turn Live off and on" in status(obj)[0]
+    obj.meanvalue.live = False
+    update()
+    obj.meanvalue.live = True
+    update()
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-4
+
+
+def test_a_deleted_object_is_forgotten(part, status):
+    obj, control = handles.tube()
+    bpy.data.objects.remove(obj)
+    move(control, (2.0, 0.0, 0.0))
+    assert part("live.engine")._followers == {}
+
+
+def test_a_renamed_object_is_followed():
+    obj, control = handles.tube()
+    obj.name = "Another"
+    update()
+    move(control, (2.0, 0.0, 0.0))
+    obj.update_tag()
+    update()
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-4
+
+
+def test_a_duplicate_asks_for_controls_of_its_own(status):
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, 0.0))
+    meshes.activate(obj)
+    bpy.ops.object.duplicate()
+    copy = bpy.context.object
+    update()
+    assert f"belongs to '{obj.name}'" in status(copy)[0]
+    before = shown(obj)
+    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    update()
+    assert status(copy)[1] is False
+    move(copy.meanvalue.anchor_groups["Top"].control, (0.0, 0.0, 1.0))
+    assert np.array_equal(shown(obj), before)
+    assert np.abs(shown(copy)[TOP, 2] - rest(copy)[TOP, 2] - 1.0).max() < 1e-4
+
+
+def test_a_duplicate_with_its_controls_is_independent(status):
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    control.select_set(True)
+    bpy.ops.object.duplicate()
+    copy = bpy.data.objects["Tube.001"]
+    update()
+    copied = copy.meanvalue.anchor_groups["Top"].control
+    assert copied != control and status(copy)[1] is False
+    move(copied, (2.0, 0.0, 0.0))
+    assert is_at_rest(obj)
+    assert not is_at_rest(copy)
+
+
+def test_saved_and_reopened_it_goes_on(tmp_path):
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, -1.0))
+    before = shown(obj)
+    path = str(tmp_path / "live.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    obj = bpy.data.objects["Tube"]
+    update()
+    assert np.array_equal(shown(obj), before)
+    control = obj.meanvalue.anchor_groups["Top"].control
+    move(control, (1.0, 0.0, 0.0))
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 3.0).max() < 1e-4
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_taken_into_another_file(tmp_path, link):
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, -1.0))
+    before = shown(obj)
+    path = str(tmp_path / "live.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+    with bpy.data.libraries.load(path, link=link) as (there, here):
+        here.objects = list(there.objects)
+    for each in here.objects:
+        bpy.context.collection.objects.link(each)
+    obj = next(each for each in here.objects if each.type == 'MESH')
+    update()
+    move(obj.meanvalue.anchor_groups["Top"].control, (1.0, 0.0, 0.0))
+    if link:
+        assert np.array_equal(shown(obj), before)
+    else:
+        assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 3.0).max() < 1e-4
+
+
+def test_disabled_while_live_nothing_is_left_and_enabled_it_goes_on():
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, 0.0))
+    before = shown(obj)
+    bpy.ops.preferences.addon_disable(module="meanvalue_deform")
+    move(control, (1.0, 0.0, 0.0))
+    assert np.array_equal(shown(obj), before)
+    bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+    move(control, (1.0, 0.0, 0.0))
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 4.0).max() < 1e-4
+
+
+def test_a_control_of_another_object_may_be_any_object():
+    obj, control = handles.tube()
+    cube = bpy.data.objects.new("Ball", None)
+    bpy.context.collection.objects.link(cube)
+    cube.matrix_world = Matrix.Translation((4.0, 4.0, 4.0))
+    update()
+    obj.meanvalue.anchor_groups["Top"].control = cube
+    update()
+    assert is_at_rest(obj)
+    move(cube, (0.0, 0.0, 2.0))
+    assert np.abs(shown(obj)[TOP, 2] - rest(obj)[TOP, 2] - 2.0).max() < 1e-4

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A tube with a pin at its lower and a handle at its upper end, as an artist sets it up."""
+
+import bpy
+import numpy as np
+
+from . import meshes, steps
+
+RINGS, SEGMENTS = 17, 8
+BOTTOM = range(SEGMENTS)
+TOP = range((RINGS - 1) * SEGMENTS, RINGS * SEGMENTS)
+RESULT = "Mean-Value"
+
+
+def tube(name="Tube", live=True):
+    """(object, control) with the control active, as Add Handle leaves it."""
+    obj = meshes.tube(RINGS, SEGMENTS, name)
+    steps.add_group(obj, "Bottom", BOTTOM)
+    steps.add_group(obj, "Top", TOP)
+    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
+    update()
+    return obj, bpy.context.object
+
+
+def update():
+    """What Blender does after every event: evaluate what was changed, and tell the handlers."""
+    bpy.context.view_layer.update()
+
+
+def move(control, offset):
+    control.location = [a + b for a, b in zip(control.location, offset, strict=True)]
+    update()
+
+
+def shown(obj):
+    """n x 3 float32 of the result."""
+    return steps.key_positions(obj, RESULT)
+
+
+def rest(obj):
+    return steps.key_positions(obj, "Basis")
+
+
+def is_at_rest(obj, tolerance=1e-5):
+    return bool(np.abs(shown(obj) - rest(obj)).max() < tolerance)
