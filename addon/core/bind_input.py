@@ -67,6 +67,11 @@ class BindInput:
         return free
 
     @cached_property
+    def fixed(self):
+        """Indices of the vertices that are not free."""
+        return np.flatnonzero(~self.free)
+
+    @cached_property
     def is_held(self):
         """n bool: the vertices that something holds in their place: fixed ones and soft anchors."""
         held = ~self.free

@@ -14,9 +14,8 @@ def compose(bind_input, targets, solved):
     Free vertices are where the solver put them. What is fixed is copied, not converted there and back, so it keeps
     its bits: hard anchors those of their targets (k x 3), all else those of the rest shape.
     """
-    positions = bind_input.rest.copy()
-    free = bind_input.free
-    positions[free] = solved[free]
+    positions = solved.astype(np.float32)
+    positions[bind_input.fixed] = bind_input.rest[bind_input.fixed]
     hard = bind_input.hard_anchors
     positions[bind_input.anchors[hard]] = targets[hard]
     return positions

@@ -160,6 +160,11 @@ class Follower:
                 self._collect_finished(obj)
 
     @property
+    def is_caught_up(self):
+        """Whether the mesh shows where the controls are, or something is in the way."""
+        return self.problem is not None or (self._binding is not None and self._is_shown())
+
+    @property
     def text(self):
         """For the panel."""
         if self.problem:

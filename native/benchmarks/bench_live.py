@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live posing in Blender, end to end: from a control that was moved to a mesh that Blender has evaluated again.
+
+Runs itself in Blender without a window. The add-on's Follower is driven as its handlers drive it in the interface;
+drawing, which depends on the graphics card, is left out. A frame's seconds are split:
+
+    native    the solver, as it tells itself
+    transfer  writing the shape key
+    add-on    reading controls, handing over to the thread and back, composing the result
+    Blender   evaluating the moved control and, after the writing, the mesh
+"""
+
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from native.benchmarks import generated_meshes, reporting, rigid
+
+COLUMNS = [
+    "shape", "vertices", "bind ms", "frame ms", "worst ms", "native ms", "transfer ms", "add-on ms", "Blender ms",
+    "without native ms",
+]  # fmt: skip
+SHAPES = ("body", "bar")
+SIZES = (10_000, 50_000, 200_000)
+FRAMES = 30
+PACKAGE = "meanvalue_deform"
+GOAL_SIZE, GOAL_MS = 50_000, 20.0
+
+
+def run_in_blender(arguments):
+    """Outside of Blender: this script again, in it."""
+    command = ["blender", "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python", __file__, "--"]
+    return subprocess.run([*command, *arguments], check=False).returncode
+
+
+class Scene:
+    """One object with a pin and a handle, as bench_speed moves it, and the stopwatches."""
+
+    def __init__(self, shape, size):
+        import bpy
+
+        self.bpy = bpy
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.preferences.addon_enable(module=PACKAGE)
+        self.parts = {name: sys.modules[f"{PACKAGE}.{name}"] for name in ("live.follower", "bridge.shape_keys", "session")}
+        job = generated_meshes.speed_job(shape, size)
+        self.obj = self._object(job)
+        self.rest = job.vertices[job.anchors[job.pieces >= 0]]
+        self.targets = job.targets[:, job.pieces >= 0]
+        for name, members, operator in (
+            ("Pin", job.anchors[job.pieces < 0], bpy.ops.meanvalue.add_pin),
+            ("Handle", job.anchors[job.pieces >= 0], bpy.ops.meanvalue.add_handle),
+        ):
+            self.obj.vertex_groups.new(name=name).add(members.tolist(), 1.0, 'REPLACE')
+            bpy.context.view_layer.objects.active = self.obj
+            operator(group=name)
+        self.obj.meanvalue.live = False  # the key is there now; the handlers leave the rest to us
+        bpy.context.view_layer.update()
+        self.control = self.obj.meanvalue.anchor_groups["Handle"].control
+        self.start = np.array(self.control.matrix_world)
+        self.follower = self.parts["live.follower"].Follower(self.obj, hears_itself=True)
+        self.transfer = self.native = 0.0
+        self._watch()
+
+    def _object(self, job):
+        mesh = self.bpy.data.meshes.new("Mesh")
+        mesh.from_pydata(job.vertices.tolist(), [], job.faces.tolist())
+        obj = self.bpy.data.objects.new("Object", mesh)
+        self.bpy.context.collection.objects.link(obj)
+        return obj
+
+    def _watch(self):
+        """Stopwatches around the calls that write and solve."""
+        keys, session = self.parts["bridge.shape_keys"], self.parts["session"]
+        write, solve = keys.write_positions, session.solve
+
+        def watched_write(*arguments):
+            started = time.perf_counter()
+            write(*arguments)
+            self.transfer += time.perf_counter() - started
+
+        def watched_solve(*arguments, **options):
+            solved, summary = solve(*arguments, **options)
+            self.native += summary.seconds
+            return solved, summary
+
+        keys.write_positions, session.solve = watched_write, watched_solve
+
+    def bind(self):
+        started = time.perf_counter()
+        self.follow()
+        return time.perf_counter() - started
+
+    def follow(self):
+        """As the interface does: the handler, then the timer, until the mesh shows where the control is."""
+        self.follower.follow(self.obj)
+        while not self.follower.is_caught_up:
+            time.sleep(self.parts["live.follower"].TICK_SECONDS)
+            self.follower.tick(self.obj)
+
+    def frame(self, step):
+        """Moves the control as the handle of the job's `step`; milliseconds (whole, native, transfer, add-on, Blender)."""
+        from mathutils import Matrix
+
+        rotation, shift = rigid.rigid_fit(self.rest, self.targets[step])
+        move = np.eye(4)
+        move[:3, :3], move[:3, 3] = rotation, shift
+        self.control.matrix_world = Matrix((move @ self.start).tolist())
+        self.native = self.transfer = 0.0
+        began = time.perf_counter()
+        self.bpy.context.view_layer.update()
+        moved = time.perf_counter()
+        self.follow()
+        followed = time.perf_counter()
+        self.bpy.context.view_layer.update()
+        self.obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
+        ended = time.perf_counter()
+        self.follower.edited(self.obj)  # what Blender would call after it
+        blender = (moved - began) + (ended - followed)
+        addon = (followed - moved) - self.native - self.transfer
+        return 1e3 * np.array([ended - began, self.native, self.transfer, addon, blender])
+
+
+def measure(shape, size):
+    """One row of the table."""
+    scene = Scene(shape, size)
+    bind = scene.bind()
+    scene.frame(1)
+    frames = np.array([scene.frame(step) for step in range(2, 2 + FRAMES)])
+    whole, native, transfer, addon, blender = np.median(frames, axis=0)
+    row = [shape, len(scene.obj.data.vertices), 1e3 * bind, whole, frames[:, 0].max(), native, transfer, addon, blender]
+    return [*map(_plain, row), _plain(np.median(frames[:, 0] - frames[:, 1]))]
+
+
+def _plain(value):
+    return float(value) if isinstance(value, np.floating) else value
+
+
+def main():
+    import bpy
+
+    arguments = sys.argv[sys.argv.index("--") + 1 :]
+    sys.argv = [sys.argv[0], *arguments]
+    json_path = reporting.json_argument(__doc__)
+    bpy.ops.preferences.addon_install(filepath=os.environ["MEANVALUE_ADDON_ZIP"], overwrite=True)
+    rows = [measure(shape, size) for shape in SHAPES for size in SIZES]
+    reporting.report(f"live posing, Blender {bpy.app.version_string}", COLUMNS, rows, json_path)
+    for row in rows:
+        if abs(row[1] - GOAL_SIZE) < 0.1 * GOAL_SIZE:
+            verdict = "reached" if row[-1] <= GOAL_MS else "MISSED"
+            print(f"{row[0]}, {row[1]:,} vertices: without the solver {row[-1]:.1f} ms a frame, at most {GOAL_MS:g}: {verdict}")
+
+
+if __name__ == "__main__":
+    if "bpy" in sys.modules:
+        main()
+    else:
+        sys.exit(run_in_blender(sys.argv[1:]))
