@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs scenarios in a Blender of their own, watches it, and tells how each scenario ended."""
+
+import dataclasses
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import time
+
+from harness.display import SIZE, Display
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+OUTPUT = ROOT / "build" / "ui"
+RUNNER = pathlib.Path(__file__).with_name("inside.py")
+TRACEBACK = "Traceback (most recent call last)"
+
+# Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves after 60 s.
+STUCK_SECONDS = float(os.environ.get("MEANVALUE_UI_STUCK_SECONDS", "180"))
+LOOK_SECONDS = 0.2
+
+
+@dataclasses.dataclass
+class Outcome:
+    """How a scenario ended. `problems` is empty if it went well."""
+
+    problems: list
+    seconds: float = 0.0
+
+
+def run(path, names):
+    """{name: Outcome} of the scenarios `names` of the file `path`. A Blender that died is started again for the rest."""
+    outcomes = {}
+    while left := [name for name in names if name not in outcomes]:
+        ended = _Session(path, left).run()
+        outcomes.update(ended or {left[0]: Outcome(["Blender told nothing about this scenario"])})
+    return outcomes
+
+
+class _Session:
+    """One Blender process."""
+
+    def __init__(self, path, names):
+        self._path = path
+        self._names = names
+        OUTPUT.mkdir(parents=True, exist_ok=True)
+        self._log = OUTPUT / f"{path.stem}.log"
+        self._events = OUTPUT / f"{path.stem}.jsonl"
+        self._events.write_text("")
+
+    def run(self):
+        with tempfile.TemporaryDirectory(prefix="meanvalue-ui-") as folder, Display() as display:
+            with self._log.open("w") as log:
+                # A session of its own, so that all of it can be ended. stdbuf: C and Python write into one log.
+                blender = subprocess.Popen(
+                    ["stdbuf", "-oL", "blender", "--factory-startup", "-noaudio", "--enable-event-simulate"]
+                    + ["--window-geometry", "0", "0", *map(str, SIZE), "--python-exit-code", "1"]
+                    + ["--python", str(RUNNER), "--", str(self._path), str(self._events), *self._names],
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    env=_environment(display, folder),
+                    start_new_session=True,
+                )
+                try:
+                    end = self._watch(blender, display)
+                finally:
+                    _kill(blender)
+        return self._outcomes(end)
+
+    def _watch(self, blender, display):
+        """Waits for the end; what was wrong with it, or None."""
+        known, since = -1, time.monotonic()
+        while blender.poll() is None:
+            size = self._events.stat().st_size
+            if size != known:
+                known, since = size, time.monotonic()
+            if time.monotonic() - since > STUCK_SECONDS:
+                picture = OUTPUT / f"{self._path.stem}-stuck.png"
+                display.photograph(picture)
+                return f"Blender came to no new step for {STUCK_SECONDS:.0f} s and was ended; picture: {picture}"
+            time.sleep(LOOK_SECONDS)
+        if blender.returncode < 0:
+            return f"Blender crashed: {signal.Signals(-blender.returncode).name}"
+        return f"Blender ended with status {blender.returncode}" if blender.returncode else None
+
+    def _outcomes(self, end):
+        """A scenario that had begun when Blender ended is to blame; else the last that was finished."""
+        outcomes, current, step = {}, None, "start"
+        for event in map(json.loads, self._events.read_text().splitlines()):
+            if "begin" in event:
+                current, step = event["begin"], "begin"
+            elif "step" in event:
+                step = event["step"]
+            elif "end" in event:
+                outcomes[event["end"]] = Outcome(event["problems"], event["seconds"])
+                current = None
+        texts = self._output_by_scenario()
+        for name, outcome in outcomes.items():
+            if TRACEBACK in texts.get(name, ""):
+                outcome.problems.append(f"Blender printed a traceback:\n{texts[name]}")
+        if current and not end:
+            end = "Blender ended before the scenario did"
+        if end:
+            at = f"at the step: {step}" if current else "outside of a scenario, after the step: " + step
+            culprit = current or (list(outcomes) or self._names)[-1 if outcomes else 0]
+            outcome = outcomes.setdefault(culprit, Outcome([]))
+            outcome.problems.append(f"{end}\n{at}\nlast output:\n{texts.get(culprit, texts[''])[-4000:]}")
+        return outcomes
+
+    def _output_by_scenario(self):
+        """What Blender printed, by the scenario after whose beginning it did so; "" is before the first."""
+        texts, name = {"": ""}, ""
+        for line in self._log.read_text(errors="replace").splitlines(keepends=True):
+            if line.startswith("@@ "):
+                name = line.split()[1]
+                texts[name] = ""
+            else:
+                texts[name] += line
+        return texts
+
+
+def _environment(display, folder):
+    """No trace of the user's Blender or Python; software drawing that is the same everywhere."""
+    own = {f"BLENDER_USER_{kind}": os.path.join(folder, kind.lower()) for kind in ("SCRIPTS", "CONFIG", "RESOURCES")}
+    for path in own.values():
+        pathlib.Path(path).mkdir()
+    return {**os.environ, **own, "DISPLAY": display.name, "LIBGL_ALWAYS_SOFTWARE": "1", "PATH": "/usr/bin:/bin"}
+
+
+def _kill(blender):
+    if blender.poll() is None:
+        os.killpg(blender.pid, signal.SIGKILL)
+    blender.wait()
