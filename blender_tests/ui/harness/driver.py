@@ -123,7 +123,7 @@ class Ui:
     def open_tab(self, category):
         """Opens the sidebar and clicks at its tab `category`."""
         self._tell(f"open the tab {category}")
-        yield from tabs.open_tab(category, self._click_quietly)
+        yield from tabs.open_tab(category, self._click_at_once)
 
     @act
     def wait_until(self, predicate, what):
@@ -188,7 +188,6 @@ class Ui:
 
     def _press(self, key, held=None, unicode=""):
         self._send(key, 'PRESS', held, **({"unicode": unicode} if unicode else {}))
-        yield
         self._send(key, 'RELEASE', held)
         yield
 
@@ -207,6 +206,8 @@ class Ui:
             if more is not None:
                 yield from more
 
-    def _click_quietly(self, x, y):
-        yield from self._move(x, y)
+    def _click_at_once(self, x, y):
+        """For what needs no mouse resting on it. One picture drawn instead of two."""
+        self._mouse = (x, y)
+        self._send('MOUSEMOVE', 'NOTHING')
         yield from self._press('LEFTMOUSE')

@@ -115,6 +115,7 @@ def start():
     preferences = bpy.context.preferences
     preferences.view.show_splash = False
     preferences.view.smooth_view = 0  # views jump
+    preferences.system.viewport_aa = 'OFF'  # else every picture is drawn eight times
     preferences.use_preferences_save = False
     bpy.ops.preferences.addon_install(filepath=os.environ["MEANVALUE_ADDON_ZIP"])
     assert bpy.ops.preferences.addon_enable(module=PACKAGE) == {'FINISHED'}

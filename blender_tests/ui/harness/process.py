@@ -127,7 +127,7 @@ def _environment(display, folder):
     own = {f"BLENDER_USER_{kind}": os.path.join(folder, kind.lower()) for kind in ("SCRIPTS", "CONFIG", "RESOURCES")}
     for path in own.values():
         pathlib.Path(path).mkdir()
-    return {**os.environ, **own, "DISPLAY": display.name, "LIBGL_ALWAYS_SOFTWARE": "1", "PATH": "/usr/bin:/bin"}
+    return {**os.environ, **own, "DISPLAY": display.name, "TMPDIR": folder, "LIBGL_ALWAYS_SOFTWARE": "1", "PATH": "/usr/bin:/bin"}
 
 
 def _kill(blender):

@@ -5,8 +5,9 @@ import bpy
 
 from . import view
 
-TAB_STEP = 30
 TAB_FROM_RIGHT = 10
+# Down from the top: where the first tab after Blender's own three is, then everywhere.
+TAB_HEIGHTS = (165, *range(30, 600, 30))
 
 
 def open_tab(category, click):
@@ -21,13 +22,12 @@ def open_tab(category, click):
     bpy.utils.register_class(probe)
     try:
         sidebar = view.region('UI')
-        for down in range(0, sidebar.height, TAB_STEP):
-            probe.drawn = False
+        for down in TAB_HEIGHTS:
+            yield from click(sidebar.x + sidebar.width - TAB_FROM_RIGHT, sidebar.y + sidebar.height - down)
             sidebar.tag_redraw()
             yield
             if probe.drawn:
                 break
-            yield from click(sidebar.x + sidebar.width - TAB_FROM_RIGHT, sidebar.y + sidebar.height - TAB_STEP - down)
         assert probe.drawn, f"there is no tab {category}"
     finally:
         bpy.utils.unregister_class(probe)
