@@ -7,6 +7,11 @@ from harness import listing, process
 _outcomes = {}
 
 
+@pytest.fixture(scope="session", autouse=True)
+def clear_output():
+    process.clear_output()
+
+
 @pytest.mark.parametrize(
     ("path", "name"),
     [

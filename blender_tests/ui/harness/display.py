@@ -9,7 +9,7 @@ import tempfile
 import zlib
 
 SIZE = (1280, 800)
-START_SECONDS = 60
+END_SECONDS = 60
 
 
 class Display:
@@ -20,9 +20,9 @@ class Display:
         reading, writing = os.pipe()
         try:
             # Xvfb looks for a free number itself and tells it once it accepts programs.
+            screen = f"Xvfb -screen 0 {SIZE[0]}x{SIZE[1]}x24 +extension GLX -nolisten tcp"
             self._server = subprocess.Popen(
-                ["Xvfb", "-displayfd", str(writing), "-screen", "0", "{}x{}x24".format(*SIZE), "+extension", "GLX"]
-                + ["-nolisten", "tcp", "-fbdir", self._folder.name],
+                [*screen.split(), "-displayfd", str(writing), "-fbdir", self._folder.name],
                 pass_fds=[writing],
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
@@ -38,7 +38,7 @@ class Display:
     def __exit__(self, *_):
         self._server.terminate()
         try:
-            self._server.wait(START_SECONDS)
+            self._server.wait(END_SECONDS)
         except subprocess.TimeoutExpired:
             self._server.kill()
             self._server.wait()
@@ -66,5 +66,5 @@ def _png_of_xwd(data):
     def chunk(kind, body):
         return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
-    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(b"".join(rows))) + chunk(b"IEND", b"")
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(b"".join(rows))) + chunk(b"IEND", b"")

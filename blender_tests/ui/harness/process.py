@@ -5,6 +5,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -19,6 +20,7 @@ TRACEBACK = "Traceback (most recent call last)"
 
 # Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves after 60 s.
 STUCK_SECONDS = float(os.environ.get("MEANVALUE_UI_STUCK_SECONDS", "180"))
+LONGEST_SECONDS = 1200.0
 LOOK_SECONDS = 0.2
 
 
@@ -31,7 +33,7 @@ class Outcome:
 
 
 def run(path, names):
-    """{name: Outcome} of the scenarios `names` of the file `path`. A Blender that died is started again for the rest."""
+    """{name: Outcome} of the scenarios `names` of the file `path`. When Blender dies, another does the rest."""
     outcomes = {}
     while left := [name for name in names if name not in outcomes]:
         ended = _Session(path, left).run()
@@ -51,36 +53,42 @@ class _Session:
         self._events.write_text("")
 
     def run(self):
-        with tempfile.TemporaryDirectory(prefix="meanvalue-ui-") as folder, Display() as display:
-            with self._log.open("w") as log:
-                # A session of its own, so that all of it can be ended. stdbuf: C and Python write into one log.
-                blender = subprocess.Popen(
-                    ["stdbuf", "-oL", "blender", "--factory-startup", "-noaudio", "--enable-event-simulate"]
-                    + ["--window-geometry", "0", "0", *map(str, SIZE), "--python-exit-code", "1"]
-                    + ["--python", str(RUNNER), "--", str(self._path), str(self._events), *self._names],
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                    env=_environment(display, folder),
-                    start_new_session=True,
-                )
-                try:
-                    end = self._watch(blender, display)
-                finally:
-                    _kill(blender)
-        return self._outcomes(end)
+        options = "--factory-startup -noaudio --enable-event-simulate --python-exit-code 1 --window-geometry 0 0"
+        inside = ["--", self._path, self._events, *self._names]
+        with (
+            tempfile.TemporaryDirectory(prefix="meanvalue-ui-") as folder,
+            Display() as display,
+            self._log.open("w") as log,
+        ):
+            # A session of its own, so that all of it can be ended. stdbuf: C and Python write into one log.
+            blender = subprocess.Popen(
+                ["stdbuf", "-oL", "blender", *options.split(), *map(str, SIZE), "--python", RUNNER, *inside],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=_environment(display, pathlib.Path(folder)),
+                start_new_session=True,
+            )
+            try:
+                end = self._watch(blender, display)
+            finally:
+                _kill(blender)
+            backtraces = "".join(path.read_text() for path in pathlib.Path(folder).glob("*.crash.txt"))
+        return self._outcomes(f"{end}\n{backtraces}" if end else None)
 
     def _watch(self, blender, display):
         """Waits for the end; what was wrong with it, or None."""
         known, since = -1, time.monotonic()
+        latest = since + LONGEST_SECONDS
         while blender.poll() is None:
             size = self._events.stat().st_size
             if size != known:
                 known, since = size, time.monotonic()
-            if time.monotonic() - since > STUCK_SECONDS:
+            if time.monotonic() > min(since + STUCK_SECONDS, latest):
                 picture = OUTPUT / f"{self._path.stem}-stuck.png"
                 display.photograph(picture)
-                return f"Blender came to no new step for {STUCK_SECONDS:.0f} s and was ended; picture: {picture}"
+                why = f"no new step for {STUCK_SECONDS:.0f} s, or {LONGEST_SECONDS:.0f} s in all"
+                return f"Blender was ended: {why}; picture: {picture.relative_to(ROOT)}"
             time.sleep(LOOK_SECONDS)
         if blender.returncode < 0:
             return f"Blender crashed: {signal.Signals(-blender.returncode).name}"
@@ -124,10 +132,16 @@ class _Session:
 
 def _environment(display, folder):
     """No trace of the user's Blender or Python; software drawing that is the same everywhere."""
-    own = {f"BLENDER_USER_{kind}": os.path.join(folder, kind.lower()) for kind in ("SCRIPTS", "CONFIG", "RESOURCES")}
+    own = {f"BLENDER_USER_{kind}": folder / kind.lower() for kind in ("SCRIPTS", "CONFIG", "RESOURCES")}
     for path in own.values():
-        pathlib.Path(path).mkdir()
-    return {**os.environ, **own, "DISPLAY": display.name, "TMPDIR": folder, "LIBGL_ALWAYS_SOFTWARE": "1", "PATH": "/usr/bin:/bin"}
+        path.mkdir()
+    ours = {"DISPLAY": display.name, "TMPDIR": folder, "LIBGL_ALWAYS_SOFTWARE": "1", "PATH": "/usr/bin:/bin"}
+    return {**os.environ, **{name: str(value) for name, value in (own | ours).items()}}
+
+
+def clear_output():
+    """Takes away what an earlier run left in build/ui."""
+    shutil.rmtree(OUTPUT, ignore_errors=True)
 
 
 def _kill(blender):
