@@ -56,18 +56,32 @@ def escape_during_a_drag(ui):
     assert ui.reports() == []
 
 
-def select_by_click(ui):
-    _make_cube(ui)
-    first = cube()
-    second = first.copy()
+def _make_second_cube():
+    second = cube().copy()
     second.location.x = 4.0
     bpy.context.collection.objects.link(second)
+    return second.name
+
+
+def select_by_click(ui):
+    _make_cube(ui)
+    second = _make_second_cube()
     ui.frame_all()
     yield
     yield from ui.click(*ui.project((4.0, 0.0, 0.0)))
-    assert [obj.name for obj in bpy.context.selected_objects] == [second.name]
+    assert [obj.name for obj in bpy.context.selected_objects] == [second]
     yield from ui.click(*ui.project((0.0, 0.0, 0.0)), shift=True)
     assert len(bpy.context.selected_objects) == 2
     yield from ui.key('TAB')
     assert cube().mode == 'EDIT'
     yield from ui.screenshot("edit_mode_of_two")
+
+
+def select_by_box(ui):
+    _make_cube(ui)
+    second = _make_second_cube()
+    ui.frame_all()
+    yield
+    x, y = ui.project((4.0, 0.0, 0.0))
+    yield from ui.drag_mouse((x + 300, y - 150), (x, y))
+    assert [obj.name for obj in bpy.context.selected_objects] == [second]
