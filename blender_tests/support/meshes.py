@@ -18,7 +18,8 @@ def make_object(vertices, faces, name="Thing"):
 
 def activate(obj):
     for other in bpy.context.view_layer.objects:
-        other.select_set(other == obj)
+        other.select_set(False)
+    obj.select_set(True)  # an object that was just linked is not among the others yet
     bpy.context.view_layer.objects.active = obj
 
 

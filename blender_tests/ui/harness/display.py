@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A display without a screen (Xvfb), that can be photographed from outside, even when what draws on it hangs."""
+
+import os
+import pathlib
+import struct
+import subprocess
+import tempfile
+import zlib
+
+SIZE = (1280, 800)
+END_SECONDS = 60
+
+
+class Display:
+    """Context manager; `name` is for the environment's DISPLAY."""
+
+    def __enter__(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="meanvalue-display-")
+        reading, writing = os.pipe()
+        try:
+            # Xvfb looks for a free number itself and tells it once it accepts programs.
+            screen = f"Xvfb -screen 0 {SIZE[0]}x{SIZE[1]}x24 +extension GLX -nolisten tcp"
+            self._server = subprocess.Popen(
+                [*screen.split(), "-displayfd", str(writing), "-fbdir", self._folder.name],
+                pass_fds=[writing],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+        finally:
+            os.close(writing)
+        with os.fdopen(reading) as pipe:
+            number = pipe.readline().strip()
+        assert number, "Xvfb did not start"
+        self.name = f":{number}"
+        return self
+
+    def __exit__(self, *_):
+        self._server.terminate()
+        try:
+            self._server.wait(END_SECONDS)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
+            self._server.wait()
+        self._folder.cleanup()
+
+    def photograph(self, path):
+        """Writes what is on the display as a PNG."""
+        path = pathlib.Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(_png_of_xwd(pathlib.Path(self._folder.name, "Xvfb_screen0").read_bytes()))
+
+
+def _png_of_xwd(data):
+    """PNG bytes of an X window dump with 32 bits a pixel: blue, green, red, unused."""
+    header = struct.unpack(">25I", data[:100])
+    header_size, width, height, row_bytes, colours = header[0], header[4], header[5], header[12], header[19]
+    start = header_size + 12 * colours
+    rows = []
+    for y in range(height):
+        row = data[start + y * row_bytes : start + y * row_bytes + 4 * width]
+        rgb = bytearray(3 * width)
+        rgb[0::3], rgb[1::3], rgb[2::3] = row[2::4], row[1::4], row[0::4]
+        rows.append(b"\0" + bytes(rgb))
+
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(b"".join(rows))) + chunk(b"IEND", b"")
