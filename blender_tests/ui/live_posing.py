@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles dragged with the mouse: the mesh follows, and everything can be taken back."""
+
+import sys
+
+import bpy
+import numpy as np
+from support import handles, meshes
+from support.handles import SEGMENTS, TOP, is_at_rest, rest, shown
+
+
+def tube():
+    """Looked up on every call: references do not survive undo."""
+    return bpy.data.objects["Tube"]
+
+
+def control():
+    return tube().meanvalue.anchor_groups["Top"].control
+
+
+def _engine():
+    return sys.modules["meanvalue_deform.live.engine"]
+
+
+def settled():
+    """Nothing is running, and the mesh shows the answer."""
+    follower = _engine()._followers.get(tube().name)
+    return follower is not None and follower.tick(tube()) is None and follower.is_caught_up
+
+
+def _evaluated():
+    mesh = tube().evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    positions = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", positions)
+    return positions.reshape(-1, 3)
+
+
+def _select(ui, indices):
+    """In Edit Mode, as if by clicks."""
+    obj = tube()
+    meshes.activate(obj)
+    for vertex in obj.data.vertices:
+        vertex.select = vertex.index in indices
+    for polygon in obj.data.polygons:
+        polygon.select = False
+    for edge in obj.data.edges:
+        edge.select = False
+    yield from ui.move_mouse(*ui.project(obj.location))
+    yield from ui.key('TAB')
+    assert tube().mode == 'EDIT'
+
+
+def _set_up(ui):
+    """A pinned tube with a handle, made by the artist's own steps, and a look along y."""
+    meshes.tube(handles.RINGS, SEGMENTS)
+    ui.remember()
+    yield from ui.open_tab("Mean-Value")
+    yield from _select(ui, set(handles.BOTTOM))
+    yield from ui.invoke("meanvalue.add_pin")
+    yield from _select(ui, set(TOP))
+    yield from ui.screenshot("live_1_selected_in_edit_mode")
+    yield from ui.invoke("meanvalue.add_handle", name="Top")
+    assert tube().mode == 'OBJECT' and bpy.context.view_layer.objects.active == control()
+    yield from ui.key('NUMPAD_1')
+    ui.frame_all()
+    yield from ui.wait_until(settled, "the mesh is bound and at rest")
+
+
+def drag_a_handle(ui):
+    yield from _set_up(ui)
+    yield from ui.screenshot("live_2_handle_added")
+    followed = []
+
+    def look(_step):
+        yield from ui.wait_until(
+            lambda: np.abs(shown(tube())[TOP] - rest(tube())[TOP] - np.array(control().location) + start).max() < 1e-3,
+            "the mesh follows mid-drag",
+        )
+        followed.append(float(np.abs(_evaluated() - rest(tube())).max()))
+
+    start = np.array(control().location)
+    yield from ui.drag_by_keys('G', 160, -60, between=look, end=None)
+    assert followed == sorted(followed) and followed[0] > 0.05, followed
+    yield from ui.screenshot("live_3_mid_drag")
+    yield from ui.key('RET')
+    yield from ui.wait_until(settled, "the drag is settled")
+    dropped = shown(tube())
+    assert not is_at_rest(tube())
+    yield from ui.screenshot("live_4_confirmed")
+
+    yield from ui.undo()
+    yield from ui.wait_until(settled, "the undo is settled")
+    assert is_at_rest(tube(), 1e-3), np.abs(shown(tube()) - rest(tube())).max()
+    yield from ui.screenshot("live_5_undone")
+    yield from ui.redo()
+    yield from ui.wait_until(settled, "the redo is settled")
+    assert np.abs(shown(tube()) - dropped).max() < 5e-3
+
+    yield from ui.key('R')
+    yield from ui.type("y60")
+    yield from ui.key('RET')
+    yield from ui.wait_until(settled, "the turn is settled")
+    turned = shown(tube())
+    assert np.abs(turned[TOP] - dropped[TOP]).max() > 0.5
+    yield from ui.screenshot("live_6_turned")
+
+    yield from ui.drag_by_keys('G', 100, 100, end='ESC')
+    yield from ui.wait_until(settled, "the mesh is back after Esc")
+    assert np.abs(shown(tube()) - turned).max() < 5e-3
+
+    yield from ui.invoke("meanvalue.keep_pose", name="Lean")
+    assert "Lean" in tube().data.shape_keys.key_blocks
+    yield from ui.invoke("meanvalue.reset_handles")
+    yield from ui.wait_until(settled, "the handles are reset")
+    assert is_at_rest(tube(), 1e-2)
+    yield from ui.undo()
+    yield from ui.wait_until(settled, "the reset is undone")
+    assert np.abs(shown(tube()) - turned).max() < 5e-3
+
+
+def undo_of_adding_a_handle(ui):
+    yield from _set_up(ui)
+    assert len(tube().meanvalue.anchor_groups) == 2
+    yield from ui.undo()
+    assert [line.name for line in tube().meanvalue.anchor_groups] == ["Pin"]
+    assert [obj.name for obj in bpy.data.objects] == ["Tube"]
+    assert [group.name for group in tube().vertex_groups] == ["Pin"]
+    yield from ui.redo()
+    assert len(tube().meanvalue.anchor_groups) == 2 and control() is not None
+    yield from ui.wait_until(settled, "it is live again")
+    yield from ui.undo()
+    yield from ui.undo()
+    assert tube().mode == 'EDIT'
+    yield from ui.key('TAB')
+
+
+def two_objects_live(ui):
+    names = []
+    for name, x in (("First", -3.0), ("Second", 3.0)):
+        obj, handle = handles.tube(name)
+        obj.location.x = x
+        names.append(handle.name)
+    ui.remember()
+    yield from ui.key('NUMPAD_1')
+    ui.frame_all()
+    for name in names:
+        meshes.activate(bpy.data.objects[name])
+        yield from ui.drag_by_keys('G', 60, -30)
+    yield from ui.wait_until(
+        lambda: all(follower.is_caught_up for follower in _engine()._followers.values()), "both have followed"
+    )
+    for name in ("First", "Second"):
+        assert np.abs(shown(bpy.data.objects[name]) - rest(bpy.data.objects[name])).max() > 0.2
+    yield from ui.screenshot("live_7_two_objects")
+
+
+def playback(ui):
+    obj, handle = handles.tube()
+    handle.keyframe_insert("location", frame=1)
+    handle.location.x += 4.0
+    handle.keyframe_insert("location", frame=40)
+    bpy.context.scene.frame_end = 40
+    bpy.context.scene.frame_set(1)
+    ui.remember()
+    yield from ui.key('NUMPAD_1')
+    ui.frame_all()
+    yield from ui.wait_until(settled, "it is at rest")
+    yield from ui.key('SPACE')
+    yield from ui.wait_until(lambda: not is_at_rest(tube(), 0.1), "playback moves the mesh")
+    yield from ui.key('SPACE')
+    yield from ui.wait_until(settled, "it has stopped")
+    expected = rest(tube())[TOP, 0] + control().matrix_world.translation.x
+    assert np.abs(shown(tube())[TOP, 0] - expected).max() < 1e-3
