@@ -22,7 +22,14 @@ def _make_cube(ui):
 def drag_undo_redo(ui):
     _make_cube(ui)
     seen = [ui.project(cube().location)]
-    yield from ui.drag_by_keys('G', 150, 80, between=lambda step: seen.append(ui.project(cube().location)))
+
+    def look(step):
+        seen.append(ui.project(cube().location))
+        if step == 2:
+            yield from ui.screenshot("in_mid_drag")
+            assert ui.reports() == []
+
+    yield from ui.drag_by_keys('G', 150, 80, between=look)
     across = [x for x, _y in seen]
     assert across == sorted(across) and len(set(across)) == 6, seen
     assert abs(seen[-1][0] - seen[0][0] - 150) <= 2 and abs(seen[-1][1] - seen[0][1] - 80) <= 2, seen

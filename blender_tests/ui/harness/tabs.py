@@ -15,6 +15,7 @@ def open_tab(category, click):
 
     @throws AssertionError if there is no such tab.
     """
+    assert category in _categories(), f"there is no tab {category}; there are {_categories()}"
     view.area().spaces.active.show_region_ui = True
     view.redraw()
     yield
@@ -28,11 +29,17 @@ def open_tab(category, click):
             yield
             if probe.drawn:
                 break
-        assert probe.drawn, f"there is no tab {category}"
+        assert probe.drawn, f"the tab {category} is shown nowhere"
     finally:
         bpy.utils.unregister_class(probe)
     view.redraw()
     yield
+
+
+def _categories():
+    """Of all panels but the probe, which would make a tab of any name."""
+    panels = [panel for panel in bpy.types.Panel.__subclasses__() if panel.__name__ != "MEANVALUE_PT_probe"]
+    return sorted({panel.bl_category for panel in panels if hasattr(panel, "bl_category")})
 
 
 def _probe(category):
