@@ -29,7 +29,7 @@ std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
     binding.threads = threads;
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return std::make_unique<Deformer>(binding, *held);
+    return bind_abandonable(binding, held);
 }
 
 Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,

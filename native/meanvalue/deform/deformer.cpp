@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "meanvalue/common/abandon.h"
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
@@ -201,6 +202,23 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     solution.timings = std::move(report.timings);
     solution.timings.merge(total);
     return solution;
+}
+
+std::unique_ptr<Deformer> bind_abandonable(const Binding& binding, const std::shared_ptr<Execution>& execution) {
+    struct Bind {
+        Positions vertices;
+        Triangles faces;
+        std::unique_ptr<Binding> binding;
+        std::shared_ptr<Execution> execution;
+        std::unique_ptr<Deformer> deformer;
+    };
+    const auto bind = std::make_shared<Bind>(Bind{binding.vertices, binding.faces, {}, execution, {}});
+    bind->binding =
+        std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi, binding.method,
+                                          binding.threads, binding.handles, binding.rigidity});
+    run_abandonable([bind] { bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution); },
+                    *execution);
+    return std::move(bind->deformer);
 }
 
 }  // namespace meanvalue
