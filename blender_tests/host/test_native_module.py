@@ -124,6 +124,15 @@ def test_solution_vertices_outlive_the_solution():
     assert np.isfinite(vertices).all()
 
 
+def test_solution_vertices_are_read_only():
+    solution = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(bent_targets())
+    with pytest.raises(ValueError, match="read-only"):
+        solution.vertices[0] = 0.0
+    mine = solution.vertices.copy()
+    mine[:] = 0.0
+    assert np.array_equal(solution.vertices[ENDS], bent_targets())
+
+
 @pytest.mark.parametrize(
     ("action", "text"),
     [

@@ -29,7 +29,7 @@ std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
     binding.threads = threads;
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return std::make_unique<Deformer>(binding, *held);
+    return bind_abandonable(binding, held);
 }
 
 Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,
@@ -43,9 +43,11 @@ Solution solve(Deformer& deformer, const FloatArray& targets, const std::optiona
 }
 
 py::array_t<double> solution_vertices(const py::object& self) {
-    auto& solution = self.cast<Solution&>();
-    return py::array_t<double>({static_cast<py::ssize_t>(solution.vertices.rows()), py::ssize_t{3}},
-                               solution.vertices.data(), self);
+    const auto& solution = self.cast<const Solution&>();
+    py::array_t<double> array({static_cast<py::ssize_t>(solution.vertices.rows()), py::ssize_t{3}},
+                              solution.vertices.data(), self);
+    array.attr("flags").attr("writeable") = false;
+    return array;
 }
 
 void bind_reports(py::module_& module) {
@@ -75,16 +77,21 @@ void bind_reports(py::module_& module) {
         .def_readonly("bytes", &BindReport::bytes, "int: held by encoding and linear system, without its factor.");
 
     py::class_<Solution>(module, "Solution", "The result of one solve.")
-        .def_property_readonly("vertices", &solution_vertices,
-                               "(n, 3) float64: anchors exactly at their targets, fixed vertices exactly at rest.")
+        .def_property_readonly(
+            "vertices", &solution_vertices,
+            "(n, 3) float64, read-only: anchors exactly at their targets, fixed vertices exactly at rest.\n"
+            "A view that keeps the solution alive; copy() gives one to write to.")
         .def_readonly(
             "energy", &Solution::energy,
             "float: what was minimised, in squared units of the input: G over the rows that depend on free\n"
             "vertices (equation 15), and the cost of lengths where there is rigidity.")
         .def_readonly("initial_energy", &Solution::initial_energy)
         .def_readonly("energies", &Solution::energies, "list: energy at the start and after each iteration.")
-        .def_readonly("initial_gradient", &Solution::initial_gradient, "float: |dG/dV'| at the start.")
-        .def_readonly("gradient", &Solution::gradient, "float: |dG/dV'| at the last linearisation.")
+        .def_readonly("initial_gradient", &Solution::initial_gradient,
+                      "float: norm of the derivative of `energy` by the free vertices, at the start.")
+        .def_readonly(
+            "gradient", &Solution::gradient,
+            "float: the same at the end; method 'full': where it last linearised, 'paper': of its coarse level.")
         .def_readonly("iterations", &Solution::iterations)
         .def_readonly("converged", &Solution::converged)
         .def_readonly("stop_reason", &Solution::stop_reason)

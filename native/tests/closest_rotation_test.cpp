@@ -1,6 +1,7 @@
 #include "meanvalue/solver/closest_rotation.h"
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "meanvalue/solver/similarity.h"
@@ -125,6 +126,19 @@ TEST(ClosestRotation, DoesNotDependOnScale) {
 
 TEST(ClosestRotation, OfNothingIsTheIdentity) {
     EXPECT_EQ(closest_rotation(Matrix3::Zero()), Matrix3::Identity());
+}
+
+TEST(ClosestRotation, OfWhatIsNoNumberIsTheIdentity) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Random random;
+    for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
+        for (Eigen::Index k = 0; k < 9; ++k) {
+            Matrix3 matrix = random.matrix();
+            matrix(k) = bad;
+            EXPECT_EQ(closest_rotation(matrix), Matrix3::Identity()) << bad << " in place " << k;
+        }
+    }
+    EXPECT_EQ(closest_rotation(Matrix3::Constant(kInfinity)), Matrix3::Identity());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <thread>
 
@@ -100,6 +101,66 @@ TEST(Abandon, LeavesNoMoreThanOnePieceOfWorkBehind) {
     wait_for_abandoned();
     run_abandonable([begun] { *begun = true; }, Execution());
     EXPECT_TRUE(*begun);
+}
+
+TEST(Abandon, WorkMayItselfLeaveWorkBehind) {
+    const EndlessWork inner;
+    const auto execution = std::make_shared<Execution>();
+    std::thread canceller([&] {
+        while (!*inner.begun)
+            std::this_thread::yield();
+        execution->cancel();
+    });
+    const auto outer = [execution, begun = inner.begun, release = inner.release, ended = inner.ended] {
+        const auto endless = [begun, release, ended] {
+            *begun = true;
+            while (!*release)
+                std::this_thread::yield();
+            *ended = true;
+        };
+        run_abandonable(endless, *execution);
+    };
+    EXPECT_THROW(run_abandonable(outer, *execution), Cancelled);
+    canceller.join();
+    EXPECT_FALSE(*inner.ended);
+    *inner.release = true;
+    wait_for_abandoned();
+    EXPECT_TRUE(*inner.ended);
+}
+
+/// Takes long to free.
+struct Heavy {
+    explicit Heavy(std::atomic<bool>& freed) : freed_(freed) {}
+    ~Heavy() {
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        freed_ = true;
+    }
+    std::atomic<bool>& freed_;
+};
+
+TEST(Abandon, WorkLeftBehindFreesWhatItOwnsBeforeItIsDone) {
+    std::atomic<bool> freed{false};
+    const EndlessWork endless;
+    {
+        const std::function<void()> work = [heavy = std::make_shared<Heavy>(freed), begun = endless.begun,
+                                            release = endless.release] {
+            *begun = true;
+            while (!*release)
+                std::this_thread::yield();
+        };
+        Execution execution;
+        std::thread canceller([&] {
+            while (!*endless.begun)
+                std::this_thread::yield();
+            execution.cancel();
+        });
+        EXPECT_THROW(run_abandonable(work, execution), Cancelled);
+        canceller.join();
+    }
+    EXPECT_FALSE(freed);
+    *endless.release = true;
+    wait_for_abandoned();
+    EXPECT_TRUE(freed);
 }
 
 }  // namespace

@@ -75,7 +75,7 @@ double sweep(const Setup& setup, const Encoding& encoding, double longest_step, 
 /// The hierarchical decoding: the coarsest mesh in place, then vertex after vertex put back where its pyramid
 /// coordinates, taken in the mesh that it was removed from, say. @return n x 3.
 Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution& execution) {
-    const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed);
+    const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed, execution);
     const Index vertex_count = static_cast<Index>(region.vertices.size());
     const TriangleMesh mesh(vertex_count, region.faces, execution);
     const Hierarchy hierarchy = build_hierarchy(collect_one_rings(mesh, execution), region.positions, region.is_fixed,

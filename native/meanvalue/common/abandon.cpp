@@ -1,5 +1,6 @@
 #include "meanvalue/common/abandon.h"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -7,6 +8,7 @@
 #include <mutex>
 #include <system_error>
 #include <thread>
+#include <vector>
 
 #include "meanvalue/common/errors.h"
 
@@ -30,21 +32,32 @@ struct Job {
     }
 };
 
-/// The work that was left behind last, of the whole process: threads of cancelled calls share the machine.
+/// The work that was left behind and may still run, of the whole process: threads of cancelled calls share the
+/// machine. One call may leave several pieces: work that itself waits for work.
 class Abandoned {
   public:
-    std::shared_ptr<Job> get() {
+    void add(std::shared_ptr<Job> job) {
         const std::lock_guard<std::mutex> lock(mutex_);
-        return job_;
+        jobs_.push_back(std::move(job));
     }
-    void set(std::shared_ptr<Job> job) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        job_ = std::move(job);
+
+    /// @throws Cancelled; then what still runs stays known.
+    void wait(const Execution& execution) {
+        while (const std::shared_ptr<Job> job = last()) {
+            job->wait(execution);
+            const std::lock_guard<std::mutex> lock(mutex_);
+            jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), job), jobs_.end());
+        }
     }
 
   private:
+    std::shared_ptr<Job> last() {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        return jobs_.empty() ? nullptr : jobs_.back();
+    }
+
     std::mutex mutex_;
-    std::shared_ptr<Job> job_;
+    std::vector<std::shared_ptr<Job>> jobs_;
 };
 
 Abandoned& abandoned() {
@@ -55,13 +68,14 @@ Abandoned& abandoned() {
 
 void start(const std::shared_ptr<Job>& job, const std::function<void()>& work) {
     try {
-        std::thread([job, work] {
+        std::thread([job, work = std::function<void()>(work)]() mutable {
             std::exception_ptr failure;
             try {
                 work();
             } catch (...) {
                 failure = std::current_exception();
             }
+            work = nullptr;  // what it owns is part of it: freeing gigabytes takes a while
             const std::lock_guard<std::mutex> lock(job->mutex);
             job->failure = failure;
             job->done = true;
@@ -76,20 +90,20 @@ void start(const std::shared_ptr<Job>& job, const std::function<void()>& work) {
 
 void run_abandonable(const std::function<void()>& work, const Execution& execution) {
     execution.check();
-    if (const std::shared_ptr<Job> left_behind = abandoned().get()) left_behind->wait(execution);
+    abandoned().wait(execution);
     const auto job = std::make_shared<Job>();
     start(job, work);
     try {
         job->wait(execution);
     } catch (const Cancelled&) {
-        abandoned().set(job);
+        abandoned().add(job);
         throw;
     }
     if (job->failure) std::rethrow_exception(job->failure);
 }
 
 void wait_for_abandoned() {
-    if (const std::shared_ptr<Job> left_behind = abandoned().get()) left_behind->wait(Execution());
+    abandoned().wait(Execution());
 }
 
 }  // namespace meanvalue

@@ -1,4 +1,4 @@
-// Running library code that cannot be interrupted without making a cancel wait for it.
+// Running what a cancel must not wait for: library code that cannot be interrupted, and the freeing of gigabytes.
 #pragma once
 
 #include <functional>
@@ -10,9 +10,9 @@ namespace meanvalue {
 /// Runs `work` on a thread of its own and waits for it.
 ///
 /// On cancel the wait ends at once and the thread is left to finish by itself; its result is never looked at.
-/// Therefore `work` must own all it touches (by shared_ptr) and must not refer to the caller's memory. At most one
-/// piece of work is left behind at a time: the next call first waits for it, so that cancelling again and again
-/// piles nothing up.
+/// Therefore `work` must own all it touches (by shared_ptr) and must not refer to the caller's memory; what it owns
+/// is freed on its thread. `work` may itself call this. The next call first waits for all that was left behind, so
+/// that cancelling again and again piles nothing up.
 /// @throws Cancelled, SolverFailure where the system has no thread to spare, or whatever `work` throws.
 void run_abandonable(const std::function<void()>& work, const Execution& execution);
 

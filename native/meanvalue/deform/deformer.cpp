@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "meanvalue/common/abandon.h"
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
@@ -93,7 +94,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
     is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
     Components components = find_components(rest_, binding.faces, is_fixed_, execution);
-    Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components));
+    Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components), execution);
     execution.check();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (binding.method == Method::kFast) region = in_spatial_order(region, execution);
@@ -121,16 +122,21 @@ void Deformer::fill_report(const std::vector<Index>& region_vertices) {
     report_.bytes = decoder_->bytes();
 }
 
-Positions Deformer::rows_of_region(const PositionsView& positions) const {
+Positions Deformer::rows_of_region(const PositionsView& positions, const Execution& execution) const {
     Positions rows(static_cast<Eigen::Index>(region_vertices_.size()), 3);
-    for (std::size_t k = 0; k < region_vertices_.size(); ++k)
+    for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
+        execution.check_every(k);
         rows.row(k) = positions.row(region_vertices_[k]);
+    }
     return rows;
 }
 
-Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const {
+Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
+                                  const Execution& execution) const {
     require_targets(targets, anchors_);
+    execution.check();
     Positions positions = rest_;
+    execution.check();
     if (start) {
         if (start->rows() != rest_.rows()) {
             throw InvalidInput(
@@ -138,11 +144,14 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
         }
         require_finite(*start, "start");
         for (Index v = 0; v < positions.rows(); ++v) {
+            execution.check_every(v);
             if (!is_fixed_[v]) positions.row(v) = start->row(v);
         }
     }
-    for (std::size_t k = 0; k < anchors_.size(); ++k)
+    for (std::size_t k = 0; k < anchors_.size(); ++k) {
+        execution.check_every(k);
         positions.row(anchors_[k]) = targets.row(k);
+    }
     return positions;
 }
 
@@ -159,9 +168,9 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     while (!lock.try_lock_for(kPollInterval))
         execution.check();
     Solution solution;
-    solution.vertices = place_anchors(targets, start);
-    Positions positions = rows_of_region(solution.vertices);
-    const Positions previous = start ? rows_of_region(*start) : Positions();
+    solution.vertices = place_anchors(targets, start, execution);
+    Positions positions = rows_of_region(solution.vertices, execution);
+    const Positions previous = start ? rows_of_region(*start, execution) : Positions();
     DecodeReport report;
     Timings total;
     {
@@ -170,7 +179,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
         DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr};
         report = decoder_->decode(decode_options, positions, execution);
         if (start && options.settle) {
-            Positions fresh = rows_of_region(place_anchors(targets, {}));
+            Positions fresh = rows_of_region(place_anchors(targets, {}, execution), execution);
             decode_options.previous = nullptr;
             DecodeReport fresh_report = decoder_->decode(decode_options, fresh, execution);
             if (fresh_report.energies.back() < report.energies.back()) {
@@ -193,6 +202,23 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     solution.timings = std::move(report.timings);
     solution.timings.merge(total);
     return solution;
+}
+
+std::unique_ptr<Deformer> bind_abandonable(const Binding& binding, const std::shared_ptr<Execution>& execution) {
+    struct Bind {
+        Positions vertices;
+        Triangles faces;
+        std::unique_ptr<Binding> binding;
+        std::shared_ptr<Execution> execution;
+        std::unique_ptr<Deformer> deformer;
+    };
+    const auto bind = std::make_shared<Bind>(Bind{binding.vertices, binding.faces, {}, execution, {}});
+    bind->binding =
+        std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi, binding.method,
+                                          binding.threads, binding.handles, binding.rigidity});
+    run_abandonable([bind] { bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution); },
+                    *execution);
+    return std::move(bind->deformer);
 }
 
 }  // namespace meanvalue

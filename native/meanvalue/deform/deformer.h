@@ -77,8 +77,8 @@ struct Solution {
     Positions vertices;   ///< n x 3; anchors exactly at their targets, fixed vertices exactly at rest
     double energy = 0.0;  ///< what was minimised, squared units of the input: G, or with rigidity DeformationEnergy
     double initial_energy = 0.0;
-    double initial_gradient = 0.0;  ///< norm of dG/dV' at the start, where the method computes it
-    double gradient = 0.0;          ///< and at the last linearisation
+    double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
+    double gradient = 0.0;          ///< and at the end, or where it was last linearised
     std::vector<double> energies;   ///< at the start and after each iteration
     int iterations = 0;
     bool converged = false;
@@ -108,8 +108,9 @@ class Deformer {
 
   private:
     /// Rest shape with the anchors at their targets and everything else that may move at `start`, where given.
-    Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start) const;
-    Positions rows_of_region(const PositionsView& positions) const;
+    Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
+                            const Execution& execution) const;
+    Positions rows_of_region(const PositionsView& positions, const Execution& execution) const;
     void fill_report(const std::vector<Index>& region_vertices);
 
     std::timed_mutex solving_;
@@ -121,5 +122,10 @@ class Deformer {
     BindReport report_;
     std::unique_ptr<Decoder> decoder_;
 };
+
+/// Makes a Deformer on a thread of its own, so that a cancel waits neither for a look nor until all is freed that
+/// bind has made so far: see run_abandonable(), which is why it copies the mesh and holds the execution.
+/// @throws as the constructor of Deformer.
+std::unique_ptr<Deformer> bind_abandonable(const Binding& binding, const std::shared_ptr<Execution>& execution);
 
 }  // namespace meanvalue

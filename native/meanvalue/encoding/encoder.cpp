@@ -23,6 +23,7 @@ RingReplacements replace_degenerate_rings(const OneRings& rings, const Positions
     });
     RingReplacements replacements;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
+        execution.check_every(v);
         if (!degenerate[v]) continue;
         execution.check();
         replacements.emplace(v, extended_ring(positions, rings, v));
@@ -30,11 +31,13 @@ RingReplacements replace_degenerate_rings(const OneRings& rings, const Positions
     return replacements;
 }
 
-void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, Encoding& encoding) {
+void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, const Execution& execution,
+                   Encoding& encoding) {
     encoding.ring_offsets.reserve(rings.vertex_count() + 1);
     encoding.ring_offsets.push_back(0);
     encoding.ring.reserve(rings.vertices.size());
     for (Index v = 0; v < rings.vertex_count(); ++v) {
+        execution.check_every(v);
         const auto replacement = replacements.find(v);
         if (replacement == replacements.end()) {
             encoding.ring.insert(encoding.ring.end(), rings.begin(v), rings.end(v));
@@ -43,9 +46,11 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
         }
         encoding.ring_offsets.push_back(static_cast<Index>(encoding.ring.size()));
     }
-    encoding.weights.resize(encoding.ring.size());
-    encoding.cotangents.resize(encoding.ring.size());
-    encoding.heights.resize(encoding.ring.size());
+    for (std::vector<double>* numbers : {&encoding.weights, &encoding.cotangents, &encoding.heights}) {
+        execution.check();
+        numbers->resize(encoding.ring.size());
+    }
+    execution.check();
     encoding.softening.assign(rings.vertex_count(), 0.0);
     encoding.steep_offset.assign(rings.vertex_count(), -1);
 }
@@ -73,10 +78,11 @@ void append_steep_weights(RingEncoder& encoder, Index vertex, Encoding& encoding
 }
 
 /// Takes the rings of unpredictable vertices out, so that predictable() tells and no coefficient is left unset.
-void drop_rings(const std::vector<std::uint8_t>& flags, Encoding& encoding) {
+void drop_rings(const std::vector<std::uint8_t>& flags, const Execution& execution, Encoding& encoding) {
     const auto compact = [&](auto& items) {
         std::size_t kept = 0;
         for (Index v = 0; v < encoding.vertex_count(); ++v) {
+            execution.check_every(v);
             if ((flags[v] & kNotPredictable) != 0) continue;
             for (Index k = encoding.ring_offsets[v]; k < encoding.ring_offsets[v + 1]; ++k) {
                 items[kept++] = items[k];
@@ -102,7 +108,7 @@ Encoding encode_rings(const OneRings& rings, const PositionsView& positions, con
     const Index vertex_count = rings.vertex_count();
     const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
     Encoding encoding;
-    lay_out_rings(rings, replacements, encoding);
+    lay_out_rings(rings, replacements, execution, encoding);
 
     std::vector<std::uint8_t> flags(vertex_count, 0);
     parallel_for(vertex_count, threads, execution, [&](Index begin, Index end) {
@@ -124,7 +130,7 @@ Encoding encode_rings(const OneRings& rings, const PositionsView& positions, con
         encoding.guarded.push_back(v);
         encoding.guard_reasons.push_back(flags[v]);
     }
-    if (!all_predictable) drop_rings(flags, encoding);
+    if (!all_predictable) drop_rings(flags, execution, encoding);
     execution.set_progress(1.0);
     return encoding;
 }

@@ -18,7 +18,7 @@ struct EdgeWeights {
     double rim;
 };
 
-/// Entries of consecutive columns, one column after another.
+/// Entries of some consecutive columns, one column after another.
 struct Columns {
     std::vector<Index> rows;
     std::vector<double> values;
@@ -31,18 +31,28 @@ class HessianAssembly {
         : encoding_(encoding), unknowns_(unknowns), energy_(energy), weight_(weight), execution_(execution) {
         row_start_.reserve(unknowns_.rows.size() + 1);
         row_start_.push_back(0);
-        for (const Index i : unknowns_.rows)
-            row_start_.push_back(row_start_.back() + encoding_.ring_of(i).valence);
+        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+            execution_.check_every(row);
+            row_start_.push_back(row_start_.back() + encoding_.ring_of(unknowns_.rows[row]).valence);
+        }
         if (weight_ > 0.0) collect_edges();
         index_uses();
     }
 
-    /// Columns [begin, end), lower triangle with the diagonal. @param sizes receives the number of entries of each.
-    Columns columns(Index begin, Index end, std::int64_t* sizes) const {
-        Columns result;
-        std::vector<double> sums(unknowns_.free.size());
-        std::vector<Index> seen_by(unknowns_.free.size(), -1);
+    /// Of one thread.
+    struct Scratch {
+        explicit Scratch(std::size_t size) : sums(size), seen_by(size, -1) {}
+        std::vector<double> sums;    // |V'|
+        std::vector<Index> seen_by;  // |V'|: the column that a sum is of
         std::vector<Index> found;
+    };
+
+    /// Columns [begin, end), lower triangle with the diagonal. @param sizes receives the number of entries of each.
+    Columns columns(Index begin, Index end, std::int64_t* sizes, Scratch& scratch) const {
+        Columns result;
+        std::vector<double>& sums = scratch.sums;
+        std::vector<Index>& seen_by = scratch.seen_by;
+        std::vector<Index>& found = scratch.found;
         for (Index column = begin; column < end; ++column) {
             execution_.check_every(column - begin);
             found.clear();
@@ -109,7 +119,9 @@ class HessianAssembly {
     /// From the order of the batches into that of the rows.
     void collect_edges() {
         edges_.resize(row_start_.back());
-        for (const RowBatch& batch : energy_.batches) {
+        for (std::size_t k = 0; k < energy_.batches.size(); ++k) {
+            execution_.check_every(k);
+            const RowBatch& batch = energy_.batches[k];
             for (int lane = 0; lane < kRowLanes; ++lane) {
                 if (batch.row[lane] < 0) continue;
                 for (Index k = 0; k < batch.valence; ++k) {
@@ -118,7 +130,9 @@ class HessianAssembly {
                 }
             }
         }
-        for (const SingleRow& single : energy_.singles) {
+        for (std::size_t number = 0; number < energy_.singles.size(); ++number) {
+            execution_.check_every(number);
+            const SingleRow& single = energy_.singles[number];
             const std::int64_t first = row_start_[single.row];
             for (std::int64_t k = first; k < row_start_[single.row + 1]; ++k) {
                 const Spoke& from = energy_.single_spokes[single.first_spoke + k - first];
@@ -141,12 +155,16 @@ class HessianAssembly {
             }
         };
         for_each_use([&](Index slot, const RingUse&) { ++use_start_[slot + 1]; });
-        for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot)
+        for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
+            execution_.check_every(slot);
             use_start_[slot + 1] += use_start_[slot];
+        }
         uses_.resize(use_start_.back());
+        execution_.check();
         std::vector<std::int64_t> next(use_start_.begin(), use_start_.end() - 1);
         for_each_use([&](Index slot, const RingUse& use) { uses_[next[slot]++] = use; });
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+            execution_.check_every(row);
             const Index slot = unknowns_.slot[unknowns_.rows[row]];
             if (slot >= 0) own_row_[slot] = static_cast<Index>(row);
         }
@@ -167,27 +185,40 @@ class HessianAssembly {
 }  // namespace
 
 SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, const Execution& execution) const {
-    // Fewer columns than this are not worth a thread.
-    constexpr Index kColumnsOfThread = 2048;
+    // Found and copied in parts: looks come between them, and none is so large that it is slow to grow or to free.
+    constexpr Index kColumnsOfPart = 2048;
     const auto size = static_cast<Index>(unknowns_.free.size());
     const HessianAssembly assembly(encoding_, unknowns_, rows_, rigidity * rows_.stretching, execution);
-    const int workers = std::max(1, std::min<int>(threads, size / kColumnsOfThread));
-    const auto begin_of = [&](int worker) { return static_cast<Index>(std::int64_t{size} * worker / workers); };
+    const Index part_count = (size + kColumnsOfPart - 1) / kColumnsOfPart;
+    const int workers = std::max(1, std::min<int>(threads, part_count));
+    const auto for_each_part = [&](int worker, const auto& visit) {
+        const auto first_of = [&](int k) { return static_cast<Index>(std::int64_t{part_count} * k / workers); };
+        for (Index part = first_of(worker); part < first_of(worker + 1); ++part) {
+            execution.check();
+            visit(part, part * kColumnsOfPart, std::min(size, (part + 1) * kColumnsOfPart));
+        }
+    };
     SparseMatrix hessian(size, size);
     std::int64_t* const starts = hessian.outerIndexPtr();
-    std::vector<Columns> parts(workers);
+    std::vector<Columns> parts(part_count);
     run_workers(workers, [&](int worker) {
-        const Index begin = begin_of(worker);
-        parts[worker] = assembly.columns(begin, begin_of(worker + 1), starts + begin + 1);
+        HessianAssembly::Scratch scratch(unknowns_.free.size());
+        for_each_part(worker, [&](Index part, Index begin, Index end) {
+            parts[part] = assembly.columns(begin, end, starts + begin + 1, scratch);
+        });
     });
     starts[0] = 0;
-    for (Index column = 0; column < size; ++column)
+    for (Index column = 0; column < size; ++column) {
+        execution.check_every(column);
         starts[column + 1] += starts[column];
+    }
     hessian.resizeNonZeros(starts[size]);
     run_workers(workers, [&](int worker) {
-        const std::int64_t first = starts[begin_of(worker)];
-        std::copy(parts[worker].rows.begin(), parts[worker].rows.end(), hessian.innerIndexPtr() + first);
-        std::copy(parts[worker].values.begin(), parts[worker].values.end(), hessian.valuePtr() + first);
+        for_each_part(worker, [&](Index part, Index begin, Index) {
+            const Columns columns = std::move(parts[part]);
+            std::copy(columns.rows.begin(), columns.rows.end(), hessian.innerIndexPtr() + starts[begin]);
+            std::copy(columns.values.begin(), columns.values.end(), hessian.valuePtr() + starts[begin]);
+        });
     });
     return hessian;
 }

@@ -22,21 +22,26 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
       kernel_(kernel == Kernel::kFastest ? fastest_energy_kernel() : portable_energy_kernel()) {
     const bool by_length = weights == Weights::kByLength;
     rows_ = build_energy_patches(encoding, unknowns, rest, size, by_length, kernel != Kernel::kScalar, execution);
-    index_uses();
+    index_uses(execution);
 }
 
-void DeformationEnergy::index_uses() {
+void DeformationEnergy::index_uses(const Execution& execution) {
     shares_.resize(rows_.points.size());
     patch_energy_.resize(rows_.patch_count());
     use_start_.assign(unknowns_.free.size() + 1, 0);
-    for (const Index vertex : rows_.points) {
-        if (unknowns_.slot[vertex] >= 0) ++use_start_[unknowns_.slot[vertex] + 1];
+    for (std::size_t point = 0; point < rows_.points.size(); ++point) {
+        execution.check_every(point);
+        const Index slot = unknowns_.slot[rows_.points[point]];
+        if (slot >= 0) ++use_start_[slot + 1];
     }
-    for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot)
+    for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
+        execution.check_every(slot);
         use_start_[slot + 1] += use_start_[slot];
+    }
     uses_.resize(use_start_.back());
     std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
     for (std::size_t point = 0; point < rows_.points.size(); ++point) {
+        execution.check_every(point);
         const Index slot = unknowns_.slot[rows_.points[point]];
         if (slot >= 0) uses_[next[slot]++] = static_cast<Index>(point);
     }

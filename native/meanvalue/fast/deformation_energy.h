@@ -58,7 +58,7 @@ class DeformationEnergy {
         std::vector<Vector3> by_ring;        // of a single row
     };
 
-    void index_uses();
+    void index_uses(const Execution& execution);
     double evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching, Scratch& scratch);
 
     const Encoding& encoding_;

@@ -1,6 +1,7 @@
 #include "meanvalue/fast/energy_patches.h"
 
 #include <algorithm>
+#include <array>
 
 namespace meanvalue {
 namespace {
@@ -28,6 +29,42 @@ class PatchBuilder {
         result_.bending.resize(unknowns_.rows.size());
     }
 
+    /// Room for all that add() is going to make, so that nothing is copied as it grows.
+    void reserve(bool in_batches, const Execution& execution) {
+        std::size_t batches = 0;
+        std::size_t lanes = 0;
+        std::size_t singles = 0;
+        std::size_t spokes = 0;
+        for (std::size_t begin = 0; begin < unknowns_.rows.size(); begin += kPatchRows) {
+            execution.check();
+            std::array<std::size_t, kLongestLaneRing + 1> rows_of{};  // by valence
+            for (std::size_t row = begin; row < std::min(begin + kPatchRows, unknowns_.rows.size()); ++row) {
+                const EncodedRing ring = ring_of(row);
+                if (in_batches && fits_lanes(ring)) {
+                    ++rows_of[ring.valence];
+                } else {
+                    ++singles;
+                    spokes += ring.valence;
+                }
+            }
+            for (std::size_t valence = 0; valence < rows_of.size(); ++valence) {
+                const std::size_t count = (rows_of[valence] + kRowLanes - 1) / kRowLanes;
+                batches += count;
+                lanes += count * valence;
+            }
+        }
+        result_.batches.reserve(batches);
+        result_.bending_lanes.reserve(lanes);
+        result_.stretching_lanes.reserve(lanes);
+        result_.vertex_lanes.reserve(lanes);
+        result_.singles.reserve(singles);
+        result_.single_spokes.reserve(spokes);
+        result_.single_points.reserve(spokes);
+        // Rarely more; the rest is given back.
+        result_.points.reserve(unknowns_.rows.size() + unknowns_.rows.size() / 4);
+        result_.rest.reserve(result_.points.capacity());
+    }
+
     /// Rows [begin, end): their batches in ascending valence, each with rows in ascending order.
     void add(std::size_t begin, std::size_t end, bool in_batches) {
         begin_patch();
@@ -36,8 +73,7 @@ class PatchBuilder {
         std::vector<std::size_t> single;
         for (std::size_t row = begin; row < end; ++row) {
             const EncodedRing ring = ring_of(row);
-            const bool fits = in_batches && ring.normal_weights == nullptr && ring.valence <= kLongestLaneRing;
-            (fits ? taken : single).push_back(row);
+            (in_batches && fits_lanes(ring) ? taken : single).push_back(row);
         }
         std::stable_sort(taken.begin(), taken.end(),
                          [&](std::size_t a, std::size_t b) { return ring_of(a).valence < ring_of(b).valence; });
@@ -63,6 +99,9 @@ class PatchBuilder {
 
   private:
     EncodedRing ring_of(std::size_t row) const { return encoding_.ring_of(unknowns_.rows[row]); }
+    static bool fits_lanes(const EncodedRing& ring) {
+        return ring.normal_weights == nullptr && ring.valence <= kLongestLaneRing;
+    }
 
     /// The points of rows [begin, end) in the order of the vertices, so that copies run forwards through memory.
     void number_points(std::size_t begin, std::size_t end) {
@@ -147,7 +186,6 @@ class PatchBuilder {
     std::vector<Spoke> spokes_;
 };
 
-/// From 1 / h_i^2 to a_i, once all are known.
 /// Whether a row is that of a fixed vertex without fixed neighbours.
 bool is_lone_anchor(const Encoding& encoding, const Unknowns& unknowns, Index vertex) {
     if (unknowns.slot[vertex] >= 0) return false;
@@ -155,20 +193,24 @@ bool is_lone_anchor(const Encoding& encoding, const Unknowns& unknowns, Index ve
     return std::all_of(ring.ring, ring.ring + ring.valence, [&](Index j) { return unknowns.slot[j] >= 0; });
 }
 
+/// From 1 / h_i^2 to a_i, once all are known.
 void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, bool by_length,
-                   EnergyPatches& rows) {
+                   const Execution& execution, EnergyPatches& rows) {
     if (rows.bending.empty()) return;
     double inverse_squares = 0.0;
     for (const double value : rows.bending)
         inverse_squares += value;
     const double square = static_cast<double>(rows.bending.size()) / inverse_squares;
     for (std::size_t row = 0; row < rows.bending.size(); ++row) {
+        execution.check_every(row);
         rows.bending[row] = by_length ? rows.bending[row] * square : 1.0;
         if (by_length && is_lone_anchor(encoding, unknowns, unknowns.rows[row]))
             rows.bending[row] *= kLoneAnchorWeight;
     }
     rows.stretching = square / (size * size);
-    for (RowBatch& batch : rows.batches) {
+    for (std::size_t k = 0; k < rows.batches.size(); ++k) {
+        execution.check_every(k);
+        RowBatch& batch = rows.batches[k];
         for (int lane = 0; lane < kRowLanes; ++lane)
             batch.bending.value[lane] = batch.row[lane] < 0 ? 0.0 : rows.bending[batch.row[lane]];
     }
@@ -185,19 +227,16 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
                                    double size, bool by_length, bool in_batches, const Execution& execution) {
     EnergyPatches result;
     PatchBuilder builder(encoding, unknowns, rest, kShortestEdge * size, result);
+    builder.reserve(in_batches, execution);
     for (std::size_t begin = 0; begin < unknowns.rows.size(); begin += kPatchRows) {
         execution.check();
         builder.add(begin, std::min(begin + kPatchRows, unknowns.rows.size()), in_batches);
     }
     builder.begin_patch();
-    scale_weights(encoding, unknowns, size, by_length, result);
-    // They have grown, up to twice as large as needed.
-    result.batches.shrink_to_fit();
-    result.bending_lanes.shrink_to_fit();
-    result.stretching_lanes.shrink_to_fit();
-    result.vertex_lanes.shrink_to_fit();
-    result.single_spokes.shrink_to_fit();
+    scale_weights(encoding, unknowns, size, by_length, execution, result);
+    execution.check();
     result.points.shrink_to_fit();
+    execution.check();
     result.rest.shrink_to_fit();
     return result;
 }

@@ -95,6 +95,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
     for (const double rigidity : rigidities) {
         SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
         for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
+            execution.check_every(k);
             double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
             diagonal = diagonal > 0.0 ? diagonal * (1.0 + kLeastDiagonal) : 1.0;  // no row reaches this vertex
         }
@@ -190,7 +191,9 @@ void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positio
 /// From rest, carried along with the fixed vertices.
 void FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution) {
     const RigidPieces::Way way = pieces_->way_to(positions);
+    execution.check();
     const Positions carried = carry_parts(components_, region_.positions, positions);
+    execution.check();
     for (std::size_t v = 0; v < region_.is_fixed.size(); ++v) {
         if (!region_.is_fixed[v]) positions.row(v) = carried.row(v);
     }

@@ -18,7 +18,9 @@ namespace meanvalue {
 
 /// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
 /// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance.
-/// From a start, as while dragging: the whole mesh at once. Deterministic for any number of threads.
+/// From a start, as while dragging: what the fixed vertices have moved since is followed on the coarse level and
+/// handed on by the splits, where that lowers the energy; then the whole mesh. Small meshes have no coarse level:
+/// theirs is the whole one. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
     /// @param handles n of the region, the handle of each fixed vertex or -1; or empty. @param rigidity 0 or more.
@@ -35,11 +37,12 @@ class FastDecoder : public Decoder {
     const Timings& bind_timings() const override { return bind_timings_; }
 
   private:
-    /// One mesh of the hierarchy, with what minimises the energy on it at one or more rigidities.
+    /// A rigidity, and the factor of the energy's constant matrix with it.
     struct Stage {
         double rigidity = 0.0;
         SupernodalFactor factor;
     };
+    /// One mesh of the hierarchy, with what minimises the energy on it at one or more rigidities.
     struct SolverLevel {
         Unknowns unknowns;
         std::unique_ptr<DeformationEnergy> energy;

@@ -51,12 +51,14 @@ std::vector<double> sum_of_pieces(Index rows, int count, int threads, std::vecto
 
 QuasiNewton::QuasiNewton(const Unknowns& unknowns) : unknowns_(&unknowns) {
     const auto count = static_cast<Eigen::Index>(unknowns.free.size());
+    // Without writing to them: filling hundreds of megabytes takes longer than a cancel may wait. All is written
+    // before it is read.
     for (Positions* vectors : {&gradient_, &trial_gradient_, &direction_})
-        vectors->setZero(count, 3);
+        vectors->resize(count, 3);
     pairs_.resize(kPairs);
     for (Pair& pair : pairs_) {
-        pair.step.setZero(count, 3);
-        pair.change.setZero(count, 3);
+        pair.step.resize(count, 3);
+        pair.change.resize(count, 3);
     }
     products_.setZero(kPairs, kPairs);
 }

@@ -54,6 +54,19 @@ OneRings removal_rings(const Splits& splits, Index vertex_count, const Execution
     return rings;
 }
 
+SplitRecorder::SplitRecorder(Index vertex_count) : depth_(vertex_count, 0) {
+    // Enough for most meshes, so that it need not be copied while it grows; what stays unused costs nothing.
+    constexpr std::size_t kUsualRing = 6;
+    const auto count = static_cast<std::size_t>(vertex_count);
+    taken_.vertices.reserve(count);
+    taken_.offsets.reserve(count + 1);
+    taken_.softening.reserve(count);
+    taken_.closed.reserve(count);
+    taken_.ring.reserve(kUsualRing * count);
+    taken_.weights.reserve(kUsualRing * count);
+    taken_.heights.reserve(kUsualRing * count);
+}
+
 void SplitRecorder::add(Index vertex, const RingView& ring, const RingEncoder& encoder) {
     taken_.vertices.push_back(vertex);
     taken_.ring.insert(taken_.ring.end(), ring.begin(), ring.end());
@@ -77,18 +90,23 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     }
     Splits sorted;
     sorted.batches.assign(deepest + 1, 0);
-    for (const Index v : taken_.vertices)
-        ++sorted.batches[depth_[v]];
+    for (Index k = 0; k < count; ++k) {
+        execution.check_every(k);
+        ++sorted.batches[depth_[taken_.vertices[k]]];
+    }
     for (Index depth = 0; depth < deepest; ++depth)
         sorted.batches[depth + 1] += sorted.batches[depth];
     execution.check();
     // In a batch by ascending vertex number: neighbours in the caller's order are mostly neighbours in space.
     std::vector<Index> number(depth_.size(), -1);  // in `taken_`
-    for (Index k = 0; k < count; ++k)
+    for (Index k = 0; k < count; ++k) {
+        execution.check_every(k);
         number[taken_.vertices[k]] = k;
+    }
     std::vector<Index> place(sorted.batches.begin(), sorted.batches.end() - 1);
     std::vector<Index> source(count);
     for (std::size_t v = 0; v < number.size(); ++v) {
+        execution.check_every(v);
         if (number[v] >= 0) source[place[depth_[v] - 1]++] = number[v];
     }
     execution.check();
@@ -96,10 +114,14 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     sorted.softening.resize(count);
     sorted.closed.resize(count);
     sorted.offsets.resize(count + 1);
-    for (Index k = 0; k < count; ++k)
+    for (Index k = 0; k < count; ++k) {
+        execution.check_every(k);
         sorted.offsets[k + 1] = sorted.offsets[k] + taken_.offsets[source[k] + 1] - taken_.offsets[source[k]];
+    }
     sorted.ring.resize(taken_.ring.size());
+    execution.check();
     sorted.weights.resize(taken_.ring.size());
+    execution.check();
     sorted.heights.resize(taken_.ring.size());
     parallel_for(count, threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {

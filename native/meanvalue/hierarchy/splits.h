@@ -38,7 +38,7 @@ OneRings removal_rings(const Splits& splits, Index vertex_count, const Execution
 /// Takes splits down in the order of removal, and gives them out in that of use.
 class SplitRecorder {
   public:
-    explicit SplitRecorder(Index vertex_count) : depth_(vertex_count, 0) {}
+    explicit SplitRecorder(Index vertex_count);
 
     /// @param encoder holds the encoding of the vertex by this ring.
     void add(Index vertex, const RingView& ring, const RingEncoder& encoder);

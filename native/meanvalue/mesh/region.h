@@ -17,9 +17,9 @@ struct Region {
 };
 
 /// All free vertices and two rings of fixed ones around them, so that the ring of every vertex next to a free one is
-/// complete. @param positions n x 3; @param is_fixed n flags. Cost: linear.
+/// complete. @param positions n x 3; @param is_fixed n flags. @throws Cancelled. Cost: linear.
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
-                            const std::vector<char>& is_fixed);
+                            const std::vector<char>& is_fixed, const Execution& execution);
 
 /// The same region with its vertices along a Z-order curve (Morton 1966): neighbours on the surface are mostly
 /// neighbours in memory, whatever order the mesh came in. @throws Cancelled. Cost: that of sorting.

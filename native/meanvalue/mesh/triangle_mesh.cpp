@@ -98,6 +98,7 @@ void TriangleMesh::add_faces(const TrianglesView& faces, const Execution& execut
     mesh.reserve(vertex_count_, faces.rows() * 3 / 2 + vertex_count_, faces.rows());
     connectivity_->original.resize(vertex_count_);
     for (Index v = 0; v < vertex_count_; ++v) {
+        execution.check_every(v);
         mesh.add_vertex({});
         connectivity_->original[v] = v;
     }

@@ -67,11 +67,17 @@ struct QuaternionMatrix {
     }
 };
 
+/// Where Newton's method or the eigenvector would fail.
+Matrix3 slowly_closest_rotation(const Matrix3& matrix) {
+    // Singular values are not defined of what is no number.
+    return matrix.allFinite() ? fit_rotation(matrix) : Matrix3::Identity();
+}
+
 }  // namespace
 
 Matrix3 closest_rotation(const Matrix3& matrix) {
     const double norm = matrix.norm();
-    if (!(norm > kLeastNorm)) return norm >= 0.0 ? fit_rotation(matrix) : Matrix3::Identity();
+    if (!(norm > kLeastNorm)) return slowly_closest_rotation(matrix);
     const Matrix3 m = matrix / norm;
     // Characteristic polynomial x^4 + c2 x^2 + c1 x + c0 of the quaternion matrix.
     const double c2 = -2.0 * m.squaredNorm();
@@ -90,7 +96,7 @@ Matrix3 closest_rotation(const Matrix3& matrix) {
         last = down;
     }
     const Eigen::Vector4d q = QuaternionMatrix(m, x).null_vector();
-    if (!(q.squaredNorm() > kLeastEigenvector)) return fit_rotation(matrix);
+    if (!(q.squaredNorm() > kLeastEigenvector)) return slowly_closest_rotation(matrix);
     return Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized().toRotationMatrix();
 }
 

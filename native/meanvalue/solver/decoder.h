@@ -23,8 +23,8 @@ struct DecodeOptions {
 struct DecodeReport {
     std::vector<double> energies = {
         0.0};                       ///< G over the rows that depend on free vertices: at the start, ..., at the end
-    double initial_gradient = 0.0;  ///< norm of dG/dV' at the start
-    double gradient = 0.0;          ///< and at the last linearisation
+    double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start
+    double gradient = 0.0;          ///< and at the end, or where it was last linearised
     int iterations = 0;
     bool converged = true;
     std::string stop_reason;
