@@ -148,15 +148,23 @@ class PatchBuilder {
 };
 
 /// From 1 / h_i^2 to a_i, once all are known.
-/// Whether a row is that of a fixed vertex without fixed neighbours.
-bool is_lone_anchor(const Encoding& encoding, const Unknowns& unknowns, Index vertex) {
-    if (unknowns.slot[vertex] >= 0) return false;
+/// How much a row is that of an anchor without neighbours that are anchors, from 0 to 1: one or the other where all
+/// are hard.
+double loneliness(const Encoding& encoding, const Unknowns& unknowns, const std::vector<double>& hardness,
+                  Index vertex) {
+    const auto hardness_of = [&](Index v) {
+        if (unknowns.slot[v] < 0) return 1.0;
+        return hardness.empty() ? 0.0 : hardness[v];
+    };
+    double result = hardness_of(vertex);
     const EncodedRing ring = encoding.ring_of(vertex);
-    return std::all_of(ring.ring, ring.ring + ring.valence, [&](Index j) { return unknowns.slot[j] >= 0; });
+    for (Index k = 0; k < ring.valence && result > 0.0; ++k)
+        result *= 1.0 - hardness_of(ring.ring[k]);
+    return result;
 }
 
 void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, bool by_length,
-                   EnergyPatches& rows) {
+                   const std::vector<double>& hardness, EnergyPatches& rows) {
     if (rows.bending.empty()) return;
     double inverse_squares = 0.0;
     for (const double value : rows.bending)
@@ -164,8 +172,9 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     const double square = static_cast<double>(rows.bending.size()) / inverse_squares;
     for (std::size_t row = 0; row < rows.bending.size(); ++row) {
         rows.bending[row] = by_length ? rows.bending[row] * square : 1.0;
-        if (by_length && is_lone_anchor(encoding, unknowns, unknowns.rows[row]))
-            rows.bending[row] *= kLoneAnchorWeight;
+        if (!by_length) continue;
+        const double lonely = loneliness(encoding, unknowns, hardness, unknowns.rows[row]);
+        rows.bending[row] *= 1.0 + (kLoneAnchorWeight - 1.0) * lonely;
     }
     rows.stretching = square / (size * size);
     for (RowBatch& batch : rows.batches) {
@@ -182,7 +191,8 @@ std::size_t bytes_of(const std::vector<T>& items) {
 }  // namespace
 
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
-                                   double size, bool by_length, bool in_batches, const Execution& execution) {
+                                   double size, bool by_length, bool in_batches, const std::vector<double>& hardness,
+                                   const Execution& execution) {
     EnergyPatches result;
     PatchBuilder builder(encoding, unknowns, rest, kShortestEdge * size, result);
     for (std::size_t begin = 0; begin < unknowns.rows.size(); begin += kPatchRows) {
@@ -190,7 +200,7 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
         builder.add(begin, std::min(begin + kPatchRows, unknowns.rows.size()), in_batches);
     }
     builder.begin_patch();
-    scale_weights(encoding, unknowns, size, by_length, result);
+    scale_weights(encoding, unknowns, size, by_length, hardness, result);
     // They have grown, up to twice as large as needed.
     result.batches.shrink_to_fit();
     result.bending_lanes.shrink_to_fit();
