@@ -189,7 +189,7 @@ SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, c
         std::copy(parts[worker].rows.begin(), parts[worker].rows.end(), hessian.innerIndexPtr() + first);
         std::copy(parts[worker].values.begin(), parts[worker].values.end(), hessian.valuePtr() + first);
     });
-    springs_.add_hessian(rigidity, hessian);
+    springs_.add_hessian(hessian);
     return hessian;
 }
 

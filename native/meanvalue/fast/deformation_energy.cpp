@@ -71,7 +71,7 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     double sum = 0.0;
     for (const double share : patch_energy_)
         sum += share;
-    if (!springs_.empty()) sum += springs_.add_energy(positions, rigidity, gradient, threads, execution);
+    if (!springs_.empty()) sum += springs_.add_energy(positions, gradient, threads, execution);
     return sum;
 }
 

@@ -147,22 +147,22 @@ class PatchBuilder {
     std::vector<Spoke> spokes_;
 };
 
-/// From 1 / h_i^2 to a_i, once all are known.
-/// How much a row is that of an anchor without neighbours that are anchors, from 0 to 1: one or the other where all
-/// are hard.
+/// How much a row is that of an anchor without neighbours that are anchors: 0 or 1 where all are hard, and 0 in the
+/// middle of a handle of even strength, whatever that is.
 double loneliness(const Encoding& encoding, const Unknowns& unknowns, const std::vector<double>& hardness,
                   Index vertex) {
     const auto hardness_of = [&](Index v) {
         if (unknowns.slot[v] < 0) return 1.0;
         return hardness.empty() ? 0.0 : hardness[v];
     };
-    double result = hardness_of(vertex);
+    double excess = hardness_of(vertex);
     const EncodedRing ring = encoding.ring_of(vertex);
-    for (Index k = 0; k < ring.valence && result > 0.0; ++k)
-        result *= 1.0 - hardness_of(ring.ring[k]);
-    return result;
+    for (Index k = 0; k < ring.valence && excess > 0.0; ++k)
+        excess -= hardness_of(ring.ring[k]);
+    return std::max(0.0, excess);
 }
 
+/// From 1 / h_i^2 to a_i, once all are known.
 void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, bool by_length,
                    const std::vector<double>& hardness, EnergyPatches& rows) {
     if (rows.bending.empty()) return;

@@ -106,7 +106,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
     const auto weights = rigidity_ > 0.0 ? DeformationEnergy::Weights::kByLength : DeformationEnergy::Weights::kPlain;
     level->energy = std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_, weights,
                                                         execution, DeformationEnergy::Kernel::kFastest,
-                                                        Springs(std::move(soft), level->unknowns, rigidity_));
+                                                        Springs(std::move(soft), level->unknowns));
     level->minimiser = QuasiNewton(level->unknowns);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {

@@ -17,8 +17,7 @@ bool lower_vertex(const SoftAnchor& a, const SoftAnchor& b) {
 
 }  // namespace
 
-Springs::Springs(std::vector<SoftAnchor> anchors, const Unknowns& unknowns, double for_rigidity)
-    : anchors_(std::move(anchors)), for_rigidity_(for_rigidity) {
+Springs::Springs(std::vector<SoftAnchor> anchors, const Unknowns& unknowns) : anchors_(std::move(anchors)) {
     std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
     for (const SoftAnchor& anchor : anchors_)
         slots_.push_back(unknowns.slot[anchor.vertex]);
@@ -47,15 +46,14 @@ void Springs::put_back(Positions& positions) const {
         positions.row(anchors_[k].vertex) = aside_.row(k);
 }
 
-double Springs::add_energy(const PositionsView& positions, double rigidity, Positions& gradient, int threads,
+double Springs::add_energy(const PositionsView& positions, Positions& gradient, int threads,
                            const Execution& execution) {
-    const double factor = scale(rigidity);
     const auto count = static_cast<Index>(anchors_.size());
     parallel_for(static_cast<Index>(pieces_.size()), threads, execution, [&](Index first, Index last) {
         for (Index piece = first; piece < last; ++piece) {
             double sum = 0.0;
             for (Index k = piece * kPiece; k < std::min(count, (piece + 1) * kPiece); ++k) {
-                const double strength = factor * anchors_[k].strength;
+                const double strength = anchors_[k].strength;
                 const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets_.row(k);
                 sum += strength * stretch.squaredNorm();
                 gradient.row(slots_[k]) += 2.0 * strength * stretch;
@@ -66,9 +64,9 @@ double Springs::add_energy(const PositionsView& positions, double rigidity, Posi
     return std::accumulate(pieces_.begin(), pieces_.end(), 0.0);
 }
 
-void Springs::add_hessian(double rigidity, SparseMatrix& hessian) const {
+void Springs::add_hessian(SparseMatrix& hessian) const {
     for (std::size_t k = 0; k < anchors_.size(); ++k)
-        hessian.valuePtr()[hessian.outerIndexPtr()[slots_[k]]] += 2.0 * scale(rigidity) * anchors_[k].strength;
+        hessian.valuePtr()[hessian.outerIndexPtr()[slots_[k]]] += 2.0 * anchors_[k].strength;
 }
 
 std::vector<double> Springs::hardness(std::size_t vertex_count) const {

@@ -24,14 +24,13 @@ inline double hardness_of(double strength) {
     return strength / (strength + 1.0);
 }
 
-/// sum_k s_k |v_k - t_k|^2 over the soft anchors of one level. Targets may change at any time; nothing is allocated
-/// after construction.
+/// sum_k s_k |v_k - t_k|^2 over the soft anchors of one level, at any rigidity. Targets may change at any time;
+/// nothing is allocated after construction.
 class Springs {
   public:
     Springs() = default;
-    /// @param anchors their order does not matter. @param for_rigidity where the energy has another rigidity,
-    /// strengths are that many times as large or small, so that springs and shape stay in balance; 0: never.
-    Springs(std::vector<SoftAnchor> anchors, const Unknowns& unknowns, double for_rigidity);
+    /// @param anchors their order does not matter. @pre all of them are free.
+    Springs(std::vector<SoftAnchor> anchors, const Unknowns& unknowns);
 
     bool empty() const { return anchors_.empty(); }
     const std::vector<SoftAnchor>& anchors() const { return anchors_; }  ///< by ascending vertex
@@ -48,21 +47,17 @@ class Springs {
 
     /// Their energy, in squared units. Adds its derivative to `gradient` (|V'| x 3). The same bits for any number of
     /// threads. @throws Cancelled.
-    double add_energy(const PositionsView& positions, double rigidity, Positions& gradient, int threads,
-                      const Execution& execution);
+    double add_energy(const PositionsView& positions, Positions& gradient, int threads, const Execution& execution);
     /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
-    void add_hessian(double rigidity, SparseMatrix& hessian) const;
+    void add_hessian(SparseMatrix& hessian) const;
 
     /// n numbers: hardness_of() each soft anchor, 0 elsewhere; empty where there are none.
     std::vector<double> hardness(std::size_t vertex_count) const;
     std::size_t bytes() const;
 
   private:
-    double scale(double rigidity) const { return for_rigidity_ > 0.0 ? rigidity / for_rigidity_ : 1.0; }
-
     std::vector<SoftAnchor> anchors_;
     std::vector<Index> slots_;
-    double for_rigidity_ = 0.0;
     Positions targets_;           // |anchors| x 3
     Positions aside_;             // |anchors| x 3
     std::vector<double> pieces_;  // scratch: energy by piece
