@@ -46,14 +46,16 @@ struct Binding {
     /// k strengths, or empty. Infinity: the anchor is met exactly, as all are where none are given. A number s above
     /// 0, at most 1e9: a soft anchor, a free vertex with the energy s |v - target|^2 besides that of the shape
     /// (DeformationEnergy), in squared units as that is, so that s has no unit. s / c for each of c vertices of a
-    /// handle makes a spring of s for the handle. Must be inside `roi`. Method::kFast only.
+    /// handle makes a spring of s for the handle; the energy of the shape falls as 1 / n in finer meshes of n
+    /// vertices. Must be inside `roi`. Method::kFast only.
     std::vector<double> strengths = {};
 };
 
 /// What bind found, and what it cost.
 struct BindReport {
     Index vertex_count = 0;
-    Index free_count = 0;  ///< vertices that are solved for: not those of parts without a single fixed vertex
+    Index free_count =
+        0;  ///< vertices that are solved for: not those of parts without a single anchor or fixed vertex
     Index anchor_count = 0;
     Index row_count = 0;             ///< residuals that take part in a solve
     std::vector<Index> level_sizes;  ///< free vertices in each level, finest first
