@@ -109,29 +109,29 @@ void bind_deformer(py::module_& module) {
     const SolveOptions defaults;
     py::class_<Deformer>(module, "Deformer",
                          "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
-        .def(
-            py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
-            py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-            py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
-            py::arg("execution") = py::none(),
-            "Bind a mesh.\n\n"
-            "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
-            "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
-            "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
-            "be followed along their way. None: anchors joined by edges make a piece.\n"
-            "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
-            "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number s,\n"
-            "0 < s <= 1e9: a soft anchor, a free vertex that a spring of energy s |v - target|^2 pulls to its "
-            "target.\n"
-            "That is in squared units of the input as the rest of the energy is, so s has no unit; about 1 is as "
-            "stiff\n"
-            "as one vertex' surroundings. Divide by the number of a handle's vertices to make it the strength of "
-            "the\n"
-            "handle. A part is held by its soft anchors as by hard ones. Method 'fast' only, and inside roi.\n"
-            "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
-            "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
-            "threads: 0 for every core; results do not depend on it.\n"
-            "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
+        .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
+             py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
+             py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
+             py::arg("execution") = py::none(),
+             "Bind a mesh.\n\n"
+             "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
+             "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
+             "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
+             "be followed along their way. None: anchors joined by edges make a piece.\n"
+             "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
+             "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
+             "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
+             "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
+             "unit;\n"
+             "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
+             "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
+             "n\n"
+             "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
+             "ones. Method 'fast' only, and inside roi.\n"
+             "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
+             "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
+             "threads: 0 for every core; results do not depend on it.\n"
+             "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
         .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
