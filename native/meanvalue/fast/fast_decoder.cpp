@@ -85,8 +85,8 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
         const Encoding& encoding = hierarchy_.base().encoding;
         Unknowns coarse_unknowns = find_unknowns(encoding, is_fixed);
         if (!soft_.empty()) {
-            const double scale = energy_unit(encoding, coarse_unknowns, region_.positions) /
-                                 energy_unit(encoding_, unknowns, region_.positions);
+            const double scale = energy_unit(encoding, coarse_unknowns, region_.positions, execution) /
+                                 energy_unit(encoding_, unknowns, region_.positions, execution);
             coarse_soft_ = coarse_soft_anchors(soft_, hierarchy_, static_cast<Index>(region_.vertices.size()), scale);
         }
         coarse_ = make_level(encoding, std::move(coarse_unknowns), coarse_soft_.anchors, stages, execution);

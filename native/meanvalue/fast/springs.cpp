@@ -121,9 +121,11 @@ CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, co
     return result;
 }
 
-double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest) {
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                   const Execution& execution) {
     double inverse_squares = 0.0;
     for (const Index i : unknowns.rows) {
+        execution.check_every(i);
         const EncodedRing ring = encoding.ring_of(i);
         double length = 0.0;
         for (Index k = 0; k < ring.valence; ++k)

@@ -81,7 +81,9 @@ CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, co
                                       Index vertex_count, double scale);
 
 /// 1 / mean(1 / h_i^2), squared units, h_i the mean edge of row i at rest: what the energy of a given pose is
-/// proportional to, so that springs of two levels are in balance where their strengths are too.
-double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest);
+/// proportional to, so that springs of two levels are in balance where their strengths are too. @param rest n x 3.
+/// @throws Cancelled.
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                   const Execution& execution);
 
 }  // namespace meanvalue
