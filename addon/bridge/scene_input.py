@@ -68,20 +68,22 @@ def gather(obj):
     _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
     corners, starts = mesh_arrays.faces(obj.data)
     anchors, pieces = anchor_layout([members[name] for name in names])
+    roi = region_mask(len(obj.data.vertices), members.get(region_name), settings.roi_invert)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
+    soft = [group.strength if group.is_soft else None for group in groups]
+    if rigidity is None and any(group.is_soft for group in groups):
+        raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
     bind_input = BindInput(
         rest=shape_keys.rest_positions(obj.data),
         face_corners=corners,
         face_starts=starts,
         anchors=anchors,
-        roi=region_mask(len(obj.data.vertices), members.get(region_name), settings.roi_invert),
+        roi=roi,
         method=settings.method,
         pieces=pieces,
         rigid_pieces=any(group.follows != 'SHAPE' for group in groups),
         rigidity=rigidity,
-        strengths=springs.strengths(
-            pieces, [group.strength if group.is_soft else None for group in groups], rigidity
-        ),
+        strengths=springs.strengths(pieces, soft, rigidity, int(roi.sum())),
     )
     bind_input.check()
     return bind_input

@@ -88,6 +88,12 @@ class BindInput:
         if len(self.face_starts) == 0:
             raise SceneError("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
         require_finite(self.rest, "rest shape")
+        outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
+        if outside:
+            raise SceneError(
+                f"{wording.vertices(outside)} of soft handles lie outside the region, where nothing gives way. Take "
+                "them into the region, or turn Soft off"
+            )
         if not self.free.any():
             raise SceneError(
                 "Nothing is free to move: every vertex of the region is an anchor. "

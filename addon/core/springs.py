@@ -3,20 +3,21 @@
 
 import numpy as np
 
-#: Total stiffness of a soft handle of strength 0 and 1, per unit of rigidity: a slider of four decades, from hardly
-#: felt to hardly giving way (measured on bars and bodies, see docs/guide.md).
-WEAKEST = 1e-2
-STRONGEST = 1e2
+#: Stiffness of a soft handle of strength 0 and 1, per unit of rigidity and share of the mesh: a slider of four
+#: decades, from hardly felt to hardly giving way. The energy of a shape falls as its mesh gets finer (the squared
+#: edge length is its unit), and so must the springs.
+WEAKEST = 4e-3
+STRONGEST = 4e1
 
 #: Stands in for a rigidity of 0, where the paper's own energy alone holds the shape.
 LEAST_RIGIDITY = 1.0
 
 
-def strengths(pieces, handle_strengths, rigidity):
+def strengths(pieces, handle_strengths, rigidity, vertex_count):
     """k float64 for k anchors with piece numbers `pieces`; None if no handle is soft.
 
     handle_strengths: for each piece a slider value from 0 to 1, or None for a hard handle. A handle's spring is
-    shared out among its vertices, so that a finer mesh makes it no stiffer.
+    shared out among its vertices, so that a finer mesh makes it no stiffer. vertex_count: those that may move.
     """
     if all(strength is None for strength in handle_strengths):
         return None
@@ -25,5 +26,5 @@ def strengths(pieces, handle_strengths, rigidity):
         members = pieces == number
         if strength is not None and members.any():
             total = max(rigidity or 0.0, LEAST_RIGIDITY) * WEAKEST * (STRONGEST / WEAKEST) ** strength
-            result[members] = total / np.count_nonzero(members)
+            result[members] = total / (vertex_count * np.count_nonzero(members))
     return result

@@ -387,17 +387,17 @@ def test_what_points_leave_open_is_not_turned(count):
 
 
 def test_hard_handles_need_no_springs():
-    assert springs.strengths(np.array([0, 1]), [None, None], 15.0) is None
+    assert springs.strengths(np.array([0, 1]), [None, None], 15.0, 100) is None
 
 
 def test_a_spring_is_shared_out_among_the_vertices_of_its_handle():
     pieces = np.array([0, 1, 1, 2, 1, 1])
-    strengths = springs.strengths(pieces, [None, 0.5, None], 15.0)
+    strengths = springs.strengths(pieces, [None, 0.5, None], 15.0, 100)
     assert np.isinf(strengths[[0, 3]]).all()
-    assert strengths[pieces == 1].sum() == pytest.approx(15.0)
-    stronger = springs.strengths(pieces, [None, 0.75, None], 15.0)
+    assert strengths[pieces == 1].sum() == pytest.approx(0.06)
+    stronger = springs.strengths(pieces, [None, 0.75, None], 15.0, 100)
     assert (stronger[pieces == 1] > 5.0 * strengths[pieces == 1]).all()
-    assert (springs.strengths(pieces, [None, 0.0, None], None)[pieces == 1] > 0.0).all()
+    assert (springs.strengths(pieces, [None, 0.0, None], None, 100)[pieces == 1] > 0.0).all()
 
 
 def test_soft_anchors_are_free_but_hold():

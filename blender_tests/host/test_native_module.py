@@ -223,3 +223,43 @@ def test_the_interpreter_runs_while_solving_and_a_cancel_ends_it():
     again = deformer.solve(targets, max_iterations=1)
     fresh = meanvalue.Deformer(vertices, triangles, anchors).solve(targets, max_iterations=1)
     assert np.array_equal(again.vertices, fresh.vertices)
+
+
+def test_soft_anchors_give_way_by_their_strengths():
+    hard = solved().vertices
+    assert np.array_equal(hard, solved(strengths=None).vertices)
+    assert np.array_equal(hard, solved(strengths=np.full(len(ENDS), np.inf)).vertices)
+    strengths = np.full(len(ENDS), np.inf)
+    strengths[::2] = 0.02
+    vertices = solved(strengths=strengths).vertices
+    assert np.array_equal(vertices[ENDS][1::2], bent_targets()[1::2])
+    assert np.abs(vertices[ENDS][::2] - bent_targets()[::2]).max() > 1e-4
+    off = [np.abs(solved({"tolerance": 1e-7}, strengths=[s] * len(ENDS)).vertices - hard).max() for s in (1, 10000)]
+    assert off[1] < off[0]
+
+
+def test_soft_anchors_hold_a_part():
+    report = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, strengths=np.ones(len(ENDS))).report
+    part = report.components[0]
+    assert (part.undetermined, part.soft_count, part.fixed_count) == (0, len(ENDS), 0)
+    assert part.free_count == report.free_count == len(VERTICES)
+    assert report.anchor_count == len(ENDS)
+
+
+@pytest.mark.parametrize(
+    ("strengths", "options", "message"),
+    [
+        ([1.0], {}, "strengths has 1 numbers, but there are 24 anchors"),
+        ([], {}, "strengths is empty, but there are anchors"),
+        ([[1.0] * 24], {}, r"strengths has the shape \(1, 24\)"),
+        (["much"] * 24, {}, r"give \(k,\) of float"),
+        ([1.0] * 23 + [0.0], {}, r"strengths\[23\], of vertex \d+, is 0; give a positive number"),
+        ([1.0] * 23 + [np.nan], {}, r"strengths\[23\].* give a positive number"),
+        ([1.0] * 24, {"method": "paper"}, "only method 'fast' has soft anchors"),
+        ([1.0] * 24, {"method": "full"}, "only method 'fast' has soft anchors"),
+        ([1.0] * 24, {"roi": np.zeros(len(VERTICES), bool)}, "outside the region of influence"),
+    ],
+)
+def test_strengths_that_make_no_sense_are_refused(strengths, options, message):
+    with pytest.raises(meanvalue.InvalidInput, match=message):
+        meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, strengths=strengths, **options)

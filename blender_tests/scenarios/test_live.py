@@ -389,3 +389,28 @@ def test_a_control_of_another_object_may_be_any_object():
     assert is_at_rest(obj)
     move(cube, (0.0, 0.0, 2.0))
     assert np.abs(shown(obj)[TOP, 2] - rest(obj)[TOP, 2] - 2.0).max() < 1e-4
+
+
+def test_a_soft_handle_gives_way_by_its_strength():
+    obj, control = handles.tube()
+    line = obj.meanvalue.anchor_groups["Top"]
+    reached = []
+    for strength in (0.0, 0.5, 1.0):
+        line.is_soft, line.strength = True, strength
+        control.location.x = 3.0
+        update()
+        reached.append(float((shown(obj)[TOP, 0] - rest(obj)[TOP, 0]).mean()))
+    line.is_soft = False
+    update()
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 3.0).max() < 1e-4
+    assert reached[0] < reached[1] < reached[2]
+    assert reached[0] < 1.0 and 1.0 < reached[1] < 2.9 and 2.7 < reached[2] < 3.0, reached
+
+
+def test_soft_handles_need_the_fast_method(status):
+    obj, control = handles.tube()
+    obj.meanvalue.anchor_groups["Top"].is_soft = True
+    obj.meanvalue.method = 'full'
+    update()
+    text, is_problem = status(obj)
+    assert is_problem and "Soft" in text and "Fast" in text

@@ -65,6 +65,17 @@ std::vector<Index> as_indices(const py::object& values, const char* name) {
     return {integers.data(), integers.data() + integers.size()};
 }
 
+std::vector<double> as_numbers(const py::object& values, const char* name) {
+    const py::array array = as_array(values, name);
+    const char kind = array.dtype().kind();
+    if (array.ndim() != 1 || (kind != 'f' && kind != 'i' && kind != 'u')) {
+        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ",
+                                   std::string(py::str(array.dtype())), "; give (k,) of float"));
+    }
+    const FloatArray numbers(array);
+    return {numbers.data(), numbers.data() + numbers.size()};
+}
+
 std::optional<std::vector<char>> as_flags(const std::optional<py::object>& values, const char* name) {
     if (!values) return std::nullopt;
     const py::array array = as_array(*values, name);

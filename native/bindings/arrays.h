@@ -27,6 +27,10 @@ Triangles as_triangles(const py::object& values, const char* name);
 /// type, or out of the 32-bit range.
 std::vector<Index> as_indices(const py::object& values, const char* name);
 
+/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (k,), or not real
+/// numbers.
+std::vector<double> as_numbers(const py::object& values, const char* name);
+
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (n,) of bool.
 std::optional<std::vector<char>> as_flags(const std::optional<py::object>& values, const char* name);
 

@@ -13,7 +13,8 @@ using SharedExecution = std::shared_ptr<Execution>;
 std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
                                         const py::object& anchors, const std::optional<py::object>& roi,
                                         const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                        const std::string& method, int threads, const SharedExecution& execution) {
+                                        const std::optional<py::object>& strengths, const std::string& method,
+                                        int threads, const SharedExecution& execution) {
     const auto positions = as_positions(vertices, "vertices");
     const Triangles triangles = as_triangles(faces, "faces");
     Binding binding{positions, triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi")};
@@ -25,6 +26,13 @@ std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
         }
     }
     binding.rigidity = rigidity;
+    if (strengths) {
+        binding.strengths = as_numbers(*strengths, "strengths");
+        if (binding.strengths.empty() && !binding.anchors.empty()) {
+            throw ::meanvalue::InvalidInput(
+                "strengths is empty, but there are anchors; give one number for each, or None");
+        }
+    }
     binding.method = method_from_name(method);
     binding.threads = threads;
     const SharedExecution held = execution_or_new(execution);
@@ -55,9 +63,11 @@ void bind_reports(py::module_& module) {
         .def_readonly("vertex_count", &Component::vertex_count)
         .def_readonly("free_count", &Component::free_count)
         .def_readonly("fixed_count", &Component::fixed_count)
+        .def_readonly("soft_count", &Component::soft_count, "int: of the free vertices, soft anchors.")
         .def_readonly("first_vertex", &Component::first_vertex, "int: its lowest vertex number.")
         .def_readonly("undetermined", &Component::undetermined,
-                      "int: degrees of freedom of a similarity that its fixed points leave open, 7, 4, 1 or 0.\n"
+                      "int: degrees of freedom of a similarity that its fixed points and soft anchors\n"
+                      "leave open, 7, 4, 1 or 0.\n"
                       "Along those, its free vertices stay as near as can be to where a solve starts.");
 
     py::class_<BindReport>(module, "BindReport", "What bind found, and what it cost.")
@@ -79,12 +89,12 @@ void bind_reports(py::module_& module) {
     py::class_<Solution>(module, "Solution", "The result of one solve.")
         .def_property_readonly(
             "vertices", &solution_vertices,
-            "(n, 3) float64, read-only: anchors exactly at their targets, fixed vertices exactly at rest.\n"
-            "A view that keeps the solution alive; copy() gives one to write to.")
+            "(n, 3) float64, read-only: anchors exactly at their targets but for soft ones, fixed vertices exactly\n"
+            "at rest. A view that keeps the solution alive; copy() gives one to write to.")
         .def_readonly(
             "energy", &Solution::energy,
             "float: what was minimised, in squared units of the input: G over the rows that depend on free\n"
-            "vertices (equation 15), and the cost of lengths where there is rigidity.")
+            "vertices (equation 15), the cost of lengths where there is rigidity, and the springs of soft anchors.")
         .def_readonly("initial_energy", &Solution::initial_energy)
         .def_readonly("energies", &Solution::energies, "list: energy at the start and after each iteration.")
         .def_readonly("initial_gradient", &Solution::initial_gradient,
@@ -107,13 +117,23 @@ void bind_deformer(py::module_& module) {
                          "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
              py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-             py::arg("method") = "fast", py::arg("threads") = 0, py::arg("execution") = py::none(),
+             py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
+             py::arg("execution") = py::none(),
              "Bind a mesh.\n\n"
              "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
              "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
              "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
              "be followed along their way. None: anchors joined by edges make a piece.\n"
              "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
+             "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
+             "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
+             "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
+             "unit;\n"
+             "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
+             "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
+             "n\n"
+             "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
+             "ones. Method 'fast' only, and inside roi.\n"
              "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
              "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
              "threads: 0 for every core; results do not depend on it.\n"
@@ -122,7 +142,7 @@ void bind_deformer(py::module_& module) {
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
              "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
-             "targets: (k, 3), in the order of the anchors, which meet them exactly.\n"
+             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones.\n"
              "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
              "None for the rest shape.\n"
              "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"

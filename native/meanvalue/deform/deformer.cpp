@@ -24,6 +24,7 @@ constexpr std::chrono::milliseconds kPollInterval{10};
 // Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
 // minimum they end.
 constexpr double kMostRigidity = 1e9;  // beyond, single precision ends
+constexpr double kMostStrength = 1e9;
 constexpr double kFastTolerance = 1e-4;
 constexpr double kTolerance = 1e-6;
 
@@ -62,12 +63,64 @@ double rigidity_of(const Binding& binding) {
     return *binding.rigidity;
 }
 
-std::unique_ptr<Decoder> make_decoder(const Binding& binding, Region region, int threads, Execution& execution) {
+/// n flags, empty where all anchors are hard.
+std::vector<char> soft_flags(const Binding& binding) {
+    if (binding.strengths.empty()) return {};
+    if (binding.strengths.size() != binding.anchors.size()) {
+        throw InvalidInput(message("strengths has ", binding.strengths.size(), " numbers, but there are ",
+                                   binding.anchors.size(), " anchors; give one number for each"));
+    }
+    std::vector<char> flags;
+    for (std::size_t k = 0; k < binding.strengths.size(); ++k) {
+        const double strength = binding.strengths[k];
+        const Index v = binding.anchors[k];
+        const auto refuse = [&](const auto&... why) {
+            throw InvalidInput(message("strengths[", k, "], of vertex ", v, ", is ", strength, why...));
+        };
+        if (!(strength > 0.0)) refuse("; give a positive number, or infinity for an anchor that is met exactly");
+        if (std::isinf(strength)) continue;
+        if (binding.method != Method::kFast) {
+            refuse("; only method 'fast' has soft anchors: use it, or give infinity or None");
+        }
+        if (strength > kMostStrength) {
+            refuse("; give at most ", kMostStrength, ", or infinity for an anchor that is met exactly");
+        }
+        if (binding.roi && !(*binding.roi)[v]) {
+            refuse(
+                ", but lies outside the region of influence, where nothing is free; take it into the region, or give "
+                "infinity for an anchor that is met exactly");
+        }
+        flags.resize(binding.vertices.rows(), 0);
+        flags[v] = 1;
+    }
+    return flags;
+}
+
+/// In the region's vertex numbers. @param is_soft soft_flags().
+std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
+                                               const Region& region) {
+    if (is_soft.empty()) return {};
+    std::vector<Index> anchor_of(is_soft.size(), -1);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k)
+        anchor_of[binding.anchors[k]] = static_cast<Index>(k);
+    std::vector<SoftAnchor> result;
+    for (std::size_t v = 0; v < region.vertices.size(); ++v) {
+        if (!is_soft[region.vertices[v]]) continue;
+        const Index k = anchor_of[region.vertices[v]];
+        result.push_back({static_cast<Index>(v), k, binding.strengths[k]});
+    }
+    return result;
+}
+
+std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft, Region region,
+                                      int threads, Execution& execution) {
     const double rigidity = rigidity_of(binding);
     const std::vector<Index> handles = handles_of_region(binding, region);
+    std::vector<SoftAnchor> soft = soft_anchors_of_region(binding, is_soft, region);
     switch (binding.method) {
         case Method::kFast:
-            return std::make_unique<FastDecoder>(std::move(region), handles, rigidity, threads, execution);
+            return std::make_unique<FastDecoder>(std::move(region), std::move(soft), handles, rigidity, threads,
+                                                 execution);
         case Method::kPaper:
             return std::make_unique<PaperDecoder>(std::move(region), threads, execution);
         case Method::kFull:
@@ -93,7 +146,11 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     execution.begin_stage("encode");
     require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
     is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
-    Components components = find_components(rest_, binding.faces, is_fixed_, execution);
+    const std::vector<char> is_soft = soft_flags(binding);
+    for (std::size_t v = 0; v < is_soft.size(); ++v) {
+        if (is_soft[v]) is_fixed_[v] = 0;
+    }
+    Components components = find_components(rest_, binding.faces, is_fixed_, execution, is_soft);
     Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components), execution);
     execution.check();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
@@ -101,7 +158,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     region_vertices_ = region.vertices;
     report_.components = std::move(components.parts);
     report_.free_count = static_cast<Index>(std::count(region.is_fixed.begin(), region.is_fixed.end(), 0));
-    decoder_ = make_decoder(binding, std::move(region), threads, execution);
+    decoder_ = make_decoder(binding, is_soft, std::move(region), threads, execution);
     fill_report(region_vertices_);
 }
 
@@ -150,7 +207,7 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
     }
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
         execution.check_every(k);
-        positions.row(anchors_[k]) = targets.row(k);
+        if (!start || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
     }
     return positions;
 }
@@ -176,7 +233,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     {
         const StageTimer timer(total, "total");
         execution.begin_stage("solve");
-        DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr};
+        DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr, &targets};
         report = decoder_->decode(decode_options, positions, execution);
         if (start && options.settle) {
             Positions fresh = rows_of_region(place_anchors(targets, {}, execution), execution);
@@ -215,7 +272,7 @@ std::unique_ptr<Deformer> bind_abandonable(const Binding& binding, const std::sh
     const auto bind = std::make_shared<Bind>(Bind{binding.vertices, binding.faces, {}, execution, {}});
     bind->binding =
         std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi, binding.method,
-                                          binding.threads, binding.handles, binding.rigidity});
+                                          binding.threads, binding.handles, binding.rigidity, binding.strengths});
     run_abandonable([bind] { bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution); },
                     *execution);
     return std::move(bind->deformer);

@@ -43,12 +43,19 @@ struct Binding {
     /// How much lengths count, 0 or more; see DeformationEnergy. None: the method's default. Only Method::kFast knows
     /// any but 0, which is the paper's energy.
     std::optional<double> rigidity = {};
+    /// k strengths, or empty. Infinity: the anchor is met exactly, as all are where none are given. A number s above
+    /// 0, at most 1e9: a soft anchor, a free vertex with the energy s |v - target|^2 besides that of the shape
+    /// (DeformationEnergy), in squared units as that is, so that s has no unit. s / c for each of c vertices of a
+    /// handle makes a spring of s for the handle; the energy of the shape falls as 1 / n in finer meshes of n
+    /// vertices. Must be inside `roi`. Method::kFast only.
+    std::vector<double> strengths = {};
 };
 
 /// What bind found, and what it cost.
 struct BindReport {
     Index vertex_count = 0;
-    Index free_count = 0;  ///< vertices that are solved for: not those of parts without a single fixed vertex
+    Index free_count =
+        0;  ///< vertices that are solved for: not those of parts without a single anchor or fixed vertex
     Index anchor_count = 0;
     Index row_count = 0;             ///< residuals that take part in a solve
     std::vector<Index> level_sizes;  ///< free vertices in each level, finest first
@@ -74,8 +81,10 @@ struct SolveOptions {
 };
 
 struct Solution {
-    Positions vertices;   ///< n x 3; anchors exactly at their targets, fixed vertices exactly at rest
-    double energy = 0.0;  ///< what was minimised, squared units of the input: G, or with rigidity DeformationEnergy
+    Positions
+        vertices;  ///< n x 3; anchors exactly at their targets but for soft ones, fixed vertices exactly at rest
+    double energy = 0.0;  ///< what was minimised, squared units of the input: G, or with rigidity or soft
+                          ///< anchors DeformationEnergy
     double initial_energy = 0.0;
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
     double gradient = 0.0;          ///< and at the end, or where it was last linearised
@@ -89,14 +98,15 @@ struct Solution {
 /// A mesh bound to its anchors. Expensive to make, cheap to solve again for other targets.
 class Deformer {
   public:
-    /// @throws InvalidInput (numbers out of range, positions that are not finite, an anchor named twice, ...),
+    /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
+    /// anchor named twice, ...),
     ///         SolverFailure, Cancelled.
     Deformer(const Binding& binding, Execution& execution);
     Deformer(const Deformer&) = delete;
     Deformer& operator=(const Deformer&) = delete;
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
-    /// @param targets k x 3, in the order of the anchors.
+    /// @param targets k x 3, in the order of the anchors, hard and soft alike.
     /// @param start n x 3, an earlier solution: free vertices start there, and the fast method follows what the
     ///        anchors have moved since. None: the rest shape.
     /// @throws InvalidInput, SolverFailure, Cancelled; the deformer stays usable. From any thread;
@@ -117,7 +127,7 @@ class Deformer {
     Method method_;
     Positions rest_;
     std::vector<Index> anchors_;
-    std::vector<char> is_fixed_;          // n: anchors, and what lies outside the region of influence
+    std::vector<char> is_fixed_;          // n: hard anchors, and what lies outside the region of influence
     std::vector<Index> region_vertices_;  // the decoder's vertex numbers in the mesh
     BindReport report_;
     std::unique_ptr<Decoder> decoder_;

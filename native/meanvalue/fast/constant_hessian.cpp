@@ -220,6 +220,7 @@ SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, c
             std::copy(columns.values.begin(), columns.values.end(), hessian.valuePtr() + starts[begin]);
         });
     });
+    springs_.add_hessian(hessian);
     return hessian;
 }
 

@@ -16,12 +16,15 @@ constexpr std::size_t kRowsOfThread = 2048;
 }  // namespace
 
 DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
-                                     double size, Weights weights, const Execution& execution, Kernel kernel)
+                                     double size, Weights weights, const Execution& execution, Kernel kernel,
+                                     Springs springs)
     : encoding_(encoding),
       unknowns_(unknowns),
+      springs_(std::move(springs)),
       kernel_(kernel == Kernel::kFastest ? fastest_energy_kernel() : portable_energy_kernel()) {
     const bool by_length = weights == Weights::kByLength;
-    rows_ = build_energy_patches(encoding, unknowns, rest, size, by_length, kernel != Kernel::kScalar, execution);
+    rows_ = build_energy_patches(encoding, unknowns, rest, size, by_length, kernel != Kernel::kScalar,
+                                 springs_.hardness(unknowns.slot.size()), execution);
     index_uses(execution);
 }
 
@@ -73,6 +76,7 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     double sum = 0.0;
     for (const double share : patch_energy_)
         sum += share;
+    if (!springs_.empty()) sum += springs_.add_energy(positions, gradient, threads, execution);
     return sum;
 }
 
@@ -114,7 +118,7 @@ double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView&
 std::size_t DeformationEnergy::bytes() const {
     std::size_t sum = rows_.bytes() + shares_.capacity() * sizeof(PaddedPoint) +
                       patch_energy_.capacity() * sizeof(double) +
-                      (use_start_.capacity() + uses_.capacity()) * sizeof(Index);
+                      (use_start_.capacity() + uses_.capacity()) * sizeof(Index) + springs_.bytes();
     for (const Scratch& scratch : scratch_) {
         sum += scratch.positions.capacity() * sizeof(PaddedPoint) + scratch.by_ring.capacity() * sizeof(Vector3);
     }

@@ -8,19 +8,22 @@
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/fast/energy_kernels.h"
 #include "meanvalue/fast/energy_patches.h"
+#include "meanvalue/fast/springs.h"
 #include "meanvalue/solver/block_matrix.h"
 #include "meanvalue/solver/unknowns.h"
 
 namespace meanvalue {
 
 /// E = 1/2 sum_i a_i |v_i - F_i(V)|^2 + rigidity/2 (h/D)^2 sum_i sum_(j,k) c_jk |(v_j - v_k) - R_i (p_j - p_k)|^2
+///     + sum_k s_k |v_k - t_k|^2
 ///
 /// over the rows i that depend on free vertices. The first sum is equation 15 with weights. In the second, (j, k) are
 /// the spokes and rims of row i, p is the rest pose, R_i the rotation that fits best, and c the cotangent weights (as
 /// rigid as possible: Sorkine and Alexa 2007; with rims: Chao et al. 2010). With h_i the mean edge of row i at rest,
 /// a_i = h^2 / h_i^2, h^2 making them 1 in the mean, and D the size of the shape: the sums then approximate integrals
 /// over the surface of the squared change of curvature, and of squared strain over D^2, at any resolution, and
-/// rigidity has no unit. The row of a lone anchor counts many times more. docs/algorithm.md, "Rigidity".
+/// rigidity has no unit. The row of a lone anchor counts many times more. The third sum is of soft anchors (Springs).
+/// docs/algorithm.md, "Rigidity" and "Soft anchors".
 class DeformationEnergy {
   public:
     enum class Weights {
@@ -34,9 +37,11 @@ class DeformationEnergy {
         kScalar     ///< none, evaluate_row() for each row: what the others are held against
     };
 
-    /// @param rest n x 3; @param size D, in the same units. @pre encoding and unknowns outlive it. @throws Cancelled.
+    /// @param rest n x 3; @param size D, in the same units. @param springs of soft anchors, or none.
+    /// @pre encoding and unknowns outlive it. @throws Cancelled.
     DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double size,
-                      Weights weights, const Execution& execution, Kernel kernel = Kernel::kFastest);
+                      Weights weights, const Execution& execution, Kernel kernel = Kernel::kFastest,
+                      Springs springs = {});
 
     /// E in squared units. The same bits for any number of threads. @param positions n x 3.
     /// @param gradient |V'| x 3, receives dE/dV'. @throws Cancelled.
@@ -45,9 +50,13 @@ class DeformationEnergy {
 
     /// What of E's Hessian does not depend on the pose, one number for each pair of free vertices (lower triangle):
     /// (I - W)^T a (I - W) + rigidity (h/D)^2 times the Laplacian with weights c. It bounds the second part, whose
-    /// rotations only lower it, and is the smooth part of the first. The same bits for any number of threads.
+    /// rotations only lower it, and is the smooth part of the first; 2 s on the diagonal at soft anchors. The same
+    /// bits for any number of threads.
     /// @throws Cancelled.
     SparseMatrix constant_hessian(double rigidity, int threads, const Execution& execution) const;
+
+    /// To aim them: a solve sets the targets before it evaluates anything.
+    Springs& springs() { return springs_; }
 
     std::size_t bytes() const;
 
@@ -63,6 +72,7 @@ class DeformationEnergy {
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
+    Springs springs_;
     EnergyKernel kernel_;
     EnergyPatches rows_;
     // Scratch of evaluate(): shares of dE/dV by each point of each patch, and of E by each patch.

@@ -186,16 +186,24 @@ class PatchBuilder {
     std::vector<Spoke> spokes_;
 };
 
-/// Whether a row is that of a fixed vertex without fixed neighbours.
-bool is_lone_anchor(const Encoding& encoding, const Unknowns& unknowns, Index vertex) {
-    if (unknowns.slot[vertex] >= 0) return false;
+/// How much a row is that of an anchor without neighbours that are anchors: 0 or 1 where all are hard, and 0 in the
+/// middle of a handle of even strength, whatever that is.
+double loneliness(const Encoding& encoding, const Unknowns& unknowns, const std::vector<double>& hardness,
+                  Index vertex) {
+    const auto hardness_of = [&](Index v) {
+        if (unknowns.slot[v] < 0) return 1.0;
+        return hardness.empty() ? 0.0 : hardness[v];
+    };
+    double excess = hardness_of(vertex);
     const EncodedRing ring = encoding.ring_of(vertex);
-    return std::all_of(ring.ring, ring.ring + ring.valence, [&](Index j) { return unknowns.slot[j] >= 0; });
+    for (Index k = 0; k < ring.valence && excess > 0.0; ++k)
+        excess -= hardness_of(ring.ring[k]);
+    return std::max(0.0, excess);
 }
 
 /// From 1 / h_i^2 to a_i, once all are known.
 void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, bool by_length,
-                   const Execution& execution, EnergyPatches& rows) {
+                   const std::vector<double>& hardness, const Execution& execution, EnergyPatches& rows) {
     if (rows.bending.empty()) return;
     double inverse_squares = 0.0;
     for (const double value : rows.bending)
@@ -204,8 +212,9 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     for (std::size_t row = 0; row < rows.bending.size(); ++row) {
         execution.check_every(row);
         rows.bending[row] = by_length ? rows.bending[row] * square : 1.0;
-        if (by_length && is_lone_anchor(encoding, unknowns, unknowns.rows[row]))
-            rows.bending[row] *= kLoneAnchorWeight;
+        if (!by_length) continue;
+        const double lonely = loneliness(encoding, unknowns, hardness, unknowns.rows[row]);
+        rows.bending[row] *= 1.0 + (kLoneAnchorWeight - 1.0) * lonely;
     }
     rows.stretching = square / (size * size);
     for (std::size_t k = 0; k < rows.batches.size(); ++k) {
@@ -224,7 +233,8 @@ std::size_t bytes_of(const std::vector<T>& items) {
 }  // namespace
 
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
-                                   double size, bool by_length, bool in_batches, const Execution& execution) {
+                                   double size, bool by_length, bool in_batches, const std::vector<double>& hardness,
+                                   const Execution& execution) {
     EnergyPatches result;
     PatchBuilder builder(encoding, unknowns, rest, kShortestEdge * size, result);
     builder.reserve(in_batches, execution);
@@ -233,7 +243,7 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
         builder.add(begin, std::min(begin + kPatchRows, unknowns.rows.size()), in_batches);
     }
     builder.begin_patch();
-    scale_weights(encoding, unknowns, size, by_length, execution, result);
+    scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
     execution.check();
     result.points.shrink_to_fit();
     execution.check();

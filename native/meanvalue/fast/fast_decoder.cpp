@@ -34,13 +34,22 @@ constexpr double kLeastDiagonal = 1e-9;
 
 }  // namespace
 
-FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, double rigidity, int threads,
-                         Execution& execution)
+FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
+                         double rigidity, int threads, Execution& execution)
     : region_(std::move(region)),
       threads_(threads),
       rigidity_(rigidity),
-      size_(bounding_box_diagonal(region_.positions)) {
-    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
+      size_(bounding_box_diagonal(region_.positions)),
+      soft_(std::move(soft)) {
+    std::sort(soft_.begin(), soft_.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
+    std::vector<char> is_soft(soft_.empty() ? 0 : region_.is_fixed.size(), 0);
+    std::vector<char> is_held = region_.is_fixed;
+    if (!soft_.empty()) hold_.assign(region_.is_fixed.size(), 1.0);
+    for (const SoftAnchor& anchor : soft_) {
+        is_soft[anchor.vertex] = is_held[anchor.vertex] = 1;
+        hold_[anchor.vertex] = hardness_of(anchor.strength);
+    }
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution, is_soft);
     OneRings rings;
     {
         const StageTimer timer(bind_timings_, "encode");
@@ -49,8 +58,7 @@ FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, doubl
         rings = collect_one_rings(mesh, execution);
         encoding_ = encode(rings, region_.positions, threads_, execution);
     }
-    pieces_ =
-        std::make_unique<RigidPieces>(encoding_, region_.positions, region_.is_fixed, handles, size_, execution);
+    pieces_ = std::make_unique<RigidPieces>(encoding_, region_.positions, is_held, handles, size_, execution);
     std::vector<double> stages;
     for (const double stiffness : kStiffness) {
         if (stiffness > rigidity_) stages.push_back(stiffness);
@@ -67,6 +75,7 @@ FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, doubl
             options.exact_order = false;
             options.thin_out_fixed = true;
             options.handles = handles;
+            options.is_soft = std::move(is_soft);
             hierarchy_ = build_hierarchy(rings, region_.positions, region_.is_fixed, options, threads_, execution);
         }
         const StageTimer timer(bind_timings_, "coarse level");
@@ -74,22 +83,30 @@ FastDecoder::FastDecoder(Region region, const std::vector<Index>& handles, doubl
         for (std::size_t k = 0; k < hierarchy_.base().removed_count; ++k)
             is_fixed[hierarchy_.order[k]] = 1;
         const Encoding& encoding = hierarchy_.base().encoding;
-        coarse_ = make_level(encoding, find_unknowns(encoding, is_fixed), stages, execution);
+        Unknowns coarse_unknowns = find_unknowns(encoding, is_fixed);
+        if (!soft_.empty()) {
+            const double scale = energy_unit(encoding, coarse_unknowns, region_.positions, execution) /
+                                 energy_unit(encoding_, unknowns, region_.positions, execution);
+            coarse_soft_ = coarse_soft_anchors(soft_, hierarchy_, static_cast<Index>(region_.vertices.size()), scale);
+        }
+        coarse_ = make_level(encoding, std::move(coarse_unknowns), coarse_soft_.anchors, stages, execution);
         stages = {rigidity_};
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
-    fine_ = make_level(encoding_, std::move(unknowns), stages, execution);
+    fine_ = make_level(encoding_, std::move(unknowns), soft_, stages, execution);
 }
 
 std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding& encoding, Unknowns unknowns,
+                                                                  std::vector<SoftAnchor> soft,
                                                                   const std::vector<double>& rigidities,
                                                                   Execution& execution) const {
     auto level = std::make_unique<SolverLevel>();
     level->unknowns = std::move(unknowns);
     const auto weights = rigidity_ > 0.0 ? DeformationEnergy::Weights::kByLength : DeformationEnergy::Weights::kPlain;
-    level->energy =
-        std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_, weights, execution);
+    level->energy = std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_, weights,
+                                                        execution, DeformationEnergy::Kernel::kFastest,
+                                                        Springs(std::move(soft), level->unknowns));
     level->minimiser = QuasiNewton(level->unknowns);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
@@ -128,6 +145,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     report.stop_reason = "no free vertices";
     if (fine_->unknowns.free.empty()) return report;
     execution.begin_stage("solve");
+    aim_springs(options);
     if (options.previous == nullptr) {
         {
             const StageTimer timer(report.timings, "start");
@@ -156,13 +174,29 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     return report;
 }
 
+void FastDecoder::aim_springs(const DecodeOptions& options) {
+    for (SolverLevel* level : {fine_.get(), coarse_.get()}) {
+        if (level != nullptr && !level->energy->springs().empty())
+            level->energy->springs().aim_at_targets(*options.targets);
+    }
+}
+
+/// So that on the coarse level they pull as much as the targets have moved since `previous` was found.
+void FastDecoder::aim_coarse_springs_after(const Positions& previous, Execution& execution) {
+    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
+    fine_->energy->evaluate(previous, rigidity_, gradient, threads_, execution);
+    coarse_soft_.aim(fine_->energy->springs(), fine_->unknowns, gradient, previous, coarse_->energy->springs());
+}
+
 /// Carries a shape that was near a minimum along with fixed vertices that have moved a little since. The coarse
 /// level, its energy tilted so that it was at a minimum too (full approximation scheme, Brandt 1977), follows them,
 /// and the splits hand its move on. What is smooth in the move would take the whole mesh many steps.
 void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positions, Execution& execution) {
     const std::vector<Index>& coarse_free = coarse_->unknowns.free;
     Positions tilt(static_cast<Eigen::Index>(coarse_free.size()), 3);
+    coarse_->energy->springs().aim_at_vertices(previous);  // they were in balance with the rest
     coarse_->energy->evaluate(previous, rigidity_, tilt, threads_, execution);
+    if (!soft_.empty()) aim_coarse_springs_after(previous, execution);
     const auto tilted = [&](const Positions& at, Positions& gradient) {
         double value = coarse_->energy->evaluate(at, rigidity_, gradient, threads_, execution);
         for (std::size_t k = 0; k < coarse_free.size(); ++k)
@@ -192,7 +226,7 @@ void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positio
 void FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution) {
     const RigidPieces::Way way = pieces_->way_to(positions);
     execution.check();
-    const Positions carried = carry_parts(components_, region_.positions, positions);
+    const Positions carried = carry_parts(components_, region_.positions, positions, hold_);
     execution.check();
     for (std::size_t v = 0; v < region_.is_fixed.size(); ++v) {
         if (!region_.is_fixed[v]) positions.row(v) = carried.row(v);
@@ -235,11 +269,19 @@ double FastDecoder::follow(const RigidPieces::Way& way, double tolerance, int ma
                            Execution& execution) {
     SolverLevel& level = starting_level();
     const int steps = static_cast<int>(std::ceil(way.largest_angle_rad() / kTurnOfStep));
+    // Springs are pulled along the way as the fixed vertices are.
+    const auto place = [&](double fraction) {
+        Springs& springs = level.energy->springs();
+        springs.set_aside(positions);
+        way.place(fraction, positions);
+        springs.aim_at_vertices(positions);
+        springs.put_back(positions);
+    };
     for (int step = 1; step < steps; ++step) {
-        way.place(static_cast<double>(step) / steps, positions);
+        place(static_cast<double>(step) / steps);
         minimise(level, level.stages.size() - 1, kFollowTolerance, kMostFollowSteps, positions, execution);
     }
-    way.place(1.0, positions);
+    place(1.0);
     return minimise(level, level.stages.size() - 1, std::max(tolerance, kStageTolerance), max_iterations, positions,
                     execution)
         .energies.back();

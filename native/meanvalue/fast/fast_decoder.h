@@ -7,6 +7,7 @@
 #include "meanvalue/fast/deformation_energy.h"
 #include "meanvalue/fast/quasi_newton.h"
 #include "meanvalue/fast/rigid_pieces.h"
+#include "meanvalue/fast/springs.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/region.h"
@@ -23,9 +24,11 @@ namespace meanvalue {
 /// theirs is the whole one. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
-    /// @param handles n of the region, the handle of each fixed vertex or -1; or empty. @param rigidity 0 or more.
+    /// @param soft soft anchors, in the region's vertex numbers; none of them fixed. @param handles n of the region,
+    /// the handle of each fixed vertex and soft anchor or -1; or empty. @param rigidity 0 or more.
     /// @throws Cancelled, SolverFailure.
-    FastDecoder(Region region, const std::vector<Index>& handles, double rigidity, int threads, Execution& execution);
+    FastDecoder(Region region, std::vector<SoftAnchor> soft, const std::vector<Index>& handles, double rigidity,
+                int threads, Execution& execution);
 
     DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) override;
     const Encoding& encoding() const override { return encoding_; }
@@ -50,11 +53,13 @@ class FastDecoder : public Decoder {
         std::vector<std::unique_ptr<Stage>> stages;  // stiffest first; the last has the rigidity asked for
     };
 
-    std::unique_ptr<SolverLevel> make_level(const Encoding& encoding, Unknowns unknowns,
+    std::unique_ptr<SolverLevel> make_level(const Encoding& encoding, Unknowns unknowns, std::vector<SoftAnchor> soft,
                                             const std::vector<double>& rigidities, Execution& execution) const;
     QuasiNewtonReport minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
                                Positions& positions, Execution& execution) const;
     void start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution);
+    void aim_springs(const DecodeOptions& options);
+    void aim_coarse_springs_after(const Positions& previous, Execution& execution);
     void follow_on_coarse(const Positions& previous, Positions& positions, Execution& execution);
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
@@ -66,6 +71,9 @@ class FastDecoder : public Decoder {
     int threads_;
     double rigidity_;
     double size_;
+    std::vector<SoftAnchor> soft_;   // by ascending vertex
+    CoarseSoftAnchors coarse_soft_;  // empty where there is no coarse level
+    std::vector<double> hold_;       // n: what each vertex counts in carrying parts; empty where all anchors are hard
     Timings bind_timings_;
     Components components_;
     Index detached_triangle_count_ = 0;

@@ -76,6 +76,8 @@ class Coarsening {
           states_(is_fixed.size()),
           recorder_(rings.vertex_count()) {
         if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
+        if (!options.is_soft.empty())
+            soft_parts_ = find_fixed_parts(rings, positions, options.is_soft, options.handles);
         std::vector<Candidate> candidates(is_fixed.size(), kNoClass << 32);
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
             CollapseCost cost(positions_);
@@ -135,6 +137,7 @@ class Coarsening {
     }
 
     Splits take_splits() { return recorder_.take(threads_, execution_); }
+    const std::vector<SoftMerge>& soft_merges() const { return soft_merges_; }
     bool is_removed(Index vertex) const { return states_[vertex].is_removed; }
 
   private:
@@ -150,6 +153,7 @@ class Coarsening {
 
     bool is_removable(Index vertex) const {
         if (!mesh_.is_manifold(vertex)) return false;
+        if (is_soft(vertex)) return !soft_parts_.is_extreme[vertex];
         return !is_fixed_[vertex] || (!parts_.part.empty() && !parts_.is_extreme[vertex]);
     }
 
@@ -157,8 +161,12 @@ class Coarsening {
     /// valence; such a vertex is looked at once its ring has shrunk.
     bool is_short(Index vertex) const { return mesh_.ring(vertex).valence <= RingMesh::kLongestRemovable; }
 
-    /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones.
+    bool is_soft(Index vertex) const { return !soft_parts_.part.empty() && soft_parts_.part[vertex] >= 0; }
+
+    /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones. The same
+    /// holds for soft ones.
     bool may_become(Index vertex, Index to) const {
+        if (is_soft(vertex)) return soft_parts_.part[vertex] == soft_parts_.part[to];
         return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to];
     }
 
@@ -219,6 +227,7 @@ class Coarsening {
             for (const Index second : mesh_.ring(neighbour))
                 __builtin_prefetch(positions_.row(second).data());
         }
+        if (is_soft(vertex)) soft_merges_.push_back({vertex, to});
         mesh_.collapse(vertex, to);
         states_[vertex].is_removed = true;
         for (const Index neighbour : neighbours_)
@@ -258,7 +267,9 @@ class Coarsening {
     WorkMeter work_;
     CollapseCost cost_;
     RingEncoder encoder_;
-    FixedParts parts_;  // empty where no fixed vertex may be removed
+    FixedParts parts_;       // empty where no fixed vertex may be removed
+    FixedParts soft_parts_;  // the same of soft vertices; empty where there are none
+    std::vector<SoftMerge> soft_merges_;
     std::vector<State> states_;
     Queue candidates_;
     std::vector<Index> neighbours_;
@@ -281,7 +292,7 @@ Index Hierarchy::longest_ring() const {
 }
 
 std::size_t Hierarchy::bytes() const {
-    std::size_t sum = order.capacity() * sizeof(Index);
+    std::size_t sum = order.capacity() * sizeof(Index) + soft_merges.capacity() * sizeof(SoftMerge);
     for (const Level& level : levels)
         sum += level.encoding.bytes() + level.splits.bytes();
     return sum;
@@ -304,6 +315,7 @@ Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions,
     for (const Index size : options.level_sizes)
         add_level(size);
     if (options.down_to_base || options.level_sizes.empty()) add_level(0);
+    hierarchy.soft_merges = coarsening.soft_merges();
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         if (!is_fixed[v] && !coarsening.is_removed(v)) hierarchy.base_unknowns.push_back(v);
     }

@@ -24,9 +24,18 @@ struct CoarseningOptions {
     /// Fixed vertices may be removed as well, where they are as dense as the free ones: merged into fixed neighbours
     /// of the same handle, of which each connected part keeps its extreme points.
     bool thin_out_fixed = false;
-    /// n, or empty: which handle a fixed vertex belongs to; ignored for free ones. Without it fixed neighbours are of
-    /// one handle.
+    /// n, or empty: which handle a fixed or soft vertex belongs to; ignored for others. Without it such neighbours
+    /// are of one handle.
     std::vector<Index> handles;
+    /// n flags, or empty: free vertices with springs. They are thinned out in the same way, apart from the fixed
+    /// ones.
+    std::vector<char> is_soft;
+};
+
+/// A soft vertex that was merged into one of its own kind.
+struct SoftMerge {
+    Index removed;
+    Index into;
 };
 
 /// The mesh at one moment of the coarsening.
@@ -39,9 +48,10 @@ struct Level {
 
 /// A removal order with all that is needed to undo it for other positions. Vertex numbers stay those of the mesh.
 struct Hierarchy {
-    std::vector<Index> order;          ///< removed vertices, first removed first
-    std::vector<Level> levels;         ///< finest first; at least one
-    std::vector<Index> base_unknowns;  ///< free vertices of the coarsest level, ascending
+    std::vector<Index> order;            ///< removed vertices, first removed first
+    std::vector<Level> levels;           ///< finest first; at least one
+    std::vector<SoftMerge> soft_merges;  ///< in the order of removal
+    std::vector<Index> base_unknowns;    ///< free vertices of the coarsest level, ascending
 
     /// The coarsest level.
     const Level& base() const { return levels.back(); }

@@ -37,7 +37,7 @@ class DisjointSets {
     std::vector<Index> parent_;
 };
 
-/// @param fixed the numbers of the fixed vertices of one part.
+/// @param fixed the numbers of the fixed vertices and soft anchors of one part.
 int undetermined_dimensions(const PositionsView& positions, const std::vector<Index>& fixed) {
     if (fixed.empty()) return 7;
     const Vector3 first = positions.row(fixed.front());
@@ -57,7 +57,8 @@ int undetermined_dimensions(const PositionsView& positions, const std::vector<In
 }  // namespace
 
 Components find_components(const PositionsView& positions, const TrianglesView& faces,
-                           const std::vector<char>& is_fixed, const Execution& execution) {
+                           const std::vector<char>& is_fixed, const Execution& execution,
+                           const std::vector<char>& is_soft) {
     const Index vertex_count = static_cast<Index>(positions.rows());
     DisjointSets sets(vertex_count);
     for (Index f = 0; f < faces.rows(); ++f) {
@@ -83,6 +84,9 @@ Components find_components(const PositionsView& positions, const TrianglesView& 
             result.fixed[part].push_back(v);
         } else {
             ++result.parts[part].free_count;
+            if (is_soft.empty() || !is_soft[v]) continue;
+            ++result.parts[part].soft_count;
+            result.fixed[part].push_back(v);
         }
     }
     for (std::size_t part = 0; part < result.parts.size(); ++part) {

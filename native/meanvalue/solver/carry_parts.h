@@ -6,8 +6,11 @@
 
 namespace meanvalue {
 
-/// Each part of the rest shape moved by the similarity that fits its fixed vertices best; parts without any stay.
-/// @param rest n x 3; @param placed n x 3, of which the fixed vertices' rows are read. @return n x 3.
-Positions carry_parts(const Components& components, const PositionsView& rest, const PositionsView& placed);
+/// Each part of the rest shape moved by the similarity that fits best what holds it (Components::fixed); parts
+/// without any such vertex stay.
+/// @param rest n x 3; @param placed n x 3, of which the rows of those are read. @param weights n, what each of them
+/// counts, above 0; or empty: all the same. @return n x 3.
+Positions carry_parts(const Components& components, const PositionsView& rest, const PositionsView& placed,
+                      const std::vector<double>& weights = {});
 
 }  // namespace meanvalue

@@ -18,6 +18,8 @@ struct DecodeOptions {
     /// Where to start, or nullptr: an earlier shape of the region, n x 3, with its fixed vertices where they were
     /// then.
     const Positions* previous = nullptr;
+    /// k x 3, in the order of all anchors: where soft ones are pulled to. Decoders without any do not look at it.
+    const PositionsView* targets = nullptr;
 };
 
 struct DecodeReport {
@@ -39,7 +41,8 @@ class Decoder {
     Decoder& operator=(const Decoder&) = delete;
     virtual ~Decoder() = default;
 
-    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start;
+    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start,
+    /// soft anchors then at their targets if there is no earlier shape;
     /// receives the
     ///        result. Left in any state on an exception. @throws Cancelled, SolverFailure; the decoder stays usable.
     virtual DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) = 0;

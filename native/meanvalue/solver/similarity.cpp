@@ -25,22 +25,26 @@ Matrix3 fit_rotation(const Matrix3& covariance) {
     return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
-Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points) {
+Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points,
+                          const std::vector<double>& weights) {
+    const auto weight_of = [&](Index v) { return weights.empty() ? 1.0 : weights[v]; };
+    double total = 0.0;
     Vector3 from_centre = Vector3::Zero();
     Vector3 to_centre = Vector3::Zero();
     for (const Index v : points) {
-        from_centre += Vector3(from.row(v));
-        to_centre += Vector3(to.row(v));
+        total += weight_of(v);
+        from_centre += weight_of(v) * Vector3(from.row(v));
+        to_centre += weight_of(v) * Vector3(to.row(v));
     }
-    from_centre /= static_cast<double>(points.size());
-    to_centre /= static_cast<double>(points.size());
+    from_centre /= total;
+    to_centre /= total;
 
     Matrix3 covariance = Matrix3::Zero();
     double spread = 0.0;
     for (const Index v : points) {
         const Vector3 offset = Vector3(from.row(v)) - from_centre;
-        covariance += (Vector3(to.row(v)) - to_centre) * offset.transpose();
-        spread += offset.squaredNorm();
+        covariance += weight_of(v) * (Vector3(to.row(v)) - to_centre) * offset.transpose();
+        spread += weight_of(v) * offset.squaredNorm();
     }
     Similarity result;
     result.rotation = fit_rotation(covariance);

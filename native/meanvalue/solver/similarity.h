@@ -22,7 +22,9 @@ Matrix3 fit_rotation(const Matrix3& covariance);
 
 /// Least-squares fit over the points named (Umeyama 1991). What too few or collinear points leave open is
 /// chosen nearest to the identity: a translation for one point, the smallest turn for two.
-/// @param from, to n x 3 each; @param points at least one row number.
-Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points);
+/// @param from, to n x 3 each; @param points at least one row number. @param weights n, what each row counts, above 0
+/// for those of `points`; or empty: all the same.
+Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points,
+                          const std::vector<double>& weights = {});
 
 }  // namespace meanvalue

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mesh that takes its time: progress, Esc, and a drag that is never waited for."""
+
+import sys
+
+import bpy
+import numpy as np
+from support import steps
+from support.snapshot import assert_same, snapshot
+
+COLUMNS = 300  # and as many rows: 90,000 vertices bind for seconds
+
+
+def _sheet(ui, live):
+    """A big sheet with a pin along one edge and a handle along the other, seen from the front."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=COLUMNS - 1, y_subdivisions=COLUMNS - 1, size=4.0)
+    obj = bpy.context.object
+    obj.name = "Sheet"
+    count = len(obj.data.vertices)
+    steps.add_group(obj, "Low", range(COLUMNS))
+    steps.add_group(obj, "High", range(count - COLUMNS, count))
+    bpy.ops.meanvalue.add_pin(group="Low")
+    bpy.ops.meanvalue.add_handle(group="High", live=live)
+    ui.remember()
+    ui.frame_all()
+    yield from ui.open_tab("Mean-Value")
+
+
+def sheet():
+    return bpy.data.objects["Sheet"]
+
+
+def control():
+    return sheet().meanvalue.anchor_groups["High"].control
+
+
+def _follower():
+    return sys.modules["meanvalue_deform.live.engine"]._followers["Sheet"]
+
+
+def escape_during_a_bind(ui):
+    yield from _sheet(ui, live=False)
+    before = snapshot(sheet())
+    yield from ui.invoke("meanvalue.bind")
+    yield from ui.wait_until(lambda: "Binding 'Sheet'" in (ui.status_text() or ""), "the status bar tells of the bind")
+    yield from ui.screenshot("long_1_binding")
+    assert "Esc: Cancel" in ui.status_text()
+    yield from ui.key('ESC')
+    yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    assert_same(before, snapshot(sheet()))
+    assert any("Cancelled" in line for line in ui.reports()), ui.reports()
+
+    yield from ui.invoke("meanvalue.bind")
+    yield from ui.wait_until(lambda: sheet().meanvalue.bound.is_bound, "it binds when it is let")
+    yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    yield from ui.undo()
+    assert not sheet().meanvalue.bound.is_bound
+
+
+def escape_during_a_solve(ui):
+    yield from _sheet(ui, live=False)
+    yield from ui.invoke("meanvalue.bind")
+    yield from ui.wait_until(lambda: sheet().meanvalue.bound.is_bound, "it is bound")
+    control().location.z += 1.0
+    control().rotation_mode = 'XYZ'
+    control().rotation_euler.x = 2.0
+    ui.remember()
+    before = snapshot(sheet())
+    yield from ui.invoke("meanvalue.solve")
+    yield from ui.wait_until(lambda: "Solving 'Sheet'" in (ui.status_text() or ""), "the status bar tells of the solve")
+    yield from ui.key('ESC')
+    yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    assert_same(before, snapshot(sheet()))
+
+
+def another_file_during_a_bind(ui):
+    yield from _sheet(ui, live=False)
+    yield from ui.invoke("meanvalue.bind")
+    yield from ui.wait_until(lambda: "Binding" in (ui.status_text() or ""), "it binds")
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    yield
+    yield
+    assert "Sheet" not in bpy.data.objects
+    assert sys.modules["meanvalue_deform.workers.job"]._running == set()
+
+
+def a_slow_drag_ends_with_the_answer(ui):
+    yield from _sheet(ui, live=True)
+    yield from ui.wait_until(lambda: _follower().is_caught_up, "it is bound")
+    yield from ui.drag_by_keys('G', 80, 120, steps=8, end=None)
+    yield from ui.screenshot("long_2_slow_drag")
+    yield from ui.key('RET')
+    yield from ui.wait_until(
+        lambda: _follower().tick(sheet()) is None and _follower().is_caught_up, "the drag is settled"
+    )
+    keys = sheet().data.shape_keys.key_blocks
+    moved = np.empty(3 * len(sheet().data.vertices), np.float32)
+    keys["Mean-Value"].data.foreach_get("co", moved)
+    rest = np.empty_like(moved)
+    keys["Basis"].data.foreach_get("co", rest)
+    offset = (moved - rest).reshape(-1, 3)[-COLUMNS:]
+    wanted = np.array(control().location) - (0.0, 2.0, 0.0)
+    assert np.abs(offset - wanted).max() < 1e-3, (offset[0], wanted)

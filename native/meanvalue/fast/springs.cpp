@@ -1,0 +1,139 @@
+#include "meanvalue/fast/springs.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "meanvalue/common/parallel.h"
+
+namespace meanvalue {
+namespace {
+
+// Springs of a partial sum: fixed, so that sums do not depend on the number of threads.
+constexpr Index kPiece = 2048;
+
+bool lower_vertex(const SoftAnchor& a, const SoftAnchor& b) {
+    return a.vertex < b.vertex;
+}
+
+}  // namespace
+
+Springs::Springs(std::vector<SoftAnchor> anchors, const Unknowns& unknowns) : anchors_(std::move(anchors)) {
+    std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
+    for (const SoftAnchor& anchor : anchors_)
+        slots_.push_back(unknowns.slot[anchor.vertex]);
+    targets_.setZero(static_cast<Eigen::Index>(anchors_.size()), 3);
+    aside_.setZero(static_cast<Eigen::Index>(anchors_.size()), 3);
+    pieces_.resize((anchors_.size() + kPiece - 1) / kPiece);
+}
+
+void Springs::aim_at_targets(const PositionsView& targets) {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        targets_.row(k) = targets.row(anchors_[k].anchor);
+}
+
+void Springs::aim_at_vertices(const PositionsView& positions) {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        targets_.row(k) = positions.row(anchors_[k].vertex);
+}
+
+void Springs::set_aside(const Positions& positions) {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        aside_.row(k) = positions.row(anchors_[k].vertex);
+}
+
+void Springs::put_back(Positions& positions) const {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        positions.row(anchors_[k].vertex) = aside_.row(k);
+}
+
+double Springs::add_energy(const PositionsView& positions, Positions& gradient, int threads,
+                           const Execution& execution) {
+    const auto count = static_cast<Index>(anchors_.size());
+    parallel_for(static_cast<Index>(pieces_.size()), threads, execution, [&](Index first, Index last) {
+        for (Index piece = first; piece < last; ++piece) {
+            double sum = 0.0;
+            for (Index k = piece * kPiece; k < std::min(count, (piece + 1) * kPiece); ++k) {
+                const double strength = anchors_[k].strength;
+                const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets_.row(k);
+                sum += strength * stretch.squaredNorm();
+                gradient.row(slots_[k]) += 2.0 * strength * stretch;
+            }
+            pieces_[piece] = sum;
+        }
+    });
+    return std::accumulate(pieces_.begin(), pieces_.end(), 0.0);
+}
+
+void Springs::add_hessian(SparseMatrix& hessian) const {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        hessian.valuePtr()[hessian.outerIndexPtr()[slots_[k]]] += 2.0 * anchors_[k].strength;
+}
+
+std::vector<double> Springs::hardness(std::size_t vertex_count) const {
+    if (empty()) return {};
+    std::vector<double> result(vertex_count, 0.0);
+    for (const SoftAnchor& anchor : anchors_)
+        result[anchor.vertex] = hardness_of(anchor.strength);
+    return result;
+}
+
+std::size_t Springs::bytes() const {
+    return anchors_.capacity() * sizeof(SoftAnchor) + slots_.capacity() * sizeof(Index) +
+           (static_cast<std::size_t>(targets_.size() + aside_.size()) + pieces_.capacity()) * sizeof(double);
+}
+
+void CoarseSoftAnchors::aim(const Springs& fine, const Unknowns& unknowns, const Positions& gradient,
+                            const Positions& previous, Springs& coarse) const {
+    // Each spring's target first collects the forces of all that it stands for, and their strengths.
+    std::vector<double> strengths(anchors.size(), 0.0);
+    for (std::size_t k = 0; k < anchors.size(); ++k)
+        coarse.aim_one(k, Eigen::RowVector3d::Zero());
+    for (std::size_t j = 0; j < stands_in.size(); ++j) {
+        const SoftAnchor& anchor = fine.anchors()[j];
+        const Index k = stands_in[j];
+        coarse.aim_one(k, coarse.targets().row(k) - gradient.row(unknowns.slot[anchor.vertex]));
+        strengths[k] += anchor.strength;
+    }
+    for (std::size_t k = 0; k < anchors.size(); ++k) {
+        coarse.aim_one(k, previous.row(anchors[k].vertex) + coarse.targets().row(k) / (2.0 * strengths[k]));
+    }
+}
+
+CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
+                                      Index vertex_count, double scale) {
+    std::vector<Index> into(vertex_count);
+    std::iota(into.begin(), into.end(), 0);
+    // Backwards, so that what a vertex was merged into is known by where that went.
+    for (auto merge = hierarchy.soft_merges.rbegin(); merge != hierarchy.soft_merges.rend(); ++merge)
+        into[merge->removed] = into[merge->into];
+    CoarseSoftAnchors result;
+    std::vector<Index> place(vertex_count, -1);
+    for (const SoftAnchor& anchor : anchors) {
+        if (into[anchor.vertex] != anchor.vertex) continue;
+        place[anchor.vertex] = static_cast<Index>(result.anchors.size());
+        result.anchors.push_back(anchor);
+        result.anchors.back().strength = 0.0;
+    }
+    for (const SoftAnchor& anchor : anchors) {
+        result.stands_in.push_back(place[into[anchor.vertex]]);
+        result.anchors[result.stands_in.back()].strength += scale * anchor.strength;
+    }
+    return result;
+}
+
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                   const Execution& execution) {
+    double inverse_squares = 0.0;
+    for (const Index i : unknowns.rows) {
+        execution.check_every(i);
+        const EncodedRing ring = encoding.ring_of(i);
+        double length = 0.0;
+        for (Index k = 0; k < ring.valence; ++k)
+            length += (rest.row(i) - rest.row(ring.ring[k])).norm();
+        length /= ring.valence;
+        if (length > 0.0) inverse_squares += 1.0 / (length * length);
+    }
+    return inverse_squares > 0.0 ? static_cast<double>(unknowns.rows.size()) / inverse_squares : 1.0;
+}
+
+}  // namespace meanvalue

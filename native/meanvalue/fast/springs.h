@@ -1,0 +1,89 @@
+// Soft anchors: free vertices that springs pull to their targets.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/solver/block_matrix.h"
+#include "meanvalue/solver/unknowns.h"
+
+namespace meanvalue {
+
+/// An anchor that is pulled instead of fixed.
+struct SoftAnchor {
+    Index vertex = 0;       ///< a free one
+    Index anchor = 0;       ///< its place among all anchors, in whose order targets come
+    double strength = 1.0;  ///< s > 0, finite, without unit: its spring has the energy s |v - target|^2
+};
+
+/// How near to a fixed vertex a soft anchor is, from 0 to 1. Rows of free vertices have diagonals of about 1.
+inline double hardness_of(double strength) {
+    return strength / (strength + 1.0);
+}
+
+/// sum_k s_k |v_k - t_k|^2 over the soft anchors of one level, at any rigidity. Targets may change at any time;
+/// nothing is allocated after construction.
+class Springs {
+  public:
+    Springs() = default;
+    /// @param anchors their order does not matter. @pre all of them are free.
+    Springs(std::vector<SoftAnchor> anchors, const Unknowns& unknowns);
+
+    bool empty() const { return anchors_.empty(); }
+    const std::vector<SoftAnchor>& anchors() const { return anchors_; }  ///< by ascending vertex
+    const Positions& targets() const { return targets_; }                ///< |anchors()| x 3
+
+    /// @param targets k x 3, in the order of all anchors, the units of the positions.
+    void aim_at_targets(const PositionsView& targets);
+    /// @param positions n x 3: each spring's target is where its vertex is there.
+    void aim_at_vertices(const PositionsView& positions);
+    void aim_one(std::size_t spring, const Eigen::RowVector3d& target) { targets_.row(spring) = target; }
+    /// Remembers where soft anchors are in `positions` (n x 3), and puts them back to there.
+    void set_aside(const Positions& positions);
+    void put_back(Positions& positions) const;
+
+    /// Their energy, in squared units. Adds its derivative to `gradient` (|V'| x 3). The same bits for any number of
+    /// threads. @throws Cancelled.
+    double add_energy(const PositionsView& positions, Positions& gradient, int threads, const Execution& execution);
+    /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
+    void add_hessian(SparseMatrix& hessian) const;
+
+    /// n numbers: hardness_of() each soft anchor, 0 elsewhere; empty where there are none.
+    std::vector<double> hardness(std::size_t vertex_count) const;
+    std::size_t bytes() const;
+
+  private:
+    std::vector<SoftAnchor> anchors_;
+    std::vector<Index> slots_;
+    Positions targets_;           // |anchors| x 3
+    Positions aside_;             // |anchors| x 3
+    std::vector<double> pieces_;  // scratch: energy by piece
+};
+
+/// The soft anchors of a coarse level, and which of them stands for each of the whole mesh.
+struct CoarseSoftAnchors {
+    std::vector<SoftAnchor> anchors;  ///< by ascending vertex
+    std::vector<Index> stands_in;     ///< for each of the whole mesh, by ascending vertex: its place in `anchors`
+
+    /// Aims the springs of the coarse level as if `previous` had been in balance until the targets moved: each pulls
+    /// with the force that is left there on those that it stands for.
+    /// @param gradient of the whole mesh' energy at `previous` (n x 3) with the targets as they are now, |V'| x 3.
+    void aim(const Springs& fine, const Unknowns& unknowns, const Positions& gradient, const Positions& previous,
+             Springs& coarse) const;
+};
+
+/// Removed soft anchors give their strengths to those that they were merged into, so that a handle's total spring is
+/// kept; then all are multiplied with `scale`. @param anchors by ascending vertex.
+CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
+                                      Index vertex_count, double scale);
+
+/// 1 / mean(1 / h_i^2), squared units, h_i the mean edge of row i at rest: what the energy of a given pose is
+/// proportional to, so that springs of two levels are in balance where their strengths are too. @param rest n x 3.
+/// @throws Cancelled.
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                   const Execution& execution);
+
+}  // namespace meanvalue
