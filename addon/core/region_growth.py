@@ -25,8 +25,8 @@ def grown_by_distance(edges, positions, seeds, distance):
 def _nearness(edges, lengths, seeds, vertex_count, limit):
     """n float64: length of the shortest way from the seeds; infinite beyond `limit`.
 
-    Shortest paths after Bellman and Ford, going on from the vertices that came nearer in the last step only: a few numpy
-    calls for each ring, where a queue (Dijkstra) takes several Python steps for each edge.
+    Shortest paths after Bellman and Ford, going on only from the vertices that came nearer in the last step: a few
+    numpy calls for each ring, where a queue (Dijkstra) takes several Python steps for each edge.
     """
     starts, neighbours, lengths = _ways(edges, lengths, vertex_count)
     nearness = np.full(vertex_count, np.inf)

@@ -33,7 +33,8 @@ class MEANVALUE_OT_add_preset(AddPresetBase, bpy.types.Operator):
     def execute(self, context):
         if self.remove_name:
             if not self._is_stored():
-                self.report({'ERROR'}, f"You have stored no preset '{self.name}'. Those of the add-on cannot be removed.")
+                problem = f"You have stored no preset '{self.name}'. Those that come with the add-on cannot be removed"
+                self.report({'ERROR'}, wording.sentence(problem))
                 return {'CANCELLED'}
         elif not self.as_filename(self.name):
             self.report({'ERROR'}, "The preset has no name. Give it one of letters or digits.")

@@ -9,7 +9,7 @@ from .base import MeshOperator
 
 
 class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
-    """Paint the region of influence: every weight above zero belongs to it. Its vertex group is made if it is missing"""
+    """Paint the region of influence: what has a weight belongs to it. Its vertex group is made if it is missing"""
 
     bl_idname = "meanvalue.paint_region"
     bl_label = "Paint Region"

@@ -29,7 +29,7 @@ class MEANVALUE_PT_presets(PresetPanel, bpy.types.Panel):
         self.layout.emboss = 'PULLDOWN_MENU'
         self.layout.operator_context = 'EXEC_DEFAULT'
         self.path_menu([str(SHIPPED)], _EXECUTE, filter_ext=_is_preset, display_name=_title)
-        nothing = [str(SHIPPED.parent)]  # a folder without presets: with no folder at all, Blender tells of missing paths
+        nothing = [str(SHIPPED.parent)]  # a folder without presets: with none, Blender says that paths are missing
         self.path_menu(
             bpy.utils.preset_paths(self.preset_subdir) or nothing,
             _EXECUTE,
