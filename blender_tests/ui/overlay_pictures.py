@@ -47,10 +47,10 @@ def press(key, **modifiers):
         window.event_simulate(key, value, x=x, y=y, **modifiers)
 
 
-def write(text):
+def write(letters):
     window, area, _region = view()
     x, y = area.x + area.width // 3, area.y + area.height // 2
-    for letter in text:
+    for letter in letters:
         window.event_simulate(letter.upper(), 'PRESS', x=x, y=y, unicode=letter)
         window.event_simulate(letter.upper(), 'RELEASE', x=x, y=y)
 
@@ -63,9 +63,8 @@ def click(x, y):
 
 
 def tube_with_handles():
-    bpy.data.objects.remove(bpy.data.objects["Cube"])
-    bpy.context.view_layer.update()
     tube = meshes.tube(rings=25, segments=24, name="Tube")
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
     steps.add_group(tube, "Bottom", range(24))
     steps.add_group(tube, "Top", range(24 * 24, 25 * 24))
     steps.add_group(tube, "Middle", [24 * 12 + 6 * k for k in range(4)])
@@ -115,7 +114,7 @@ def scene():
     tube.meanvalue.anchor_groups["Middle"].is_enabled = False
     yield "handle_disabled", lambda: None
     yield "search", lambda: press('F3')
-    write("grow from")
+    write("growfrom")
     yield "search_found", lambda: None
     press('ESC')
     yield None, lambda: press('ESC')
