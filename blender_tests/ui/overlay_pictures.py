@@ -17,6 +17,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 PICTURES = HERE.parents[1] / "build" / "ui"
 PACKAGE = "meanvalue_deform"
 SETTLE_SECONDS = 2.0
+BETWEEN_STEPS = 0.7
 
 sys.path.insert(0, str(HERE.parent))
 from support import meshes, steps  # noqa: E402
@@ -129,7 +130,7 @@ def scene():
     tube.meanvalue.live = False
     big = big_grid()
     yield "big", lambda: in_view(bpy.ops.view3d.view_all)
-    measure(big)
+    yield from measured(big)
     yield "preferences", show_preferences
 
 
@@ -144,8 +145,8 @@ def big_grid():
     return obj
 
 
-def measure(obj):
-    """Times the callback in real redraws: with nothing new, after a new shape, and after groups have to be read again."""
+def measured(obj):
+    """Steps that time the callback in real redraws: with nothing new, with a new shape, and with all to be read again."""
     overlay, data, shape_keys = part("ui.overlay"), part("bridge.overlay_data"), part("bridge.shape_keys")
     draw, seconds = overlay._draw, []
 
@@ -157,19 +158,18 @@ def measure(obj):
     overlay._draw = timed
     key = obj.data.shape_keys.key_blocks["Mean-Value"]
     shape = shape_keys.positions(key)
-    changes = {
-        "nothing new": lambda: None,
-        "new shape": lambda: shape_keys.write_positions(obj.data, key, shape + np.float32(0.01)),
-        "groups read again": data.clear,
-    }
-    for name, change in changes.items():
+    heights = iter(range(1, 100))
+
+    def new_shape():
+        shape_keys.write_positions(obj.data, key, shape + np.float32(0.01 * next(heights)))
+        bpy.context.view_layer.update()
+        data._edited.clear()  # groups are not read again while it goes on
+
+    for name, change in {"nothing new": int, "new shape": new_shape, "all read again": data.clear}.items():
         seconds.clear()
         for _ in range(8):
-            change()
-            bpy.context.view_layer.update()
-            data._edited.clear()
-            in_view(bpy.ops.wm.redraw_timer, type='DRAW_WIN', iterations=1)
-        print(f"overlay, {name}: {1000 * np.median(seconds):.2f} ms of {len(seconds)}, least {1000 * min(seconds):.2f}")
+            yield None, change
+        print(f"overlay, {name}: least {1000 * min(seconds):.2f} ms, median {1000 * np.median(seconds):.2f}", *seconds)
     overlay._draw = draw
 
 
@@ -220,7 +220,7 @@ def run():
         except Exception:  # a timer's exception would leave the window open for ever
             traceback.print_exc()
             quit_with(1)
-        return SETTLE_SECONDS
+        return SETTLE_SECONDS if waiting else BETWEEN_STEPS
 
     bpy.app.timers.register(step, first_interval=2.0)
 
