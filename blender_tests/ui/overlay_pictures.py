@@ -63,6 +63,22 @@ def click(x, y):
         window.event_simulate('LEFTMOUSE', value, x=x, y=y)
 
 
+def sidebar():
+    return next(region for region in view()[1].regions if region.type == 'UI')
+
+
+def open_tab():
+    """The tab of the add-on is the last one; it stands below Item, Tool and View at the right edge."""
+    click(sidebar().x + sidebar().width - 12, sidebar().y + sidebar().height - 180)
+
+
+def scroll_down():
+    window, x, y = view()[0], sidebar().x + 80, sidebar().y + 200
+    window.event_simulate('MOUSEMOVE', 'NOTHING', x=x, y=y)
+    for _ in range(20):
+        window.event_simulate('WHEELDOWNMOUSE', 'PRESS', x=x, y=y)
+
+
 def tube_with_handles():
     tube = meshes.tube(rings=25, segments=24, name="Tube")
     bpy.data.objects.remove(bpy.data.objects["Cube"])
@@ -123,6 +139,8 @@ def scene():
     yield None, lambda: press('ESC')
     yield "presets", lambda: in_view(bpy.ops.wm.call_panel, 'INVOKE_DEFAULT', name="MEANVALUE_PT_presets")
     yield None, lambda: press('ESC')
+    yield None, open_tab
+    yield "panel", scroll_down
     before = tube.meanvalue.live
     press('L', alt=True)
     yield "live_toggled", lambda: None
