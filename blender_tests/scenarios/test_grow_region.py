@@ -140,7 +140,7 @@ def test_a_grown_region_can_be_posed():
         (lambda obj: obj.meanvalue.anchor_groups.clear(), ("no handle to grow from", "Add Handle")),
         (lambda obj: obj.vertex_groups.remove(obj.vertex_groups["Handle"]), ("no vertex group 'Handle'",)),
         (lambda obj: obj.vertex_groups["Handle"].remove(range(25)), ("'Handle' has no vertices", "Assign some")),
-        (lambda obj: setattr(obj.meanvalue, "roi_group", "Handle"), ("vertex group of a handle too", "clear the field")),
+        (lambda obj: setattr(obj.meanvalue, "roi_group", "Handle"), ("vertex group of a handle", "clear the field")),
         (lambda obj: bpy.ops.object.mode_set(mode='EDIT'), ("is in Edit Mode", "Object Mode")),
     ],
 )

@@ -164,7 +164,7 @@ def big_grid():
 
 
 def measured(obj):
-    """Steps that time the callback in real redraws: with nothing new, with a new shape, and with all to be read again."""
+    """Steps that time the callback in real redraws: nothing new, a new shape, and all to be read again."""
     overlay, data, shape_keys = part("ui.overlay"), part("bridge.overlay_data"), part("bridge.shape_keys")
     draw, seconds = overlay._draw, []
 
