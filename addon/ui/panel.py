@@ -115,13 +115,12 @@ class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
         row = self.layout.row(align=True)
         row.prop_search(settings, "roi_group", scene_input.subject(context), "vertex_groups", text="")
         row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
-        row = self.layout.row(align=True)
-        row.operator(MEANVALUE_OT_grow_region.bl_idname)
-        is_painting = scene_input.subject(context).mode == 'WEIGHT_PAINT'
-        if is_painting:
-            row.operator(MEANVALUE_OT_finish_region.bl_idname, icon='CHECKMARK')
+        buttons = self.layout.column(align=True)
+        buttons.operator(MEANVALUE_OT_grow_region.bl_idname, icon='EMPTY_AXIS')
+        if scene_input.subject(context).mode == 'WEIGHT_PAINT':
+            buttons.operator(MEANVALUE_OT_finish_region.bl_idname, icon='CHECKMARK')
         else:
-            row.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA')
+            buttons.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA')
 
 
 class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
