@@ -4,7 +4,10 @@
 A feature is looked for rather than a version number.
 """
 
+import contextlib
+
 import bpy
+import gpu
 
 
 def position_store(mesh):
@@ -38,3 +41,24 @@ def session_key(id_block):
     if hasattr(id_block, "session_uid"):
         return id_block.session_uid
     return id_block.as_pointer()
+
+
+def surface_shader():
+    """Built-in shader for faces of one colour: `pos`, uniform `color`. Needs a window."""
+    return _first_shader("UNIFORM_COLOR", "3D_UNIFORM_COLOR")
+
+
+def points_shader():
+    """Built-in shader for points, each of its colour: `pos`, `color`. Needs a window.
+
+    Since 4.5 only the shaders made for points take the size that is set.
+    """
+    return _first_shader("POINT_FLAT_COLOR", "FLAT_COLOR", "3D_FLAT_COLOR")
+
+
+def _first_shader(*names):
+    """The first of the built-in shaders that this Blender has; before 4.0 their names begin with 3D."""
+    for name in names[:-1]:
+        with contextlib.suppress(ValueError):
+            return gpu.shader.from_builtin(name)
+    return gpu.shader.from_builtin(names[-1])

@@ -9,7 +9,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import session
-from .bridge import object_status
+from .bridge import object_status, overlay_data
 from .live import engine
 
 
@@ -17,7 +17,7 @@ from .live import engine
 def meanvalue_mark_edited(_scene, depsgraph):
     for update in depsgraph.updates:
         is_edited_object = update.is_updated_geometry and isinstance(update.id, bpy.types.Object)
-        if is_edited_object and object_status.mark_edited(update.id.original):
+        if is_edited_object and _mark_edited(update.id.original):
             _draw_again_when_quiet()
     engine.scene_updated(depsgraph.updates)
 
@@ -30,6 +30,7 @@ def meanvalue_frame_changed(*_):
 @persistent
 def meanvalue_look_again(*_):
     object_status.clear()
+    overlay_data.clear()
     engine.look_for_live_objects()
 
 
@@ -69,6 +70,12 @@ _HANDLERS = (
 )
 
 
+def _mark_edited(obj):
+    """Returns whether anything that is on the screen depends on the object."""
+    is_in_panel, is_in_overlay = object_status.mark_edited(obj), overlay_data.mark_edited(obj)
+    return is_in_panel or is_in_overlay
+
+
 def _draw_again_when_quiet():
     if _is_drawn() and not bpy.app.timers.is_registered(_draw_again):
         bpy.app.timers.register(_draw_again, first_interval=object_status.QUIET_SECONDS)
@@ -81,7 +88,7 @@ def _is_drawn():
 
 def _draw_again():
     """Timer: None ends it, a number calls it again after so many seconds."""
-    remaining = object_status.quiet_in()
+    remaining = max(object_status.quiet_in(), overlay_data.quiet_in())
     if remaining > 0.0:
         return remaining
     for window in bpy.context.window_manager.windows:

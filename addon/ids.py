@@ -18,6 +18,10 @@ HANDLE_GROUP = "Handle"
 PIN_GROUP = "Pin"
 REGION_GROUP = "Region"
 
+#: Panel that lists the presets, and the folder of theirs among Blender's.
+PRESETS_PANEL = "MEANVALUE_PT_presets"
+PRESETS_FOLDER = "meanvalue"
+
 #: The solver's methods (`method` of the native Deformer), and its default rigidity.
 METHOD_FAST = "fast"
 METHOD_PAPER = "paper"

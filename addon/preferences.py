@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The add-on's entry in Preferences: whether the compiled solver is there, and what it has to fit."""
+"""The add-on's entry in Preferences: whether the compiled solver is there, what it has to fit, and shortcuts."""
 
 import bpy
 
 from . import native_loader
 from .core import wording
-from .ui import text_box
+from .ui import keymap, text_box
 
 
 class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blender's way
@@ -23,3 +23,6 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
             split = box.split(factor=0.3)
             split.label(text=label)
             split.label(text=value)
+        box = self.layout.box()
+        box.label(text="Shortcuts")
+        keymap.draw(box)

@@ -4,22 +4,26 @@
 import bpy
 
 from . import handlers, native_loader, preferences, properties, session
-from .bridge import object_status
+from .bridge import object_status, overlay_data
 from .operators import (
     add_anchor_group,
     add_handle,
     add_pose_key,
+    add_preset,
     apply_pose,
     bind,
+    grow_region,
     keep_pose,
     own_controls,
+    paint_region,
     remove_anchor_group,
     reset_handles,
     select_handle,
     solve,
+    toggle_live,
     unbind,
 )
-from .ui import anchor_list, panel
+from .ui import anchor_list, keymap, menus, overlay, panel, presets
 from .workers import job
 
 CLASSES = (
@@ -37,9 +41,19 @@ CLASSES = (
     bind.MEANVALUE_OT_bind,
     unbind.MEANVALUE_OT_unbind,
     solve.MEANVALUE_OT_solve,
+    toggle_live.MEANVALUE_OT_toggle_live,
+    grow_region.MEANVALUE_OT_grow_region,
+    paint_region.MEANVALUE_OT_paint_region,
+    paint_region.MEANVALUE_OT_finish_region,
+    add_preset.MEANVALUE_OT_add_preset,
+    presets.MEANVALUE_PT_presets,
     anchor_list.MEANVALUE_UL_anchor_groups,
     *panel.CLASSES,
+    *menus.CLASSES,
 )
+
+#: What is hung into Blender's own user interface.
+USER_INTERFACE = (menus, keymap, overlay)
 
 
 def register():
@@ -48,13 +62,18 @@ def register():
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     handlers.register()
+    for module in USER_INTERFACE:
+        module.register()
 
 
 def unregister():
+    for module in reversed(USER_INTERFACE):
+        module.unregister()
     handlers.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister()
     job.cancel_all()
     object_status.clear()
+    overlay_data.clear()
     session.clear()

@@ -29,6 +29,13 @@ def faces(mesh):
     return corners, starts
 
 
+def edges(mesh):
+    """m x 2 int32 vertex indices."""
+    ends = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", ends)
+    return ends.reshape(-1, 2)
+
+
 def triangles(mesh, bind_input):
     """m x 3 int32: Blender's own triangulation of the rest shape.
 
@@ -36,12 +43,13 @@ def triangles(mesh, bind_input):
     the rest shape; else a temporary mesh in the rest shape is triangulated.
     """
     if np.array_equal(vertex_positions(mesh), bind_input.rest):
-        return _loop_triangles(mesh)
+        return shown_triangles(mesh)
     with _temporary_mesh(bind_input) as rest_mesh:
-        return _loop_triangles(rest_mesh)
+        return shown_triangles(rest_mesh)
 
 
-def _loop_triangles(mesh):
+def shown_triangles(mesh):
+    """m x 3 int32: the triangulation of the mesh as it is, face after face."""
     mesh.calc_loop_triangles()
     corners = np.empty(3 * len(mesh.loop_triangles), np.int32)
     mesh.loop_triangles.foreach_get("vertices", corners)

@@ -25,3 +25,10 @@ def require(obj, name, role, remedy):
     """@throws SceneError if the object has no vertex group `name`."""
     if name not in obj.vertex_groups:
         raise SceneError(f"'{obj.name}' has no vertex group '{name}', which is {role}. {remedy}")
+
+
+def replace_members(obj, group, indices):
+    """The group gets the vertices `indices` with weight 1 and loses all others."""
+    group.remove(range(len(obj.data.vertices)))
+    group.add(indices.tolist(), 1.0, 'REPLACE')
+    obj.data.update_tag()

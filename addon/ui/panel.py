@@ -13,13 +13,17 @@ from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.grow_region import MEANVALUE_OT_grow_region
 from ..operators.keep_pose import MEANVALUE_OT_keep_pose
 from ..operators.own_controls import MEANVALUE_OT_own_controls
+from ..operators.paint_region import MEANVALUE_OT_finish_region, MEANVALUE_OT_paint_region
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.unbind import MEANVALUE_OT_unbind
+from . import overlay
 from .anchor_list import MEANVALUE_UL_anchor_groups
+from .presets import MEANVALUE_PT_presets
 from .text_box import draw_wrapped
 
 STATE_ICONS = {
@@ -62,6 +66,8 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
         if problem:
             draw_wrapped(layout, context, wording.sentence(problem), icon='INFO')
             return
+        if overlay.problem:
+            draw_wrapped(layout, context, wording.sentence(overlay.problem), icon='ERROR')
         status = object_status.status(obj, object_status.QUIET_SECONDS)
         _draw_live(layout, obj)
         _draw_handles(layout, obj)
@@ -109,6 +115,12 @@ class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
         row = self.layout.row(align=True)
         row.prop_search(settings, "roi_group", scene_input.subject(context), "vertex_groups", text="")
         row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
+        buttons = self.layout.column(align=True)
+        buttons.operator(MEANVALUE_OT_grow_region.bl_idname, icon='EMPTY_AXIS')
+        if scene_input.subject(context).mode == 'WEIGHT_PAINT':
+            buttons.operator(MEANVALUE_OT_finish_region.bl_idname, icon='CHECKMARK')
+        else:
+            buttons.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA')
 
 
 class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
@@ -116,6 +128,9 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
 
     bl_label = "Solver"
     bl_options = {'DEFAULT_CLOSED'}
+
+    def draw_header_preset(self, _context):
+        MEANVALUE_PT_presets.draw_panel_header(self.layout)
 
     def draw(self, context):
         layout = self.layout
@@ -160,6 +175,7 @@ def _draw_live(layout, obj):
     row = layout.row()
     row.scale_y = 1.4
     row.prop(obj.meanvalue, "live", toggle=True, icon='PLAY')
+    row.prop(obj.meanvalue, "show_overlay", text="", toggle=True, icon='OVERLAY')
 
 
 def _draw_handles(layout, obj):

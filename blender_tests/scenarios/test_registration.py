@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Turning the add-on off and on again."""
 
+import importlib.util
 import pathlib
 import sys
+import types
 
 import bpy
+import pytest
 from support import meshes, steps
 
 MODULE = "meanvalue_deform"
@@ -24,6 +27,26 @@ def registered():
     return [name for name in dir(bpy.types) if name.startswith("MEANVALUE_")]
 
 
+def menu_entries():
+    return [
+        draw.__name__
+        for menu in (bpy.types.VIEW3D_MT_object, bpy.types.VIEW3D_MT_edit_mesh)
+        for draw in menu.draw._draw_funcs
+        if draw.__name__.startswith("meanvalue_")
+    ]
+
+
+def shortcuts():
+    """(keymap, operator) of all shortcuts that call the add-on."""
+    keyconfig = bpy.context.window_manager.keyconfigs.addon
+    return [
+        (keymap.name, item.idname)
+        for keymap in (keyconfig.keymaps if keyconfig else [])
+        for item in keymap.keymap_items
+        if item.idname.startswith("meanvalue.")
+    ]
+
+
 def test_off_and_on_again_leaves_one_of_everything():
     before, handlers_before = registered(), our_handlers()
     assert len(handlers_before) == len(set(handlers_before)) == 4
@@ -38,11 +61,64 @@ def test_off_and_on_again_leaves_one_of_everything():
 
 def test_register_and_unregister_by_hand():
     addon = sys.modules[MODULE]
-    handlers_before = our_handlers()
+    handlers_before, shortcuts_before = our_handlers(), shortcuts()
     for _ in range(3):
         addon.unregister()
         addon.register()
     assert our_handlers() == handlers_before
+    assert shortcuts() == shortcuts_before
+    assert menu_entries() == ["meanvalue_draw_object_menu", "meanvalue_draw_edit_mesh_menu"]
+
+
+def test_menus_shortcuts_and_overlay_are_taken_back(part):
+    assert len(menu_entries()) == 2
+    bpy.ops.preferences.addon_disable(module=MODULE)
+    assert menu_entries() == shortcuts() == []
+    assert part("ui.overlay")._handler is None
+    bpy.ops.preferences.addon_enable(module=MODULE)
+    assert len(menu_entries()) == 2
+
+
+def test_without_a_keyconfig_of_add_ons(part, monkeypatch):
+    """As it is in the bpy module."""
+    keymap = part("ui.keymap")
+    nothing = types.SimpleNamespace(window_manager=types.SimpleNamespace(keyconfigs=types.SimpleNamespace(addon=None)))
+    monkeypatch.setattr(keymap, "bpy", types.SimpleNamespace(context=nothing))
+    keymap.register()
+    keymap.unregister()
+
+
+def test_shortcuts_are_those_that_are_told(part):
+    if bpy.context.window_manager.keyconfigs.addon is None:
+        pytest.skip("this Blender has no shortcuts of add-ons in the background")
+    assert sorted(shortcuts()) == sorted((keymap, operator) for keymap, operator, *_ in part("ui.keymap").SHORTCUTS)
+
+
+#: Keymaps that get a key before, or in place of, the keymap of a mode.
+ABOVE = ("Window", "Screen", "Screen Editing", "Region Context Menu", "View2D Buttons List", "User Interface")
+BELOW = ("Object Non-modal", "3D View", "3D View Generic", "Frames")
+
+
+def blenders_own_keymap():
+    """[(name, what it is for, {"items": [...]})] of Blender's default keymap, which the background does not load."""
+    path = pathlib.Path(bpy.utils.preset_find("Blender", "keyconfig")).parent / "keymap_data" / "blender_default.py"
+    spec = importlib.util.spec_from_file_location("blender_default", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.generate_keymaps(module.Params())
+
+
+def test_shortcuts_are_free_in_blenders_own_keymap(part):
+    taken = {
+        (name, event["type"], *(bool(event.get(modifier)) for modifier in ("ctrl", "alt", "shift")))
+        for name, _space, content in blenders_own_keymap()
+        for _operator, event, _properties in content["items"]
+    }
+    assert ("Mesh", 'P', False, False, False) in taken
+    for keymap, operator, key, modifiers in part("ui.keymap").SHORTCUTS:
+        for name in (keymap, *ABOVE, *BELOW):
+            wanted = (name, key, *(modifiers.get(modifier, False) for modifier in ("ctrl", "alt", "shift")))
+            assert wanted not in taken, operator
 
 
 def test_handlers_of_a_former_copy_are_replaced():
@@ -78,7 +154,8 @@ def test_every_operator_has_a_tooltip_and_an_undo_step():
     assert len(names) > 5
     for name in names:
         kind = getattr(bpy.types, name)
-        assert {'REGISTER', 'UNDO'} <= kind.bl_options
+        changes_files_only = name == "MEANVALUE_OT_add_preset"
+        assert changes_files_only or {'REGISTER', 'UNDO'} <= kind.bl_options
         description = getattr(bpy.ops.meanvalue, kind.bl_idname.split(".")[1]).get_rna_type().description
         assert len(description) > 20 and not description.endswith(".")
 

@@ -83,6 +83,44 @@ def test_remove_anchor_group():
     undo_and_redo(bpy.ops.meanvalue.remove_anchor_group)
 
 
+def test_grow_region():
+    steps.list_anchors(meshes.grid(), A=[12])
+    undo_and_redo(bpy.ops.meanvalue.grow_region)
+
+
+def test_growing_a_region_that_is_there():
+    obj = meshes.grid()
+    steps.list_anchors(obj, A=[12])
+    steps.add_group(obj, "Region", [3, 4])
+    obj.meanvalue.roi_group = "Region"
+    obj.meanvalue.roi_invert = True
+    undo_and_redo(bpy.ops.meanvalue.grow_region)
+
+
+def test_paint_region():
+    steps.list_anchors(meshes.grid(), A=[12])
+    undo_and_redo(bpy.ops.meanvalue.paint_region)
+
+
+def test_finish_region():
+    steps.list_anchors(meshes.grid(), A=[12])
+    bpy.ops.meanvalue.paint_region()
+    undo_and_redo(bpy.ops.meanvalue.finish_region)
+
+
+def test_toggle_live():
+    """The shape is compared elsewhere: while Live is on the mesh is posed, which no step of the operator holds."""
+    steps.posed_grid(meshes.grid())
+    remember()
+    for turned_on in (True, False):
+        press(bpy.ops.meanvalue.toggle_live)
+        assert current().meanvalue.live == turned_on
+        bpy.ops.ed.undo()
+        assert current().meanvalue.live != turned_on
+        bpy.ops.ed.redo()
+        assert current().meanvalue.live == turned_on
+
+
 def test_the_status_follows_undo(part):
     status = part("bridge.object_status").status
     steps.list_anchors(meshes.grid(), A=[0, 4, 20])

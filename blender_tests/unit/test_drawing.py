@@ -4,6 +4,7 @@
 Pictures of the real thing: ui/panel_pictures.py.
 """
 
+import pathlib
 import types
 
 import bpy
@@ -76,12 +77,12 @@ def test_with_a_lamp(draw):
 def test_every_button_is_there(draw):
     text = draw(meshes.grid()).text
     names = (
-        "add_handle add_pin add_anchor_group remove_anchor_group reset_handles bind unbind solve add_pose_key keep_pose "
-        "apply_pose"
+        "add_handle add_pin add_anchor_group remove_anchor_group reset_handles bind unbind solve add_pose_key "
+        "keep_pose apply_pose grow_region paint_region"
     )
     for name in names.split():
         assert f"operator meanvalue.{name}" in text
-    for name in ("live", "roi_group", "roi_invert", "method", "rigidity", "result_key"):
+    for name in ("live", "show_overlay", "roi_group", "roi_invert", "method", "rigidity", "result_key"):
         assert name in text
 
 
@@ -113,6 +114,63 @@ def test_edit_mode(draw):
     labels = draw(obj).labels
     assert "Bound:" in labels
     assert "is in Edit Mode. Go back to Object Mode." in labels
+
+
+def test_the_region_while_it_is_painted(draw):
+    obj = meshes.grid()
+    assert "finish_region" not in draw(obj).text
+    bpy.ops.meanvalue.paint_region()
+    text = draw(obj).text
+    assert "operator meanvalue.finish_region" in text
+    assert "paint_region" not in text
+
+
+def test_an_overlay_that_had_to_stop(draw, part, monkeypatch):
+    monkeypatch.setattr(part("ui.overlay"), "problem", "The overlay cannot be drawn: no reason")
+    assert "The overlay cannot be drawn: no reason." in draw(meshes.grid()).labels
+
+
+def test_menus(part):
+    menus = part("ui.menus")
+    obj = meshes.grid()
+    told = {}
+    for menu in menus.CLASSES:
+        listener = types.SimpleNamespace(layout=ListeningLayout())
+        menu.draw(listener, context_of(obj))
+        told[menu.__name__] = listener.layout.text
+    every = {name for name in dir(bpy.types) if name.startswith("MEANVALUE_OT_")}
+    in_sidebar_only = {"MEANVALUE_OT_add_preset", "MEANVALUE_OT_finish_region"}
+    for name in every - in_sidebar_only:
+        assert f"operator {getattr(bpy.types, name).bl_idname} " in told["MEANVALUE_MT_object"]
+    assert "operator meanvalue.add_handle " in told["MEANVALUE_MT_edit_mesh"]
+
+
+def test_the_object_menu_has_an_entry_for_meshes_only(part):
+    menus = part("ui.menus")
+    for obj, expected in ((meshes.grid(), "MEANVALUE_MT_object"), (None, "")):
+        listener = types.SimpleNamespace(layout=ListeningLayout())
+        menus.meanvalue_draw_object_menu(listener, context_of(obj))
+        assert (expected in listener.layout.text) if expected else listener.layout.text == ""
+
+
+def test_presets_are_listed_and_only_ones_own_can_be_removed(part):
+    listed = []
+
+    class Listener:
+        layout = ListeningLayout()
+        preset_subdir = "meanvalue"
+        preset_add_operator = "meanvalue.add_preset"
+
+        def path_menu(self, folders, _operator, *, filter_ext, display_name, add_operator=None):
+            for folder in folders:
+                listed.extend(
+                    (display_name(str(path)), add_operator)
+                    for path in sorted(pathlib.Path(folder).iterdir())
+                    if filter_ext(path.suffix)
+                )
+
+    part("ui.presets").MEANVALUE_PT_presets.draw(Listener(), context_of(meshes.grid()))
+    assert listed == [(name, None) for name in ("Default", "Paper", "Soft Tissue", "Stiff")]
 
 
 def test_without_the_native_module(draw, part, monkeypatch):

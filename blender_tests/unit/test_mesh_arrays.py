@@ -98,7 +98,7 @@ def test_the_temporary_mesh_is_removed_if_triangulation_fails(arrays, gather, mo
     def fail(_mesh):
         raise RuntimeError("no triangles")
 
-    monkeypatch.setattr(arrays, "_loop_triangles", fail)
+    monkeypatch.setattr(arrays, "shown_triangles", fail)
     with pytest.raises(RuntimeError, match="no triangles"):
         arrays.triangles(obj.data, bind_input)
     assert bpy.data.meshes.keys() == before

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The vertex group that is the region of influence, and how far it grows from a handle."""
+
+import numpy as np
+
+from .. import ids
+from ..core import bind_input, region_growth
+from ..errors import SceneError
+from . import mesh_arrays, shape_keys, vertex_groups
+
+
+def require_own_group(obj):
+    """@throws SceneError if what is written to the region would change a handle."""
+    name = obj.meanvalue.roi_group
+    if name in obj.meanvalue.anchor_groups:
+        raise SceneError(
+            f"The region '{name}' is the vertex group of a handle too, which would be changed. Choose another group in "
+            "Region, or clear the field to have one made"
+        )
+
+
+def take_group(obj):
+    """The region's vertex group, made if it is missing and put into the settings."""
+    settings = obj.meanvalue
+    group = obj.vertex_groups.get(settings.roi_group)
+    if group is None:
+        group = obj.vertex_groups.new(name=settings.roi_group or ids.REGION_GROUP)
+        settings.roi_group = group.name
+    return group
+
+
+def current_mask(obj):
+    """n bool: what may move by the settings; nothing if no region is set or its group is missing."""
+    settings = obj.meanvalue
+    name = settings.roi_group
+    if name not in obj.vertex_groups:
+        return np.zeros(len(obj.data.vertices), bool)
+    members = vertex_groups.members(obj, [name])[name]
+    return bind_input.region_mask(len(obj.data.vertices), members, settings.roi_invert)
+
+
+def handle_members(obj, name):
+    """Vertex indices of the handle `name`. @throws SceneError if there are none to grow from."""
+    vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+    members = vertex_groups.members(obj, [name])[name]
+    if len(members) == 0:
+        raise SceneError(f"Handle '{name}' has no vertices to grow from. Assign some, or choose another handle")
+    return members
+
+
+def grown_by_rings(obj, seeds, ring_count):
+    """n bool."""
+    edges = mesh_arrays.edges(obj.data)
+    return region_growth.grown_by_rings(edges, seeds, len(obj.data.vertices), ring_count)
+
+
+def grown_by_distance(obj, seeds, distance):
+    """n bool; measured on the rest shape."""
+    edges = mesh_arrays.edges(obj.data)
+    return region_growth.grown_by_distance(edges, shape_keys.rest_positions(obj.data), seeds, distance)
+
+
+def write(obj, mask):
+    """The region is exactly `mask` (n bool) from here on."""
+    vertex_groups.replace_members(obj, take_group(obj), np.flatnonzero(mask))
+    obj.meanvalue.roi_invert = False
+
+
+def handles_outside(obj, mask):
+    """Names of the enabled handles, pins left out, that have vertices outside `mask`."""
+    moving = [line.name for line in obj.meanvalue.anchor_groups if line.is_enabled and line.follows != 'REST']
+    members = vertex_groups.members(obj, moving)
+    return [name for name in moving if name in members and not mask[members[name]].all()]

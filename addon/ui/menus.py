@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The submenus in Blender's menus Object and Mesh. What is in a menu is found by Menu Search (F3), too."""
+
+import bpy
+
+from .. import ids
+from ..bridge import scene_input
+from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
+from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
+from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
+from ..operators.apply_pose import MEANVALUE_OT_apply_pose
+from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.grow_region import MEANVALUE_OT_grow_region
+from ..operators.keep_pose import MEANVALUE_OT_keep_pose
+from ..operators.own_controls import MEANVALUE_OT_own_controls
+from ..operators.paint_region import MEANVALUE_OT_paint_region
+from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.reset_handles import MEANVALUE_OT_reset_handles
+from ..operators.select_handle import MEANVALUE_OT_select_handle
+from ..operators.solve import MEANVALUE_OT_solve
+from ..operators.toggle_live import MEANVALUE_OT_toggle_live
+from ..operators.unbind import MEANVALUE_OT_unbind
+
+#: None draws a line.
+_OBJECT_OPERATORS = (
+    MEANVALUE_OT_toggle_live,
+    MEANVALUE_OT_reset_handles,
+    None,
+    MEANVALUE_OT_add_handle,
+    MEANVALUE_OT_add_pin,
+    MEANVALUE_OT_add_anchor_group,
+    MEANVALUE_OT_select_handle,
+    MEANVALUE_OT_own_controls,
+    MEANVALUE_OT_remove_anchor_group,
+    None,
+    MEANVALUE_OT_grow_region,
+    MEANVALUE_OT_paint_region,
+    None,
+    MEANVALUE_OT_bind,
+    MEANVALUE_OT_unbind,
+    MEANVALUE_OT_add_pose_key,
+    MEANVALUE_OT_solve,
+    None,
+    MEANVALUE_OT_keep_pose,
+    MEANVALUE_OT_apply_pose,
+)
+_EDIT_OPERATORS = (
+    MEANVALUE_OT_add_handle,
+    MEANVALUE_OT_add_pin,
+    MEANVALUE_OT_select_handle,
+    MEANVALUE_OT_remove_anchor_group,
+)
+
+
+class MEANVALUE_MT_object(bpy.types.Menu):
+    """Pose the mesh by handles"""
+
+    bl_idname = "MEANVALUE_MT_object"
+    bl_label = ids.SIDEBAR_TAB
+
+    def draw(self, _context):
+        _draw_operators(self.layout, _OBJECT_OPERATORS)
+
+
+class MEANVALUE_MT_edit_mesh(bpy.types.Menu):
+    """Hold the mesh by the selected vertices"""
+
+    bl_idname = "MEANVALUE_MT_edit_mesh"
+    bl_label = ids.SIDEBAR_TAB
+
+    def draw(self, _context):
+        _draw_operators(self.layout, _EDIT_OPERATORS)
+
+
+def _draw_operators(layout, operators):
+    layout.operator_context = 'INVOKE_DEFAULT'
+    for operator in operators:
+        if operator is None:
+            layout.separator()
+        else:
+            layout.operator(operator.bl_idname)
+
+
+def meanvalue_draw_object_menu(self, context):
+    if scene_input.object_problem(scene_input.subject(context)) is None:
+        self.layout.separator()
+        self.layout.menu(MEANVALUE_MT_object.bl_idname)
+
+
+def meanvalue_draw_edit_mesh_menu(self, _context):
+    self.layout.separator()
+    self.layout.menu(MEANVALUE_MT_edit_mesh.bl_idname)
+
+
+CLASSES = (MEANVALUE_MT_object, MEANVALUE_MT_edit_mesh)
+
+_ENTRIES = (("VIEW3D_MT_object", meanvalue_draw_object_menu), ("VIEW3D_MT_edit_mesh", meanvalue_draw_edit_mesh_menu))
+
+
+def register():
+    for menu, draw in _ENTRIES:
+        getattr(bpy.types, menu).append(draw)
+
+
+def unregister():
+    for menu, draw in _ENTRIES:
+        getattr(bpy.types, menu).remove(draw)

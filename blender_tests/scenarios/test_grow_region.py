@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Making the region of influence: grown from a handle, or painted."""
+
+import bpy
+import pytest
+from support import meshes, steps
+from support.snapshot import assert_same, snapshot
+
+MIDDLE = 12
+AROUND = [7, 11, 12, 13, 17]
+WITHIN_TWO = [2, 6, 7, 8, 10, 11, 12, 13, 14, 16, 17, 18, 22]
+
+
+def grid_with_handle(members=(MIDDLE,)):
+    obj = meshes.grid()
+    steps.list_anchors(obj, Handle=members)
+    return obj
+
+
+def members(obj, name):
+    group = obj.vertex_groups[name].index
+    return [
+        vertex.index
+        for vertex in obj.data.vertices
+        if any(element.group == group and element.weight > 0.0 for element in vertex.groups)
+    ]
+
+
+def grow(**options):
+    assert bpy.ops.meanvalue.grow_region(**options) == {'FINISHED'}
+
+
+@pytest.mark.parametrize("rings, expected", [(0, [MIDDLE]), (1, AROUND), (2, WITHIN_TWO), (99, list(range(25)))])
+def test_by_rings(rings, expected):
+    obj = grid_with_handle()
+    grow(mode='RINGS', rings=rings)
+    assert obj.meanvalue.roi_group == "Region"
+    assert members(obj, "Region") == expected
+
+
+@pytest.mark.parametrize("distance, expected", [(0.0, [MIDDLE]), (1.2, AROUND), (100.0, list(range(25)))])
+def test_by_distance(distance, expected):
+    obj = grid_with_handle()
+    grow(mode='DISTANCE', distance=distance)
+    assert members(obj, "Region") == expected
+
+
+def test_distance_is_measured_on_the_rest_shape_without_the_objects_scale():
+    obj = grid_with_handle()
+    obj.scale = (10.0, 10.0, 10.0)
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Far")
+    steps.move(obj, range(0, 25, 2), (50.0, 0.0, 0.0), key)
+    grow(mode='DISTANCE', distance=1.2)
+    assert members(obj, "Region") == AROUND
+
+
+def test_a_distance_that_was_never_given_fits_the_mesh(capfd):
+    for size in (1.0, 100.0):
+        obj = meshes.grid(columns=11, rows=11)
+        for vertex in obj.data.vertices:
+            vertex.co *= size
+        steps.list_anchors(obj, Handle=[60])
+        grow(mode='DISTANCE')
+        assert 5 < len(members(obj, "Region")) < 60
+    assert "around 'Handle'" in capfd.readouterr().out
+
+
+def test_growing_again_replaces_the_region_and_turns_invert_off():
+    obj = grid_with_handle()
+    grow(mode='RINGS', rings=2)
+    obj.meanvalue.roi_invert = True
+    grow(mode='RINGS', rings=1)
+    assert members(obj, "Region") == AROUND
+    assert not obj.meanvalue.roi_invert
+    assert obj.vertex_groups.keys() == ["Handle", "Region"]
+
+
+def test_extend_adds_to_what_may_move():
+    obj = grid_with_handle()
+    steps.list_anchors(obj, Corner=[0])
+    grow(mode='RINGS', rings=1)
+    obj.meanvalue.active_anchor_group = 0
+    grow(mode='RINGS', rings=1, extend=True)
+    assert members(obj, "Region") == sorted({0, 1, 5, *AROUND})
+    obj.meanvalue.roi_invert = True
+    obj.vertex_groups["Region"].add(list(range(25)), 1.0, 'REPLACE')
+    grow(mode='RINGS', rings=1, extend=True)
+    assert members(obj, "Region") == AROUND, "the group was inverted, so that nothing could move before"
+
+
+def test_the_group_in_the_settings_is_used_and_a_stranger_called_region_is_not():
+    obj = grid_with_handle()
+    steps.add_group(obj, "Region", [3, 4])
+    grow(mode='RINGS', rings=1)
+    assert obj.meanvalue.roi_group == "Region.001"
+    assert members(obj, "Region") == [3, 4]
+    obj.meanvalue.roi_group = "Gone"
+    grow(mode='RINGS', rings=1)
+    assert members(obj, "Gone") == AROUND
+
+
+def test_from_the_control_of_the_handle():
+    obj = meshes.grid()
+    steps.add_group(obj, "Hand", [MIDDLE])
+    assert bpy.ops.meanvalue.add_handle(group="Hand", live=False) == {'FINISHED'}
+    assert bpy.context.object.type == 'EMPTY'
+    grow(mode='RINGS', rings=1)
+    assert members(obj, "Region") == AROUND
+
+
+def test_handles_that_reach_out_of_it_are_told_and_pins_are_not(capfd):
+    obj = grid_with_handle()
+    steps.add_group(obj, "Foot", [0])
+    bpy.ops.meanvalue.add_pin(group="Foot")
+    steps.list_anchors(obj, Far=[24], Off=[20])
+    obj.meanvalue.anchor_groups["Off"].is_enabled = False
+    obj.meanvalue.active_anchor_group = 0
+    capfd.readouterr()
+    grow(mode='RINGS', rings=1)
+    told = capfd.readouterr().out
+    assert "Handle 'Far' reaches out of it" in told and "Extend" in told
+    assert "Foot" not in told and "Off" not in told
+
+
+def test_a_grown_region_can_be_posed():
+    obj = meshes.grid(columns=9, rows=9)
+    steps.list_anchors(obj, Handle=[40])
+    grow(mode='RINGS', rings=3)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    bpy.ops.meanvalue.add_pose_key()
+    steps.move(obj, [40], (0.0, 0.0, 0.8))
+    steps.solve()
+    assert obj.meanvalue.bound.free_count == 24
+
+
+@pytest.mark.parametrize(
+    "prepare, texts",
+    [
+        (lambda obj: obj.meanvalue.anchor_groups.clear(), ("no handle to grow from", "Add Handle")),
+        (lambda obj: obj.vertex_groups.remove(obj.vertex_groups["Handle"]), ("no vertex group 'Handle'",)),
+        (lambda obj: obj.vertex_groups["Handle"].remove(range(25)), ("'Handle' has no vertices", "Assign some")),
+        (lambda obj: setattr(obj.meanvalue, "roi_group", "Handle"), ("vertex group of a handle", "clear the field")),
+        (lambda obj: bpy.ops.object.mode_set(mode='EDIT'), ("is in Edit Mode", "Object Mode")),
+    ],
+)
+def test_refused(prepare, texts):
+    obj = grid_with_handle()
+    prepare(obj)
+    before = snapshot(obj)
+    with steps.refused(*texts):
+        bpy.ops.meanvalue.grow_region()
+    assert_same(before, snapshot(obj))
+
+
+# -- painting --------------------------------------------------------------------------------------------------------
+
+
+def test_painting_makes_the_group_and_goes_back():
+    obj = grid_with_handle()
+    assert bpy.ops.meanvalue.paint_region() == {'FINISHED'}
+    assert obj.mode == 'WEIGHT_PAINT'
+    assert obj.vertex_groups.active.name == obj.meanvalue.roi_group == "Region"
+    obj.vertex_groups["Region"].add(AROUND, 0.4, 'REPLACE')
+    assert bpy.ops.meanvalue.finish_region() == {'FINISHED'}
+    assert obj.mode == 'OBJECT'
+    assert members(obj, "Region") == AROUND
+
+
+def test_painting_a_region_that_is_there_keeps_it_as_it_is():
+    obj = grid_with_handle()
+    steps.add_group(obj, "Arm", AROUND)
+    steps.add_group(obj, "Last", [0])
+    obj.meanvalue.roi_group = "Arm"
+    obj.meanvalue.roi_invert = True
+    assert bpy.ops.meanvalue.paint_region() == {'FINISHED'}
+    assert obj.vertex_groups.active.name == "Arm"
+    assert members(obj, "Arm") == AROUND
+    assert obj.meanvalue.roi_invert
+
+
+def test_painting_while_the_control_is_active_paints_the_mesh():
+    obj = meshes.grid()
+    steps.add_group(obj, "Hand", [MIDDLE])
+    bpy.ops.meanvalue.add_handle(group="Hand", live=False)
+    assert bpy.ops.meanvalue.paint_region() == {'FINISHED'}
+    assert bpy.context.object == obj
+    assert obj.mode == 'WEIGHT_PAINT'
+
+
+def test_a_hidden_mesh_is_not_painted():
+    obj = grid_with_handle()
+    obj.hide_set(True)
+    bpy.context.view_layer.objects.active = obj
+    before = snapshot(obj)
+    with steps.refused("is hidden", "Show it"):
+        bpy.ops.meanvalue.paint_region()
+    assert_same(before, snapshot(obj))
+
+
+def test_painting_a_handles_group_is_refused():
+    obj = grid_with_handle()
+    obj.meanvalue.roi_group = "Handle"
+    with steps.refused("vertex group of a handle too"):
+        bpy.ops.meanvalue.paint_region()
+    assert obj.mode == 'OBJECT'
+
+
+def test_done_only_while_painting():
+    grid_with_handle()
+    with steps.refused("is in Object Mode", "nothing is being painted"):
+        bpy.ops.meanvalue.finish_region()
+    bpy.ops.meanvalue.paint_region()
+    with steps.refused("is in Weight Paint Mode"):
+        bpy.ops.meanvalue.paint_region()

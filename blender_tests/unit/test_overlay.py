@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the overlay shows, without a display: pictures of it are in ui/overlay_pictures.py."""
+
+import types
+
+import bpy
+import mathutils
+import numpy as np
+import pytest
+from support import meshes, steps
+
+REGION = [0, 1, 2, 5, 6, 7]
+
+
+@pytest.fixture
+def data(part):
+    return part("bridge.overlay_data")
+
+
+@pytest.fixture
+def overlay(part):
+    return part("ui.overlay")
+
+
+def grid_with_anchors():
+    obj = meshes.grid()
+    steps.list_anchors(obj, Corner=[0, 4], Tip=[24])
+    obj.meanvalue.anchor_groups["Corner"].color = (1.0, 0.0, 0.0)
+    obj.meanvalue.anchor_groups["Tip"].color = (0.0, 0.0, 1.0)
+    return obj
+
+
+def add_region(obj):
+    steps.add_group(obj, "Region", REGION)
+    obj.meanvalue.roi_group = "Region"
+
+
+def count_calls(monkeypatch, module, name):
+    calls = []
+    original = getattr(module, name)
+    monkeypatch.setattr(module, name, lambda *arguments: calls.append(1) or original(*arguments))
+    return calls
+
+
+def test_anchors_in_the_colours_of_their_handles(data):
+    obj = grid_with_anchors()
+    look = data.look(obj)
+    rest = np.array([vertex.co for vertex in obj.data.vertices], np.float32)
+    assert np.array_equal(look.points, rest[[0, 4, 24]])
+    red, blue = (1, 0, 0, 1), (0, 0, 1, 1)
+    assert look.colors.tolist() == [list(red), list(red), list(blue)]
+    assert look.points.dtype == look.colors.dtype == np.float32
+    assert len(look.corners) == 0
+
+
+def test_disabled_and_missing_handles_are_left_out(data):
+    obj = grid_with_anchors()
+    obj.meanvalue.anchor_groups["Corner"].is_enabled = False
+    assert len(data.look(obj).points) == 1
+    obj.vertex_groups.remove(obj.vertex_groups["Tip"])
+    look = data.look(obj)
+    assert (len(look.points), len(look.colors)) == (0, 0)
+
+
+def test_the_regions_faces(data):
+    obj = grid_with_anchors()
+    add_region(obj)
+    look = data.look(obj)
+    assert sorted(map(tuple, look.tint[:, :2].tolist())) == [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)]
+    assert len(look.corners) == 4, "two quads"
+    obj.meanvalue.roi_invert = True
+    assert len(data.look(obj).corners) == 20, "ten quads that have no vertex in the group"
+    obj.meanvalue.roi_group = ""
+    assert len(data.look(obj).corners) == 0
+
+
+def test_positions_are_those_of_the_result_where_it_is_shown(data):
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    add_region(obj)
+    key = obj.data.shape_keys.key_blocks["Mean-Value"]
+    result, rest = steps.key_positions(obj, "Mean-Value"), steps.key_positions(obj, "Basis")
+    assert np.abs(data.look(obj).points - result[[0, 4, 20, 24]]).max() < 1e-6
+    assert np.abs(data.look(obj).tint - result[REGION]).max() < 1e-6
+    key.mute = True
+    bpy.context.view_layer.update()
+    assert np.array_equal(data.look(obj).points, rest[[0, 4, 20, 24]])
+
+
+def test_modifiers_that_move_vertices_count(data):
+    obj = grid_with_anchors()
+    modifier = obj.modifiers.new("Push", 'DISPLACE')
+    modifier.direction = 'X'
+    modifier.mid_level = 0.0
+    modifier.strength = 3.0
+    bpy.context.view_layer.update()
+    assert np.allclose(data.look(obj).points[:, 0], [3.0, 7.0, 7.0])
+
+
+@pytest.mark.parametrize("is_shown", [True, False])
+def test_with_other_vertices_after_modifiers_it_is_the_shape_key(data, is_shown):
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    obj.data.shape_keys.key_blocks["Mean-Value"].mute = not is_shown
+    obj.modifiers.new("Mirror", 'MIRROR')
+    bpy.context.view_layer.update()
+    expected = steps.key_positions(obj, "Mean-Value" if is_shown else "Basis")
+    assert np.array_equal(data.look(obj).points, expected[[0, 4, 20, 24]])
+
+
+def test_nothing_is_read_or_made_again_while_nothing_changes(data, part, monkeypatch):
+    obj = grid_with_anchors()
+    add_region(obj)
+    first = data.look(obj)
+    calls = count_calls(monkeypatch, part("bridge.vertex_groups"), "members")
+    assert data.look(obj) is first
+    assert calls == []
+
+
+def test_while_the_shape_changes_groups_and_faces_stay_as_they_were(data, part, monkeypatch):
+    obj = grid_with_anchors()
+    add_region(obj)
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Moving")
+    key.value = 1.0
+    bpy.context.view_layer.update()
+    data.clear()
+    before = data.look(obj)
+    calls = count_calls(monkeypatch, part("bridge.vertex_groups"), "members")
+    for step in range(3):
+        steps.move(obj, [24], (0.0, 0.0, 1.0), key)
+        bpy.context.view_layer.update()
+        look = data.look(obj)
+        assert look.points[2, 2] == pytest.approx(before.points[2, 2] + step + 1.0)
+        assert look.corners is before.corners, "the triangles on the graphics card can stay"
+    assert calls == []
+
+
+def test_groups_are_read_again_when_the_object_is_left_alone(data, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(data, "clock", lambda: now[0])
+    obj = grid_with_anchors()
+    assert len(data.look(obj).points) == 3
+    obj.vertex_groups["Tip"].add([23], 1.0, 'REPLACE')
+    obj.update_tag(refresh={'DATA'})
+    bpy.context.view_layer.update()
+    assert len(data.look(obj).points) == 3
+    assert 0.0 < data.quiet_in() <= data.QUIET_SECONDS
+    now[0] += 1.0
+    assert data.quiet_in() == 0.0
+    assert len(data.look(obj).points) == 4
+
+
+def test_what_a_handler_writes_is_seen_at_once(data):
+    """Blender evaluates it without telling anybody."""
+    obj = meshes.grid()
+    steps.list_anchors(obj, Corners=[0, 4, 20])
+    steps.add_group(obj, "Hand", [24])
+    bpy.ops.meanvalue.add_handle(group="Hand")
+    bpy.context.view_layer.update()
+    before = data.look(obj).points.copy()
+    obj.meanvalue.anchor_groups["Hand"].control.location.z += 1.0
+    bpy.context.view_layer.update()
+    assert data.look(obj).points[3, 2] == pytest.approx(before[3, 2] + 1.0, abs=1e-4)
+
+
+def test_another_mesh_and_other_vertices(data):
+    obj = grid_with_anchors()
+    add_region(obj)
+    data.look(obj)
+    steps.edit_mesh(obj, lambda bm: bm.verts.remove(list(bm.verts)[7]))
+    assert len(data.look(obj).points) == 3
+    assert len(data.look(obj).corners) == 2, "one quad is left"
+
+
+def test_an_empty_mesh(data):
+    look = data.look(meshes.make_object([], []))
+    assert (len(look.points), len(look.corners)) == (0, 0)
+
+
+# -- when it is drawn ------------------------------------------------------------------------------------------------
+
+
+class Object3D:
+    """The parts of an object that say whether it is to be seen."""
+
+    def __init__(self, **changes):
+        self.name, self.type, self.mode, self.library = "Thing", 'MESH', 'OBJECT', None
+        self.data = types.SimpleNamespace(library=None)
+        self.meanvalue = types.SimpleNamespace(show_overlay=True)
+        self.is_visible = self.is_in_local_view = True
+        vars(self).update(changes)
+
+    def visible_get(self, viewport):
+        return self.is_visible
+
+    def visible_in_viewport_get(self, _space):
+        return self.is_in_local_view
+
+
+def drawn(overlay, obj, show_overlays=True):
+    space = types.SimpleNamespace(overlay=types.SimpleNamespace(show_overlays=show_overlays))
+    return overlay.subject_to_draw(types.SimpleNamespace(space_data=space, object=obj))
+
+
+def test_it_is_drawn_where_it_is_wanted_and_visible(overlay):
+    for mode in ('OBJECT', 'WEIGHT_PAINT'):
+        obj = Object3D(mode=mode)
+        assert drawn(overlay, obj) is obj
+    assert drawn(overlay, None) is None
+    assert drawn(overlay, Object3D(), show_overlays=False) is None
+    assert drawn(overlay, Object3D(meanvalue=types.SimpleNamespace(show_overlay=False))) is None
+    for changes in ({"mode": 'EDIT'}, {"mode": 'SCULPT'}, {"is_visible": False}, {"is_in_local_view": False}):
+        assert drawn(overlay, Object3D(**changes)) is None, changes
+
+
+def test_a_mistake_is_told_once_and_ends_the_drawing(overlay, monkeypatch, capsys):
+    def fail(_context):
+        raise ZeroDivisionError("no such thing")
+
+    monkeypatch.setattr(overlay, "subject_to_draw", fail)
+    monkeypatch.setattr(overlay, "problem", "")
+    for _ in range(3):
+        overlay.draw()
+    assert capsys.readouterr().err.count("Traceback") == 1
+    assert "no such thing" in overlay.problem
+
+
+PERSPECTIVE = mathutils.Matrix(((2, 0, 0, 0), (0, 2, 0, 0), (0, 0, -1.002, -0.2002), (0, 0, -1, 0)))
+ORTHOGRAPHIC = mathutils.Matrix(((0.1, 0, 0, 0), (0, 0.1, 0, 0), (0, 0, -0.002, 0), (0, 0, 0, 1)))
+
+
+@pytest.mark.parametrize("projection", [PERSPECTIVE, ORTHOGRAPHIC])
+def test_closer_is_in_front_and_at_the_same_place(overlay, projection):
+    def seen(matrix, point):
+        clip = matrix @ mathutils.Vector((*point, 1.0))
+        return [value / clip.w for value in clip[:3]]
+
+    moved = overlay.closer(projection, 20.0, 0.01)
+    for point in ((0.0, 0.0, -20.0), (3.0, -2.0, -15.0)):
+        before, after = seen(projection, point), seen(moved, point)
+        assert after[:2] == pytest.approx(before[:2])
+        assert after[2] < before[2]
+
+
+def test_without_a_display_nothing_is_hung_into_the_view(overlay):
+    assert bpy.app.background
+    assert overlay._handler is None
