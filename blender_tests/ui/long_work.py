@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh that takes its time: progress, Esc, and a drag that is never waited for."""
 
+import contextlib
 import sys
+import time
 
 import bpy
 import numpy as np
@@ -66,11 +68,32 @@ def escape_during_a_solve(ui):
     control().rotation_euler.x = 2.0
     ui.remember()
     before = snapshot(sheet())
-    yield from ui.invoke("meanvalue.solve")
-    yield from ui.wait_until(lambda: "Solving 'Sheet'" in (ui.status_text() or ""), "the status bar tells of the solve")
-    yield from ui.key('ESC')
-    yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    with _solving_until_cancelled():
+        yield from ui.invoke("meanvalue.solve")
+        yield from ui.wait_until(lambda: "Solving 'Sheet'" in (ui.status_text() or ""), "the status bar tells of it")
+        yield from ui.key('ESC')
+        yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
     assert_same(before, snapshot(sheet()))
+    yield from ui.invoke("meanvalue.solve")
+    yield from ui.wait_until(lambda: sheet().meanvalue.bound.is_solved, "it is solved when it is let")
+
+
+@contextlib.contextmanager
+def _solving_until_cancelled():
+    """The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
+    session = sys.modules["meanvalue_deform.session"]
+    solve = session.solve
+
+    def late(*arguments, execution, **options):
+        while not execution.cancelled:
+            time.sleep(0.01)
+        return solve(*arguments, execution=execution, **options)
+
+    session.solve = late
+    try:
+        yield
+    finally:
+        session.solve = solve
 
 
 def another_file_during_a_bind(ui):
