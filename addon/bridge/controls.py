@@ -11,8 +11,9 @@ from . import selection
 #: A control is this much larger than the part that it carries, so that it can be seen and clicked.
 SIZE_OVER_PART = 1.25
 
-#: Size of a control whose part is a single vertex, as a share of the mesh's bounding-box diagonal.
+#: Sizes of controls, as shares of the mesh's bounding-box diagonal: for a single vertex, and for a part that is long.
 SMALLEST_SIZE = 0.02
+LARGEST_SIZE = 0.15
 
 
 def problem(obj, group):
@@ -130,7 +131,7 @@ def _remember(group, relation):
 def _size(obj, points):
     extent = np.ptp(points, axis=0)
     whole = float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
-    return max(SIZE_OVER_PART * 0.5 * float(extent.max()), SMALLEST_SIZE * whole)
+    return float(np.clip(SIZE_OVER_PART * 0.5 * extent.max(), SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
 
 
 def _to_blender(matrix):
