@@ -81,6 +81,18 @@ def test_addon_core_knows_nothing_of_blender():
             assert not module.startswith("..") or module == "..errors", f"{path} imports {module}, above core/"
 
 
+ADDON_LAYERS = ("core", "bridge", "workers", "live", "operators", "ui")
+
+
+@pytest.mark.parametrize("layer", ADDON_LAYERS)
+def test_addon_layers_point_one_way(layer):
+    above = ADDON_LAYERS[ADDON_LAYERS.index(layer) + 1 :]
+    for path in sources(ROOT / "addon" / layer, ".py"):
+        for line in re.findall(r"^\s*from \.\.[ \w.]* import .*|^\s*from \.\.\w.*", path.read_text(), re.MULTILINE):
+            for other in above:
+                assert not re.search(rf"from \.\.{other}\b|from \.\. import .*\b{other}\b", line), f"{path}: {line}"
+
+
 def test_the_native_module_is_imported_in_one_file():
     users = {
         path.name
