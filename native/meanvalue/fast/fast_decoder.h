@@ -17,7 +17,8 @@
 namespace meanvalue {
 
 /// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
-/// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance.
+/// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance;
+/// in between a level of a fifth, where the mesh is large.
 /// From a start, as while dragging: the whole mesh at once. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
@@ -71,6 +72,7 @@ class FastDecoder : public Decoder {
     std::unique_ptr<RigidPieces> pieces_;
     std::unique_ptr<SolverLevel> fine_;
     std::unique_ptr<SolverLevel> coarse_;
+    std::unique_ptr<SolverLevel> middle_;  // between them where the mesh is large; for cold solves
 };
 
 }  // namespace meanvalue
