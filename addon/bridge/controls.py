@@ -44,6 +44,17 @@ def owner_of(control):
     return parent if any(group.control == control for group in parent.meanvalue.anchor_groups) else None
 
 
+def carried_by(control):
+    """A mesh object of the scene with a handle that follows `control`, the one it belongs to first; or None."""
+    owner = owner_of(control)
+    if owner is not None:
+        return owner
+    for obj in bpy.context.view_layer.objects:
+        if obj.type == 'MESH' and any(group.control == control for group in obj.meanvalue.anchor_groups):
+            return obj
+    return None
+
+
 def move(obj, group):
     """4 x 4: how the control has moved its handle from the rest shape, in the object's space. @throws SceneError."""
     return motion.between(_relation_at_rest(group), _relation(obj, group))

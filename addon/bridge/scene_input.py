@@ -10,11 +10,11 @@ from . import controls, mesh_arrays, shape_keys, targets, vertex_groups
 
 
 def subject(context):
-    """The object that the artist works on: the active one, or the mesh whose control is active; None for none."""
+    """The object that the artist works on: the active one, or the mesh that it is a control of; None for none."""
     active = context.object
     if active is None or active.type == 'MESH':
         return active
-    return controls.owner_of(active) or active
+    return controls.carried_by(active) or active
 
 
 def object_problem(obj):

@@ -42,7 +42,8 @@ clock = time.monotonic
 class Follower:
     """Use on the main thread only. `problem` says in words why the mesh does not follow, or is None.
 
-    hears_itself  whether edited() is called once for each writing of our own, as Blender's interface does
+    hears_itself  whether Blender calls edited() for what tick() writes, as its interface does. What is written in
+                  its own handlers, by follow(), it evaluates without telling.
     """
 
     def __init__(self, obj, hears_itself):
@@ -99,7 +100,7 @@ class Follower:
     def follow(self, obj):
         """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
         if self.problem is None:
-            with self._leaving_alone():
+            with self._leaving_alone(), self._in_a_handler():
                 if self._look(obj):
                     self._start_what_is_next(obj, FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
 
@@ -125,6 +126,14 @@ class Follower:
                 self._job.wait()
             self._changed_at = -np.inf  # no need to wait for quiet
             self.tick(obj)
+
+    @contextlib.contextmanager
+    def _in_a_handler(self):
+        hears_itself, self._hears_itself = self._hears_itself, False
+        try:
+            yield
+        finally:
+            self._hears_itself = hears_itself
 
     @contextlib.contextmanager
     def _leaving_alone(self):

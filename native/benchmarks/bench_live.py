@@ -121,7 +121,6 @@ class Scene:
         self.bpy.context.view_layer.update()
         self.obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
         ended = time.perf_counter()
-        self.follower.edited(self.obj)  # what Blender would call after it
         blender = (moved - began) + (ended - followed)
         addon = (followed - moved) - self.native - self.transfer
         return 1e3 * np.array([ended - began, self.native, self.transfer, addon, blender])

@@ -244,7 +244,7 @@ TEST(SoftAnchors, DenseOnesAreThinnedOutOnTheCoarseLevelAndTheirTotalIsKept) {
     }
     const Hierarchy hierarchy = build_hierarchy(rings, mesh.vertices, is_fixed, options, 1, execution);
     EXPECT_EQ(hierarchy.base().free_count, 1000);
-    const CoarseSoftAnchors coarse = coarse_soft_anchors(soft, hierarchy, mesh.vertex_count(), 2.0);
+    const CoarseSoftAnchors coarse = coarse_soft_anchors(soft, hierarchy, hierarchy.base(), mesh.vertex_count(), 2.0);
     EXPECT_GT(coarse.anchors.size(), 10u);
     EXPECT_LT(coarse.anchors.size(), soft.size() / 2);
     double total = 0.0;

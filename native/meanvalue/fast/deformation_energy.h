@@ -19,11 +19,11 @@ namespace meanvalue {
 ///
 /// over the rows i that depend on free vertices. The first sum is equation 15 with weights. In the second, (j, k) are
 /// the spokes and rims of row i, p is the rest pose, R_i the rotation that fits best, and c the cotangent weights (as
-/// rigid as possible: Sorkine and Alexa 2007; with rims: Chao et al. 2010). With h_i the mean edge of row i at rest,
-/// a_i = h^2 / h_i^2, h^2 making them 1 in the mean, and D the size of the shape: the sums then approximate integrals
-/// over the surface of the squared change of curvature, and of squared strain over D^2, at any resolution, and
-/// rigidity has no unit. The row of a lone anchor counts many times more. The third sum is of soft anchors (Springs).
-/// docs/algorithm.md, "Rigidity" and "Soft anchors".
+/// rigid as possible: Sorkine and Alexa 2007; with rims: Chao et al. 2010), larger where the rest pose is curved, as
+/// thin limbs are. With h_i the mean edge of row i at rest, a_i = h^2 / h_i^2, h^2 making them 1 in the mean, and D
+/// the size of the shape: the sums then approximate integrals over the surface of the squared change of curvature,
+/// and of squared strain over D^2, at any resolution, and rigidity has no unit. The row of a lone anchor counts many
+/// times more. The third sum is of soft anchors (Springs). docs/algorithm.md, "Rigidity" and "Soft anchors".
 class DeformationEnergy {
   public:
     enum class Weights {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace meanvalue {
 namespace {
@@ -11,19 +12,43 @@ namespace {
 // limbs turn about their anchors. docs/decisions/0007-rigidity.md has what was measured.
 constexpr double kLoneAnchorWeight = 70.0;
 
+// How many times rigidity counts in a row: the least, where the shape is flat at rest; what is added for each unit of
+// its mean curvature at rest, (1/r1 + 1/r2) D; and the most, reached by limbs of radius D/100. The thinner a limb,
+// the less its strain costs beside its curvature, and it rolls about its axis: docs/decisions/0007-rigidity.md.
+constexpr double kLeastRigidity = 0.8;
+constexpr double kRigidityByCurvature = 0.016;
+constexpr double kMostRigidity = 2.4;
+
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
 constexpr double kShortestEdge = 1e-9;
 // Rows of a patch: the more, the fewer points are in several patches, and the fewer lanes are left over.
 constexpr std::size_t kPatchRows = 2048;
 
+/// How many times rigidity counts in a row. @param spokes `valence` of them.
+double rigidity_of(const Spoke* spokes, Index valence, double size) {
+    Vector3 area = Vector3::Zero();
+    Vector3 sum = Vector3::Zero();
+    double squares = 0.0;
+    for (Index k = 0; k < valence; ++k) {
+        area += spokes[k].rest.cross(spokes[k + 1 == valence ? 0 : k + 1].rest);
+        sum += spokes[k].rest;
+        squares += spokes[k].rest.squaredNorm();
+    }
+    // A sphere's vertex lies |e|^2 / 2r over a neighbour: their sum is that of the squares times (1/r1 + 1/r2) / 4.
+    const double scale = area.norm() * squares;
+    const double curvature = scale > 0.0 ? 4.0 * std::abs(area.dot(sum)) / scale : 0.0;
+    return std::min(kLeastRigidity + kRigidityByCurvature * curvature * size, kMostRigidity);
+}
+
 class PatchBuilder {
   public:
-    PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double shortest,
-                 EnergyPatches& result)
+    PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double size,
+                 bool weighted, EnergyPatches& result)
         : encoding_(encoding),
           unknowns_(unknowns),
           rest_(rest),
-          shortest_(shortest),
+          size_(size),
+          weighted_(weighted),
           result_(result),
           point_of_(unknowns.slot.size(), -1) {
         result_.bending.resize(unknowns_.rows.size());
@@ -129,10 +154,17 @@ class PatchBuilder {
             point_of_[result_.points[k]] = -1;
     }
 
-    /// Its spokes, and 1 / h_i^2 into the row's bending.
+    /// Its spokes, by the rigidity of the row, and 1 / h_i^2 into the row's bending.
     void measure(std::size_t row, const EncodedRing& ring, Spoke* spokes) {
-        const double mean = std::max(measure_spokes(ring, unknowns_.rows[row], rest_, spokes), shortest_);
+        const double length = measure_spokes(ring, unknowns_.rows[row], rest_, spokes);
+        const double mean = std::max(length, kShortestEdge * size_);
         result_.bending[row] = 1.0 / (mean * mean);
+        if (!weighted_) return;
+        const double rigidity = rigidity_of(spokes, ring.valence, size_);
+        for (Index k = 0; k < ring.valence; ++k) {
+            spokes[k].spoke *= rigidity;
+            spokes[k].rim *= rigidity;
+        }
     }
 
     void add_batch(const std::size_t* rows, int count, Index valence) {
@@ -179,7 +211,8 @@ class PatchBuilder {
     const Encoding& encoding_;
     const Unknowns& unknowns_;
     const PositionsView& rest_;
-    double shortest_;
+    double size_;
+    bool weighted_;  // else all rows count alike
     EnergyPatches& result_;
     std::size_t first_point_ = 0;
     std::vector<Index> point_of_;  // n: in the current patch, or -1
@@ -236,7 +269,7 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
                                    double size, bool by_length, bool in_batches, const std::vector<double>& hardness,
                                    const Execution& execution) {
     EnergyPatches result;
-    PatchBuilder builder(encoding, unknowns, rest, kShortestEdge * size, result);
+    PatchBuilder builder(encoding, unknowns, rest, size, by_length, result);
     builder.reserve(in_batches, execution);
     for (std::size_t begin = 0; begin < unknowns.rows.size(); begin += kPatchRows) {
         execution.check();

@@ -51,8 +51,9 @@ struct EnergyPatches {
 };
 
 /// The same for any number of threads of those who evaluate it. @param rest n x 3; @param size D, in the same units.
-/// @param by_length a_i = h^2 / h_i^2, else 1. @param in_batches false: all rows are single.
-/// @param hardness n, Springs::hardness(): soft anchors are as much of an anchor as that. @throws Cancelled.
+/// @param by_length a_i = h^2 / h_i^2, and rows that are curved at rest count more in the second sum; else all alike.
+/// @param in_batches false: all rows are single. @param hardness n, Springs::hardness(): soft anchors are as much of
+/// an anchor as that. @throws Cancelled.
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
                                    double size, bool by_length, bool in_batches, const std::vector<double>& hardness,
                                    const Execution& execution);

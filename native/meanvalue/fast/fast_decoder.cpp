@@ -16,6 +16,10 @@ namespace {
 constexpr double kCoarseShare = 0.03;
 constexpr double kFewestCoarse = 1500;
 constexpr double kMostCoarse = 4000;
+// Of a level in between, where it has at least so many times the vertices of the coarse one: wrinkles that the coarse
+// level is too coarse for are found there at a fifth of the cost.
+constexpr double kMiddleShare = 0.2;
+constexpr double kMiddleOverCoarse = 3.0;
 // Below this a coarse level is not worth its splits.
 constexpr std::size_t kSmallMesh = 3000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
@@ -69,8 +73,11 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
         {
             const StageTimer timer(bind_timings_, "hierarchy");
             CoarseningOptions options;
-            options.level_sizes = {static_cast<Index>(
-                std::clamp(kCoarseShare * static_cast<double>(unknowns.free.size()), kFewestCoarse, kMostCoarse))};
+            const auto count = static_cast<double>(unknowns.free.size());
+            const double coarse = std::clamp(kCoarseShare * count, kFewestCoarse, kMostCoarse);
+            if (kMiddleShare * count > kMiddleOverCoarse * coarse)
+                options.level_sizes.push_back(static_cast<Index>(kMiddleShare * count));
+            options.level_sizes.push_back(static_cast<Index>(coarse));
             options.down_to_base = false;
             options.exact_order = false;
             options.thin_out_fixed = true;
@@ -79,18 +86,22 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
             hierarchy_ = build_hierarchy(rings, region_.positions, region_.is_fixed, options, threads_, execution);
         }
         const StageTimer timer(bind_timings_, "coarse level");
-        std::vector<char> is_fixed = region_.is_fixed;
-        for (std::size_t k = 0; k < hierarchy_.base().removed_count; ++k)
-            is_fixed[hierarchy_.order[k]] = 1;
-        const Encoding& encoding = hierarchy_.base().encoding;
-        Unknowns coarse_unknowns = find_unknowns(encoding, is_fixed);
-        if (!soft_.empty()) {
-            const double scale = energy_unit(encoding, coarse_unknowns, region_.positions, execution) /
-                                 energy_unit(encoding_, unknowns, region_.positions, execution);
-            coarse_soft_ = coarse_soft_anchors(soft_, hierarchy_, static_cast<Index>(region_.vertices.size()), scale);
-        }
-        coarse_ = make_level(encoding, std::move(coarse_unknowns), coarse_soft_.anchors, stages, execution);
+        const auto make = [&](const Level& level, CoarseSoftAnchors& soft) {
+            std::vector<char> is_fixed = region_.is_fixed;
+            for (std::size_t k = 0; k < level.removed_count; ++k)
+                is_fixed[hierarchy_.order[k]] = 1;
+            Unknowns remaining = find_unknowns(level.encoding, is_fixed);
+            if (!soft_.empty()) {
+                const double scale = energy_unit(level.encoding, remaining, region_.positions, execution) /
+                                     energy_unit(encoding_, unknowns, region_.positions, execution);
+                soft = coarse_soft_anchors(soft_, hierarchy_, level, region_.is_fixed.size(), scale);
+            }
+            return make_level(level.encoding, std::move(remaining), soft.anchors, stages, execution);
+        };
+        coarse_ = make(hierarchy_.base(), coarse_soft_);
         stages = {rigidity_};
+        CoarseSoftAnchors middle_soft;
+        if (hierarchy_.levels.size() > 1) middle_ = make(hierarchy_.levels.front(), middle_soft);
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
@@ -153,7 +164,14 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
         }
         if (coarse_) {
             const StageTimer timer(report.timings, "split");
-            hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, -1, positions, threads_, execution);
+            int level = static_cast<int>(hierarchy_.levels.size()) - 1;
+            if (middle_) {
+                hierarchy_.split(level, 0, positions, threads_, execution);
+                level = 0;
+                minimise(*middle_, 0, std::max(options.tolerance, kStageTolerance), options.max_iterations, positions,
+                         execution);
+            }
+            hierarchy_.split(level, -1, positions, threads_, execution);
         }
     }
     if (coarse_ && options.previous != nullptr) {
@@ -175,7 +193,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
 }
 
 void FastDecoder::aim_springs(const DecodeOptions& options) {
-    for (SolverLevel* level : {fine_.get(), coarse_.get()}) {
+    for (SolverLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
         if (level != nullptr && !level->energy->springs().empty())
             level->energy->springs().aim_at_targets(*options.targets);
     }
@@ -289,6 +307,7 @@ double FastDecoder::follow(const RigidPieces::Way& way, double tolerance, int ma
 
 std::vector<Index> FastDecoder::level_sizes() const {
     std::vector<Index> sizes = {static_cast<Index>(fine_->unknowns.free.size())};
+    if (middle_) sizes.push_back(static_cast<Index>(middle_->unknowns.free.size()));
     if (coarse_) sizes.push_back(static_cast<Index>(coarse_->unknowns.free.size()));
     return sizes;
 }
@@ -299,7 +318,7 @@ Index FastDecoder::longest_ring() const {
 
 std::size_t FastDecoder::bytes() const {
     std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0);
-    for (const SolverLevel* level : {fine_.get(), coarse_.get()}) {
+    for (const SolverLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
         if (level == nullptr) continue;
         sum += level->energy->bytes() + level->minimiser.bytes();
         for (const auto& stage : level->stages)

@@ -18,10 +18,10 @@
 namespace meanvalue {
 
 /// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
-/// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance.
-/// From a start, as while dragging: what the fixed vertices have moved since is followed on the coarse level and
-/// handed on by the splits, where that lowers the energy; then the whole mesh. Small meshes have no coarse level:
-/// theirs is the whole one. Deterministic for any number of threads.
+/// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance; in
+/// between a level of a fifth, where the mesh is large. From a start, as while dragging: what the fixed vertices have
+/// moved since is followed on the coarse level and handed on by the splits, where that lowers the energy; then the
+/// whole mesh. Small meshes have no coarse level: theirs is the whole one. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
     /// @param soft soft anchors, in the region's vertex numbers; none of them fixed. @param handles n of the region,
@@ -82,6 +82,7 @@ class FastDecoder : public Decoder {
     std::unique_ptr<RigidPieces> pieces_;
     std::unique_ptr<SolverLevel> fine_;
     std::unique_ptr<SolverLevel> coarse_;
+    std::unique_ptr<SolverLevel> middle_;  // between them where the mesh is large; for cold solves
 };
 
 }  // namespace meanvalue

@@ -100,12 +100,16 @@ void CoarseSoftAnchors::aim(const Springs& fine, const Unknowns& unknowns, const
 }
 
 CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
-                                      Index vertex_count, double scale) {
+                                      const Level& level, std::size_t vertex_count, double scale) {
     std::vector<Index> into(vertex_count);
     std::iota(into.begin(), into.end(), 0);
+    std::vector<char> is_removed(vertex_count, 0);
+    for (std::size_t k = 0; k < level.removed_count; ++k)
+        is_removed[hierarchy.order[k]] = 1;
     // Backwards, so that what a vertex was merged into is known by where that went.
-    for (auto merge = hierarchy.soft_merges.rbegin(); merge != hierarchy.soft_merges.rend(); ++merge)
-        into[merge->removed] = into[merge->into];
+    for (auto merge = hierarchy.soft_merges.rbegin(); merge != hierarchy.soft_merges.rend(); ++merge) {
+        if (is_removed[merge->removed]) into[merge->removed] = into[merge->into];
+    }
     CoarseSoftAnchors result;
     std::vector<Index> place(vertex_count, -1);
     for (const SoftAnchor& anchor : anchors) {

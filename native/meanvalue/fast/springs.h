@@ -75,10 +75,10 @@ struct CoarseSoftAnchors {
              Springs& coarse) const;
 };
 
-/// Removed soft anchors give their strengths to those that they were merged into, so that a handle's total spring is
-/// kept; then all are multiplied with `scale`. @param anchors by ascending vertex.
+/// Those removed on the way to `level` give their strengths to those that they were merged into, so that a handle's
+/// total spring is kept; then all are multiplied with `scale`. @param anchors by ascending vertex.
 CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
-                                      Index vertex_count, double scale);
+                                      const Level& level, std::size_t vertex_count, double scale);
 
 /// 1 / mean(1 / h_i^2), squared units, h_i the mean edge of row i at rest: what the energy of a given pose is
 /// proportional to, so that springs of two levels are in balance where their strengths are too. @param rest n x 3.
