@@ -72,6 +72,7 @@ def _draw(context, obj):
     look = overlay_data.look(obj)
     if _batches is None or _batches.look is not look:
         _batches = _make_batches(look, _batches)
+    wrote_depth = gpu.state.depth_mask_get()
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_test_set('NONE' if obj.show_in_front else 'LESS_EQUAL')
     gpu.state.depth_mask_set(False)
@@ -85,6 +86,7 @@ def _draw(context, obj):
                 _draw_closer(context, POINTS_CLOSER, _draw_points)
     finally:
         gpu.state.point_size_set(1.0)
+        gpu.state.depth_mask_set(wrote_depth)
         gpu.state.depth_test_set('NONE')
         gpu.state.blend_set('NONE')
 
