@@ -128,10 +128,17 @@ def _make_batches(look, former):
     if len(look.corners):
         is_same = former is not None and former.look.corners is look.corners
         triangles = former.tint_triangles if is_same else gpu.types.GPUIndexBuf(type='TRIS', seq=look.corners)
-        vertices = gpu.types.GPUVertBuf(format=compat.surface_shader().format_calc(), len=len(look.tint))
-        vertices.attr_fill("pos", look.tint)
-        tint = gpu.types.GPUBatch(type='TRIS', buf=vertices, elem=triangles)
+        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look.tint), elem=triangles)
     return _Batches(look, points, tint, triangles)
+
+
+def _vertex_buffer(positions):
+    """The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2."""
+    layout = gpu.types.GPUVertFormat()
+    layout.attr_add(id="pos", comp_type='F32', len=3, fetch_mode='FLOAT')
+    vertices = gpu.types.GPUVertBuf(layout, len(positions))
+    vertices.attr_fill("pos", positions)
+    return vertices
 
 
 def register():

@@ -69,6 +69,9 @@ def sidebar():
 
 def open_tab():
     """The tab of the add-on is the last one; it stands below Item, Tool and View at the right edge."""
+    if bpy.app.version >= (4, 2, 0):
+        sidebar().active_panel_category = "Mean-Value"
+        return
     click(sidebar().x + sidebar().width - 12, sidebar().y + sidebar().height - 180)
 
 
