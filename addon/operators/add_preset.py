@@ -1,12 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stores the way of posing as a preset of the artist's own, and removes such presets."""
 
+import pathlib
+
 import bpy
 from bl_operators.presets import AddPresetBase
 
 from .. import ids
 from ..bridge import scene_input
 from ..core import wording
+
+#: What a preset holds.
+SETTINGS = ("method", "rigidity")
+
+#: The mesh that the artist works on, also while one of its controls (a child of it) is active. A preset has to find it
+#: without knowing where the add-on is installed.
+FIND_SETTINGS = (
+    "settings = (bpy.context.object if bpy.context.object.type == 'MESH' else bpy.context.object.parent).meanvalue"
+)
 
 
 class MEANVALUE_OT_add_preset(AddPresetBase, bpy.types.Operator):
@@ -16,12 +27,6 @@ class MEANVALUE_OT_add_preset(AddPresetBase, bpy.types.Operator):
     bl_label = "Add Preset"
     preset_menu = ids.PRESETS_PANEL
     preset_subdir = ids.PRESETS_FOLDER
-    # The mesh that the artist works on, also while one of its controls (a child of it) is active. The line is written
-    # to the preset, which has to work without knowing where the add-on is installed.
-    preset_defines = [
-        "settings = (bpy.context.object if bpy.context.object.type == 'MESH' else bpy.context.object.parent).meanvalue"
-    ]
-    preset_values = ["settings.method", "settings.rigidity"]
 
     @classmethod
     def poll(cls, context):
@@ -40,6 +45,12 @@ class MEANVALUE_OT_add_preset(AddPresetBase, bpy.types.Operator):
             self.report({'ERROR'}, "The preset has no name. Give it one of letters or digits.")
             return {'CANCELLED'}
         return super().execute(context)
+
+    def add(self, context, filepath):
+        """Called by Blender's own part to write the file, which it cannot do itself in 4.3 under Python 3.13."""
+        settings = scene_input.subject(context).meanvalue
+        values = [f"settings.{name} = {getattr(settings, name)!r}" for name in SETTINGS]
+        pathlib.Path(filepath).write_text("\n".join(["import bpy", "", FIND_SETTINGS, *values, ""]), encoding="utf-8")
 
     def _is_stored(self):
         return any(

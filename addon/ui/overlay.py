@@ -72,6 +72,7 @@ def _draw(context, obj):
     look = overlay_data.look(obj)
     if _batches is None or _batches.look is not look:
         _batches = _make_batches(look, _batches)
+    wrote_depth = gpu.state.depth_mask_get()
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_test_set('NONE' if obj.show_in_front else 'LESS_EQUAL')
     gpu.state.depth_mask_set(False)
@@ -85,6 +86,7 @@ def _draw(context, obj):
                 _draw_closer(context, POINTS_CLOSER, _draw_points)
     finally:
         gpu.state.point_size_set(1.0)
+        gpu.state.depth_mask_set(wrote_depth)
         gpu.state.depth_test_set('NONE')
         gpu.state.blend_set('NONE')
 
@@ -126,10 +128,17 @@ def _make_batches(look, former):
     if len(look.corners):
         is_same = former is not None and former.look.corners is look.corners
         triangles = former.tint_triangles if is_same else gpu.types.GPUIndexBuf(type='TRIS', seq=look.corners)
-        vertices = gpu.types.GPUVertBuf(format=compat.surface_shader().format_calc(), len=len(look.tint))
-        vertices.attr_fill("pos", look.tint)
-        tint = gpu.types.GPUBatch(type='TRIS', buf=vertices, elem=triangles)
+        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look.tint), elem=triangles)
     return _Batches(look, points, tint, triangles)
+
+
+def _vertex_buffer(positions):
+    """The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2."""
+    layout = gpu.types.GPUVertFormat()
+    layout.attr_add(id="pos", comp_type='F32', len=3, fetch_mode='FLOAT')
+    vertices = gpu.types.GPUVertBuf(layout, len(positions))
+    vertices.attr_fill("pos", positions)
+    return vertices
 
 
 def register():

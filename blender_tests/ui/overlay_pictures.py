@@ -69,6 +69,9 @@ def sidebar():
 
 def open_tab():
     """The tab of the add-on is the last one; it stands below Item, Tool and View at the right edge."""
+    if bpy.app.version >= (4, 2, 0):
+        sidebar().active_panel_category = "Mean-Value"
+        return
     click(sidebar().x + sidebar().width - 12, sidebar().y + sidebar().height - 180)
 
 
@@ -164,16 +167,11 @@ def big_grid():
 
 
 def measured(obj):
-    """Steps that time the callback in real redraws: nothing new, a new shape, and all to be read again."""
+    """Steps that time real redraws, each in the processor time of this thread: what is read and made, and all of it.
+
+    All of it has the drawing by the processor in it, where there is no graphics card.
+    """
     overlay, data, shape_keys = part("ui.overlay"), part("bridge.overlay_data"), part("bridge.shape_keys")
-    draw, seconds = overlay._draw, []
-
-    def timed(context, drawn):
-        start = time.perf_counter()
-        draw(context, drawn)
-        seconds.append(time.perf_counter() - start)
-
-    overlay._draw = timed
     key = obj.data.shape_keys.key_blocks["Mean-Value"]
     shape = shape_keys.positions(key)
     heights = iter(range(1, 100))
@@ -183,12 +181,30 @@ def measured(obj):
         bpy.context.view_layer.update()
         data._edited.clear()  # groups are not read again while it goes on
 
+    timed = [(data, "look"), (overlay, "_make_batches"), (overlay, "_draw")]
+    originals = [getattr(module, name) for module, name in timed]
     for name, change in {"nothing new": int, "new shape": new_shape, "all read again": data.clear}.items():
-        seconds.clear()
+        milliseconds = [time_calls(module, function) for module, function in timed]
         for _ in range(8):
             yield None, change
-        print(f"overlay, {name}: least {1000 * min(seconds):.2f} ms, median {1000 * np.median(seconds):.2f}", *seconds)
-    overlay._draw = draw
+        looks, makes, draws = (np.median(values or [0.0]) for values in milliseconds)
+        print(f"overlay, {name}: look {looks:.2f} ms, batches {makes:.2f} ms, in all {draws:.2f} ms")
+        for (module, function), original in zip(timed, originals, strict=True):
+            setattr(module, function, original)
+
+
+def time_calls(module, name):
+    """From here on, the milliseconds of every call go to the list that is returned."""
+    original, milliseconds = getattr(module, name), []
+
+    def timed(*arguments):
+        start = time.thread_time()
+        result = original(*arguments)
+        milliseconds.append(1000 * (time.thread_time() - start))
+        return result
+
+    setattr(module, name, timed)
+    return milliseconds
 
 
 def show_preferences():
