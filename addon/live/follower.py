@@ -31,7 +31,7 @@ SAME_SHAPE = 2e-4
 SAME_TARGETS = 1e-6
 
 #: How often a running job is looked at.
-TICK_SECONDS = 0.01
+TICK_SECONDS = 0.004
 
 #: Blender keeps a copy of its own of the mesh in these modes.
 BUSY_MODES = {'EDIT', 'SCULPT'}

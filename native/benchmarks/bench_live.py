@@ -10,6 +10,7 @@ drawing, which depends on the graphics card, is left out. A frame's seconds are 
     Blender   evaluating the moved control and, after the writing, the mesh
 """
 
+import functools
 import os
 import pathlib
 import subprocess
@@ -48,19 +49,20 @@ class Scene:
         self.bpy = bpy
         bpy.ops.wm.read_factory_settings(use_empty=True)
         bpy.ops.preferences.addon_enable(module=PACKAGE)
-        self.parts = {name: sys.modules[f"{PACKAGE}.{name}"] for name in ("live.follower", "bridge.shape_keys", "session")}
+        names = ("live.follower", "bridge.shape_keys", "bridge.targets", "session")
+        self.parts = {name: sys.modules[f"{PACKAGE}.{name}"] for name in names}
         job = generated_meshes.speed_job(shape, size)
         self.obj = self._object(job)
         self.rest = job.vertices[job.anchors[job.pieces >= 0]]
         self.targets = job.targets[:, job.pieces >= 0]
         for name, members, operator in (
             ("Pin", job.anchors[job.pieces < 0], bpy.ops.meanvalue.add_pin),
-            ("Handle", job.anchors[job.pieces >= 0], bpy.ops.meanvalue.add_handle),
+            ("Handle", job.anchors[job.pieces >= 0], functools.partial(bpy.ops.meanvalue.add_handle, live=False)),
         ):
             self.obj.vertex_groups.new(name=name).add(members.tolist(), 1.0, 'REPLACE')
             bpy.context.view_layer.objects.active = self.obj
             operator(group=name)
-        self.obj.meanvalue.live = False  # the key is there now; the handlers leave the rest to us
+        self.parts["bridge.targets"].prepare_result(self.obj)  # as turning Live on does
         bpy.context.view_layer.update()
         self.control = self.obj.meanvalue.anchor_groups["Handle"].control
         self.start = np.array(self.control.matrix_world)

@@ -112,7 +112,7 @@ TEST_P(SoftPose, TheMoreStrengthTheNearerToTheHardSolution) {
         const double off = largest_distance(solution.vertices, hard) / pose.mesh.diagonal();
         EXPECT_LT(off, 0.3 / strength) << strength;
         if (last > 0.0) {
-            EXPECT_LT(off, 0.2 * last) << strength;  // as 1 / s
+            EXPECT_LT(off, std::max(0.2 * last, 1e-7)) << strength;  // as 1 / s, down to what the solver tells apart
         }
         last = off;
     }
