@@ -27,8 +27,9 @@ constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
 // Stages on the way, as shares of the size and in steps.
 constexpr double kStageTolerance = 1e-4;
 constexpr int kMostStageSteps = 40;
-// Handles that turn farther than this are also followed along their way, in steps of at most the second angle.
-constexpr double kFarTurn = 0.35;
+// Handles that turn farther than this (120 degrees) are also followed along their way, in steps of at most the second
+// angle. Nearer ones are found as well from the stiff stages; docs/algorithm.md has the count.
+constexpr double kFarTurn = 2.1;
 constexpr double kTurnOfStep = 0.26;
 constexpr int kMostFollowSteps = 15;
 constexpr double kFollowTolerance = 1e-3;
