@@ -22,5 +22,5 @@ class SolverError(MeanValueError):
     """The solver refused its input or failed."""
 
 
-class Cancelled(MeanValueError):
+class CancelledError(MeanValueError):
     """The artist stopped the work; nothing was changed."""

@@ -13,7 +13,7 @@ import numpy as np
 from . import native_loader
 from .core import result
 from .core.deformer_cache import DeformerCache
-from .errors import Cancelled, SceneError, SolverError
+from .errors import CancelledError, SceneError, SolverError
 
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
@@ -41,7 +41,7 @@ def remember(bind_input, binding):
 def bind(bind_input, triangles, execution=None):
     """A new Binding; `triangles` m x 3 int32. Touches no Blender data: any thread.
 
-    @throws NativeModuleError, SceneError, SolverError, Cancelled.
+    @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
     module = native_loader.module()
     started = time.perf_counter()
@@ -72,7 +72,7 @@ def solve(binding, bind_input, targets, start=None, settle=False, execution=None
     start: n x 3 float64, an earlier result to go on from; settle: see the native Deformer. Touches no Blender data:
     any thread. The result is the same for the same arguments.
 
-    @throws SolverError, Cancelled.
+    @throws SolverError, CancelledError.
     """
     started = time.perf_counter()
     solution = _call(
@@ -113,7 +113,7 @@ def _call(function, *arguments, **options):
             f"The solver failed: {error}. Move the anchors closer to the rest shape, or add anchors"
         ) from error
     except module.Cancelled as error:
-        raise Cancelled("Cancelled. Nothing was changed") from error
+        raise CancelledError("Cancelled. Nothing was changed") from error
     except MemoryError as error:
         raise SolverError(
             "There is not enough memory for this mesh. Choose a smaller region, or close other programs"

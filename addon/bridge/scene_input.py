@@ -2,8 +2,7 @@
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
 from .. import ids
-from ..core import wording
-from ..core import springs
+from ..core import springs, wording
 from ..core.bind_input import BindInput, anchor_layout, region_mask
 from ..errors import SceneError
 from . import controls, mesh_arrays, shape_keys, targets, vertex_groups

@@ -8,7 +8,6 @@ from ..core.bind_input import require_finite
 from ..errors import SceneError
 from . import mesh_arrays
 
-
 ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from .. import session
 from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys, targets
 from ..core import fingerprint, result, wording
-from ..errors import Cancelled, MeanValueError, SceneError, StaleBindingError
+from ..errors import CancelledError, MeanValueError, SceneError, StaleBindingError
 from ..workers.job import Job
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
@@ -140,7 +140,7 @@ class Follower:
         """A problem inside is kept to be shown, and nothing goes on until the object is edited."""
         try:
             yield
-        except Cancelled:
+        except CancelledError:
             pass
         except MeanValueError as error:
             self.look_again()
@@ -189,7 +189,8 @@ class Follower:
         """Gathers the scene. @throws SceneError, StaleBindingError."""
         if shape_keys.result_positions(obj) is None and shape_keys.result_problem(obj) is None:
             raise SceneError(
-                f"the shape key '{obj.meanvalue.result_key}', which it writes, is missing. Turn Live off and on to make it"
+                f"the shape key '{obj.meanvalue.result_key}', which it writes, is missing. Turn Live off and on to "
+                "make it"
             )
         bind_input = scene_input.gather(obj)
         bound = bound_record.read_fingerprint(obj.meanvalue.bound)

@@ -3,7 +3,7 @@
 
 from ..bridge import scene_input
 from ..core import wording
-from ..errors import Cancelled, MeanValueError
+from ..errors import CancelledError, MeanValueError
 
 
 class MeshOperator:
@@ -40,7 +40,7 @@ class MeshOperator:
         return self.tell(message, warnings)
 
     def refuse(self, error):
-        self.report({'INFO' if isinstance(error, Cancelled) else 'ERROR'}, wording.sentence(str(error)))
+        self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))
         return {'CANCELLED'}
 
     def tell(self, message, warnings):

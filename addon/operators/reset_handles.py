@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import controls, targets
+from ..bridge import controls
 from ..core import wording
 from ..errors import SceneError
 from .base import MeshOperator

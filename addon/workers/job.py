@@ -38,7 +38,7 @@ class Job:
         return self._execution.cancelled
 
     def cancel(self):
-        """Asks the work to stop; result() then raises Cancelled, unless it had finished."""
+        """Asks the work to stop; result() then raises CancelledError, unless it had finished."""
         self._execution.cancel()
 
     @property

@@ -127,7 +127,7 @@ def group_indices(obj, name):
 
 
 def figures(obj, teleported, bind_seconds, solve_seconds):
-    """PoseFigures from what the add-on keeps on the object, and the energy of `teleported` (n, 3)."""
+    """PoseFigures from what the add-on keeps on the object, and G of `teleported` (n, 3) and of the result."""
     record = obj.meanvalue.bound
     rest = positions(obj)
     encoding = whole_encoding(obj, rest)
@@ -142,7 +142,7 @@ def figures(obj, teleported, bind_seconds, solve_seconds):
         converged=record.solve_converged,
         stop_reason=record.solve_stop_reason,
         energy_before=encoding.energy(teleported) / diagonal**2,
-        energy_after=record.solve_energy,
+        energy_after=encoding.energy(positions(obj, result_key(obj))) / diagonal**2,
         bind_seconds=bind_seconds,
         solve_seconds=solve_seconds,
     )

@@ -28,7 +28,7 @@ def text(blender_version, addon_version, blocks):
     head = [
         f"Mean-Value Deform {addon_version}, Blender {blender_version}",
         "G is eq 15 of the paper, scaled to a rest bounding box of diagonal 1; the start is the rest shape with its",
-        "anchors on their targets.",
+        "anchors on their targets. The solver minimises G and the cost of lengths together.",
         "",
     ]
     return "\n".join(head + [line for block in blocks for line in block])

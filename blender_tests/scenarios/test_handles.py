@@ -105,7 +105,7 @@ def test_removing_a_handle_takes_what_was_made_for_it():
 
 
 def test_removing_a_handle_leaves_what_was_there_before():
-    obj, control = handles.tube()
+    obj, _control = handles.tube()
     other = bpy.data.objects.new("Mine", None)
     bpy.context.collection.objects.link(other)
     bpy.ops.meanvalue.remove_anchor_group()

@@ -91,7 +91,7 @@ def test_live_off_leaves_the_mesh_alone():
 
 
 def test_a_bone_carries_a_handle():
-    obj, control = handles.tube()
+    obj, _control = handles.tube()
     armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
     bpy.context.collection.objects.link(armature)
     meshes.activate(armature)
@@ -180,7 +180,7 @@ def test_a_handle_that_is_off_holds_nothing():
 
 
 def test_vertices_moved_in_edit_mode_are_followed_when_it_is_left():
-    obj, control = handles.tube()
+    obj, _control = handles.tube()
     steps.add_group(obj, "Middle", range(64, 72))
     meshes.activate(obj)
     bpy.ops.meanvalue.add_anchor_group(group="Middle")
@@ -380,7 +380,7 @@ def test_disabled_while_live_nothing_is_left_and_enabled_it_goes_on():
 
 
 def test_a_control_of_another_object_may_be_any_object():
-    obj, control = handles.tube()
+    obj, _control = handles.tube()
     cube = bpy.data.objects.new("Ball", None)
     bpy.context.collection.objects.link(cube)
     cube.matrix_world = Matrix.Translation((4.0, 4.0, 4.0))
@@ -409,7 +409,7 @@ def test_a_soft_handle_gives_way_by_its_strength():
 
 
 def test_soft_handles_need_the_fast_method(status):
-    obj, control = handles.tube()
+    obj, _control = handles.tube()
     obj.meanvalue.anchor_groups["Top"].is_soft = True
     obj.meanvalue.method = 'full'
     update()

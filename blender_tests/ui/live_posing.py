@@ -155,7 +155,7 @@ def two_objects_live(ui):
 
 
 def playback(ui):
-    obj, handle = handles.tube()
+    _obj, handle = handles.tube()
     handle.keyframe_insert("location", frame=1)
     handle.location.x += 4.0
     handle.keyframe_insert("location", frame=40)

@@ -107,7 +107,10 @@ class Scene:
             self.follower.tick(self.obj)
 
     def frame(self, step):
-        """Moves the control as the handle of the job's `step`; milliseconds (whole, native, transfer, add-on, Blender)."""
+        """Moves the control as the handle of the job's `step`.
+
+        Returns milliseconds: whole, native, transfer, add-on, Blender.
+        """
         from mathutils import Matrix
 
         rotation, shift = rigid.rigid_fit(self.rest, self.targets[step])
@@ -155,7 +158,8 @@ def main():
     for row in rows:
         if abs(row[1] - GOAL_SIZE) < 0.1 * GOAL_SIZE:
             verdict = "reached" if row[-1] <= GOAL_MS else "MISSED"
-            print(f"{row[0]}, {row[1]:,} vertices: without the solver {row[-1]:.1f} ms a frame, at most {GOAL_MS:g}: {verdict}")
+            figures = f"without the solver {row[-1]:.1f} ms a frame, at most {GOAL_MS:g}"
+            print(f"{row[0]}, {row[1]:,} vertices: {figures}: {verdict}")
 
 
 if __name__ == "__main__":
