@@ -14,17 +14,16 @@ from .live import engine
 
 
 @persistent
-def meanvalue_mark_edited(_scene, depsgraph):
-    for update in depsgraph.updates:
-        is_edited_object = update.is_updated_geometry and isinstance(update.id, bpy.types.Object)
-        if is_edited_object and _mark_edited(update.id.original):
-            _draw_again_when_quiet()
-    engine.scene_updated(depsgraph.updates)
+def meanvalue_scene_updated(_scene, depsgraph):
+    edited = engine.scene_updated(depsgraph)
+    marked = [_mark_edited(obj) for obj in edited]  # all of them, not up to the first
+    if any(marked):
+        _draw_again_when_quiet()
 
 
 @persistent
-def meanvalue_frame_changed(*_):
-    engine.follow_all()
+def meanvalue_frame_changed(_scene, depsgraph):
+    engine.frame_changed(depsgraph)
 
 
 @persistent
@@ -42,7 +41,9 @@ def meanvalue_leave_file(*_):
 @persistent
 def meanvalue_another_file(*_):
     session.clear()
-    meanvalue_look_again()
+    object_status.clear()
+    overlay_data.clear()
+    engine.another_file()
 
 
 @persistent
@@ -56,7 +57,7 @@ def meanvalue_render_ended(*_):
 
 
 _HANDLERS = (
-    ("depsgraph_update_post", meanvalue_mark_edited),
+    ("depsgraph_update_post", meanvalue_scene_updated),
     ("frame_change_post", meanvalue_frame_changed),
     ("undo_pre", meanvalue_leave_file),
     ("redo_pre", meanvalue_leave_file),

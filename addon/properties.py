@@ -2,6 +2,7 @@
 """What is kept on an object: `object.meanvalue`."""
 
 import bpy
+import numpy as np
 from bpy.props import (
     BoolProperty,
     CollectionProperty,
@@ -15,6 +16,7 @@ from bpy.props import (
 
 from . import ids
 from .bridge import controls, targets
+from .errors import SceneError
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -27,9 +29,20 @@ def _tell(group, _context):
 def _take_hold(group, _context):
     """A newly chosen control is where it is with the handle in the rest shape, and Remove leaves it alone."""
     group.made_control = False
+    if controls.is_choosing or group.control is None:
+        return
     bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
-    controls.take_hold(group.id_data, group)
+    try:
+        place = controls.place(group.id_data, group)
+    except SceneError:
+        place = np.zeros((4, 4))  # told as a problem of the control wherever it is used
+    controls.take_hold(group, place)
     group.id_data.update_tag()
+
+
+def _paint(group, _context):
+    if group.made_control and group.control is not None:
+        group.control.color = (*group.color, 1.0)
 
 
 def _make_result_key(settings, _context):
@@ -106,6 +119,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
         min=0.0,
         max=1.0,
         default=(1.0, 0.55, 0.1),
+        update=_paint,
     )
     made_group: BoolProperty(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
     made_control: BoolProperty(options={'HIDDEN'})

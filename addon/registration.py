@@ -11,6 +11,7 @@ from .operators import (
     add_pose_key,
     add_preset,
     apply_pose,
+    background,
     bind,
     grow_region,
     keep_pose,
@@ -67,6 +68,7 @@ def register():
 
 
 def unregister():
+    background.end_all()
     for module in reversed(USER_INTERFACE):
         module.unregister()
     handlers.unregister()

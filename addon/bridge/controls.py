@@ -8,6 +8,9 @@ from ..core import motion
 from ..errors import SceneError
 from . import selection
 
+#: Whether choose() is at work: the update of the property then leaves the place at rest alone.
+is_choosing = False
+
 #: A control is this much larger than the part that it carries, so that it can be seen and clicked.
 SIZE_OVER_PART = 1.25
 
@@ -31,8 +34,13 @@ def problem(obj, group):
         )
     if control.type == 'ARMATURE' and group.bone and group.bone not in control.pose.bones:
         return f"'{control.name}' has no bone '{group.bone}', which carries handle '{group.name}'. Choose another bone"
-    if abs(np.linalg.det(_relation_at_rest(group)[:3, :3])) < 1e-12:
+    if _is_flat(_relation_at_rest(group)):
         return f"The control of handle '{group.name}' was scaled to nothing. Choose it again once it has a size"
+    if _hangs_on(control, obj):
+        return (
+            f"The control of handle '{group.name}' hangs on vertices of '{obj.name}' itself, so it would move with "
+            "what it moves. Parent it to the object instead, or remove the constraint"
+        )
     return None
 
 
@@ -60,10 +68,14 @@ def move(obj, group):
     return motion.between(_relation_at_rest(group), _relation(obj, group))
 
 
-def take_hold(obj, group):
-    """From here on the control is where it is with its handle in the rest shape."""
-    if group.control is not None:
-        _remember(group, _relation(obj, group))
+def place(obj, group):
+    """4 x 4: the control of `group` in the object's space. @throws SceneError."""
+    return _relation(obj, group)
+
+
+def take_hold(group, place):
+    """From here on the control is at `place` (4 x 4, in the object's space) with its handle in the rest shape."""
+    group.rest_relation = place.ravel()
 
 
 def add_control(obj, group, rest_points, shown_points):
@@ -85,25 +97,50 @@ def add_control(obj, group, rest_points, shown_points):
     control.rotation_mode = 'QUATERNION'
     control.parent = obj
     control.matrix_basis = _to_blender(relation)
+    choose(group, control, np.linalg.inv(move_now) @ relation)
     group.follows = 'CONTROL'
-    group.control = control
     group.made_control = True
-    _remember(group, np.linalg.inv(move_now) @ relation)
     return control
 
 
+def choose(group, control, rest_relation):
+    """Sets the control and where it is at rest (4 x 4) together: nothing may be posed by one without the other."""
+    global is_choosing
+    is_choosing = True
+    try:
+        group.control = control
+    finally:
+        is_choosing = False
+    take_hold(group, rest_relation)
+
+
 def remove_control(group):
-    """Deletes the control if Add Handle made it."""
+    """Deletes the control if Add Handle made it for this object."""
     control = group.control
-    if control is not None and group.made_control:
+    if control is not None and group.made_control and owner_of(control) == group.id_data:
         bpy.data.objects.remove(control)
 
 
 def select(group):
-    """Makes the control the active object, and a bone the active one of its armature."""
+    """Makes the control the active object, and a bone the active one of its armature. @throws SceneError."""
+    if group.control.name not in bpy.context.view_layer.objects:
+        raise SceneError(
+            f"The control of '{group.name}' is in a collection that this view layer leaves out. Tick the collection "
+            "in the Outliner"
+        )
     selection.choose(group.control)
     if group.control.type == 'ARMATURE' and group.bone in group.control.data.bones:
         group.control.data.bones.active = group.control.data.bones[group.bone]
+
+
+def depth(group):
+    """How many parents the control has: those are reset before it."""
+    control = group.control
+    bone = control.pose.bones.get(group.bone) if control.type == 'ARMATURE' and group.bone else None
+    count = len(bone.parent_recursive) if bone is not None else 0
+    while control.parent is not None:
+        control, count = control.parent, count + 1
+    return count
 
 
 def reset(obj, group):
@@ -118,7 +155,7 @@ def reset(obj, group):
 def _relation(obj, group):
     """4 x 4: the control in the object's space."""
     world = np.array(obj.matrix_world, np.float64)
-    if abs(np.linalg.det(world)) < 1e-30:
+    if _is_flat(world):
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
     return np.linalg.inv(world) @ _control_world(group)
 
@@ -131,12 +168,25 @@ def _control_world(group):
     return world
 
 
+def _is_flat(matrix):
+    """Whether a 4 x 4 matrix squeezes space, whatever its scale."""
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    return not np.abs(np.linalg.det(matrix[:3, :3])) > 1e-9 * lengths.max(initial=0.0) ** 3
+
+
+def _hangs_on(control, obj):
+    """Whether an object, or one that it is parented to, follows vertices of `obj`."""
+    while control is not None:
+        if control.parent == obj and control.parent_type in {'VERTEX', 'VERTEX_3'}:
+            return True
+        if any(getattr(each, "target", None) == obj and getattr(each, "subtarget", "") for each in control.constraints):
+            return True
+        control = control.parent
+    return False
+
+
 def _relation_at_rest(group):
     return np.array(group.rest_relation, np.float64).reshape(4, 4)
-
-
-def _remember(group, relation):
-    group.rest_relation = relation.ravel()
 
 
 def _size(obj, points):

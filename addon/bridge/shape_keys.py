@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rest shape, the artist's pose and the result, all of them shape keys."""
 
+import bpy
 import numpy as np
 
 from .. import compat, ids
@@ -93,8 +94,8 @@ def ensure_result_key(obj, pose_key=""):
     key = keys.key_blocks[name]
     _show_fully(keys, key)
     notes = []
-    former = settings.former_result
-    for other in (keys.key_blocks.get(pose_key), keys.key_blocks.get(former) if former else None):
+    former = "" if _is_result_of_another(obj, settings.former_result) else settings.former_result
+    for other in (keys.key_blocks.get(pose_key), keys.key_blocks.get(former)):
         if other not in {None, key, keys.reference_key} and not other.mute:
             other.mute = True
             notes.append(f"Shape key '{other.name}' is muted, so that it is not added to '{name}'")
@@ -104,6 +105,13 @@ def ensure_result_key(obj, pose_key=""):
     if obj.show_only_shape_key and key != active:
         notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{name}'")
     return name, notes
+
+
+def _is_result_of_another(obj, name):
+    """Whether another object with the same mesh writes the shape key `name`."""
+    return obj.data.users > 1 and any(
+        other != obj and other.data == obj.data and other.meanvalue.result_key == name for other in bpy.data.objects
+    )
 
 
 def write_positions(mesh, key, shape):
@@ -173,9 +181,25 @@ def keep(obj, name):
     return key.name
 
 
-def apply_as_rest(obj):
-    """The result becomes the reference key; keys relative to that move along by as much, so that they add the same.
+def why_result_is_hidden(obj):
+    """Why the object does not show the result key as it is, in words, or None. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+    if key is None:
+        return None
+    if obj.show_only_shape_key and obj.active_shape_key not in {None, key}:
+        return f"'{obj.active_shape_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'"
+    if key.mute:
+        return f"shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
+    if key.value != 1.0:
+        return f"shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. Set it to 1"
+    return None
 
+
+def apply_as_rest(obj, pose_key=""):
+    """The result becomes the reference key. Keys that add to that move along by as much, so that they add the same.
+
+    pose_key: name of the key that anchors were moved in; it begins again from the new rest shape.
     @throws SceneError if there is no result.
     """
     shape = result_positions(obj)
@@ -187,13 +211,25 @@ def apply_as_rest(obj):
     mesh = obj.data
     reference = mesh.shape_keys.reference_key
     offset = shape - positions(reference)
+    result_key = mesh.shape_keys.key_blocks[obj.meanvalue.result_key]
     for key in mesh.shape_keys.key_blocks:
-        if key != reference and key.name != obj.meanvalue.result_key and key.relative_key == reference:
+        if key.name == pose_key and key != result_key:
+            write_positions(mesh, key, shape)
+        elif _adds_to(key, reference, result_key):
             write_positions(mesh, key, positions(key) + offset)
     write_positions(mesh, reference, shape)
     store, attribute = compat.position_store(mesh)
     store.foreach_set(attribute, shape.ravel())
     mesh.update()
+
+
+def _adds_to(key, reference, result_key):
+    """Whether a key is relative to the reference key, by way of others or not, but not by way of the result."""
+    passed = set()
+    while key.name not in passed and key not in {reference, result_key}:
+        passed.add(key.name)
+        key = key.relative_key
+    return key == reference and bool(passed)
 
 
 def _rest_key(obj, name):

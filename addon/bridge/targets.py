@@ -43,6 +43,12 @@ def problem(obj):
     return shape_keys.result_problem(obj)
 
 
+def pose_key(obj):
+    """Name of the shape key that anchors are moved in, or "" if none follows one."""
+    follows_shape = any(group.follows == 'SHAPE' for group in enabled_groups(obj))
+    return obj.active_shape_key.name if follows_shape and shape_keys.pose_problem(obj) is None else ""
+
+
 def gather(obj, bind_input):
     """The Targets of `obj`. @throws SceneError."""
     found = problem(obj)
@@ -50,9 +56,8 @@ def gather(obj, bind_input):
         raise SceneError(found)
     groups = enabled_groups(obj)
     positions = bind_input.rest[bind_input.anchors].astype(np.float64)
-    pose, pose_key = None, ""
-    if any(group.follows == 'SHAPE' for group in groups) and shape_keys.pose_problem(obj) is None:
-        pose, pose_key = shape_keys.pose_positions(obj), obj.active_shape_key.name
+    moved_in = pose_key(obj)
+    pose = shape_keys.pose_positions(obj) if moved_in else None
     for number, group in enumerate(groups):
         if group.follows == 'REST' or (group.follows == 'SHAPE' and pose is None):
             continue
@@ -61,15 +66,17 @@ def gather(obj, bind_input):
             positions[members] = pose[bind_input.anchors][members]
         else:
             positions[members] = motion.apply(controls.move(obj, group), positions[members])
-    return Targets(positions, pose, pose_key)
+            if not np.isfinite(positions[members]).all():
+                raise SceneError(
+                    f"The control of handle '{group.name}' is at a place that is not a number. Reset its transform"
+                )
+    return Targets(positions, pose, moved_in)
 
 
 def prepare_result(obj):
     """Makes the shape key for the result, and shows it, if that can be done."""
     if obj.type == 'MESH' and obj.mode == 'OBJECT' and shape_keys.result_problem(obj) is None:
-        follows_shape = any(group.follows == 'SHAPE' for group in enabled_groups(obj))
-        has_pose = follows_shape and shape_keys.pose_problem(obj) is None
-        shape_keys.ensure_result_key(obj, obj.active_shape_key.name if has_pose else "")
+        shape_keys.ensure_result_key(obj, pose_key(obj))
 
 
 def _needs_pose(groups):

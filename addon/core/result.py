@@ -96,8 +96,8 @@ def size_notes(report):
     """A sentence that warns of a long solve, where so many vertices are free."""
     if report.free_count > MANY_FREE_VERTICES:
         yield (
-            f"With {report.free_count:,} free vertices binding and solving take up to a minute, and Blender waits. "
-            "A smaller region is faster"
+            f"With {report.free_count:,} free vertices binding and solving take up to a minute. A smaller region is "
+            "faster"
         )
 
 

@@ -1,28 +1,44 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All objects that are live: who they are, when they are looked at, and when they are left alone.
 
-Objects are known by name and looked up at every call; nothing of Blender's is held.
+Nothing of Blender's is held: objects are known by what tells them apart while the file is open, and looked up by name.
 """
+
+import traceback
 
 import bpy
 
-from .follower import Follower
+from ..bridge import scene_input, shape_keys
+from ..core import wording
+from .follower import TICK_SECONDS, Follower, identity
 
-_followers = {}  # object name: Follower
+_followers = {}  # identity of the object: Follower
 _must_search = True  # for live objects: the add-on may be enabled in a file that has some
 _said = None  # what the panels showed last
 _is_rendering = False
 _is_updating = False
 
 
-def scene_updated(updates):
-    """Blender evaluated the scene; `updates` are what it evaluated again."""
+def scene_updated(depsgraph):
+    """Blender evaluated the scene. Returns the objects that were edited, but for what is our own writing alone."""
+    if depsgraph.mode == 'RENDER' or len(depsgraph.updates) == 0:
+        return []
+    _notice_end_of_rendering()
     if _must_search:
         look_for_live_objects()
-    for update in updates:
-        if isinstance(update.id, bpy.types.Object) and update.is_updated_geometry:
-            _note_edit(update.id.original)
-    if updates:
+    updated = [
+        update.id.original
+        for update in depsgraph.updates
+        if isinstance(update.id, bpy.types.Object) and update.is_updated_geometry
+    ]
+    edited = [obj for obj in updated if not _is_echo(obj)]
+    follow_all()
+    return edited
+
+
+def frame_changed(depsgraph):
+    if depsgraph.mode != 'RENDER':
+        _notice_end_of_rendering()
         follow_all()
 
 
@@ -33,15 +49,16 @@ def follow_all():
         return
     _is_updating = True
     try:
-        writers = {}  # (mesh, shape key): name of the object that writes it
+        writers = {}  # mesh: name of the object that writes its shape key
         for obj, follower in _live_objects():
-            writer = writers.setdefault((obj.data.name, obj.meanvalue.result_key), obj.name)
-            if writer != obj.name:
-                follower.give_way(writer, obj.meanvalue.result_key)
-            elif bpy.app.background:
-                follower.finish(obj)
-            else:
-                follower.follow(obj)
+            writer = writers.setdefault(obj.data.name, obj.name)
+            with _reporting(follower):
+                if writer != obj.name:
+                    follower.give_way(writer)
+                elif bpy.app.background:
+                    follower.finish(obj)
+                else:
+                    follower.follow(obj)
     finally:
         _is_updating = False
     _keep_ticking()
@@ -49,12 +66,8 @@ def follow_all():
 
 def look_for_live_objects():
     """After loading or undo everything may be another: forget, and see which objects are live."""
-    global _must_search
-    _must_search = False
     forget()
-    for obj in bpy.data.objects:
-        if _is_live(obj):
-            _followers[obj.name] = _new_follower(obj)
+    _search()
     _keep_ticking()
 
 
@@ -62,20 +75,23 @@ def render_started():
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
-    for follower in _followers.values():
-        follower.look_again()
 
 
 def render_ended():
+    """May be called on the thread that renders: only tells."""
     global _is_rendering
     _is_rendering = False
-    _keep_ticking()
 
 
 def forget():
     for follower in _followers.values():
         follower.stop()
     _followers.clear()
+
+
+def another_file():
+    render_ended()
+    look_for_live_objects()
 
 
 def shut_down():
@@ -87,61 +103,115 @@ def shut_down():
         bpy.app.timers.unregister(_tick)
 
 
-def settle(obj):
-    """Waits for the answer to where the controls are now, where `obj` is live: what is kept must not lag behind."""
-    follower = _followers.get(obj.name)
-    if follower is not None and not _is_rendering:
-        follower.finish(obj)
+def follower_of(obj):
+    """The Follower of a live object, or None."""
+    return _followers.get(identity(obj))
+
+
+def is_settled(obj):
+    """Whether the mesh shows the settled answer to where the controls are, or live posing has no say in it."""
+    follower = follower_of(obj)
+    return follower is None or follower.problem is not None or follower.is_settled(obj)
 
 
 def status(obj):
     """What live posing has to say about `obj`: (text, whether it is a problem), or None if it is not live."""
-    follower = _followers.get(obj.name)
-    return None if follower is None else (follower.text, follower.problem is not None)
+    follower = follower_of(obj)
+    if follower is None:
+        return None
+    hidden = shape_keys.why_result_is_hidden(obj)
+    if hidden and not follower.problem:
+        return wording.sentence(hidden), True
+    return follower.text, follower.problem is not None
 
 
-def _note_edit(obj):
-    follower = _followers.get(obj.name)
+def _is_echo(obj):
+    """Takes note of an edit; whether it is only what live posing has written itself."""
+    follower = follower_of(obj)
     if follower is not None:
-        follower.edited(obj)
-    elif _is_live(obj):
-        _followers[obj.name] = _new_follower(obj)
-
-
-def _new_follower(obj):
-    return Follower(obj, hears_itself=not bpy.app.background)
+        return follower.edited(obj)
+    if _is_live(obj):
+        _followers[identity(obj)] = Follower(obj, hears_itself=not bpy.app.background)
+    return False
 
 
 def _is_live(obj):
-    return obj.type == 'MESH' and obj.library is None and obj.meanvalue.live
+    return obj.type == 'MESH' and obj.meanvalue.live and scene_input.object_problem(obj) is None
+
+
+def _search():
+    """Finds the live objects, whatever they are called by now; keeps what is known of them."""
+    global _must_search
+    _must_search = False
+    known = dict(_followers)
+    _followers.clear()
+    for obj in bpy.data.objects:
+        if _is_live(obj):
+            follower = known.pop(identity(obj), None) or Follower(obj, hears_itself=not bpy.app.background)
+            follower.name = obj.name
+            _followers[identity(obj)] = follower
+    for follower in known.values():
+        follower.stop()
 
 
 def _live_objects():
-    """(object, Follower) of all that are still there and live; the others are forgotten."""
-    found = []
-    for name, follower in list(_followers.items()):
-        obj = bpy.data.objects.get(name)
-        if obj is None or not _is_live(obj):
-            follower.stop()
-            del _followers[name]
-        else:
-            found.append((obj, follower))
-    return found
+    """(object, Follower) of all that are live."""
+    found = [(bpy.data.objects.get(follower.name), key, follower) for key, follower in _followers.items()]
+    if any(obj is None or identity(obj) != key or not _is_live(obj) for obj, key, _ in found):
+        _search()
+        found = [(bpy.data.objects[follower.name], key, follower) for key, follower in _followers.items()]
+    return [(obj, follower) for obj, _, follower in found]
+
+
+class _reporting:  # noqa: N801  reads as a function
+    """Context manager: an error that nobody foresaw ends the work on one object alone, and is told."""
+
+    def __init__(self, follower):
+        self._follower = follower
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, _kind, error, _trace):
+        if not isinstance(error, Exception):
+            return False
+        traceback.print_exception(error)
+        self._follower.give_up(
+            f"the add-on failed ({type(error).__name__}: {error}). Please report this with the text in the system "
+            "console; turn Live off and on to go on"
+        )
+        return True
+
+
+def _notice_end_of_rendering():
+    """A render that fails to start never tells that it ended."""
+    if _is_rendering and (bpy.app.background or not bpy.app.is_job_running('RENDER')):
+        render_ended()
 
 
 def _keep_ticking():
-    if _followers and not bpy.app.background and not bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.register(_tick, first_interval=0.01)
+    """At once where a job runs: the timer may be waiting for the controls to rest."""
+    if not _followers or bpy.app.background:
+        return
+    is_registered = bpy.app.timers.is_registered(_tick)
+    if is_registered and any(follower.is_working for follower in _followers.values()):
+        bpy.app.timers.unregister(_tick)
+        is_registered = False
+    if not is_registered:
+        bpy.app.timers.register(_tick, first_interval=TICK_SECONDS)
 
 
 def _tick():
     """Timer: None ends it, a number calls it again after so many seconds."""
+    _notice_end_of_rendering()
     if _is_rendering:
-        return None
-    waits = [follower.tick(obj) for obj, follower in _live_objects()]
-    waits = [seconds for seconds in waits if seconds is not None]
+        return 0.5
+    waits = []
+    for obj, follower in _live_objects():
+        with _reporting(follower):
+            waits.append(follower.tick(obj))
     _draw_status_again()
-    return min(waits, default=None)
+    return min((seconds for seconds in waits if seconds is not None), default=None)
 
 
 def _draw_status_again():

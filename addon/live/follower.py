@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from .. import session
+from .. import compat, session
 from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys, targets
 from ..core import fingerprint, result, wording
 from ..errors import CancelledError, MeanValueError, SceneError, StaleBindingError
@@ -39,6 +39,11 @@ BUSY_MODES = {'EDIT', 'SCULPT'}
 clock = time.monotonic
 
 
+def identity(obj):
+    """Tells an object with its mesh apart from all others while the file is open, whatever they are called."""
+    return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
+
+
 class Follower:
     """Use on the main thread only. `problem` says in words why the mesh does not follow, or is None.
 
@@ -49,8 +54,9 @@ class Follower:
     def __init__(self, obj, hears_itself):
         self.name = obj.name
         self.problem = None
-        self._hears_itself = hears_itself
         self.solve_seconds = 0.0
+        self._hears_itself = hears_itself
+        self._may_make_key = True
         self._job = None
         self.look_again()
 
@@ -58,6 +64,7 @@ class Follower:
         """The scene may be another one by now (undo, edit): take nothing for granted but what is read again."""
         self.stop()
         self.problem = None
+        self._waits_for_edit = False
         self._must_read = True
         self._expects_echo = False  # of our own writing
         self._must_check = False  # once it is quiet: an echo may have hidden an edit
@@ -70,6 +77,7 @@ class Follower:
         self._wanted = None  # k x 3: where the anchors should be
         self._shown = None  # k x 3: where they were for the solution that the mesh shows
         self._solution = None  # n x 3 float64
+        self._written = None  # n x 3 float32: what is in the result key
         self._is_settled = True
         self._changed_at = clock()
 
@@ -81,35 +89,40 @@ class Follower:
         self._is_settling = False
 
     def edited(self, obj):
-        """Blender updated the object: after our own writing, or after the artist's editing."""
+        """Blender updated the object. Returns whether that was only what we wrote ourselves."""
         if self._expects_echo and self._settings == _settings_of(obj):
             self._expects_echo = False
             self._must_check = True
-        else:
-            self._must_read = True
-            self.problem = None
+            return True
+        self._must_read = True
+        self._waits_for_edit = False
+        return False
 
-    def give_way(self, other_name, key_name):
-        """Another object with the same mesh is live and writes the same shape key."""
-        self.look_again()
-        self.problem = (
-            f"'{other_name}' has the same mesh and is live too. Turn Live off for one of them, make the mesh a single "
-            f"user, or give '{key_name}' another name in Result"
+    def give_way(self, other_name):
+        """Another object with the same mesh is live."""
+        self.give_up(
+            f"'{other_name}' has the same mesh and is live too. Turn Live off for one of them, or make the mesh a "
+            "single user (Object > Relations > Make Single User)"
         )
+        self._waits_for_edit = False
+
+    def give_up(self, problem):
+        self.look_again()
+        self.problem = problem
+        self._waits_for_edit = True
 
     def follow(self, obj):
         """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
-        if self.problem is None:
-            with self._leaving_alone(), self._in_a_handler():
-                if self._look(obj):
-                    self._start_what_is_next(obj, FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
+        with self._telling_problems(), self._in_a_handler():
+            if self._look(obj):
+                self._start_what_is_next(obj, FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
 
     def tick(self, obj):
         """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
-        with self._leaving_alone():
+        with self._telling_problems():
             if self._must_check and self._job is None and self._is_quiet():
                 self._must_check, self._must_read = False, True
-            if self._must_read and self.problem is None:
+            if self._must_read:
                 self._look(obj)
             self._start_what_is_next(obj, 0.0)
         if self._job is not None:
@@ -121,11 +134,17 @@ class Follower:
     def finish(self, obj):
         """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""
         self.follow(obj)
-        while self._job is not None or not (self._is_shown() and self._is_settled):
+        while self.problem is None and (self._job is not None or not (self._is_shown() and self._is_settled)):
             if self._job is not None:
                 self._job.wait()
             self._changed_at = -np.inf  # no need to wait for quiet
             self.tick(obj)
+
+    def is_settled(self, obj):
+        """Whether the mesh shows the settled answer to where the controls are now."""
+        with self._telling_problems():
+            self._look(obj)
+        return self.problem is not None or (self._job is None and self._is_shown() and self._is_settled)
 
     @contextlib.contextmanager
     def _in_a_handler(self):
@@ -136,25 +155,36 @@ class Follower:
             self._hears_itself = hears_itself
 
     @contextlib.contextmanager
-    def _leaving_alone(self):
-        """A problem inside is kept to be shown, and nothing goes on until the object is edited."""
+    def _telling_problems(self):
+        """What cannot be bound waits for an edit; where the controls are is tried again whenever they move."""
         try:
             yield
         except CancelledError:
             pass
         except MeanValueError as error:
-            self.look_again()
-            self.problem = str(error)
+            if self._must_read:
+                self.give_up(str(error))
+            else:
+                self.problem = str(error)
 
     def _look(self, obj):
         """Reads what has changed. Returns whether there are new targets. @throws MeanValueError."""
-        if obj.mode in BUSY_MODES:
-            raise SceneError(f"'{obj.name}' is in {scene_input.mode_name(obj.mode)}. It follows when you leave that")
+        if self._settings is not None and self._settings != _settings_of(obj):
+            self._must_read, self._waits_for_edit = True, False
+        if self._waits_for_edit:
+            return False
+        if obj.mode in BUSY_MODES or obj.data.is_editmode:
+            mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
+            self._must_read = True
+            raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
         if self._must_read:
             self._read(obj)
         goal = targets.gather(obj, self._bind_input)
         if self._wanted is not None and self._near(goal.positions, self._wanted, SAME_TARGETS):
+            if self._is_shown():
+                self.problem = None
             return False
+        self.problem = None
         self._mute(obj, goal.pose_key)
         self._wanted = goal.positions
         self._is_settled = False
@@ -174,6 +204,10 @@ class Follower:
         return self.problem is not None or (self._binding is not None and self._is_shown())
 
     @property
+    def is_working(self):
+        return self._job is not None
+
+    @property
     def text(self):
         """For the panel."""
         if self.problem:
@@ -187,11 +221,7 @@ class Follower:
 
     def _read(self, obj):
         """Gathers the scene. @throws SceneError, StaleBindingError."""
-        if shape_keys.result_positions(obj) is None and shape_keys.result_problem(obj) is None:
-            raise SceneError(
-                f"the shape key '{obj.meanvalue.result_key}', which it writes, is missing. Turn Live off and on to "
-                "make it"
-            )
+        self._require_result_key(obj)
         bind_input = scene_input.gather(obj)
         bound = bound_record.read_fingerprint(obj.meanvalue.bound)
         if bound is not None:
@@ -207,6 +237,21 @@ class Follower:
             self.stop()
             self._nothing_known()
             self._binding = session.cached(bind_input)
+        elif self._written is not None and not np.array_equal(shape_keys.result_positions(obj), self._written):
+            self.stop()
+            self._shown = self._solution = self._written = None
+            self._is_settled = False
+
+    def _require_result_key(self, obj):
+        may_make_key, self._may_make_key = self._may_make_key, False
+        if shape_keys.result_positions(obj) is not None or shape_keys.result_problem(obj) is not None:
+            return
+        if may_make_key:
+            targets.prepare_result(obj)
+            return
+        raise SceneError(
+            f"the shape key '{obj.meanvalue.result_key}', which it writes, is missing. Turn Live off and on to make it"
+        )
 
     def _is_quiet(self):
         return clock() >= self._changed_at + QUIET_SECONDS
@@ -236,12 +281,17 @@ class Follower:
         binding, bind_input, wanted = self._binding, self._bind_input, self._wanted
         is_first = self._solution is None
         start = shape_keys.result_positions(obj).astype(np.float64) if is_first else self._solution
+        if not result.all_finite(start):
+            start = None
 
         def collect(owner, outcome):
             solved, summary = outcome
             self.solve_seconds = summary.seconds
             self._solution, self._shown = solved, wanted
-            if not (is_first and self._near(solved, start, SAME_SHAPE)):
+            self.problem = None
+            if is_first and start is not None and self._near(solved, start, SAME_SHAPE):
+                self._written = shape_keys.result_positions(owner)
+            else:
                 self._write(owner, wanted, solved)
 
         self._start(
@@ -277,7 +327,15 @@ class Follower:
             return
         job, collect = self._job, self._collect
         self.stop()
-        collect(obj, job.result())
+        try:
+            outcome = job.result()
+        except CancelledError:
+            raise
+        except MeanValueError:
+            self._shown = self._wanted  # not again for the same targets
+            self._is_settled = True
+            raise
+        collect(obj, outcome)
 
     def _collect_binding(self, obj, binding):
         self._binding = binding
@@ -293,16 +351,14 @@ class Follower:
                 self._expects_echo = self._hears_itself
 
     def _write(self, obj, goal, solved):
-        if obj.mode in BUSY_MODES or len(obj.data.vertices) != len(solved):
-            self._must_read = True
-            return
         key = obj.data.shape_keys.key_blocks.get(obj.meanvalue.result_key) if obj.data.shape_keys else None
-        if key is None or len(key.data) != len(solved):
+        is_busy = obj.mode in BUSY_MODES or obj.data.is_editmode
+        if is_busy or key is None or not (len(obj.data.vertices) == len(key.data) == len(solved)):
             self._must_read = True
             return
-        shape_keys.write_positions(obj.data, key, result.compose(self._bind_input, goal, solved))
+        self._written = result.compose(self._bind_input, goal, solved)
+        shape_keys.write_positions(obj.data, key, self._written)
         self._expects_echo = self._hears_itself
-
 
 
 def _settings_of(obj):

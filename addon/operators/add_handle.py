@@ -7,6 +7,7 @@ import numpy as np
 from .. import ids
 from ..bridge import controls, scene_input, selection, shape_keys, vertex_groups
 from ..core import wording
+from ..core.bind_input import require_finite
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -28,6 +29,21 @@ class NewAnchors(MeshOperator):
     needs_object_mode = False
     new_group_name = ""
 
+    group: bpy.props.StringProperty(
+        name="Vertex Group",
+        description="Vertex group to use. If empty: the selected vertices in Edit Mode, the active group else",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    name: bpy.props.StringProperty(
+        name="Name",
+        description="Name of the vertex group that is made of selected vertices",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    # Adjusting the operator runs it again in Object Mode, where the vertices are still selected.
+    from_selection: bpy.props.BoolProperty(options={'HIDDEN', 'SKIP_SAVE'})
+
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
@@ -36,10 +52,12 @@ class NewAnchors(MeshOperator):
         return problem
 
     def run(self, obj):
-        was_editing = obj.mode == 'EDIT'
-        if was_editing:
+        is_editing = obj.mode == 'EDIT'
+        if is_editing:
             obj.update_from_editmode()
-        name, members = self._members(obj, was_editing)
+        self.from_selection = self.from_selection or (is_editing and not self.group)
+        name, members = self._members(obj)
+        self.require_usable(obj, members)
         selection.leave_edit_mode(obj)
         settings = obj.meanvalue
         made_group = not name
@@ -53,10 +71,13 @@ class NewAnchors(MeshOperator):
         settings.active_anchor_group = len(settings.anchor_groups) - 1
         return self.equip(obj, line, members)
 
-    def _members(self, obj, is_editing):
+    def require_usable(self, obj, members):
+        """@throws SceneError before anything is changed."""
+
+    def _members(self, obj):
         """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
         name = self.group
-        if not name and is_editing:
+        if self.from_selection:
             members = selection.selected_vertices(obj)
             if len(members) == 0:
                 raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
@@ -85,18 +106,6 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
     bl_label = "Add Handle"
     new_group_name = ids.HANDLE_GROUP
 
-    group: bpy.props.StringProperty(
-        name="Vertex Group",
-        description="Vertex group to use. If empty: the selected vertices in Edit Mode, the active group else",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
-    )
-    name: bpy.props.StringProperty(
-        name="Name",
-        description="Name of the vertex group that is made of selected vertices",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
-    )
     live: bpy.props.BoolProperty(
         name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
     )
@@ -104,6 +113,12 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
     def run(self, obj):
         self._was_first = all(group.follows != 'CONTROL' for group in obj.meanvalue.anchor_groups)
         return super().run(obj)
+
+    def require_usable(self, obj, members):
+        require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
+        shown = shape_keys.result_positions(obj)
+        if shown is not None:
+            require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
 
     def equip(self, obj, line, members):
         line.color = COLORS[sum(group.follows == 'CONTROL' for group in obj.meanvalue.anchor_groups) % len(COLORS)]
@@ -123,19 +138,6 @@ class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
     bl_idname = "meanvalue.add_pin"
     bl_label = "Add Pin"
     new_group_name = ids.PIN_GROUP
-
-    group: bpy.props.StringProperty(
-        name="Vertex Group",
-        description="Vertex group to use. If empty: the selected vertices in Edit Mode, the active group else",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
-    )
-    name: bpy.props.StringProperty(
-        name="Name",
-        description="Name of the vertex group that is made of selected vertices",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
-    )
 
     def equip(self, _obj, line, members):
         line.follows = 'REST'

@@ -3,23 +3,22 @@
 
 import bpy
 
-from ..bridge import bound_record, controls, scene_input, shape_keys
-from ..live import engine
-from .base import MeshOperator
+from ..bridge import bound_record, controls, scene_input, shape_keys, targets
+from .settled import SettledOperator
 
 
-class MEANVALUE_OT_apply_pose(MeshOperator, bpy.types.Operator):
+class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
     """Make the pose the new rest shape, to pose on from there. Other shape keys are carried along"""
 
     bl_idname = "meanvalue.apply_pose"
     bl_label = "Apply as Rest"
 
-    def run(self, obj):
-        engine.settle(obj)
-        shape_keys.apply_as_rest(obj)
+    def use(self, obj):
+        lines = [line for line in obj.meanvalue.anchor_groups if line.control is not None]
+        places = [controls.place(obj, line) for line in lines]
+        shape_keys.apply_as_rest(obj, targets.pose_key(obj))
         bound_record.clear(obj.meanvalue.bound)
-        for line in obj.meanvalue.anchor_groups:
-            if line.follows == 'CONTROL':
-                controls.take_hold(obj, line)
+        for line, place in zip(lines, places, strict=True):
+            controls.take_hold(line, place)
         shared = scene_input.sharing_note(obj)
         return "The pose is the rest shape now. The mesh is bound again when it is posed", [shared] if shared else []

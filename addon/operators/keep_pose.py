@@ -5,22 +5,19 @@ import bpy
 
 from .. import ids
 from ..bridge import shape_keys
-from ..live import engine
-from .base import MeshOperator
+from .settled import SettledOperator
 
 
-class MEANVALUE_OT_keep_pose(MeshOperator, bpy.types.Operator):
+class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
     """Store the pose as a new shape key. Posing goes on in the result's own key"""
 
     bl_idname = "meanvalue.keep_pose"
     bl_label = "Keep Pose"
-    bl_options = {'REGISTER', 'UNDO'}
 
     name: bpy.props.StringProperty(
         name="Name", description="Name of the new shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
     )
 
-    def run(self, obj):
-        engine.settle(obj)
+    def use(self, obj):
         name = shape_keys.keep(obj, self.name.strip() or ids.KEPT_KEY)
         return f"The pose is kept as shape key '{name}', with value 0", []

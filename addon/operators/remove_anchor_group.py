@@ -30,5 +30,6 @@ class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
         if line.made_group and name in obj.vertex_groups:
             obj.vertex_groups.remove(obj.vertex_groups[name])
         settings.anchor_groups.remove(index)
+        obj.update_tag()
         settings.active_anchor_group = max(0, min(index, len(settings.anchor_groups) - 1))
         return f"'{name}' holds nothing any more", []

@@ -20,8 +20,9 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         if not lines:
             raise SceneError("No handle has a control. Press Add Handle to make one")
         usable = [line for line in lines if controls.problem(obj, line) is None]
-        for line in usable:
+        for line in sorted(usable, key=controls.depth):
             controls.reset(obj, line)
+            bpy.context.view_layer.update()  # the next may be a child of this one
         notes = [controls.problem(obj, line) for line in lines if line not in usable]
         if not obj.meanvalue.live:
             notes.append("Live is off: press Solve to have the mesh follow")

@@ -16,7 +16,11 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
     needs_object_mode = False
 
     index: bpy.props.IntProperty(
-        name="Line", description="Line of the list, from 0; -1 for the active one", default=-1, min=-1
+        name="Line",
+        description="Line of the list, from 0; -1 for the active one",
+        default=-1,
+        min=-1,
+        options={'SKIP_SAVE'},
     )
 
     def run(self, obj):

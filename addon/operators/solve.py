@@ -25,7 +25,6 @@ class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
     def finish(self, obj, posing, outcome):
         solved, summary = outcome
         targets = posing.targets
-        posing.require_unchanged(obj)
         result_is_pose = targets.pose_key == obj.meanvalue.result_key
         warnings = [
             *posing.binding.summary.notes(),

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Bind, Solve and live posing hand to a thread: the gathered scene, and the calls to make with it."""
 
+import numpy as np
+
 from .. import session
-from ..bridge import bound_record, mesh_arrays, scene_input, targets
-from ..core import fingerprint
+from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys, targets
+from ..core import fingerprint, result
 from ..errors import SceneError, StaleBindingError
 
 
@@ -15,10 +17,11 @@ class Posing:
     changes     what changed since the binding on record, in words, "" if nothing
     """
 
-    def __init__(self, obj, bind_input, goal=None, changes=""):
+    def __init__(self, obj, bind_input, goal=None, changes="", start=None):
         self.bind_input = bind_input
         self.targets = goal
         self.changes = changes
+        self._start = start
         self.binding = session.cached(bind_input)
         self._triangles = None if self.binding else mesh_arrays.triangles(obj.data, bind_input)
 
@@ -34,6 +37,14 @@ class Posing:
         changes = _what_changed(obj, bind_input)
         return cls(obj, bind_input, targets.gather(obj, bind_input), changes)
 
+    @classmethod
+    def to_settle(cls, obj):
+        """As to_solve(), from the result that is there; the better answer of that and of rest. @throws likewise."""
+        bind_input = scene_input.gather(obj)
+        shape = shape_keys.result_positions(obj)
+        start = shape.astype(np.float64) if shape is not None and result.all_finite(shape) else None
+        return cls(obj, bind_input, targets.gather(obj, bind_input), start=start)
+
     def work(self, execution):
         """(n x 3 positions, SolveSummary) if there are targets, else None. @throws MeanValueError."""
         if self.binding is None:
@@ -41,7 +52,14 @@ class Posing:
             self._triangles = None
         if self.targets is None:
             return None
-        return session.solve(self.binding, self.bind_input, self.targets.positions, execution=execution)
+        return session.solve(
+            self.binding,
+            self.bind_input,
+            self.targets.positions,
+            start=self._start,
+            settle=self._start is not None,
+            execution=execution,
+        )
 
     def keep(self):
         """Keeps the binding for the session."""
@@ -54,9 +72,16 @@ class Posing:
         obj.update_tag()  # live posing may have waited for it
 
     def require_unchanged(self, obj):
-        """@throws SceneError if the mesh is another one by now, as after a script ran meanwhile."""
-        if obj.mode != 'OBJECT' or len(obj.data.vertices) != len(self.bind_input.rest):
-            raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+        """@throws SceneError if the scene is another one by now: a script, a timer or another window was at work."""
+        problem = scene_input.object_problem(obj) or scene_input.mode_problem(obj)
+        if problem is None:
+            now = scene_input.gather(obj)
+            is_same = now.fingerprint == self.bind_input.fingerprint
+            if is_same and self.targets is not None:
+                is_same = np.array_equal(targets.gather(obj, now).positions, self.targets.positions)
+            if is_same:
+                return
+        raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
 
 
 def _what_changed(obj, bind_input):

@@ -122,15 +122,15 @@ def test_shortcuts_are_free_in_blenders_own_keymap(part):
 
 
 def test_handlers_of_a_former_copy_are_replaced():
-    def meanvalue_mark_edited(*_):
+    def meanvalue_scene_updated(*_):
         raise AssertionError("a handler of the former add-on was called")
 
     addon = sys.modules[MODULE]
     before = our_handlers()
     addon.unregister()
-    bpy.app.handlers.depsgraph_update_post.append(meanvalue_mark_edited)
+    bpy.app.handlers.depsgraph_update_post.append(meanvalue_scene_updated)
     addon.register()
-    assert meanvalue_mark_edited not in bpy.app.handlers.depsgraph_update_post
+    assert meanvalue_scene_updated not in bpy.app.handlers.depsgraph_update_post
     assert our_handlers() == before
 
 

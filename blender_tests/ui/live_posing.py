@@ -24,7 +24,7 @@ def _engine():
 
 def settled():
     """Nothing is running, and the mesh shows the answer."""
-    follower = _engine()._followers.get(tube().name)
+    follower = _engine().follower_of(tube())
     return follower is not None and follower.tick(tube()) is None and follower.is_caught_up
 
 

@@ -37,7 +37,7 @@ def control():
 
 
 def _follower():
-    return sys.modules["meanvalue_deform.live.engine"]._followers["Sheet"]
+    return sys.modules["meanvalue_deform.live.engine"].follower_of(sheet())
 
 
 def escape_during_a_bind(ui):

@@ -248,9 +248,9 @@ class Artist:
 
 def _is_quiet():
     """Nothing runs and nothing is to come."""
-    for name, follower in _engine()._followers.items():
-        obj = bpy.data.objects.get(name)
-        if obj is not None and obj.meanvalue.live and follower.tick(obj) is not None:
+    for obj in bpy.data.objects:
+        follower = _engine().follower_of(obj)
+        if follower is not None and obj.meanvalue.live and follower.tick(obj) is not None:
             return False
     return True
 

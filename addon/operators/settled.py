@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Base of the operators that use the pose that is shown: where it is live, it must not lag behind its controls."""
+
+from ..bridge import shape_keys
+from ..core import result
+from ..live import engine
+from ..workers.posing import Posing
+from .background import BackgroundOperator
+
+
+class SettledOperator(BackgroundOperator):
+    """Mix-in: subclasses define use(obj) in place of run(obj); it finds the settled answer in the result key."""
+
+    doing = "Settling"
+
+    def prepare(self, obj):
+        return _NothingToDo() if engine.is_settled(obj) else Posing.to_settle(obj)
+
+    def finish(self, obj, prepared, outcome):
+        if outcome is not None:
+            solved, _summary = outcome
+            prepared.keep()
+            goal = prepared.targets
+            composed = result.compose(prepared.bind_input, goal.positions, solved)
+            shape_keys.write_result(obj, composed, goal.pose_key)
+        return self.use(obj)
+
+
+class _NothingToDo:
+    """In place of a Posing where the answer is there."""
+
+    def work(self, _execution):
+        return None
+
+    def require_unchanged(self, _obj):
+        pass
