@@ -9,12 +9,13 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import session
-from .bridge import object_status, overlay_data
+from .bridge import controls, object_status, overlay_data
 from .live import engine
 
 
 @persistent
 def meanvalue_scene_updated(_scene, depsgraph):
+    _note_active_object()
     edited = engine.scene_updated(depsgraph)
     marked = [_mark_edited(obj) for obj in edited]  # all of them, not up to the first
     if any(marked):
@@ -69,6 +70,20 @@ _HANDLERS = (
     ("render_complete", meanvalue_render_ended),
     ("render_cancel", meanvalue_render_ended),
 )
+
+
+_last_active = None  # name of the active object that the handler saw last
+
+
+def _note_active_object():
+    """The list's line follows the control that was clicked, and then is the artist's to change."""
+    global _last_active
+    active = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
+    name = active.name if active is not None else None
+    if name != _last_active:
+        _last_active = name
+        if active is not None and active.type == 'EMPTY':
+            controls.note_active(active)
 
 
 def _mark_edited(obj):

@@ -23,9 +23,15 @@ def problem(obj, group):
     """Why the control of `group` cannot be followed, in words, or None."""
     control = group.control
     if control is None:
-        return f"Handle '{group.name}' has no control. Choose an object or a bone for it, or remove the handle"
+        return (
+            f"Handle '{group.name}' has no control. Press Make Own Controls, choose an object or a bone for it, or "
+            "remove the handle"
+        )
     if not control.users_scene:
-        return f"The control of handle '{group.name}' was deleted. Choose another one for it, or remove the handle"
+        return (
+            f"The control of handle '{group.name}' was deleted. Press Make Own Controls, choose another one for it, or "
+            "remove the handle"
+        )
     owner = owner_of(control)
     if owner is not None and owner != obj:
         return (
@@ -94,7 +100,6 @@ def add_control(obj, group, rest_points, shown_points):
     control.empty_display_size = _size(obj, shown_points)
     control.show_in_front = True
     control.color = (*group.color, 1.0)
-    control.rotation_mode = 'QUATERNION'
     control.parent = obj
     control.matrix_basis = _to_blender(relation)
     choose(group, control, np.linalg.inv(move_now) @ relation)
@@ -131,6 +136,17 @@ def select(group):
     selection.choose(group.control)
     if group.control.type == 'ARMATURE' and group.bone in group.control.data.bones:
         group.control.data.bones.active = group.control.data.bones[group.bone]
+
+
+def note_active(obj):
+    """Makes the line of the control `obj`, which the artist has just made active, the active one of the list."""
+    mesh_object = owner_of(obj)
+    if mesh_object is None:
+        return
+    settings = mesh_object.meanvalue
+    index = next(number for number, group in enumerate(settings.anchor_groups) if group.control == obj)
+    if settings.active_anchor_group != index:
+        settings.active_anchor_group = index
 
 
 def depth(group):

@@ -68,7 +68,7 @@ def status(obj, quiet_seconds=0.0):
     if known_signature == signature and not is_edited:
         return known
     if obj.mode != 'OBJECT':
-        return known or _unread(obj)
+        return known if known_signature == signature else _unread(obj)
     known = _read(obj)
     _known[key] = (signature, known)
     _edited.pop(key, None)
@@ -104,7 +104,7 @@ def _signature(obj):
 def _unread(obj):
     if obj.meanvalue.bound.is_bound:
         return Status(State.BOUND, f"{_bound_text(obj)} (not checked in {scene_input.mode_name(obj.mode)})")
-    return Status(State.UNBOUND, "Not bound")
+    return Status(State.UNBOUND, f"Not bound (not checked in {scene_input.mode_name(obj.mode)})")
 
 
 def _read(obj):

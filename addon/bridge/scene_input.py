@@ -114,5 +114,5 @@ def sharing_note(obj):
     """A sentence if other objects use the mesh too, else None."""
     others = obj.data.users - int(obj.data.use_fake_user) - 1
     if others > 0:
-        return f"The mesh is shared with {wording.counted(others, 'other object')}, which show the result too"
+        return f"The mesh is shared with {wording.counted(others, 'other object')}, where the result shows too"
     return None

@@ -200,7 +200,7 @@ def apply_as_rest(obj, pose_key=""):
     """The result becomes the reference key. Keys that add to that move along by as much, so that they add the same.
 
     pose_key: name of the key that anchors were moved in; it begins again from the new rest shape.
-    @throws SceneError if there is no result.
+    Returns the names of the keys that moved along. @throws SceneError if there is no result.
     """
     shape = result_positions(obj)
     if shape is None:
@@ -212,15 +212,18 @@ def apply_as_rest(obj, pose_key=""):
     reference = mesh.shape_keys.reference_key
     offset = shape - positions(reference)
     result_key = mesh.shape_keys.key_blocks[obj.meanvalue.result_key]
+    carried = []
     for key in mesh.shape_keys.key_blocks:
         if key.name == pose_key and key != result_key:
             write_positions(mesh, key, shape)
         elif _adds_to(key, reference, result_key):
             write_positions(mesh, key, positions(key) + offset)
+            carried.append(key.name)
     write_positions(mesh, reference, shape)
     store, attribute = compat.position_store(mesh)
     store.foreach_set(attribute, shape.ravel())
     mesh.update()
+    return carried
 
 
 def _adds_to(key, reference, result_key):

@@ -29,12 +29,7 @@ def pose_warnings(bind_input, targets, pose=None):
     moved = (targets != bind_input.rest[bind_input.anchors]).any(axis=1)
     if not moved.any():
         yield "No anchor has been moved, so the result is the rest shape. Move a control, or anchors of the shape key"
-    torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
-    if torn:
-        yield (
-            f"{wording.counted(torn, 'moved anchor')} outside the region: the vertices around stay in place, which "
-            "tears the surface there. Take the surroundings into the region"
-        )
+    yield from torn_notes(bind_input, targets)
     if pose is None:
         return
     others = np.ones(len(pose), bool)
@@ -42,6 +37,17 @@ def pose_warnings(bind_input, targets, pose=None):
     ignored = np.count_nonzero((pose != bind_input.rest).any(axis=1) & others)
     if ignored:
         yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose are no anchors and are ignored"
+
+
+def torn_notes(bind_input, targets):
+    """A sentence on k x 3 `targets` that move anchors which nothing can follow."""
+    moved = (targets != bind_input.rest[bind_input.anchors]).any(axis=1)
+    torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
+    if torn:
+        yield (
+            f"{wording.counted(torn, 'moved anchor')} outside the region: the vertices around stay in place, which "
+            "tears the surface there. Take the surroundings into the region"
+        )
 
 
 @dataclass(frozen=True)

@@ -108,6 +108,13 @@ def follower_of(obj):
     return _followers.get(identity(obj))
 
 
+def look_again(obj):
+    """An operator has changed what `obj` is posed by: nothing that was known of it may be written any more."""
+    follower = follower_of(obj)
+    if follower is not None:
+        follower.look_again()
+
+
 def is_settled(obj):
     """Whether the mesh shows the settled answer to where the controls are, or live posing has no say in it."""
     follower = follower_of(obj)

@@ -90,13 +90,18 @@ class Follower:
 
     def edited(self, obj):
         """Blender updated the object. Returns whether that was only what we wrote ourselves."""
-        if self._expects_echo and self._settings == _settings_of(obj):
+        if self._expects_echo and self._settings == _settings_of(obj) and self._is_rest_unchanged(obj):
             self._expects_echo = False
             self._must_check = True
             return True
         self._must_read = True
         self._waits_for_edit = False
         return False
+
+    def _is_rest_unchanged(self, obj):
+        """What the artist did may be told together with our own writing."""
+        keys = obj.data.shape_keys
+        return keys is not None and np.array_equal(shape_keys.positions(keys.reference_key), self._bind_input.rest)
 
     def give_way(self, other_name):
         """Another object with the same mesh is live."""
@@ -217,7 +222,8 @@ class Follower:
             return f"Live: binding, {wording.stage(stage)}, {share:.0%}"
         if not self._is_shown():
             return "Live: solving"
-        return f"Live: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else "Live"
+        speed = f"Live: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else "Live"
+        return " ".join(wording.sentence(each) for each in (speed, *self._notes())) if self._binding else speed
 
     def _read(self, obj):
         """Gathers the scene. @throws SceneError, StaleBindingError."""
@@ -252,6 +258,12 @@ class Follower:
         raise SceneError(
             f"the shape key '{obj.meanvalue.result_key}', which it writes, is missing. Turn Live off and on to make it"
         )
+
+    def _notes(self):
+        """What the artist may not expect of a result, in sentences."""
+        yield from self._binding.summary.notes()
+        if self._wanted is not None:
+            yield from result.torn_notes(self._bind_input, self._wanted)
 
     def _is_quiet(self):
         return clock() >= self._changed_at + QUIET_SECONDS

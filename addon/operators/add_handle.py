@@ -69,7 +69,12 @@ class NewAnchors(MeshOperator):
         line.name = name
         line.made_group = made_group
         settings.active_anchor_group = len(settings.anchor_groups) - 1
-        return self.equip(obj, line, members)
+        message = self.equip(obj, line, members)
+        try:
+            scene_input.gather(obj)
+        except SceneError as problem:  # there is more to do before it can be posed
+            return message, [str(problem)]
+        return message, []
 
     def require_usable(self, obj, members):
         """@throws SceneError before anything is changed."""
@@ -129,7 +134,7 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
             obj.meanvalue.live = True
         selection.choose(control)
         count = wording.vertices(len(np.unique(members)))
-        return f"Handle '{line.name}' carries {count}: move, turn or scale its control", []
+        return f"Handle '{line.name}' carries {count}: move, turn or scale its control"
 
 
 class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
@@ -142,4 +147,4 @@ class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
     def equip(self, _obj, line, members):
         line.follows = 'REST'
         line.color = PIN_COLOR
-        return f"Pin '{line.name}' holds {wording.vertices(len(members))}", []
+        return f"Pin '{line.name}' holds {wording.vertices(len(members))}"

@@ -4,6 +4,8 @@
 import bpy
 
 from ..bridge import bound_record, controls, scene_input, shape_keys, targets
+from ..core import wording
+from ..live import engine
 from .settled import SettledOperator
 
 
@@ -16,9 +18,13 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
     def use(self, obj):
         lines = [line for line in obj.meanvalue.anchor_groups if line.control is not None]
         places = [controls.place(obj, line) for line in lines]
-        shape_keys.apply_as_rest(obj, targets.pose_key(obj))
+        engine.look_again(obj)
+        carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
         bound_record.clear(obj.meanvalue.bound)
         for line, place in zip(lines, places, strict=True):
             controls.take_hold(line, place)
-        shared = scene_input.sharing_note(obj)
-        return "The pose is the rest shape now. The mesh is bound again when it is posed", [shared] if shared else []
+        notes = [scene_input.sharing_note(obj)] if scene_input.sharing_note(obj) else []
+        if carried:
+            keys = wording.counted(len(carried), "shape key")
+            notes.append(f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}")
+        return "The pose is the rest shape now. The mesh is bound again when it is posed", notes

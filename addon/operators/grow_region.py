@@ -25,7 +25,7 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
             ('RINGS', "Rings", "By steps from vertex to vertex, whatever the size of the faces"),
             ('DISTANCE', "Distance", "By the length of the way along the edges of the rest shape"),
         ),
-        default='RINGS',
+        default='DISTANCE',
     )
     rings: bpy.props.IntProperty(
         name="Rings", description="Number of steps along edges", default=5, min=0, soft_max=50, max=10000

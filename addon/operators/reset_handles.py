@@ -4,7 +4,7 @@
 import bpy
 
 from ..bridge import controls
-from ..core import wording
+from ..core import motion, wording
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -24,6 +24,15 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
             controls.reset(obj, line)
             bpy.context.view_layer.update()  # the next may be a child of this one
         notes = [controls.problem(obj, line) for line in lines if line not in usable]
+        held = [line.name for line in usable if controls.move(obj, line) is not motion.IDENTITY]
+        if held:
+            notes.append(
+                f"{wording.quoted(held)} not at rest: something else moves the control, such as a posed parent or a "
+                "constraint. Reset that too"
+            )
+        keyed = [line.name for line in usable if line.control.animation_data and line.control.animation_data.action]
+        if keyed:
+            notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
         if not obj.meanvalue.live:
             notes.append("Live is off: press Solve to have the mesh follow")
         return f"{wording.counted(len(usable), 'handle')} reset", notes

@@ -3,20 +3,18 @@
 
 import bpy
 
-from ..bridge import controls, object_status, scene_input
+from ..bridge import controls, scene_input
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 
 FOLLOWS_ICONS = {'SHAPE': 'SHAPEKEY_DATA', 'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 
 
 class MEANVALUE_UL_anchor_groups(bpy.types.UIList):
-    """One line for each handle or pin: on or off, colour, name, number of vertices, and a button to select it"""
+    """One line for each handle or pin: on or off, colour, name, and a button to select it"""
 
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
         obj = scene_input.subject(context)
         missing = item.name not in obj.vertex_groups
-        status = object_status.last_known(obj)
-        count = status.member_counts.get(item.name) if status else None
         row = layout.row(align=True)
         row.prop(item, "is_enabled", text="")
         color = row.row(align=True)
@@ -27,7 +25,4 @@ class MEANVALUE_UL_anchor_groups(bpy.types.UIList):
         name.alert = broken
         name.active = item.is_enabled
         name.label(text=item.name, icon='ERROR' if broken else FOLLOWS_ICONS[item.follows])
-        label = row.row()
-        label.alignment = 'RIGHT'
-        label.label(text="missing" if missing else "" if count is None else f"{count:,}")
         row.operator(MEANVALUE_OT_select_handle.bl_idname, text="", icon='RESTRICT_SELECT_OFF').index = index

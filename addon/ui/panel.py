@@ -90,6 +90,10 @@ class MEANVALUE_PT_active_handle(PanelPart, bpy.types.Panel):
         obj = scene_input.subject(context)
         line = _active_line(obj)
         layout.prop_search(line, "name", obj, "vertex_groups", text="Group")
+        status = object_status.last_known(obj)
+        count = status.member_counts.get(line.name) if status else None
+        if count is not None:
+            layout.label(text=wording.vertices(count))
         layout.prop(line, "follows")
         if line.follows == 'CONTROL':
             layout.prop(line, "control")
@@ -159,9 +163,7 @@ class MEANVALUE_PT_pose(PanelPart, bpy.types.Panel):
         solve.scale_y = 1.4
         solve.operator(MEANVALUE_OT_solve.bl_idname)
         layout.operator(MEANVALUE_OT_add_pose_key.bl_idname, icon='SHAPEKEY_DATA')
-        column = layout.column(align=True)
-        column.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='ADD')
-        column.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='CHECKMARK')
+        layout.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='CHECKMARK')
 
 
 def _active_line(obj):
@@ -190,23 +192,31 @@ def _draw_handles(layout, obj):
     buttons = row.column(align=True)
     buttons.operator(MEANVALUE_OT_add_anchor_group.bl_idname, icon='ADD', text="")
     buttons.operator(MEANVALUE_OT_remove_anchor_group.bl_idname, icon='REMOVE', text="")
-    layout.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK')
+    row = layout.row(align=True)
+    row.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK', text="Reset")
+    row.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='SHAPEKEY_DATA')
 
 
 def _draw_status(layout, context, obj, status):
+    """One thing at a time: what live posing waits for, or what there is to do, with the button that does it."""
     box = layout.box()
     live = engine.status(obj)
     if live:
         text, is_problem = live
         draw_wrapped(box, context, text, icon='ERROR' if is_problem else 'PLAY')
-    draw_wrapped(box, context, status.text, icon=STATE_ICONS[status.state])
+    if live is None or status.state is State.BOUND:
+        draw_wrapped(box, context, status.text, icon=STATE_ICONS[status.state])
+    if status.state is State.STALE:
+        box.operator(MEANVALUE_OT_bind.bl_idname)
+    if live:
+        return
     hint = scene_input.mode_problem(obj) or shape_keys.result_problem(obj)
     if hint is None and status.state in {State.BOUND, State.STALE}:
         hint = targets.problem(obj)
     if hint:
         draw_wrapped(box, context, wording.sentence(hint), icon='INFO')
     solved = bound_record.read_solve(obj.meanvalue.bound)
-    if solved and not live:
+    if solved:
         draw_wrapped(box, context, f"Solved: {solved.text()}", icon='SHAPEKEY_DATA')
 
 

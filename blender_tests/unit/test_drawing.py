@@ -205,7 +205,7 @@ def test_list_lines(part):
             None, context_of(obj), layout, None, item, 0, None, "", 0
         )
         lines.append(layout.labels)
-    assert lines == ["A 3", "Gone missing"]
+    assert lines == ["A", "Gone"]
 
 
 def test_preferences(part, native, monkeypatch):
