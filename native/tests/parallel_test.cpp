@@ -3,7 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <stdexcept>
+#include <thread>
 #include <vector>
+
+#ifndef _WIN32
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
 
 #include "meanvalue/common/errors.h"
 #include "tests/support.h"
@@ -41,6 +47,64 @@ TEST(ParallelFor, StopsWhenCancelled) {
     EXPECT_THROW(parallel_for(1 << 20, 2, execution, cancel_at_once), Cancelled);
     EXPECT_LE(pieces, 2);
 }
+
+int count_all(Index count, int threads) {
+    std::atomic<int> sum{0};
+    parallel_for(count, threads, Execution(), [&](Index begin, Index end) { sum += end - begin; });
+    return sum;
+}
+
+TEST(RunWorkers, CallsEachWorkerOnceForAnyNumberOfThemInAnyOrder) {
+    for (const int workers : {5, 1, 3, 8, 2, 8, 2}) {
+        for (int repeat = 0; repeat < 300; ++repeat) {
+            std::vector<std::atomic<int>> calls(workers);
+            run_workers(workers, [&](int worker) { ++calls[worker]; });
+            for (const std::atomic<int>& call : calls)
+                ASSERT_EQ(call, 1);
+        }
+    }
+}
+
+TEST(RunWorkers, CallsInsideOfCallsAreDone) {
+    std::atomic<int> sum{0};
+    run_workers(3, [&](int) { sum += count_all(9000, 3); });
+    EXPECT_EQ(sum, 27000);
+}
+
+TEST(RunWorkers, CallsFromSeveralThreadsAtOnceAreDone) {
+    std::atomic<int> sum{0};
+    std::vector<std::thread> callers;
+    for (int k = 0; k < 4; ++k) {
+        callers.emplace_back([&] {
+            for (int repeat = 0; repeat < 200; ++repeat)
+                sum += count_all(5000, 3);
+        });
+    }
+    for (std::thread& caller : callers)
+        caller.join();
+    EXPECT_EQ(sum, 4 * 200 * 5000);
+}
+
+TEST(RunWorkers, WorksOnAfterAnException) {
+    for (int failing = 0; failing < 3; ++failing) {
+        const auto fail = [&](int worker) {
+            if (worker == failing) throw std::logic_error("on purpose");
+        };
+        EXPECT_THROW(run_workers(3, fail), std::logic_error);
+        EXPECT_EQ(count_all(9000, 3), 9000);
+    }
+}
+
+#ifndef _WIN32
+TEST(RunWorkers, WorksInAForkedProcess) {
+    ASSERT_EQ(count_all(9000, 3), 9000);  // there are threads now, which a fork does not take along
+    const pid_t child = fork();
+    if (child == 0) _exit(count_all(9000, 3) == 9000 ? 0 : 1);
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+}
+#endif
 
 TEST(ParallelInTurn, LaterRangesSeeWhatEarlierOnesWrote) {
     // Long and short ranges in turn, and empty ones.

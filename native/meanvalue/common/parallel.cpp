@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "meanvalue/common/crew.h"
 #include "meanvalue/common/errors.h"
 
 namespace meanvalue {
@@ -61,15 +62,10 @@ int thread_count(int requested) {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-void run_workers(int workers, const std::function<void(int)>& body) {
-    std::vector<std::exception_ptr> failures(workers);
-    const auto work = [&](int worker) {
-        try {
-            body(worker);
-        } catch (...) {
-            failures[worker] = std::current_exception();
-        }
-    };
+namespace {
+
+/// Where the crew is not to be had.
+void run_on_new_threads(int workers, const std::function<void(int)>& work) {
     std::vector<std::thread> others;
     others.reserve(workers - 1);
     int started = 1;
@@ -84,6 +80,20 @@ void run_workers(int workers, const std::function<void(int)>& body) {
         work(worker);
     for (std::thread& other : others)
         other.join();
+}
+
+}  // namespace
+
+void run_workers(int workers, const std::function<void(int)>& body) {
+    std::vector<std::exception_ptr> failures(workers);
+    const auto work = [&](int worker) {
+        try {
+            body(worker);
+        } catch (...) {
+            failures[worker] = std::current_exception();
+        }
+    };
+    if (workers <= 1 || !run_on_crew(workers, work)) run_on_new_threads(workers, work);
     for (const std::exception_ptr& failure : failures) {
         if (failure) std::rethrow_exception(failure);
     }
