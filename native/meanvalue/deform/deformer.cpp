@@ -26,7 +26,8 @@ constexpr std::chrono::milliseconds kPollInterval{10};
 constexpr double kMostRigidity = 1e9;  // beyond, single precision ends
 constexpr double kMostStrength = 1e9;
 constexpr double kFastTolerance = 1e-4;
-constexpr double kTolerance = 1e-6;
+// The paper's own energy has long flat valleys, in which short steps still lead far.
+constexpr double kFlatTolerance = 5e-5;
 
 /// Of the region's vertices: the handle of each anchor, -1 for the others; empty where none are given.
 std::vector<Index> handles_of_region(const Binding& binding, const Region& region) {
@@ -140,6 +141,7 @@ Method method_from_name(const std::string& name) {
 
 Deformer::Deformer(const Binding& binding, Execution& execution)
     : method_(binding.method), rest_(binding.vertices), anchors_(binding.anchors) {
+    if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
     const int threads = thread_count(binding.threads);
     require_finite(rest_, "vertices");
     require_moderate_extent(rest_);
@@ -214,7 +216,7 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) {
-    const double tolerance = options.tolerance.value_or(method_ == Method::kFast ? kFastTolerance : kTolerance);
+    const double tolerance = options.tolerance.value_or(default_tolerance_);
     if (!(tolerance > 0.0)) {
         throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
     }

@@ -125,6 +125,7 @@ class Deformer {
 
     std::timed_mutex solving_;
     Method method_;
+    double default_tolerance_ = 1e-6;
     Positions rest_;
     std::vector<Index> anchors_;
     std::vector<char> is_fixed_;          // n: hard anchors, and what lies outside the region of influence
