@@ -183,7 +183,7 @@ Vector3 residual_with_gradient(const EncodedRing& ring, const PositionsView& pos
     // Their memory holds each vertex' length gradient until its gradient is made.
     const RingLinearisation linear(ring, positions,
                                    [&](Index k, const Vector3& length_gradient) { gradients[k] = length_gradient; });
-    const Vector3 residual = position - linear.predicted();
+    Vector3 residual = position - linear.predicted();
     linear.pull_back(
         -weight * residual, [&](Index k) { return gradients[k]; },
         [&](Index k, const Vector3& gradient) { gradients[k] = gradient; });
