@@ -74,6 +74,7 @@ TEST(RunWorkers, CallsInsideOfCallsAreDone) {
 TEST(RunWorkers, CallsFromSeveralThreadsAtOnceAreDone) {
     std::atomic<int> sum{0};
     std::vector<std::thread> callers;
+    callers.reserve(4);
     for (int k = 0; k < 4; ++k) {
         callers.emplace_back([&] {
             for (int repeat = 0; repeat < 200; ++repeat)
