@@ -71,12 +71,15 @@ def carried_by(control):
 
 def move(obj, group):
     """4 x 4: how the control has moved its handle from the rest shape, in the object's space. @throws SceneError."""
-    return motion.between(_relation_at_rest(group), _relation(obj, group))
+    return motion.between(_relation_at_rest(group), place(obj, group))
 
 
 def place(obj, group):
     """4 x 4: the control of `group` in the object's space. @throws SceneError."""
-    return _relation(obj, group)
+    world = np.array(obj.matrix_world, np.float64)
+    if _is_flat(world):
+        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
+    return np.linalg.inv(world) @ _control_world(group)
 
 
 def take_hold(group, place):
@@ -166,14 +169,6 @@ def reset(obj, group):
         group.control.pose.bones[group.bone].matrix = group.control.matrix_world.inverted() @ target
     else:
         group.control.matrix_world = target
-
-
-def _relation(obj, group):
-    """4 x 4: the control in the object's space."""
-    world = np.array(obj.matrix_world, np.float64)
-    if _is_flat(world):
-        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
-    return np.linalg.inv(world) @ _control_world(group)
 
 
 def _control_world(group):

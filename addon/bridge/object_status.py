@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from .. import compat
 from ..core import fingerprint, wording
+from ..core.edit_times import QUIET_SECONDS, EditTimes  # noqa: F401  panels take the seconds from here
 from ..errors import SceneError
 from . import bound_record, scene_input, vertex_groups
 
@@ -32,26 +33,21 @@ class Status:
     member_counts: dict = field(default_factory=dict)
 
 
-#: How long an object has to be left alone before a panel reads it again.
-QUIET_SECONDS = 0.3
+clock = time.monotonic
 
 _known = {}  # session key: (signature, Status)
-_edited = {}  # session key: when, by clock()
-
-clock = time.monotonic
+_edited = EditTimes(lambda: clock())  # by session key
 
 
 def mark_edited(obj):
     """Returns whether somebody has asked for the object's status, and so may have to ask again."""
     key = compat.session_key(obj)
     if key in _known:
-        _edited[key] = clock()
+        _edited.mark(key)
     return key in _known
 
 
-def quiet_in():
-    """Seconds until everything has been left alone long enough; 0 if it has."""
-    return max([0.0, *(when + QUIET_SECONDS - clock() for when in _edited.values())])
+quiet_in = _edited.quiet_in
 
 
 def clear():
@@ -64,8 +60,7 @@ def status(obj, quiet_seconds=0.0):
     key = compat.session_key(obj)
     signature = _signature(obj)
     known_signature, known = _known.get(key, (None, None))
-    is_edited = key in _edited and clock() - _edited[key] >= quiet_seconds
-    if known_signature == signature and not is_edited:
+    if known_signature == signature and not _edited.is_left_alone(key, quiet_seconds):
         return known
     if obj.mode != 'OBJECT':
         return known if known_signature == signature else _unread(obj)

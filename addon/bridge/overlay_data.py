@@ -15,10 +15,8 @@ import numpy as np
 
 from .. import compat
 from ..core import bind_input, tinted_faces
+from ..core.edit_times import QUIET_SECONDS, EditTimes  # noqa: F401  tests take the seconds from here
 from . import mesh_arrays, shape_keys, targets, vertex_groups
-
-#: How long an object has to be left alone before its groups and faces are read again.
-QUIET_SECONDS = 0.3
 
 clock = time.monotonic
 
@@ -50,20 +48,18 @@ class _Known:
 
 
 _known = {}  # session key: _Known
-_edited = {}  # session key: when, by clock(); missing if groups and faces were read since
+_edited = EditTimes(lambda: clock())  # by session key
 
 
 def mark_edited(obj):
     """Returns whether the object has been drawn, and so may have to be drawn again."""
     key = compat.session_key(obj)
     if key in _known:
-        _edited[key] = clock()
+        _edited.mark(key)
     return key in _known
 
 
-def quiet_in():
-    """Seconds until everything has been left alone long enough; 0 if it has."""
-    return max([0.0, *(when + QUIET_SECONDS - clock() for when in _edited.values())])
+quiet_in = _edited.quiet_in
 
 
 def clear():
@@ -76,8 +72,7 @@ def look(obj):
     key = compat.session_key(obj)
     signature = _signature(obj)
     known = _known.get(key)
-    is_quiet_again = key in _edited and clock() - _edited[key] >= QUIET_SECONDS
-    if known is None or known.signature != signature or is_quiet_again:
+    if known is None or known.signature != signature or _edited.is_left_alone(key):
         known = _known[key] = _read(obj, signature)
         _edited.pop(key, None)
     positions = shown_positions(obj)

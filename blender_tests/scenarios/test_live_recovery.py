@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from support import handles, meshes, steps
-from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
+from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, three_lines, update
 
 
 @pytest.fixture
@@ -100,18 +100,6 @@ def test_it_goes_on_when_the_bone_is_there_again(status):
     rig.pose.bones["Bone"].location = (1.0, 0.0, 0.0)
     update()
     assert status(obj)[1] is False, status(obj)
-
-
-def three_lines(live=True):
-    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
-    middle = range(8 * handles.SEGMENTS, 9 * handles.SEGMENTS)
-    for name, members in (("Bottom", BOTTOM), ("Middle", middle), ("Top", TOP)):
-        steps.add_group(obj, name, members)
-    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_pin(group="Middle") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
-    update()
-    return obj, bpy.context.object, middle
 
 
 def test_a_pin_of_the_artists_own_group_is_removed():

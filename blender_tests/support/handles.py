@@ -23,6 +23,19 @@ def tube(name="Tube", live=True):
     return obj, bpy.context.object
 
 
+def three_lines(live=True):
+    """(object, control of Top, vertices of Middle): as tube(), with a second pin in the middle."""
+    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
+    middle = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
+    for name, members in (("Bottom", BOTTOM), ("Middle", middle), ("Top", TOP)):
+        steps.add_group(obj, name, members)
+    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_pin(group="Middle") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
+    update()
+    return obj, bpy.context.object, middle
+
+
 def update():
     """What Blender does after every event: evaluate what was changed, and tell the handlers."""
     bpy.context.view_layer.update()

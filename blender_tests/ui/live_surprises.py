@@ -111,13 +111,7 @@ def _drag(ui, control):
 
 
 def a_pin_removed_while_live(ui):
-    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
-    middle = range(64, 72)
-    for name, members in (("Bottom", handles.BOTTOM), ("Middle", middle), ("Top", handles.TOP)):
-        steps.add_group(obj, name, members)
-    bpy.ops.meanvalue.add_pin(group="Bottom")
-    bpy.ops.meanvalue.add_pin(group="Middle")
-    bpy.ops.meanvalue.add_handle(group="Top")
+    handles.three_lines()
     ui.remember()
     ui.frame_all()
     yield from ui.pause(0.7)
@@ -148,14 +142,8 @@ def select_handle_from_the_menu_takes_the_active_line(ui):
 
 
 def a_pin_removed_while_live_shows_at_once(ui):
-    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
-    middle = range(64, 72)
-    for name, members in (("Bottom", handles.BOTTOM), ("Middle", middle), ("Top", handles.TOP)):
-        steps.add_group(obj, name, members)
-    bpy.ops.meanvalue.add_pin(group="Bottom")
-    bpy.ops.meanvalue.add_pin(group="Middle")
-    bpy.ops.meanvalue.add_handle(group="Top")
-    obj.meanvalue.anchor_groups["Top"].control.location.x += 2.0
+    _obj, control, _middle = handles.three_lines()
+    control.location.x += 2.0
     ui.remember()
     ui.frame_all()
     yield from ui.pause(1.0)
