@@ -55,7 +55,7 @@ def gather(obj, bind_input):
     if found:
         raise SceneError(found)
     groups = enabled_groups(obj)
-    positions = bind_input.rest[bind_input.anchors].astype(np.float64)
+    positions = bind_input.anchor_rest.copy()
     moved_in = pose_key(obj)
     pose = shape_keys.pose_positions(obj) if moved_in else None
     for number, group in enumerate(groups):

@@ -63,13 +63,28 @@ class BindInput:
     def free(self):
         """n bool: the vertices that the solver places, soft anchors among them."""
         free = self.roi.copy()
-        free[self.anchors[self.hard_anchors]] = False
+        free[self.hard_vertices] = False
         return free
 
     @cached_property
     def fixed(self):
         """Indices of the vertices that are not free."""
         return np.flatnonzero(~self.free)
+
+    @cached_property
+    def fixed_rest(self):
+        """Rest positions of the fixed vertices, float32."""
+        return self.rest[self.fixed]
+
+    @cached_property
+    def hard_vertices(self):
+        """Vertex indices of the hard anchors."""
+        return self.anchors[self.hard_anchors]
+
+    @cached_property
+    def anchor_rest(self):
+        """k x 3 float64: the anchors in the rest shape. Not to be written to."""
+        return self.rest[self.anchors].astype(np.float64)
 
     @cached_property
     def is_held(self):

@@ -15,9 +15,8 @@ def compose(bind_input, targets, solved):
     its bits: hard anchors those of their targets (k x 3), all else those of the rest shape.
     """
     positions = solved.astype(np.float32)
-    positions[bind_input.fixed] = bind_input.rest[bind_input.fixed]
-    hard = bind_input.hard_anchors
-    positions[bind_input.anchors[hard]] = targets[hard]
+    positions[bind_input.fixed] = bind_input.fixed_rest
+    positions[bind_input.hard_vertices] = targets[bind_input.hard_anchors]
     return positions
 
 
@@ -26,7 +25,7 @@ def pose_warnings(bind_input, targets, pose=None):
 
     pose: n x 3 float32 of the shape key in which anchors were moved, if there is one of its own.
     """
-    moved = (targets != bind_input.rest[bind_input.anchors]).any(axis=1)
+    moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
         yield "No anchor has been moved, so the result is the rest shape. Move a control, or anchors of the shape key"
     yield from torn_notes(bind_input, targets)
@@ -41,7 +40,7 @@ def pose_warnings(bind_input, targets, pose=None):
 
 def torn_notes(bind_input, targets):
     """A sentence on k x 3 `targets` that move anchors which nothing can follow."""
-    moved = (targets != bind_input.rest[bind_input.anchors]).any(axis=1)
+    moved = (targets != bind_input.anchor_rest).any(axis=1)
     torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
         yield (

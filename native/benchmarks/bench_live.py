@@ -6,7 +6,8 @@ drawing, which depends on the graphics card, is left out. A frame's seconds are 
 
     native    the solver, as it tells itself
     transfer  writing the shape key
-    add-on    reading controls, handing over to the thread and back, composing the result
+    add-on    reading controls, handing over to the thread and back, composing the result, telling an edit of the
+              artist's from its own writing
     Blender   evaluating the moved control and, after the writing, the mesh
 """
 
@@ -125,9 +126,11 @@ class Scene:
         followed = time.perf_counter()
         self.bpy.context.view_layer.update()
         self.obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
+        evaluated = time.perf_counter()
+        self.follower.edited(self.obj)  # as its handler hears of what was written
         ended = time.perf_counter()
-        blender = (moved - began) + (ended - followed)
-        addon = (followed - moved) - self.native - self.transfer
+        blender = (moved - began) + (evaluated - followed)
+        addon = (followed - moved) + (ended - evaluated) - self.native - self.transfer
         return 1e3 * np.array([ended - began, self.native, self.transfer, addon, blender])
 
 
