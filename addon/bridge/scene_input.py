@@ -46,13 +46,11 @@ def mode_name(mode):
     return names.get(mode, f"{mode.title()} Mode")
 
 
-def gather(obj):
-    """The BindInput of `obj`, checked. @throws SceneError."""
-    settings = obj.meanvalue
-    groups = targets.enabled_groups(obj)
-    names = [group.name for group in groups]
-    region_name = settings.roi_group
-    if not settings.anchor_groups:
+def start_reading(obj):
+    """The Reading, not begun, of the vertex groups that gather() needs. @throws SceneError if one is missing."""
+    names = [group.name for group in targets.enabled_groups(obj)]
+    region_name = obj.meanvalue.roi_group
+    if not obj.meanvalue.anchor_groups:
         raise SceneError(
             "No anchors are listed. Select vertices in Edit Mode and press Add Handle, or add a vertex group to the "
             "list: its vertices will hold and pose the mesh"
@@ -63,7 +61,23 @@ def gather(obj):
         vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
     if region_name:
         vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
-    members = vertex_groups.members(obj, {*names, *([region_name] if region_name else [])})
+    return vertex_groups.Reading(obj, {*names, *([region_name] if region_name else [])})
+
+
+def gather(obj, reading=None):
+    """The BindInput of `obj`, checked. @throws SceneError.
+
+    reading: a finished one of start_reading(), used if the settings still name the same groups.
+    """
+    needed = start_reading(obj)
+    if reading is None or reading.names != needed.names:
+        reading = needed
+    reading.go_on(obj)
+    members = reading.members
+    settings = obj.meanvalue
+    groups = targets.enabled_groups(obj)
+    names = [group.name for group in groups]
+    region_name = settings.roi_group
     _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
     corners, starts = mesh_arrays.faces(obj.data)
     anchors, pieces = anchor_layout([members[name] for name in names])

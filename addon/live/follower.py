@@ -33,6 +33,9 @@ SAME_TARGETS = 1e-6
 #: How often a running job is looked at. A look takes 0.03 ms.
 TICK_SECONDS = 0.001
 
+#: How long the scene is read at a time.
+SLICE_SECONDS = 0.01
+
 #: Blender keeps a copy of its own of the mesh in these modes.
 BUSY_MODES = {'EDIT', 'SCULPT'}
 
@@ -66,6 +69,7 @@ class Follower:
         self.problem = None
         self._waits_for_edit = False
         self._must_read = True
+        self._reading = None  # of the scene, a slice at a time
         self._expects_echo = False  # of our own writing
         self._must_check = False  # once it is quiet: an echo may have hidden an edit
         self._settings = None
@@ -96,6 +100,7 @@ class Follower:
             self._must_check = True
             return True
         self._must_read = True
+        self._reading = None
         self._waits_for_edit = False
         return False
 
@@ -132,20 +137,33 @@ class Follower:
     def tick(self, obj):
         """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
         with self._telling_problems():
-            if self._must_check and self._job is None and self._is_quiet():
-                self._must_check, self._must_read = False, True
             if self._must_read:
                 self._look(obj)
-            self._start_what_is_next(obj, 0.0)
-        if self._job is not None:
-            return TICK_SECONDS
+            elif self._must_check:
+                self._check(obj)
+            if not self._must_read:
+                self._start_what_is_next(obj, 0.0)
+        if self.is_working:
+            return TICK_SECONDS if self.problem is None else QUIET_SECONDS
         if self.problem is None and (self._must_check or not (self._is_shown() and self._is_settled)):
             return max(TICK_SECONDS, self._changed_at + QUIET_SECONDS - clock())
         return None
 
+    def _check(self, obj):
+        """Once all is quiet: whether an echo has hidden an edit. Whatever happens meanwhile comes first."""
+        if self._job is not None or not (self._is_shown() and self._is_settled):
+            self._reading = None
+            return
+        self._must_read = True
+        if self._read_on(obj, SLICE_SECONDS):
+            self._look(obj)
+        else:
+            self._must_read = False  # nothing has to wait for it
+
     def finish(self, obj):
         """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""
-        self.follow(obj)
+        with self._telling_problems():
+            self._look(obj, np.inf)
         while self.problem is None and (self._job is not None or not (self._is_shown() and self._is_settled)):
             if self._job is not None:
                 self._job.wait()
@@ -155,7 +173,7 @@ class Follower:
     def is_settled(self, obj):
         """Whether the mesh shows the settled answer to where the controls are now."""
         with self._telling_problems():
-            self._look(obj)
+            self._look(obj, np.inf)
         return self.problem is not None or (self._job is None and self._is_shown() and self._is_settled)
 
     @contextlib.contextmanager
@@ -179,8 +197,11 @@ class Follower:
             else:
                 self.problem = str(error)
 
-    def _look(self, obj):
-        """Reads what has changed. Returns whether there are new targets. @throws MeanValueError."""
+    def _look(self, obj, patience=SLICE_SECONDS):
+        """Reads what has changed, for about so many seconds. Returns whether there are new targets.
+
+        @throws MeanValueError.
+        """
         if self._settings is not None and self._settings != _settings_of(obj):
             self._must_read, self._waits_for_edit = True, False
         if self._waits_for_edit:
@@ -188,9 +209,10 @@ class Follower:
         if obj.mode in BUSY_MODES or obj.data.is_editmode:
             mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
             self._must_read = True
+            self._reading = None
             raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
-        if self._must_read:
-            self._read(obj)
+        if self._must_read and not self._read_on(obj, patience):
+            return False
         goal = targets.gather(obj, self._bind_input)
         if self._wanted is not None and self._near(goal.positions, self._wanted, SAME_TARGETS):
             if self._is_shown():
@@ -213,11 +235,12 @@ class Follower:
     @property
     def is_caught_up(self):
         """Whether the mesh shows where the controls are, or something is in the way."""
-        return self.problem is not None or (self._binding is not None and self._is_shown())
+        is_read = self._binding is not None and not self._must_read
+        return self.problem is not None or (is_read and self._is_shown())
 
     @property
     def is_working(self):
-        return self._job is not None
+        return self._job is not None or self._reading is not None
 
     @property
     def text(self):
@@ -227,15 +250,26 @@ class Follower:
         if self._binding is None and self._job is not None:
             stage, share = self._job.progress
             return f"Live: binding, {wording.stage(stage)}, {share:.0%}"
+        if self._must_read and self._reading is not None:
+            return "Live: reading the mesh"
         if not self._is_shown():
             return "Live: solving"
         speed = f"Live: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else "Live"
         return " ".join(wording.sentence(each) for each in (speed, *self._notes())) if self._binding else speed
 
-    def _read(self, obj):
-        """Gathers the scene. @throws SceneError, StaleBindingError."""
-        self._require_result_key(obj)
-        bind_input = scene_input.gather(obj)
+    def _read_on(self, obj, patience):
+        """Reads the scene for about so many seconds. Returns whether all is read. @throws MeanValueError."""
+        if self._reading is None:
+            self._require_result_key(obj)
+            self._reading = scene_input.start_reading(obj)
+        if not self._reading.go_on(obj, patience):
+            return False
+        reading, self._reading = self._reading, None
+        self._take(obj, scene_input.gather(obj, reading))
+        return True
+
+    def _take(self, obj, bind_input):
+        """Goes on with the scene as it was read. @throws StaleBindingError."""
         bound = bound_record.read_fingerprint(obj.meanvalue.bound)
         if bound is not None:
             reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
@@ -245,7 +279,7 @@ class Follower:
         is_another = self._bind_input is None or self._bind_input.fingerprint != bind_input.fingerprint
         self._bind_input = bind_input
         self._rest_read_at = clock()
-        self._must_read = False
+        self._must_read = self._must_check = False
         self._settings = _settings_of(obj)
         if is_another:
             self.stop()

@@ -197,7 +197,7 @@ def test_how_often_the_mesh_is_read_while_it_is_animated_otherwise(part, monkeyp
     update()
     scene_input = part("bridge.scene_input")
     gather, seen = scene_input.gather, []
-    monkeypatch.setattr(scene_input, "gather", lambda o: seen.append(1) or gather(o))
+    monkeypatch.setattr(scene_input, "gather", lambda *arguments: seen.append(1) or gather(*arguments))
     for frame in range(1, 21):
         bpy.context.scene.frame_set(frame)
     assert len(seen) <= 2, len(seen)

@@ -85,7 +85,7 @@ def two_view_layers_do_not_read_twice(ui):
     gather, seen = scene_input.gather, []
     ui.frame_all()
     yield from ui.pause(1.0)
-    scene_input.gather = lambda o: seen.append(1) or gather(o)
+    scene_input.gather = lambda *arguments: seen.append(1) or gather(*arguments)
     yield from _drag(ui, control)
     one = len(seen)
     layer = bpy.context.scene.view_layers.new("Second")
