@@ -67,10 +67,10 @@ def start_reading(obj):
 def gather(obj, reading=None):
     """The BindInput of `obj`, checked. @throws SceneError.
 
-    reading: a finished one of start_reading(), used if the settings still name the same groups.
+    reading: a finished one of start_reading(), used if it still fits the settings and the mesh.
     """
     needed = start_reading(obj)
-    if reading is None or reading.names != needed.names:
+    if reading is None or (reading.names, reading.vertex_count) != (needed.names, needed.vertex_count):
         reading = needed
     reading.go_on(obj)
     members = reading.members

@@ -24,17 +24,23 @@ class Reading:
         self.names = frozenset(names)
         self._indices = {name: obj.vertex_groups[name].index for name in names if name in obj.vertex_groups}
         self._found = {index: [] for index in self._indices.values()}
-        self._next = 0 if self._found else len(obj.data.vertices)
+        self.vertex_count = len(obj.data.vertices)
+        self._next = 0 if self._found else self.vertex_count
 
     def go_on(self, obj, seconds=math.inf):
         """Reads for about so long. Returns whether all is read."""
         until = time.monotonic() + seconds
         vertices = obj.data.vertices
-        while self._next < len(vertices):
+        while self._next < self.vertex_count:
             if self._next > 0 and time.monotonic() >= until:
                 return False
             self._read(vertices[self._next : self._next + SLICE])
         return True
+
+    @property
+    def share(self):
+        """How much is read, 0 to 1."""
+        return min(1.0, self._next / max(1, self.vertex_count))
 
     def _read(self, vertices):
         found = self._found

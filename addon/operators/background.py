@@ -8,12 +8,15 @@ import bpy
 from .. import compat
 from ..bridge import scene_input
 from ..core import wording
-from ..errors import MeanValueError, SceneError
+from ..errors import CancelledError, MeanValueError, SceneError
 from ..workers.job import Job
 from .base import MeshOperator
 
 #: How often a running job is looked at.
 TICK_SECONDS = 0.05
+
+#: How long the scene is read in one go, of every tick.
+SLICE_SECONDS = 0.04
 
 #: Work that is done sooner is waited for: no progress bar flickers up, and the result is there at once.
 PATIENCE_SECONDS = 0.15
@@ -23,7 +26,6 @@ VIEW_EVENTS = {
     'MIDDLEMOUSE', 'WHEELUPMOUSE', 'WHEELDOWNMOUSE', 'WHEELINMOUSE', 'WHEELOUTMOUSE', 'MOUSEMOVE',
     'INBETWEEN_MOUSEMOVE', 'TRACKPADPAN', 'TRACKPADZOOM', 'MOUSEROTATE', 'NDOF_MOTION',
 }  # fmt: skip
-
 
 #: Operators that show progress, to be ended when the add-on is disabled: Blender does not tell them.
 _running = []
@@ -35,41 +37,45 @@ def end_all():
 
 
 class BackgroundOperator(MeshOperator):
-    """Mix-in: subclasses define prepare(obj) and finish(obj, prepared, outcome) in place of run(obj).
+    """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
 
     prepare() reads the scene and returns an object with work(execution), which runs on a thread and must not touch
-    Blender, and require_unchanged(obj), which raises if the scene is another by then. finish() writes the outcome and
-    returns (message, [notes]). All raise MeanValueError before they have changed anything. Without a window, or called
-    to execute, all is done before the operator returns.
+    Blender, and require_unchanged(obj, reading), which raises if the scene is another by then. finish() writes the
+    outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. Without a
+    window, or called to execute, all is done before the operator returns.
     """
 
-    #: Said in the status bar, with the solver's stage behind it.
+    #: Said in the status bar, with the stage behind it.
     doing = ""
 
     _job = None
-    _prepared = None
+    _steps = None
+    _progress = ("", 0.0)
     _timer = None
     _object_name = ""
     _object_identity = None
 
+    def start_reading(self, obj):
+        """The Reading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
+        return scene_input.start_reading(obj)
+
     def run(self, obj):
-        prepared = self.prepare(obj)
+        prepared = self.prepare(obj, None)
         return self.finish(obj, prepared, prepared.work(None))
 
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
         obj = scene_input.subject(context)
-        started = time.monotonic()
-        try:
-            self._prepared = self.prepare(obj)
-            self._job = Job(self._prepared.work)
-        except MeanValueError as error:
-            return self.refuse(error)
-        self._object_name = obj.name
-        if self._job.wait(max(0.0, started + PATIENCE_SECONDS - time.monotonic())):
-            return self._end(obj)
-        self._object_identity = compat.session_key(obj)
+        self._object_name, self._object_identity = obj.name, compat.session_key(obj)
+        self._steps = self._all_steps()
+        until = time.monotonic() + PATIENCE_SECONDS
+        while time.monotonic() < until:
+            ended = self._step()
+            if ended is not None:
+                return ended
+            if self._job is not None:
+                self._job.wait(max(0.0, until - time.monotonic()))
         _running.append(self)
         manager = context.window_manager
         self._timer = manager.event_timer_add(TICK_SECONDS, window=context.window)
@@ -79,44 +85,79 @@ class BackgroundOperator(MeshOperator):
         return {'RUNNING_MODAL'}
 
     def modal(self, context, event):
+        ended = None
         if event.type == 'ESC' and event.value == 'PRESS':
-            self._job.cancel()
-        if self._job.is_finished:
+            ended = self._stop_working()
+        elif event.type == 'TIMER':
+            try:
+                ended = self._step()
+            except BaseException:
+                self._stop_showing(context)
+                raise
+        if ended is not None:
             self._stop_showing(context)
-            return self._end(self._object_again(), meanwhile=True)
+            return ended
         if event.type == 'TIMER':
             self._show_progress(context)
         return {'PASS_THROUGH'} if event.type in VIEW_EVENTS or 'TIMER' in event.type else {'RUNNING_MODAL'}
 
     def cancel(self, context):
         """Blender ends the operator: another file is loaded, or it quits."""
-        self._job.cancel()
-        self._job.wait()
+        if self._job is not None:
+            self._job.cancel()
+            self._job.wait()
         self._stop_showing(context)
 
-    def _object_again(self):
-        """The object that was worked on, under its name, or None."""
-        obj = bpy.data.objects.get(self._object_name)
-        return obj if obj is not None and compat.session_key(obj) == self._object_identity else None
+    def _all_steps(self):
+        """The whole work. Between steps that nobody notices it gives (name of the stage, share of it that is done).
 
-    def _end(self, obj, meanwhile=False):
-        """meanwhile: Blender went on since the scene was read."""
+        Returns what finish() returns.
+        """
+        reading = self.start_reading(self._object())
+        yield from self._read(reading)
+        prepared = self.prepare(self._object(), reading)
+        self._job = Job(prepared.work)
+        while not self._job.is_finished:
+            yield self._job.progress
+        outcome = self._job.result()
+        if self._timer is not None:  # Blender went on since the scene was read
+            reading = self.start_reading(self._object())
+            yield from self._read(reading)
+            prepared.require_unchanged(self._object(), reading)
+        return self.finish(self._object(), prepared, outcome)
+
+    def _read(self, reading):
+        while reading is not None and not reading.go_on(self._object(), SLICE_SECONDS):
+            yield "reading the mesh", reading.share
+
+    def _step(self):
+        """Returns what Blender wants to hear of an operator that has ended, None if there is more to do."""
         try:
-            outcome = self._job.result()
-            if obj is None:
-                raise SceneError(f"'{self._object_name}' is gone, so its result is dropped")
-            if meanwhile:
-                self._prepared.require_unchanged(obj)
-            message, warnings = self.finish(obj, self._prepared, outcome)
+            self._progress = next(self._steps)
+            return None
+        except StopIteration as end:
+            return self.tell(*end.value)
         except MeanValueError as error:
             return self.refuse(error)
-        finally:
-            self._job = self._prepared = None
-        return self.tell(message, warnings)
+
+    def _stop_working(self):
+        """Returns as _step(). A job ends when the solver has noticed."""
+        if self._job is not None and not self._job.is_finished:
+            self._job.cancel()
+            return None
+        self._steps.close()
+        return self.refuse(CancelledError("Cancelled. Nothing was changed"))
+
+    def _object(self):
+        """The object that is worked on, under its name. @throws SceneError if it is gone."""
+        obj = bpy.data.objects.get(self._object_name)
+        if obj is None or compat.session_key(obj) != self._object_identity:
+            raise SceneError(f"'{self._object_name}' is gone, so its result is dropped")
+        return obj
 
     def _show_progress(self, context):
-        stage, share = self._job.progress
-        if self._job.is_cancelled:
+        stage, share = self._progress
+        if self._job is not None and self._job.is_cancelled:
             text = "Cancelling ..."
         else:
             text = f"{self.doing} '{self._object_name}': {wording.stage(stage)}, {share:.0%}    Esc: Cancel"
@@ -124,6 +165,7 @@ class BackgroundOperator(MeshOperator):
         context.workspace.status_text_set(text)
 
     def _stop_showing(self, context):
+        self._steps = self._job = None  # and the arrays that they hold
         _running.remove(self)
         manager = context.window_manager
         manager.event_timer_remove(self._timer)

@@ -15,8 +15,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     bl_label = "Bind"
     doing = "Binding"
 
-    def prepare(self, obj):
-        return Posing.to_bind(obj)
+    def prepare(self, obj, reading):
+        return Posing.to_bind(obj, reading)
 
     def finish(self, obj, posing, _outcome):
         posing.record(obj)

@@ -13,8 +13,11 @@ class SettledOperator(BackgroundOperator):
 
     doing = "Settling"
 
-    def prepare(self, obj):
-        return _NothingToDo() if engine.is_settled(obj) else Posing.to_settle(obj)
+    def start_reading(self, obj):
+        return None if engine.is_settled(obj) else super().start_reading(obj)
+
+    def prepare(self, obj, reading):
+        return _NothingToDo() if engine.is_settled(obj) else Posing.to_settle(obj, reading)
 
     def finish(self, obj, prepared, outcome):
         if outcome is not None:
@@ -32,5 +35,5 @@ class _NothingToDo:
     def work(self, _execution):
         return None
 
-    def require_unchanged(self, _obj):
+    def require_unchanged(self, _obj, _reading):
         pass

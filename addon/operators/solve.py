@@ -17,10 +17,13 @@ class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
     bl_label = "Solve"
     doing = "Solving"
 
-    def prepare(self, obj):
-        if not obj.meanvalue.bound.is_bound:
-            raise SceneError(f"'{obj.name}' is not bound yet. Press Bind first")
-        return Posing.to_solve(obj)
+    def start_reading(self, obj):
+        _require_bound(obj)
+        return super().start_reading(obj)
+
+    def prepare(self, obj, reading):
+        _require_bound(obj)
+        return Posing.to_solve(obj, reading)
 
     def finish(self, obj, posing, outcome):
         solved, summary = outcome
@@ -39,6 +42,11 @@ class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
             notes.insert(0, f"Bound again, because {posing.changes}")
         bound_record.write_solve(obj.meanvalue.bound, summary)
         return _message(obj, summary, notes), warnings
+
+
+def _require_bound(obj):
+    if not obj.meanvalue.bound.is_bound:
+        raise SceneError(f"'{obj.name}' is not bound yet. Press Bind first")
 
 
 def _message(obj, summary, notes):

@@ -26,21 +26,21 @@ class Posing:
         self._triangles = None if self.binding else mesh_arrays.triangles(obj.data, bind_input)
 
     @classmethod
-    def to_bind(cls, obj):
-        """@throws SceneError."""
-        return cls(obj, scene_input.gather(obj))
+    def to_bind(cls, obj, reading=None):
+        """reading: see scene_input.gather(). @throws SceneError."""
+        return cls(obj, scene_input.gather(obj, reading))
 
     @classmethod
-    def to_solve(cls, obj):
+    def to_solve(cls, obj, reading=None):
         """@throws SceneError; StaleBindingError if the artist has to look first."""
-        bind_input = scene_input.gather(obj)
+        bind_input = scene_input.gather(obj, reading)
         changes = _what_changed(obj, bind_input)
         return cls(obj, bind_input, targets.gather(obj, bind_input), changes)
 
     @classmethod
-    def to_settle(cls, obj):
+    def to_settle(cls, obj, reading=None):
         """As to_solve(), from the result that is there; the better answer of that and of rest. @throws likewise."""
-        bind_input = scene_input.gather(obj)
+        bind_input = scene_input.gather(obj, reading)
         shape = shape_keys.result_positions(obj)
         start = shape.astype(np.float64) if shape is not None and result.all_finite(shape) else None
         return cls(obj, bind_input, targets.gather(obj, bind_input), start=start)
@@ -71,11 +71,11 @@ class Posing:
         bound_record.write(obj.meanvalue.bound, self.bind_input.fingerprint, self.binding.summary)
         obj.update_tag()  # live posing may have waited for it
 
-    def require_unchanged(self, obj):
+    def require_unchanged(self, obj, reading=None):
         """@throws SceneError if the scene is another one by now: a script, a timer or another window was at work."""
         problem = scene_input.object_problem(obj) or scene_input.mode_problem(obj)
         if problem is None:
-            now = scene_input.gather(obj)
+            now = scene_input.gather(obj, reading)
             is_same = now.fingerprint == self.bind_input.fingerprint
             if is_same and self.targets is not None:
                 is_same = np.array_equal(targets.gather(obj, now).positions, self.targets.positions)
