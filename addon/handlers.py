@@ -9,7 +9,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import session
-from .bridge import controls, object_status, overlay_data
+from .bridge import controls, object_status, overlay_data, shared_readings, views
 from .live import engine
 
 
@@ -29,8 +29,7 @@ def meanvalue_frame_changed(_scene, depsgraph):
 
 @persistent
 def meanvalue_look_again(*_):
-    object_status.clear()
-    overlay_data.clear()
+    _forget_what_was_read()
     engine.look_for_live_objects()
 
 
@@ -42,8 +41,7 @@ def meanvalue_leave_file(*_):
 @persistent
 def meanvalue_another_file(*_):
     session.clear()
-    object_status.clear()
-    overlay_data.clear()
+    _forget_what_was_read()
     engine.another_file()
 
 
@@ -86,8 +84,15 @@ def _note_active_object():
             controls.note_active(active)
 
 
+def _forget_what_was_read():
+    object_status.clear()
+    overlay_data.clear()
+    shared_readings.clear()
+
+
 def _mark_edited(obj):
     """Returns whether anything that is on the screen depends on the object."""
+    shared_readings.forget(obj)
     is_in_panel, is_in_overlay = object_status.mark_edited(obj), overlay_data.mark_edited(obj)
     return is_in_panel or is_in_overlay
 
@@ -107,10 +112,7 @@ def _draw_again():
     remaining = max(object_status.quiet_in(), overlay_data.quiet_in())
     if remaining > 0.0:
         return remaining
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == 'VIEW_3D':
-                area.tag_redraw()
+    views.draw_again()
     return None
 
 
@@ -127,4 +129,5 @@ def unregister():
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]
     if bpy.app.timers.is_registered(_draw_again):
         bpy.app.timers.unregister(_draw_again)
+    shared_readings.clear()
     engine.shut_down()

@@ -14,7 +14,7 @@ from .. import compat
 from ..core import fingerprint, wording
 from ..core.edit_times import QUIET_SECONDS, EditTimes  # noqa: F401  panels take the seconds from here
 from ..errors import SceneError
-from . import bound_record, scene_input, vertex_groups
+from . import bound_record, scene_input, shared_readings
 
 
 class State(enum.Enum):
@@ -62,9 +62,10 @@ def status(obj, quiet_seconds=0.0):
     known_signature, known = _known.get(key, (None, None))
     if known_signature == signature and not _edited.is_left_alone(key, quiet_seconds):
         return known
-    if obj.mode != 'OBJECT':
+    reading = shared_readings.finished(obj) if obj.mode == 'OBJECT' else None
+    if reading is None:
         return known if known_signature == signature else _unread(obj)
-    known = _read(obj)
+    known = _read(obj, reading)
     _known[key] = (signature, known)
     _edited.pop(key, None)
     return known
@@ -97,22 +98,24 @@ def _signature(obj):
 
 
 def _unread(obj):
+    is_waiting = obj.mode == 'OBJECT'
+    why = "the mesh is being read" if is_waiting else f"not checked in {scene_input.mode_name(obj.mode)}"
     if obj.meanvalue.bound.is_bound:
-        return Status(State.BOUND, f"{_bound_text(obj)} (not checked in {scene_input.mode_name(obj.mode)})")
-    return Status(State.UNBOUND, f"Not bound (not checked in {scene_input.mode_name(obj.mode)})")
+        return Status(State.BOUND, f"{_bound_text(obj)} ({why})")
+    return Status(State.UNBOUND, f"Not bound ({why})")
 
 
-def _read(obj):
-    names = [group.name for group in obj.meanvalue.anchor_groups]
-    counts = {name: len(indices) for name, indices in vertex_groups.members(obj, names).items()}
-    state, text = _state_and_text(obj)
+def _read(obj, reading):
+    names = {group.name for group in obj.meanvalue.anchor_groups}
+    counts = {name: len(indices) for name, indices in reading.members.items() if name in names}
+    state, text = _state_and_text(obj, reading)
     return Status(state, text, counts)
 
 
-def _state_and_text(obj):
+def _state_and_text(obj, reading):
     bound = bound_record.read_fingerprint(obj.meanvalue.bound)
     try:
-        now = scene_input.gather(obj).fingerprint
+        now = scene_input.gather(obj, reading).fingerprint
     except SceneError as problem:
         return State.PROBLEM, wording.sentence(str(problem))
     if bound is None:

@@ -16,7 +16,7 @@ import numpy as np
 from .. import compat
 from ..core import bind_input, tinted_faces
 from ..core.edit_times import QUIET_SECONDS, EditTimes  # noqa: F401  tests take the seconds from here
-from . import mesh_arrays, shape_keys, targets, vertex_groups
+from . import mesh_arrays, shape_keys, shared_readings, targets
 
 clock = time.monotonic
 
@@ -35,9 +35,14 @@ class Look:
     corners: np.ndarray
 
 
+#: Until the mesh is read.
+NOTHING = Look(*(np.empty((0, width), kind) for width, kind in ((3, "f4"), (4, "f4"), (3, "f4"), (3, "i4"))))
+
+
 @dataclass(eq=False)
 class _Known:
     signature: tuple
+    vertex_count: int
     anchors: np.ndarray  # k int32
     pieces: np.ndarray  # k int32: number of the enabled handle
     tint_vertices: np.ndarray  # p int32
@@ -73,8 +78,12 @@ def look(obj):
     signature = _signature(obj)
     known = _known.get(key)
     if known is None or known.signature != signature or _edited.is_left_alone(key):
-        known = _known[key] = _read(obj, signature)
-        _edited.pop(key, None)
+        reading = shared_readings.finished(obj)
+        if reading is not None:
+            known = _known[key] = _read(obj, signature, reading)
+            _edited.pop(key, None)
+        elif known is None or known.vertex_count != len(obj.data.vertices):
+            return NOTHING
     positions = shown_positions(obj)
     colors = tuple((*handle.color, 1.0) for handle in targets.enabled_groups(obj))
     if known.look is None or known.look_colors != colors or not np.array_equal(known.look_positions, positions):
@@ -96,18 +105,18 @@ def _signature(obj):
     )
 
 
-def _read(obj, signature):
+def _read(obj, signature, reading):
     names = [handle.name for handle in targets.enabled_groups(obj)]
     region = obj.meanvalue.roi_group
-    members = vertex_groups.members(obj, {*names, region})
+    members = reading.members
     anchors, pieces = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
     if region in members:
         mask = bind_input.region_mask(len(obj.data.vertices), members[region], obj.meanvalue.roi_invert)
         triangles = mesh_arrays.shown_triangles(obj.data)
-        vertices, corners = tinted_faces.tinted_faces(triangles, *mesh_arrays.faces(obj.data), mask)
+        vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, mask)
     else:
         vertices, corners = np.empty(0, np.int32), np.empty((0, 3), np.int32)
-    return _Known(signature, anchors, pieces, vertices, corners)
+    return _Known(signature, len(obj.data.vertices), anchors, pieces, vertices, corners)
 
 
 def _look(known, positions, colors):

@@ -5,7 +5,8 @@ from .. import ids
 from ..core import springs, wording
 from ..core.bind_input import BindInput, anchor_layout, region_mask
 from ..errors import SceneError
-from . import controls, mesh_arrays, shape_keys, targets, vertex_groups
+from . import controls, shape_keys, targets, vertex_groups
+from .scene_reading import SceneReading
 
 
 def subject(context):
@@ -47,39 +48,28 @@ def mode_name(mode):
 
 
 def start_reading(obj):
-    """The Reading, not begun, of the vertex groups that gather() needs. @throws SceneError if one is missing."""
-    names = [group.name for group in targets.enabled_groups(obj)]
-    region_name = obj.meanvalue.roi_group
-    if not obj.meanvalue.anchor_groups:
-        raise SceneError(
-            "No anchors are listed. Select vertices in Edit Mode and press Add Handle, or add a vertex group to the "
-            "list: its vertices will hold and pose the mesh"
-        )
-    if not names:
-        raise SceneError("All handles are turned off. Tick at least one in the list")
-    for name in names:
-        vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
-    if region_name:
-        vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
-    return vertex_groups.Reading(obj, {*names, *([region_name] if region_name else [])})
+    """The SceneReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
+    _require_groups(obj)
+    return SceneReading(obj)
 
 
 def gather(obj, reading=None):
     """The BindInput of `obj`, checked. @throws SceneError.
 
-    reading: a finished one of start_reading(), used if it still fits the settings and the mesh.
+    reading: a SceneReading since which the object was not edited; gone on with if it is not finished, and left alone
+    if it does not fit.
     """
-    needed = start_reading(obj)
-    if reading is None or (reading.names, reading.vertex_count) != (needed.names, needed.vertex_count):
-        reading = needed
+    _require_groups(obj)
+    if reading is None or not reading.fits(obj):
+        reading = SceneReading(obj)
     reading.go_on(obj)
     members = reading.members
+    corners, starts = reading.faces
     settings = obj.meanvalue
     groups = targets.enabled_groups(obj)
     names = [group.name for group in groups]
     region_name = settings.roi_group
     _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
-    corners, starts = mesh_arrays.faces(obj.data)
     anchors, pieces = anchor_layout([members[name] for name in names])
     roi = region_mask(len(obj.data.vertices), members.get(region_name), settings.roi_invert)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
@@ -100,6 +90,22 @@ def gather(obj, reading=None):
     )
     bind_input.check()
     return bind_input
+
+
+def _require_groups(obj):
+    names = [group.name for group in targets.enabled_groups(obj)]
+    region_name = obj.meanvalue.roi_group
+    if not obj.meanvalue.anchor_groups:
+        raise SceneError(
+            "No anchors are listed. Select vertices in Edit Mode and press Add Handle, or add a vertex group to the "
+            "list: its vertices will hold and pose the mesh"
+        )
+    if not names:
+        raise SceneError("All handles are turned off. Tick at least one in the list")
+    for name in names:
+        vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+    if region_name:
+        vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
 
 
 def _require_members(names, region_name, invert, members, vertex_count):

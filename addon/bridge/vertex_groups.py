@@ -28,14 +28,14 @@ class Reading:
         self._next = 0 if self._found else self.vertex_count
 
     def go_on(self, obj, seconds=math.inf):
-        """Reads for about so long. Returns whether all is read."""
+        """Reads for about so long, a slice in any case. Returns whether all is read."""
         until = time.monotonic() + seconds
         vertices = obj.data.vertices
         while self._next < self.vertex_count:
-            if self._next > 0 and time.monotonic() >= until:
-                return False
             self._read(vertices[self._next : self._next + SLICE])
-        return True
+            if time.monotonic() >= until:
+                break
+        return self._next >= self.vertex_count
 
     @property
     def share(self):

@@ -18,5 +18,7 @@ def tinted_faces(triangles, face_corners, face_starts, region):
     sizes = np.diff(np.append(face_starts, len(face_corners)))
     is_inside = np.logical_and.reduceat(region[face_corners], face_starts)
     chosen = triangles[np.repeat(is_inside, sizes - 2)]
-    vertices, corners = np.unique(chosen, return_inverse=True)
-    return vertices.astype(np.int32), corners.reshape(-1, 3).astype(np.int32)
+    is_used = np.zeros(len(region), bool)
+    is_used[chosen] = True
+    position = np.cumsum(is_used, dtype=np.int32) - 1
+    return np.flatnonzero(is_used).astype(np.int32), position[chosen]

@@ -8,7 +8,7 @@ import traceback
 
 import bpy
 
-from ..bridge import scene_input, shape_keys
+from ..bridge import scene_input, shape_keys, views
 from ..core import wording
 from .follower import TICK_SECONDS, Follower, identity
 
@@ -227,9 +227,4 @@ def _draw_status_again():
     if saying == _said:
         return
     _said = saying
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == 'VIEW_3D':
-                for region in area.regions:
-                    if region.type == 'UI':
-                        region.tag_redraw()
+    views.draw_again('UI')

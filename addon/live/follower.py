@@ -131,14 +131,14 @@ class Follower:
     def follow(self, obj):
         """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
         with self._telling_problems(), self._in_a_handler():
-            if self._look(obj):
+            if self._look(obj, SLICE_SECONDS):
                 self._start_what_is_next(obj, FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
 
     def tick(self, obj):
         """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
         with self._telling_problems():
             if self._must_read:
-                self._look(obj)
+                self._look(obj, SLICE_SECONDS)
             elif self._must_check:
                 self._check(obj)
             if not self._must_read:
@@ -156,7 +156,7 @@ class Follower:
             return
         self._must_read = True
         if self._read_on(obj, SLICE_SECONDS):
-            self._look(obj)
+            self._look(obj, SLICE_SECONDS)
         else:
             self._must_read = False  # nothing has to wait for it
 
@@ -197,7 +197,7 @@ class Follower:
             else:
                 self.problem = str(error)
 
-    def _look(self, obj, patience=SLICE_SECONDS):
+    def _look(self, obj, patience):
         """Reads what has changed, for about so many seconds. Returns whether there are new targets.
 
         @throws MeanValueError.

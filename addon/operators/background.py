@@ -16,7 +16,7 @@ from .base import MeshOperator
 TICK_SECONDS = 0.05
 
 #: How long the scene is read in one go, of every tick.
-SLICE_SECONDS = 0.04
+SLICE_SECONDS = 0.03
 
 #: Work that is done sooner is waited for: no progress bar flickers up, and the result is there at once.
 PATIENCE_SECONDS = 0.15
@@ -39,8 +39,9 @@ def end_all():
 class BackgroundOperator(MeshOperator):
     """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
 
-    prepare() reads the scene and returns an object with work(execution), which runs on a thread and must not touch
-    Blender, and require_unchanged(obj, reading), which raises if the scene is another by then. finish() writes the
+    prepare() reads the scene and returns an object as workers.posing.Posing: with read_triangles(obj), which is called
+    next, work(execution), which runs on a thread and must not touch Blender, and require_unchanged(obj, reading), which
+    raises if the scene is another by then. finish() writes the
     outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. Without a
     window, or called to execute, all is done before the operator returns.
     """
@@ -61,6 +62,7 @@ class BackgroundOperator(MeshOperator):
 
     def run(self, obj):
         prepared = self.prepare(obj, None)
+        prepared.read_triangles(obj)
         return self.finish(obj, prepared, prepared.work(None))
 
     def invoke(self, context, _event):
@@ -116,6 +118,8 @@ class BackgroundOperator(MeshOperator):
         reading = self.start_reading(self._object())
         yield from self._read(reading)
         prepared = self.prepare(self._object(), reading)
+        yield "reading the mesh", 1.0
+        prepared.read_triangles(self._object())
         self._job = Job(prepared.work)
         while not self._job.is_finished:
             yield self._job.progress

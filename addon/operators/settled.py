@@ -32,6 +32,9 @@ class SettledOperator(BackgroundOperator):
 class _NothingToDo:
     """In place of a Posing where the answer is there."""
 
+    def read_triangles(self, _obj):
+        pass
+
     def work(self, _execution):
         return None
 

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import scene_input, targets
+from ..bridge import scene_input, shared_readings, targets
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -37,7 +37,7 @@ class MEANVALUE_OT_toggle_live(MeshOperator, bpy.types.Operator):
 def _problem(obj):
     """Why the mesh could not follow, in words, or None."""
     try:
-        scene_input.gather(obj)
+        scene_input.gather(obj, shared_readings.known(obj))
     except SceneError as error:
         return str(error)
     return targets.problem(obj)

@@ -17,25 +17,30 @@ class Posing:
     changes     what changed since the binding on record, in words, "" if nothing
     """
 
-    def __init__(self, obj, bind_input, goal=None, changes="", start=None):
+    def __init__(self, bind_input, goal=None, changes="", start=None):
         self.bind_input = bind_input
         self.targets = goal
         self.changes = changes
         self._start = start
         self.binding = session.cached(bind_input)
-        self._triangles = None if self.binding else mesh_arrays.triangles(obj.data, bind_input)
+        self._triangles = None
+
+    def read_triangles(self, obj):
+        """Before work(): apart from the rest, since it takes long on a big mesh."""
+        if self.binding is None:
+            self._triangles = mesh_arrays.triangles(obj.data, self.bind_input)
 
     @classmethod
     def to_bind(cls, obj, reading=None):
         """reading: see scene_input.gather(). @throws SceneError."""
-        return cls(obj, scene_input.gather(obj, reading))
+        return cls(scene_input.gather(obj, reading))
 
     @classmethod
     def to_solve(cls, obj, reading=None):
         """@throws SceneError; StaleBindingError if the artist has to look first."""
         bind_input = scene_input.gather(obj, reading)
         changes = _what_changed(obj, bind_input)
-        return cls(obj, bind_input, targets.gather(obj, bind_input), changes)
+        return cls(bind_input, targets.gather(obj, bind_input), changes)
 
     @classmethod
     def to_settle(cls, obj, reading=None):
@@ -43,7 +48,7 @@ class Posing:
         bind_input = scene_input.gather(obj, reading)
         shape = shape_keys.result_positions(obj)
         start = shape.astype(np.float64) if shape is not None and result.all_finite(shape) else None
-        return cls(obj, bind_input, targets.gather(obj, bind_input), start=start)
+        return cls(bind_input, targets.gather(obj, bind_input), start=start)
 
     def work(self, execution):
         """(n x 3 positions, SolveSummary) if there are targets, else None. @throws MeanValueError."""

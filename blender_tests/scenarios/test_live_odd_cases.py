@@ -78,6 +78,7 @@ def test_solve_refuses_what_was_found_for_another_shape(part):
     meshes.activate(obj)
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     posing = part("workers.posing").Posing.to_solve(obj)
+    posing.read_triangles(obj)
     posing.work(None)
     if obj.data.shape_keys is None:
         obj.shape_key_add(name="Basis", from_mix=False)

@@ -18,9 +18,9 @@ def reads(object_status, monkeypatch):
     counted = []
     real = object_status._read
 
-    def read(obj):
+    def read(obj, reading):
         counted.append(obj.name)
-        return real(obj)
+        return real(obj, reading)
 
     monkeypatch.setattr(object_status, "_read", read)
     return counted

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads what takes long of an object, bit by bit, so that nobody has to wait for a big mesh."""
+
+import math
+import time
+
+from . import mesh_arrays, vertex_groups
+
+
+class SceneReading:
+    """The members of the groups that the settings name, and the faces. `members` and `faces` are None until read.
+
+    Nothing of Blender's is kept: the object is handed in for each part. What was read is worth nothing once the object
+    was edited.
+
+    members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
+    faces    (corners, starts) as of mesh_arrays.faces()
+    """
+
+    def __init__(self, obj):
+        self.members = self.faces = None
+        self._signature = _signature(obj)
+        self._groups = vertex_groups.Reading(obj, _names(obj))
+
+    def go_on(self, obj, seconds=math.inf):
+        """Reads for about so long, something in any case. Returns whether all is read."""
+        until = time.monotonic() + seconds
+        if self.members is None:
+            if not self._groups.go_on(obj, seconds):
+                return False
+            self.members = self._groups.members
+            self._groups = None
+            if time.monotonic() >= until:
+                return False
+        if self.faces is None:
+            self.faces = mesh_arrays.faces(obj.data)
+        return True
+
+    @property
+    def is_finished(self):
+        return self.faces is not None
+
+    @property
+    def share(self):
+        """How much is read, 0 to 1."""
+        return 1.0 if self._groups is None else self._groups.share
+
+    def fits(self, obj):
+        """Whether it is of this object as it is now, as far as that is quick to tell."""
+        return self._signature == _signature(obj)
+
+
+def _names(obj):
+    return {line.name for line in obj.meanvalue.anchor_groups} | {obj.meanvalue.roi_group}
+
+
+def _signature(obj):
+    mesh = obj.data
+    return mesh.name, len(mesh.vertices), len(mesh.polygons), tuple(obj.vertex_groups.keys()), _names(obj)

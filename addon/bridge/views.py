@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Has Blender draw when it has no reason of its own to."""
+
+import bpy
+
+
+def draw_again(region_type=None):
+    """All 3D Views, or their regions of one type: 'UI' is the sidebar."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == 'VIEW_3D':
+                for region in area.regions:
+                    if region_type in {None, region.type}:
+                        region.tag_redraw()
