@@ -7,21 +7,18 @@ that it does not depend on the way the controls took.
 """
 
 import contextlib
-import time
 
 import numpy as np
 
 from .. import compat, session
 from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys, targets
-from ..core import fingerprint, result, wording
-from ..errors import CancelledError, MeanValueError, SceneError, StaleBindingError
+from ..core import result, wording
+from ..errors import CancelledError, MeanValueError, SceneError
 from ..workers.job import Job
+from .scene_watch import QUIET_SECONDS, SceneWatch, clock
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
 FRAME_SECONDS = 1.0 / 30.0
-
-#: How long the controls have to rest before the answer is settled.
-QUIET_SECONDS = 0.25
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver
 #: (its own tolerance is 1e-4): a shape that was reopened or undone is not written again.
@@ -38,9 +35,6 @@ SLICE_SECONDS = 0.01
 
 #: Blender keeps a copy of its own of the mesh in these modes.
 BUSY_MODES = {'EDIT', 'SCULPT'}
-
-clock = time.monotonic
-
 
 def identity(obj):
     """Tells an object with its mesh apart from all others while the file is open, whatever they are called."""
@@ -60,6 +54,7 @@ class Follower:
         self.solve_seconds = 0.0
         self._hears_itself = hears_itself
         self._may_make_key = True
+        self._scene = SceneWatch()
         self._job = None
         self.look_again()
 
@@ -67,14 +62,7 @@ class Follower:
         """The scene may be another one by now (undo, edit): take nothing for granted but what is read again."""
         self.stop()
         self.problem = None
-        self._waits_for_edit = False
-        self._must_read = True
-        self._reading = None  # of the scene, a slice at a time
-        self._expects_echo = False  # of our own writing
-        self._must_check = False  # once it is quiet: an echo may have hidden an edit
-        self._settings = None
-        self._bind_input = None
-        self._rest_read_at = -np.inf
+        self._scene.forget()
         self._nothing_known()
 
     def _nothing_known(self):
@@ -95,25 +83,7 @@ class Follower:
 
     def edited(self, obj):
         """Blender updated the object. Returns whether that was only what we wrote ourselves."""
-        if self._expects_echo and self._settings == _settings_of(obj) and self._is_rest_unchanged(obj):
-            self._expects_echo = False
-            self._must_check = True
-            return True
-        self._must_read = True
-        self._reading = None
-        self._waits_for_edit = False
-        return False
-
-    def _is_rest_unchanged(self, obj):
-        """What the artist did may be told together with our own writing. Reading takes as long as writing the result
-        in 3.4, so what was read is believed for a moment."""
-        keys = obj.data.shape_keys
-        if keys is None:
-            return False
-        if clock() < self._rest_read_at + QUIET_SECONDS:
-            return True
-        self._rest_read_at = clock()
-        return np.array_equal(shape_keys.positions(keys.reference_key), self._bind_input.rest)
+        return self._scene.edited(obj)
 
     def give_way(self, other_name):
         """Another object with the same mesh is live."""
@@ -121,12 +91,12 @@ class Follower:
             f"'{other_name}' has the same mesh and is live too. Turn Live off for one of them, or make the mesh a "
             "single user (Object > Relations > Make Single User)"
         )
-        self._waits_for_edit = False
+        self._scene.waits_for_edit = False
 
     def give_up(self, problem):
         self.look_again()
         self.problem = problem
-        self._waits_for_edit = True
+        self._scene.waits_for_edit = True
 
     def follow(self, obj):
         """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
@@ -137,28 +107,28 @@ class Follower:
     def tick(self, obj):
         """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
         with self._telling_problems():
-            if self._must_read:
+            if self._scene.must_read:
                 self._look(obj, SLICE_SECONDS)
-            elif self._must_check:
+            elif self._scene.must_check:
                 self._check(obj)
-            if not self._must_read:
+            if not self._scene.must_read:
                 self._start_what_is_next(obj, 0.0)
         if self.is_working:
             return TICK_SECONDS if self.problem is None else QUIET_SECONDS
-        if self.problem is None and (self._must_check or not (self._is_shown() and self._is_settled)):
+        if self.problem is None and (self._scene.must_check or not (self._is_shown() and self._is_settled)):
             return max(TICK_SECONDS, self._changed_at + QUIET_SECONDS - clock())
         return None
 
     def _check(self, obj):
         """Once all is quiet: whether an echo has hidden an edit. Whatever happens meanwhile comes first."""
         if self._job is not None or not (self._is_shown() and self._is_settled):
-            self._reading = None
+            self._scene.stop_reading()
             return
-        self._must_read = True
+        self._scene.must_read = True
         if self._read_on(obj, SLICE_SECONDS):
             self._look(obj, SLICE_SECONDS)
         else:
-            self._must_read = False  # nothing has to wait for it
+            self._scene.must_read = False  # nothing has to wait for it
 
     def finish(self, obj):
         """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""
@@ -192,7 +162,7 @@ class Follower:
         except CancelledError:
             pass
         except MeanValueError as error:
-            if self._must_read:
+            if self._scene.must_read:
                 self.give_up(str(error))
             else:
                 self.problem = str(error)
@@ -202,18 +172,17 @@ class Follower:
 
         @throws MeanValueError.
         """
-        if self._settings is not None and self._settings != _settings_of(obj):
-            self._must_read, self._waits_for_edit = True, False
-        if self._waits_for_edit:
+        self._scene.notice_settings(obj)
+        if self._scene.waits_for_edit:
             return False
         if obj.mode in BUSY_MODES or obj.data.is_editmode:
             mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
-            self._must_read = True
-            self._reading = None
+            self._scene.must_read = True
+            self._scene.stop_reading()
             raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
-        if self._must_read and not self._read_on(obj, patience):
+        if self._scene.must_read and not self._read_on(obj, patience):
             return False
-        goal = targets.gather(obj, self._bind_input)
+        goal = targets.gather(obj, self._scene.bind_input)
         if self._wanted is not None and self._near(goal.positions, self._wanted, SAME_TARGETS):
             if self._is_shown():
                 self.problem = None
@@ -235,12 +204,12 @@ class Follower:
     @property
     def is_caught_up(self):
         """Whether the mesh shows where the controls are, or something is in the way."""
-        is_read = self._binding is not None and not self._must_read
+        is_read = self._binding is not None and not self._scene.must_read
         return self.problem is not None or (is_read and self._is_shown())
 
     @property
     def is_working(self):
-        return self._job is not None or self._reading is not None
+        return self._job is not None or self._scene.is_reading
 
     @property
     def text(self):
@@ -250,7 +219,7 @@ class Follower:
         if self._binding is None and self._job is not None:
             stage, share = self._job.progress
             return f"Live: binding, {wording.stage(stage)}, {share:.0%}"
-        if self._must_read and self._reading is not None:
+        if self._scene.must_read and self._scene.is_reading:
             return "Live: reading the mesh"
         if not self._is_shown():
             return "Live: solving"
@@ -259,36 +228,21 @@ class Follower:
 
     def _read_on(self, obj, patience):
         """Reads the scene for about so many seconds. Returns whether all is read. @throws MeanValueError."""
-        if self._reading is None:
+        known = self._scene.bind_input
+        if not self._scene.is_reading:
             self._require_result_key(obj)
-            self._reading = scene_input.start_reading(obj)
-        if not self._reading.go_on(obj, patience):
+            self._scene.start_reading(obj)
+        if not self._scene.read_on(obj, patience):
             return False
-        reading, self._reading = self._reading, None
-        self._take(obj, scene_input.gather(obj, reading))
-        return True
-
-    def _take(self, obj, bind_input):
-        """Goes on with the scene as it was read. @throws StaleBindingError."""
-        bound = bound_record.read_fingerprint(obj.meanvalue.bound)
-        if bound is not None:
-            reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
-            if fingerprint.needs_bind(reasons):
-                changes = fingerprint.describe(reasons, bound, bind_input.fingerprint)
-                raise StaleBindingError(f"{changes}. Check the handles and press Bind")
-        is_another = self._bind_input is None or self._bind_input.fingerprint != bind_input.fingerprint
-        self._bind_input = bind_input
-        self._rest_read_at = clock()
-        self._must_read = self._must_check = False
-        self._settings = _settings_of(obj)
-        if is_another:
+        if known is None or known.fingerprint != self._scene.bind_input.fingerprint:
             self.stop()
             self._nothing_known()
-            self._binding = session.cached(bind_input)
+            self._binding = session.cached(self._scene.bind_input)
         elif self._written is not None and not np.array_equal(shape_keys.result_positions(obj), self._written):
             self.stop()
             self._shown = self._solution = self._written = None
             self._is_settled = False
+        return True
 
     def _require_result_key(self, obj):
         may_make_key, self._may_make_key = self._may_make_key, False
@@ -305,7 +259,7 @@ class Follower:
         """What the artist may not expect of a result, in sentences."""
         yield from self._binding.summary.notes()
         if self._wanted is not None:
-            yield from result.torn_notes(self._bind_input, self._wanted)
+            yield from result.torn_notes(self._scene.bind_input, self._wanted)
 
     def _is_quiet(self):
         return clock() >= self._changed_at + QUIET_SECONDS
@@ -314,7 +268,7 @@ class Follower:
         return self._wanted is None or self._shown is self._wanted
 
     def _near(self, first, second, share):
-        return bool(np.abs(first - second).max(initial=0.0) <= share * self._bind_input.diagonal)
+        return bool(np.abs(first - second).max(initial=0.0) <= share * self._scene.bind_input.diagonal)
 
     def _start_next(self, obj):
         if self._wanted is None:
@@ -327,12 +281,12 @@ class Follower:
             self._start_settle(obj)
 
     def _start_bind(self, obj):
-        bind_input = self._bind_input
+        bind_input = self._scene.bind_input
         triangles = mesh_arrays.triangles(obj.data, bind_input)
         self._start(lambda execution: session.bind(bind_input, triangles, execution), self._collect_binding)
 
     def _start_solve(self, obj):
-        binding, bind_input, wanted = self._binding, self._bind_input, self._wanted
+        binding, bind_input, wanted = self._binding, self._scene.bind_input, self._wanted
         is_first = self._solution is None
         start = shape_keys.result_positions(obj).astype(np.float64) if is_first else self._solution
         if not result.all_finite(start):
@@ -353,7 +307,7 @@ class Follower:
         )
 
     def _start_settle(self, obj):
-        binding, bind_input, wanted, start = self._binding, self._bind_input, self._wanted, self._solution
+        binding, bind_input, wanted, start = self._binding, self._scene.bind_input, self._wanted, self._solution
 
         def collect(owner, outcome):
             settled, _summary = outcome
@@ -393,8 +347,8 @@ class Follower:
 
     def _collect_binding(self, obj, binding):
         self._binding = binding
-        session.remember(self._bind_input, binding)
-        bound_record.write(obj.meanvalue.bound, self._bind_input.fingerprint, binding.summary)
+        session.remember(self._scene.bind_input, binding)
+        bound_record.write(obj.meanvalue.bound, self._scene.bind_input.fingerprint, binding.summary)
 
     def _mute(self, obj, pose_key):
         """The key that anchors were moved in must not be added to the result."""
@@ -402,30 +356,18 @@ class Follower:
             key = obj.data.shape_keys.key_blocks[pose_key]
             if not key.mute:
                 key.mute = True
-                self._expects_echo = self._hears_itself
+                self._expect_echo()
 
     def _write(self, obj, goal, solved):
         key = obj.data.shape_keys.key_blocks.get(obj.meanvalue.result_key) if obj.data.shape_keys else None
         is_busy = obj.mode in BUSY_MODES or obj.data.is_editmode
         if is_busy or key is None or not (len(obj.data.vertices) == len(key.data) == len(solved)):
-            self._must_read = True
+            self._scene.must_read = True
             return
-        self._written = result.compose(self._bind_input, goal, solved)
+        self._written = result.compose(self._scene.bind_input, goal, solved)
         shape_keys.write_positions(obj.data, key, self._written)
-        self._expects_echo = self._hears_itself
+        self._expect_echo()
 
-
-def _settings_of(obj):
-    """All settings that a binding depends on and that are quick to compare."""
-    settings = obj.meanvalue
-    return (
-        settings.method,
-        settings.rigidity,
-        settings.roi_group,
-        settings.roi_invert,
-        settings.result_key,
-        tuple(
-            (group.name, group.is_enabled, group.follows, group.is_soft, group.strength)
-            for group in settings.anchor_groups
-        ),
-    )
+    def _expect_echo(self):
+        if self._hears_itself:
+            self._scene.wrote()

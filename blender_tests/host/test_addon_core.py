@@ -309,8 +309,14 @@ def test_wording():
 def posed_grid(moved):
     """Four vertices in a row: 0 and 1 anchors, 1 and 2 in the region; `moved` ones are moved in the pose."""
     rest = np.zeros((4, 3), np.float32)
-    bind_input = types.SimpleNamespace(
-        rest=rest, anchors=np.array([0, 1]), roi=np.array([False, True, True, False])
+    bind_input = BindInput(
+        rest=rest,
+        face_corners=np.arange(4, dtype=np.int32),
+        face_starts=np.zeros(1, np.int32),
+        anchors=np.array([0, 1], np.int32),
+        roi=np.array([False, True, True, False]),
+        method="full",
+        pieces=np.zeros(2, np.int32),
     )
     pose = rest.copy()
     pose[moved] += 1.0

@@ -59,6 +59,40 @@ def escape_during_a_bind(ui):
     assert not sheet().meanvalue.bound.is_bound
 
 
+def escape_while_the_mesh_is_read(ui):
+    yield from _sheet(ui, live=False)
+    before = snapshot(sheet())
+    with _reading_slowly():
+        yield from ui.invoke("meanvalue.bind")
+        yield from ui.wait_until(
+            lambda: "Binding 'Sheet': reading the mesh" in (ui.status_text() or ""), "the status bar tells of it"
+        )
+        yield from ui.key('ESC')
+        yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    assert_same(before, snapshot(sheet()))
+    assert any("Cancelled" in line for line in ui.reports()), ui.reports()
+    with _reading_slowly():
+        yield from ui.invoke("meanvalue.bind")
+        yield from ui.wait_until(lambda: "reading the mesh" in (ui.status_text() or ""), "it is read again")
+        sheet().name = "Renamed"
+        yield from ui.wait_until(lambda: ui.status_text() is None, "it notices that the object is another one")
+    assert any("'Sheet' is gone" in line for line in ui.reports()), ui.reports()
+    assert not bpy.data.objects["Renamed"].meanvalue.bound.is_bound
+
+
+@contextlib.contextmanager
+def _reading_slowly():
+    """One slice of 3,000 vertices a tick."""
+    groups = sys.modules["meanvalue_deform.bridge.vertex_groups"]
+    background = sys.modules["meanvalue_deform.operators.background"]
+    usual = groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS
+    groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS = 3000, 0.0, 0.0
+    try:
+        yield
+    finally:
+        groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS = usual
+
+
 def escape_during_a_solve(ui):
     yield from _sheet(ui, live=False)
     yield from ui.invoke("meanvalue.bind")

@@ -128,12 +128,12 @@ def test_an_edit_begins_the_reading_anew(part, small_slices, monkeypatch):
     part("bridge.targets").prepare_result(obj)
     follower = follower_module.Follower(obj, hears_itself=True)
     follower.tick(obj)
-    first = follower._reading
+    first = follower._scene._reading
     follower.tick(obj)
-    assert follower._reading is first
+    assert follower._scene._reading is first
     obj.data.update_tag()
     bpy.context.view_layer.update()
     assert follower.edited(obj) is False
     follower.tick(obj)
-    assert follower._reading is not first
+    assert follower._scene._reading is not first
     follower.stop()
