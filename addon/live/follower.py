@@ -287,39 +287,42 @@ class Follower:
 
     def _start_solve(self, obj):
         binding, bind_input, wanted = self._binding, self._scene.bind_input, self._wanted
-        is_first = self._solution is None
-        start = shape_keys.result_positions(obj).astype(np.float64) if is_first else self._solution
-        if not result.all_finite(start):
-            start = None
+        start, is_first = self._solution, self._solution is None
+        if is_first:
+            shown = shape_keys.result_positions(obj).astype(np.float64)
+            start = shown if result.all_finite(shown) else None
+
+        def work(execution):
+            solved, summary = session.solve(binding, bind_input, wanted, start=start, execution=execution)
+            return solved, summary, result.compose(bind_input, wanted, solved)
 
         def collect(owner, outcome):
-            solved, summary = outcome
+            solved, summary, composed = outcome
             self.solve_seconds = summary.seconds
             self._solution, self._shown = solved, wanted
             self.problem = None
             if is_first and start is not None and self._near(solved, start, SAME_SHAPE):
                 self._written = shape_keys.result_positions(owner)
             else:
-                self._write(owner, wanted, solved)
+                self._write(owner, composed)
 
-        self._start(
-            lambda execution: session.solve(binding, bind_input, wanted, start=start, execution=execution), collect
-        )
+        self._start(work, collect)
 
     def _start_settle(self, obj):
         binding, bind_input, wanted, start = self._binding, self._scene.bind_input, self._wanted, self._solution
 
+        def work(execution):
+            settled, _summary = session.solve(binding, bind_input, wanted, start, settle=True, execution=execution)
+            return settled, result.compose(bind_input, wanted, settled)
+
         def collect(owner, outcome):
-            settled, _summary = outcome
+            settled, composed = outcome
             self._is_settled = self._wanted is wanted
             if self._is_settled and not self._near(settled, start, SAME_TARGETS):
                 self._solution = settled
-                self._write(owner, wanted, settled)
+                self._write(owner, composed)
 
-        self._start(
-            lambda execution: session.solve(binding, bind_input, wanted, start, settle=True, execution=execution),
-            collect,
-        )
+        self._start(work, collect)
         self._is_settling = True
 
     def _start(self, work, collect):
@@ -358,13 +361,13 @@ class Follower:
                 key.mute = True
                 self._expect_echo()
 
-    def _write(self, obj, goal, solved):
+    def _write(self, obj, composed):
         key = obj.data.shape_keys.key_blocks.get(obj.meanvalue.result_key) if obj.data.shape_keys else None
         is_busy = obj.mode in BUSY_MODES or obj.data.is_editmode
-        if is_busy or key is None or not (len(obj.data.vertices) == len(key.data) == len(solved)):
+        if is_busy or key is None or not (len(obj.data.vertices) == len(key.data) == len(composed)):
             self._scene.must_read = True
             return
-        self._written = result.compose(self._scene.bind_input, goal, solved)
+        self._written = composed
         shape_keys.write_positions(obj.data, key, self._written)
         self._expect_echo()
 

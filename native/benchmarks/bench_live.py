@@ -101,11 +101,17 @@ class Scene:
         return time.perf_counter() - started
 
     def follow(self):
-        """As the interface does: the handler, then the timer, until the mesh shows where the control is."""
+        """As the interface does: the handler, then the timer, until the mesh shows where the control is.
+
+        Returns whether the timer wrote it: only of that Blender tells the follower.
+        """
         self.follower.follow(self.obj)
+        if self.follower.is_caught_up:
+            return False
         while not self.follower.is_caught_up:
             time.sleep(self.parts["live.follower"].TICK_SECONDS)
             self.follower.tick(self.obj)
+        return True
 
     def frame(self, step):
         """Moves the control as the handle of the job's `step`.
@@ -122,12 +128,13 @@ class Scene:
         began = time.perf_counter()
         self.bpy.context.view_layer.update()
         moved = time.perf_counter()
-        self.follow()
+        is_told = self.follow()
         followed = time.perf_counter()
         self.bpy.context.view_layer.update()
         self.obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
         evaluated = time.perf_counter()
-        self.follower.edited(self.obj)  # as its handler hears of what was written
+        if is_told:
+            self.follower.edited(self.obj)
         ended = time.perf_counter()
         blender = (moved - began) + (evaluated - followed)
         addon = (followed - moved) + (ended - evaluated) - self.native - self.transfer
