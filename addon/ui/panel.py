@@ -206,11 +206,13 @@ def _draw_status(layout, context, obj, status):
         draw_wrapped(box, context, text, icon='ERROR' if is_problem else 'PLAY')
     if live is None or status.state is State.BOUND:
         draw_wrapped(box, context, status.text, icon=STATE_ICONS[status.state])
-    if status.state is State.STALE:
+    if status.state is State.STALE or (status.state is State.UNBOUND and live is None):
         box.operator(MEANVALUE_OT_bind.bl_idname)
     if live:
         return
-    hint = scene_input.mode_problem(obj) or shape_keys.result_problem(obj)
+    hint = shape_keys.result_problem(obj)
+    if status.state is not State.PROBLEM:
+        hint = scene_input.mode_problem(obj) or hint
     if hint is None and status.state in {State.BOUND, State.STALE}:
         hint = targets.problem(obj)
     if hint:
