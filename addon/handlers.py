@@ -35,7 +35,7 @@ def meanvalue_look_again(*_):
 
 @persistent
 def meanvalue_leave_file(*_):
-    engine.forget()
+    engine.leave_file()
 
 
 @persistent

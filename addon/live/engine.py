@@ -83,6 +83,13 @@ def render_ended():
     _is_rendering = False
 
 
+def leave_file():
+    """Another file or state is about to come. Where it cannot be read, Blender goes on with this one and says nothing."""
+    global _must_search
+    _must_search = True
+    forget()
+
+
 def forget():
     for follower in _followers.values():
         follower.stop()
