@@ -56,7 +56,10 @@ def clear():
 
 
 def status(obj, quiet_seconds=0.0):
-    """The Status of a mesh object; the last known one outside Object Mode, and for `quiet_seconds` after an edit."""
+    """The Status of a mesh object.
+
+    The last known one outside Object Mode, for `quiet_seconds` after an edit, and as long as a big mesh is read.
+    """
     key = compat.session_key(obj)
     signature = _signature(obj)
     known_signature, known = _known.get(key, (None, None))
@@ -64,7 +67,8 @@ def status(obj, quiet_seconds=0.0):
         return known
     reading = shared_readings.finished(obj) if obj.mode == 'OBJECT' else None
     if reading is None:
-        return known if known_signature == signature else _unread(obj)
+        is_good = known_signature == signature or (known is not None and obj.mode == 'OBJECT')
+        return known if is_good else _unread(obj)
     known = _read(obj, reading)
     _known[key] = (signature, known)
     _edited.pop(key, None)

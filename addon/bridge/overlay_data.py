@@ -82,8 +82,10 @@ def look(obj):
         if reading is not None:
             known = _known[key] = _read(obj, signature, reading)
             _edited.pop(key, None)
-        elif known is None or known.vertex_count != len(obj.data.vertices):
+        elif known is None or known.look is None or known.vertex_count != len(obj.data.vertices):
             return NOTHING
+        elif known.signature != signature:
+            return known.look  # its handles may be others than those that there are now
     positions = shown_positions(obj)
     colors = tuple((*handle.color, 1.0) for handle in targets.enabled_groups(obj))
     if known.look is None or known.look_colors != colors or not np.array_equal(known.look_positions, positions):

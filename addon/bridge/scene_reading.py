@@ -6,6 +6,9 @@ import time
 
 from . import mesh_arrays, vertex_groups
 
+#: After so many edits that came before all was read it is read in one go: an animated mesh is edited with every frame.
+MOST_RESTARTS = 4
+
 
 class SceneReading:
     """The members of the groups that the settings name, and the faces. `members` and `faces` are None until read.

@@ -21,7 +21,6 @@ class Reading:
     """
 
     def __init__(self, obj, names):
-        self.names = frozenset(names)
         self._indices = {name: obj.vertex_groups[name].index for name in names if name in obj.vertex_groups}
         self._found = {index: [] for index in self._indices.values()}
         self.vertex_count = len(obj.data.vertices)

@@ -8,7 +8,7 @@ import traceback
 
 import bpy
 
-from ..bridge import scene_input, shape_keys, views
+from ..bridge import scene_input, shape_keys, shared_readings, views
 from ..core import wording
 from .follower import TICK_SECONDS, Follower, identity
 
@@ -49,13 +49,9 @@ def follow_all():
         return
     _is_updating = True
     try:
-        writers = {}  # mesh: name of the object that writes its shape key
-        for obj, follower in _live_objects():
-            writer = writers.setdefault(obj.data.name, obj.name)
+        for obj, follower in _objects_in_charge():
             with _reporting(follower):
-                if writer != obj.name:
-                    follower.give_way(writer)
-                elif bpy.app.background:
+                if bpy.app.background:
                     follower.finish(obj)
                 else:
                     follower.follow(obj)
@@ -84,7 +80,7 @@ def render_ended():
 
 
 def leave_file():
-    """Another file or state is about to come. Where it cannot be read, Blender goes on with this one and says nothing."""
+    """Another file or state is to come. If it cannot be read, Blender goes on with this one and does not say so."""
     global _must_search
     _must_search = True
     forget()
@@ -136,14 +132,17 @@ def status(obj):
     hidden = shape_keys.why_result_is_hidden(obj)
     if hidden and not follower.problem:
         return wording.sentence(hidden), True
-    return follower.text, follower.problem is not None
+    return follower.text, follower.problem is not None and not follower.is_reading
 
 
 def _is_echo(obj):
     """Takes note of an edit; whether it is only what live posing has written itself."""
     follower = follower_of(obj)
     if follower is not None:
-        return follower.edited(obj)
+        is_echo = follower.edited(obj)
+        if is_echo:
+            shared_readings.doubt(obj)
+        return is_echo
     if _is_live(obj):
         _followers[identity(obj)] = Follower(obj, hears_itself=not bpy.app.background)
     return False
@@ -175,6 +174,17 @@ def _live_objects():
         _search()
         found = [(bpy.data.objects[follower.name], key, follower) for key, follower in _followers.items()]
     return [(obj, follower) for obj, _, follower in found]
+
+
+def _objects_in_charge():
+    """(object, Follower) of those that may write; of several with the same mesh all others give way."""
+    writers = {}  # mesh: name of the object that writes its shape key
+    for obj, follower in _live_objects():
+        writer = writers.setdefault(obj.data.name, obj.name)
+        if writer == obj.name:
+            yield obj, follower
+        else:
+            follower.give_way(writer)
 
 
 class _reporting:  # noqa: N801  reads as a function
@@ -221,7 +231,7 @@ def _tick():
     if _is_rendering:
         return 0.5
     waits = []
-    for obj, follower in _live_objects():
+    for obj, follower in _objects_in_charge():
         with _reporting(follower):
             waits.append(follower.tick(obj))
     _draw_status_again()

@@ -36,6 +36,7 @@ SLICE_SECONDS = 0.01
 #: Blender keeps a copy of its own of the mesh in these modes.
 BUSY_MODES = {'EDIT', 'SCULPT'}
 
+
 def identity(obj):
     """Tells an object with its mesh apart from all others while the file is open, whatever they are called."""
     return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
@@ -113,7 +114,9 @@ class Follower:
                 self._check(obj)
             if not self._scene.must_read:
                 self._start_what_is_next(obj, 0.0)
-        if self.is_working:
+        if self._scene.is_reading:
+            return TICK_SECONDS
+        if self._job is not None:
             return TICK_SECONDS if self.problem is None else QUIET_SECONDS
         if self.problem is None and (self._scene.must_check or not (self._is_shown() and self._is_settled)):
             return max(TICK_SECONDS, self._changed_at + QUIET_SECONDS - clock())
@@ -212,15 +215,20 @@ class Follower:
         return self._job is not None or self._scene.is_reading
 
     @property
+    def is_reading(self):
+        """Whether it has to read the mesh before anything else."""
+        return self._scene.must_read and self._scene.is_reading
+
+    @property
     def text(self):
         """For the panel."""
+        if self.is_reading:
+            return "Live: reading the mesh"
         if self.problem:
             return wording.sentence(f"Live is waiting: {self.problem}")
         if self._binding is None and self._job is not None:
             stage, share = self._job.progress
             return f"Live: binding, {wording.stage(stage)}, {share:.0%}"
-        if self._scene.must_read and self._scene.is_reading:
-            return "Live: reading the mesh"
         if not self._is_shown():
             return "Live: solving"
         speed = f"Live: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else "Live"

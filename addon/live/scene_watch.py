@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What live posing knows of an object, and whether that may have changed."""
 
+import math
 import time
 
 import numpy as np
 
 from ..bridge import bound_record, scene_input, shape_keys
+from ..bridge.scene_reading import MOST_RESTARTS
 from ..core import fingerprint
 from ..errors import StaleBindingError
 
@@ -32,9 +34,10 @@ class SceneWatch:
         self.must_read = True
         self.must_check = self.waits_for_edit = False
         self._reading = None
+        self._restarts = 0  # of reading, since it was last finished
         self._settings = None
         self._expects_echo = False
-        self._rest_read_at = -np.inf
+        self._rest_read_at = -math.inf
 
     @property
     def is_reading(self):
@@ -52,10 +55,13 @@ class SceneWatch:
         if self._expects_echo and self._settings == _settings_of(obj) and self._is_rest_unchanged(obj):
             self._expects_echo = False
             self.must_check = True
+            self._reading = None
             return True
         self.must_read = True
-        self.waits_for_edit = False
-        self._reading = None
+        self.waits_for_edit = self._expects_echo = False
+        if self._reading is not None:
+            self._reading = None
+            self._restarts += 1
         return False
 
     def notice_settings(self, obj):
@@ -72,8 +78,9 @@ class SceneWatch:
 
         @throws SceneError; StaleBindingError if the artist has to look before it is bound again.
         """
-        if not self._reading.go_on(obj, patience):
+        if not self._reading.go_on(obj, patience if self._restarts < MOST_RESTARTS else math.inf):
             return False
+        self._restarts = 0
         reading, self._reading = self._reading, None
         bind_input = scene_input.gather(obj, reading)
         _require_good_binding(obj, bind_input)

@@ -21,6 +21,8 @@ SLICE_SECONDS = 0.03
 #: Work that is done sooner is waited for: no progress bar flickers up, and the result is there at once.
 PATIENCE_SECONDS = 0.15
 
+CANCELLED = "Cancelled. Nothing was changed"
+
 #: What the artist may do meanwhile: look around.
 VIEW_EVENTS = {
     'MIDDLEMOUSE', 'WHEELUPMOUSE', 'WHEELDOWNMOUSE', 'WHEELINMOUSE', 'WHEELOUTMOUSE', 'MOUSEMOVE',
@@ -41,9 +43,9 @@ class BackgroundOperator(MeshOperator):
 
     prepare() reads the scene and returns an object as workers.posing.Posing: with read_triangles(obj), which is called
     next, work(execution), which runs on a thread and must not touch Blender, and require_unchanged(obj, reading), which
-    raises if the scene is another by then. finish() writes the
-    outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. Without a
-    window, or called to execute, all is done before the operator returns.
+    raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
+    MeanValueError before they have changed anything. Without a window, or called to execute, all is done before the
+    operator returns.
     """
 
     #: Said in the status bar, with the stage behind it.
@@ -57,7 +59,7 @@ class BackgroundOperator(MeshOperator):
     _object_identity = None
 
     def start_reading(self, obj):
-        """The Reading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
+        """The SceneReading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
         return scene_input.start_reading(obj)
 
     def run(self, obj):
@@ -124,6 +126,8 @@ class BackgroundOperator(MeshOperator):
         while not self._job.is_finished:
             yield self._job.progress
         outcome = self._job.result()
+        if self._job.is_cancelled:  # at the very moment when it was ready
+            raise CancelledError(CANCELLED)
         if self._timer is not None:  # Blender went on since the scene was read
             reading = self.start_reading(self._object())
             yield from self._read(reading)
@@ -150,7 +154,7 @@ class BackgroundOperator(MeshOperator):
             self._job.cancel()
             return None
         self._steps.close()
-        return self.refuse(CancelledError("Cancelled. Nothing was changed"))
+        return self.refuse(CancelledError(CANCELLED))
 
     def _object(self):
         """The object that is worked on, under its name. @throws SceneError if it is gone."""

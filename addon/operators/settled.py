@@ -3,6 +3,7 @@
 
 from ..bridge import shape_keys
 from ..core import result
+from ..errors import SceneError
 from ..live import engine
 from ..workers.posing import Posing
 from .background import BackgroundOperator
@@ -38,5 +39,6 @@ class _NothingToDo:
     def work(self, _execution):
         return None
 
-    def require_unchanged(self, _obj, _reading):
-        pass
+    def require_unchanged(self, obj, _reading):
+        if not engine.is_settled(obj):
+            raise SceneError(f"'{obj.name}' was posed anew meanwhile. Try again")

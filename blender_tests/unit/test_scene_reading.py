@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reading an object bit by bit gives what reading it in one go gives, and never what it was before an edit."""
 
+import types
+
 import bpy
 import numpy as np
 import pytest
@@ -73,23 +75,103 @@ def test_one_reading_for_panel_and_overlay(part, monkeypatch):
     assert made == ["Grid", "Grid"]
 
 
-def test_the_panel_shows_what_it_knows_until_a_big_mesh_is_read(part, monkeypatch):
+@pytest.fixture
+def unread(part, monkeypatch):
+    """As if the mesh were big: called with True, all readings begin, and none is finished, until called with False."""
+    readings = part("bridge.shared_readings")
+    finished = readings.finished
+
+    def switch(is_unread):
+        monkeypatch.setattr(readings, "finished", (lambda _obj: None) if is_unread else finished)
+
+    return switch
+
+
+def test_panel_and_overlay_show_what_they_know_until_a_big_mesh_is_read(part, unread):
     obj = grid_with_region()
     bpy.context.view_layer.update()
     status, look = part("bridge.object_status").status, part("bridge.overlay_data").look
-    readings = part("bridge.shared_readings")
-    finished = readings.finished
-    monkeypatch.setattr(readings, "finished", lambda _obj: None)
+    unread(True)
     assert "being read" in status(obj).text
     assert len(look(obj).points) == 0
-    monkeypatch.setattr(readings, "finished", finished)
+    unread(False)
     assert status(obj).text == "Not bound. Press Bind."
     assert len(look(obj).points) == 5
+    unread(True)
     obj.vertex_groups["A"].add([1], 1.0, 'REPLACE')
     bpy.context.view_layer.update()
-    monkeypatch.setattr(readings, "finished", lambda _obj: None)
     assert status(obj).member_counts["A"] == 3
     assert len(look(obj).points) == 5
+
+
+@pytest.mark.parametrize("is_removed", [True, False])
+def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
+    obj = grid_with_region()
+    bpy.context.view_layer.update()
+    look = part("bridge.overlay_data").look
+    assert len(look(obj).points) == 5
+    unread(True)
+    if is_removed:
+        obj.meanvalue.active_anchor_group = 0
+        assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    else:
+        obj.meanvalue.anchor_groups["A"].is_enabled = False
+    bpy.context.view_layer.update()
+    assert len(look(obj).points) == 5, "what was known"
+    unread(False)
+    assert len(look(obj).points) == 2
+
+
+def test_the_timer_reads_on_and_has_the_views_drawn(part, small_slices, monkeypatch):
+    obj = grid_with_region()
+    bpy.context.view_layer.update()
+    readings = part("bridge.shared_readings")
+    readings.clear()
+    drawn = []
+    monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
+    monkeypatch.setattr(readings, "bpy", _with_windows())
+    monkeypatch.setattr(readings.views, "draw_again", lambda: drawn.append(1))
+    assert readings.finished(obj) is None
+    while readings._go_on() is not None:
+        assert drawn == []
+    assert drawn == [1]
+    assert readings.finished(obj).is_finished
+    assert readings._go_on() is None and drawn == [1], "nobody waits any more"
+
+
+def test_who_was_told_to_wait_is_drawn_again_when_another_has_finished_the_reading(part, small_slices, monkeypatch):
+    obj = grid_with_region()
+    bpy.context.view_layer.update()
+    readings = part("bridge.shared_readings")
+    readings.clear()
+    drawn = []
+    monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
+    monkeypatch.setattr(readings, "bpy", _with_windows())
+    monkeypatch.setattr(readings.views, "draw_again", lambda: drawn.append(1))
+    assert readings.finished(obj) is None
+    readings.known(obj).go_on(obj)
+    assert readings._go_on() is None
+    assert drawn == [1]
+
+
+def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(part, small_slices, monkeypatch):
+    obj = grid_with_region()
+    bpy.context.view_layer.update()
+    readings = part("bridge.shared_readings")
+    readings.clear()
+    monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
+    monkeypatch.setattr(readings, "bpy", _with_windows())
+    frames = 0
+    while readings.finished(obj) is None:
+        readings.forget(obj)
+        frames += 1
+        assert frames < 20
+
+
+def _with_windows():
+    """bpy as it is where something is drawn; timers do nothing."""
+    timers = types.SimpleNamespace(is_registered=lambda _: False, register=lambda *_, **__: None)
+    return types.SimpleNamespace(data=bpy.data, app=types.SimpleNamespace(background=False, timers=timers))
 
 
 def test_only_so_many_objects_are_kept(part):
@@ -100,33 +182,48 @@ def test_only_so_many_objects_are_kept(part):
     assert len(readings._known) == readings.MOST
 
 
-def test_live_reads_in_slices_and_then_follows(part, small_slices, monkeypatch):
+@pytest.fixture
+def slow_follower(part, small_slices, monkeypatch):
+    """make(obj): a Follower as the interface has it, that reads a slice of four vertices at a time."""
+    module = part("live.follower")
+    monkeypatch.setattr(module, "SLICE_SECONDS", 0.0)
+    made = []
+
+    def make(obj):
+        part("bridge.targets").prepare_result(obj)
+        made.append(module.Follower(obj, hears_itself=True))
+        return made[-1]
+
+    yield make
+    for follower in made:
+        follower.stop()
+
+
+def catch_up(follower, obj):
+    """Ticks until it is caught up. Returns how often."""
+    for ticks in range(100_000):
+        if follower.is_caught_up:
+            return ticks
+        assert follower.tick(obj) is not None
+        assert follower.problem is None
+    raise AssertionError(follower.text)
+
+
+def test_live_reads_in_slices_and_then_follows(slow_follower):
     """As the interface does it: a handler, then the timer."""
     obj, control = handles.tube(live=False)
-    follower_module = part("live.follower")
-    monkeypatch.setattr(follower_module, "SLICE_SECONDS", 0.0)
-    part("bridge.targets").prepare_result(obj)
-    follower = follower_module.Follower(obj, hears_itself=True)
+    follower = slow_follower(obj)
     control.location.x += 1.0
     bpy.context.view_layer.update()
     follower.follow(obj)
     assert follower.text == "Live: reading the mesh" and not follower.is_caught_up
-    ticks = 0
-    while not follower.is_caught_up:
-        follower.tick(obj)
-        ticks += 1
-        assert follower.problem is None and ticks < 100_000
-    assert ticks > len(obj.data.vertices) // 4
+    assert catch_up(follower, obj) > len(obj.data.vertices) // 4
     assert np.abs(handles.shown(obj)[handles.TOP, 0] - handles.rest(obj)[handles.TOP, 0] - 1.0).max() < 1e-3
-    follower.stop()
 
 
-def test_an_edit_begins_the_reading_anew(part, small_slices, monkeypatch):
+def test_an_edit_begins_the_reading_anew(slow_follower):
     obj, _control = handles.tube(live=False)
-    follower_module = part("live.follower")
-    monkeypatch.setattr(follower_module, "SLICE_SECONDS", 0.0)
-    part("bridge.targets").prepare_result(obj)
-    follower = follower_module.Follower(obj, hears_itself=True)
+    follower = slow_follower(obj)
     follower.tick(obj)
     first = follower._scene._reading
     follower.tick(obj)
@@ -136,4 +233,82 @@ def test_an_edit_begins_the_reading_anew(part, small_slices, monkeypatch):
     assert follower.edited(obj) is False
     follower.tick(obj)
     assert follower._scene._reading is not first
-    follower.stop()
+
+
+def test_live_follows_a_mesh_that_is_edited_with_every_frame(slow_follower):
+    obj, control = handles.tube(live=False)
+    follower = slow_follower(obj)
+    control.location.x += 1.0
+    bpy.context.view_layer.update()
+    for _frame in range(20):
+        follower.edited(obj)
+        follower.follow(obj)
+    assert follower._scene.bind_input is not None
+
+
+def test_after_a_problem_the_mesh_is_read_without_pauses(slow_follower, part):
+    obj, _control = handles.tube(live=False)
+    follower = slow_follower(obj)
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode='EDIT')
+    follower.follow(obj)
+    assert "Edit Mode" in follower.text
+    bpy.ops.object.mode_set(mode='OBJECT')
+    follower.edited(obj)
+    follower.follow(obj)
+    assert follower.text == "Live: reading the mesh"
+    assert follower.tick(obj) == part("live.follower").TICK_SECONDS
+
+
+def test_an_edit_that_an_echo_hides_is_found(slow_follower, part, monkeypatch):
+    """And panel and overlay do not go on with what was read before it."""
+    obj, control = handles.tube(live=False)
+    follower = slow_follower(obj)
+    control.location.x += 1.0
+    bpy.context.view_layer.update()
+    catch_up(follower, obj)
+    readings, status = part("bridge.shared_readings"), part("bridge.object_status").status
+    assert status(obj).member_counts["Top"] == 8
+    monkeypatch.setitem(part("live.engine")._followers, part("live.follower").identity(obj), follower)
+    obj.vertex_groups["Top"].remove([handles.TOP[0], handles.TOP[1]])
+    assert part("live.engine")._is_echo(obj) is True
+    assert readings.known(obj) is None
+    while follower.tick(obj) is not None:
+        pass
+    assert len(follower._scene.bind_input.anchors) == 14
+    bpy.context.view_layer.update()
+    assert status(obj).member_counts["Top"] == 6
+
+
+def test_esc_at_the_moment_when_a_job_ends(part):
+    """The operator's steps without a window."""
+    obj, _control = handles.tube(live=False)
+    module = part("operators.bind")
+    steps_of = part("operators.background").BackgroundOperator._all_steps
+    posing = part("workers.posing").Posing
+    compat = part("compat")
+
+    class Operator:
+        _object_name, _object_identity = obj.name, compat.session_key(obj)
+        _timer, _job = object(), None
+        start_reading = module.MEANVALUE_OT_bind.start_reading
+        _read = module.MEANVALUE_OT_bind._read
+
+        def _object(self):
+            return obj
+
+        def prepare(self, obj, reading):
+            return posing.to_bind(obj, reading)
+
+        def finish(self, *_):
+            raise AssertionError("it was to be cancelled")
+
+    operator = Operator()
+    stages = steps_of(operator)
+    while operator._job is None:
+        next(stages)
+    operator._job.wait()
+    operator._job.cancel()
+    with pytest.raises(part("errors").CancelledError):
+        for _ in stages:
+            pass
