@@ -11,7 +11,7 @@ import contextlib
 import numpy as np
 
 from .. import compat, session
-from ..bridge import bound_record, mesh_arrays, scene_input, shape_keys, targets
+from ..bridge import bound_record, mesh_arrays, object_status, overlay_data, scene_input, shape_keys, targets
 from ..core import result, wording
 from ..errors import CancelledError, MeanValueError, SceneError
 from ..workers.job import Job
@@ -129,6 +129,9 @@ class Follower:
             return
         self._scene.must_read = True
         if self._read_on(obj, SLICE_SECONDS):
+            if self._wanted is None:  # it has, and nobody else knows
+                object_status.mark_edited(obj)
+                overlay_data.mark_edited(obj)
             self._look(obj, SLICE_SECONDS)
         else:
             self._scene.must_read = False  # nothing has to wait for it
