@@ -38,15 +38,14 @@ def remember(bind_input, binding):
     _cache.put(bind_input.fingerprint.key, binding, int(binding.deformer.report.bytes))
 
 
-def bind(bind_input, triangles, execution=None):
-    """A new Binding; `triangles` m x 3 int32. Touches no Blender data: any thread.
+def bind_steps(bind_input, triangles, execution):
+    """Steps (see workers.job) to a new Binding; `triangles` m x 3 int32.
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
-    module = native_loader.module()
     started = time.perf_counter()
-    deformer = _call(
-        module.Deformer,
+    task = _call(
+        native_loader.module().start_bind,
         bind_input.rest.astype(np.float64),
         triangles,
         bind_input.anchors,
@@ -57,6 +56,8 @@ def bind(bind_input, triangles, execution=None):
         execution=execution,
         **({} if bind_input.strengths is None else {"strengths": bind_input.strengths}),
     )
+    yield task
+    deformer = _call(task.result)
     summary = result.BindSummary.of(deformer.report, time.perf_counter() - started)
     if result.nothing_is_held(deformer.report):
         raise SceneError(
@@ -66,23 +67,24 @@ def bind(bind_input, triangles, execution=None):
     return Binding(deformer, summary)
 
 
-def solve(binding, bind_input, targets, start=None, settle=False, execution=None):
-    """(n x 3 float64 positions, SolveSummary) for k x 3 `targets` in the order of `bind_input.anchors`.
+def solve_steps(binding, bind_input, targets, start=None, settle=False, execution=None):
+    """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary).
 
-    start: n x 3 float64, an earlier result to go on from; settle: see the native Deformer. Touches no Blender data:
-    any thread. The result is the same for the same arguments.
+    targets: k x 3, in the order of `bind_input.anchors`; start: n x 3 float64, an earlier result to go on from;
+    settle: see the native Deformer. The result is the same for the same arguments.
 
     @throws SolverError, CancelledError.
     """
-    started = time.perf_counter()
-    solution = _call(
-        binding.deformer.solve,
+    task = _call(
+        binding.deformer.start_solve,
         np.ascontiguousarray(targets, np.float64),
         start=start,
         settle=settle,
         execution=execution,
     )
-    summary = result.SolveSummary.of(solution, bind_input.diagonal, time.perf_counter() - started)
+    yield task
+    solution = _call(task.result)
+    summary = result.SolveSummary.of(solution, bind_input.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
             f"The solver gave positions that are not numbers ({summary.text()}). Move the anchors closer to the rest "

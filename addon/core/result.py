@@ -134,12 +134,12 @@ class SolveSummary:
             )
 
     @classmethod
-    def of(cls, solution, diagonal, seconds):
+    def of(cls, solution, diagonal):
         """From the native solution."""
         return cls(
             iterations=int(solution.iterations),
             energy=float(solution.energy) / diagonal**2,
-            seconds=seconds,
+            seconds=float(solution.timings["total"]),
             converged=bool(solution.converged),
             stop_reason=str(solution.stop_reason),
         )

@@ -294,7 +294,7 @@ class Follower:
     def _start_bind(self, obj):
         bind_input = self._scene.bind_input
         triangles = mesh_arrays.triangles(obj.data, bind_input)
-        self._start(lambda execution: session.bind(bind_input, triangles, execution), self._collect_binding)
+        self._start(lambda execution: session.bind_steps(bind_input, triangles, execution), self._collect_binding)
 
     def _start_solve(self, obj):
         binding, bind_input, wanted = self._binding, self._scene.bind_input, self._wanted
@@ -304,7 +304,9 @@ class Follower:
             start = shown if result.all_finite(shown) else None
 
         def work(execution):
-            solved, summary = session.solve(binding, bind_input, wanted, start=start, execution=execution)
+            solved, summary = yield from session.solve_steps(
+                binding, bind_input, wanted, start=start, execution=execution
+            )
             return solved, summary, result.compose(bind_input, wanted, solved)
 
         def collect(owner, outcome):
@@ -323,7 +325,9 @@ class Follower:
         binding, bind_input, wanted, start = self._binding, self._scene.bind_input, self._wanted, self._solution
 
         def work(execution):
-            settled, _summary = session.solve(binding, bind_input, wanted, start, settle=True, execution=execution)
+            settled, _summary = yield from session.solve_steps(
+                binding, bind_input, wanted, start, settle=True, execution=execution
+            )
             return settled, result.compose(bind_input, wanted, settled)
 
         def collect(owner, outcome):

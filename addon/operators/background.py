@@ -9,7 +9,7 @@ from .. import compat
 from ..bridge import scene_input
 from ..core import wording
 from ..errors import CancelledError, MeanValueError, SceneError
-from ..workers.job import Job
+from ..workers.job import Job, run
 from .base import MeshOperator
 
 #: How often a running job is looked at.
@@ -42,7 +42,7 @@ class BackgroundOperator(MeshOperator):
     """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
 
     prepare() reads the scene and returns an object as workers.posing.Posing: with read_triangles(obj), which is called
-    next, work(execution), which runs on a thread and must not touch Blender, and require_unchanged(obj, reading), which
+    next, work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading), which
     raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
     MeanValueError before they have changed anything. Without a window, or called to execute, all is done before the
     operator returns.
@@ -65,7 +65,7 @@ class BackgroundOperator(MeshOperator):
     def run(self, obj):
         prepared = self.prepare(obj, None)
         prepared.read_triangles(obj)
-        return self.finish(obj, prepared, prepared.work(None))
+        return self.finish(obj, prepared, run(prepared.work(None)))
 
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:

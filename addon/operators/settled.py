@@ -38,6 +38,7 @@ class _NothingToDo:
 
     def work(self, _execution):
         return None
+        yield  # nothing: no steps
 
     def require_unchanged(self, obj, _reading):
         if not engine.is_settled(obj):

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One piece of work on a thread of its own. It gets arrays and gives arrays, and never sees Blender."""
+"""Work beside the interface: steps on the main thread, and between them the solver on threads of its own.
 
-import threading
+No thread of Python's runs beside Blender: up to Python 3.11, Blender takes "some thread runs Python" for "this one
+may", and crashes when it runs an operator or a driver in that moment (decision 0009).
+"""
+
+import math
+import time
 
 from .. import native_loader
 
@@ -9,29 +14,44 @@ from .. import native_loader
 _running = set()
 
 
-class Job:
-    """Calls `work(execution)` on a thread; the caller looks at it from time to time.
+def run(steps):
+    """Goes through `steps`, a generator of native Tasks, and waits for each. Returns what it returns."""
+    while True:
+        try:
+            task = next(steps)
+        except StopIteration as end:
+            return end.value
+        task.wait()
 
-    work  a function of one argument, the native Execution that it hands to the solver
+
+class Job:
+    """Goes through `work(execution)`, a generator of native Tasks, each of which it waits for before it goes on.
+
+    The caller looks at it from time to time: that is when it goes on.
     """
 
     def __init__(self, work):
         self._execution = native_loader.module().Execution()
-        self._work = work
-        self._result = None
-        self._error = None
-        self._finished = threading.Event()
+        self._steps = work(self._execution)
+        self._task = self._result = self._error = None
         _running.add(self)
-        # Daemon: Blender quits at once even if a call into the solver takes long to notice that it was cancelled.
-        threading.Thread(target=self._run, name="Mean-Value", daemon=True).start()
+        self._go_on()
 
     def wait(self, seconds=None):
         """Waits at most `seconds` (None: as long as it takes). Returns whether the work is finished."""
-        return self._finished.wait(seconds)
+        until = time.monotonic() + (math.inf if seconds is None else seconds)
+        while not self.is_finished:
+            left = until - time.monotonic()
+            if left <= 0.0:
+                return False
+            self._task.wait(None if seconds is None else left)
+        return True
 
     @property
     def is_finished(self):
-        return self._finished.is_set()
+        while self._task is not None and self._task.finished:
+            self._go_on()
+        return self._task is None
 
     @property
     def is_cancelled(self):
@@ -48,19 +68,21 @@ class Job:
 
     def result(self):
         """What the work returned; waits for it. @throws whatever it raised."""
-        self._finished.wait()
+        self.wait()
         if self._error is not None:
             raise self._error
         return self._result
 
-    def _run(self):
+    def _go_on(self):
+        self._task = None
         try:
-            self._result = self._work(self._execution)
-        except BaseException as error:  # handed to the main thread, which knows what to do about it
+            self._task = next(self._steps)
+        except StopIteration as end:
+            self._result = end.value
+        except Exception as error:  # for whoever asks for the result
             self._error = error
-        finally:
+        if self._task is None:
             _running.discard(self)
-            self._finished.set()
 
 
 def cancel_all():

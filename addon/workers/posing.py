@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Bind, Solve and live posing hand to a thread: the gathered scene, and the calls to make with it."""
+"""What Bind and Solve hand to the solver: the gathered scene, and the calls to make with it."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ..errors import SceneError, StaleBindingError
 
 
 class Posing:
-    """Arrays of one object, gathered on the main thread; work() binds if need be and solves, on any thread.
+    """Arrays of one object; work() binds if need be and solves.
 
     bind_input  what is bound; binding  the Binding, None until there is one
     targets     where the anchors go; None to bind only
@@ -51,19 +51,24 @@ class Posing:
         return cls(bind_input, targets.gather(obj, bind_input), start=start)
 
     def work(self, execution):
-        """(n x 3 positions, SolveSummary) if there are targets, else None. @throws MeanValueError."""
+        """Steps (see workers.job) to (n x 3 positions, SolveSummary) if there are targets, else None.
+
+        @throws MeanValueError.
+        """
         if self.binding is None:
-            self.binding = session.bind(self.bind_input, self._triangles, execution)
+            self.binding = yield from session.bind_steps(self.bind_input, self._triangles, execution)
             self._triangles = None
         if self.targets is None:
             return None
-        return session.solve(
-            self.binding,
-            self.bind_input,
-            self.targets.positions,
-            start=self._start,
-            settle=self._start is not None,
-            execution=execution,
+        return (
+            yield from session.solve_steps(
+                self.binding,
+                self.bind_input,
+                self.targets.positions,
+                start=self._start,
+                settle=self._start is not None,
+                execution=execution,
+            )
         )
 
     def keep(self):

@@ -253,8 +253,10 @@ def test_only_a_large_binding_warns_of_a_long_solve():
 
 
 def test_energy_for_diagonal_one():
-    solution = types.SimpleNamespace(energy=8.0, iterations=3, converged=False, stop_reason="iteration limit")
-    summary = result.SolveSummary.of(solution, 2.0, 0.01)
+    solution = types.SimpleNamespace(
+        energy=8.0, iterations=3, converged=False, stop_reason="iteration limit", timings={"total": 0.01}
+    )
+    summary = result.SolveSummary.of(solution, 2.0)
     assert summary.energy == 2.0
     assert "iteration limit" in next(iter(summary.notes()))
     assert summary.text() == "3 iterations, energy 2, 10 ms"

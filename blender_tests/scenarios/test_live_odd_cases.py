@@ -79,7 +79,7 @@ def test_solve_refuses_what_was_found_for_another_shape(part):
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     posing = part("workers.posing").Posing.to_solve(obj)
     posing.read_triangles(obj)
-    posing.work(None)
+    part("workers.job").run(posing.work(None))
     if obj.data.shape_keys is None:
         obj.shape_key_add(name="Basis", from_mix=False)
     for point in obj.data.shape_keys.reference_key.data:
@@ -183,7 +183,7 @@ def test_an_unexpected_error_of_a_job_does_not_hide(part, monkeypatch, status):
     def fail(*_a, **_k):
         raise RuntimeError("out of order")
 
-    monkeypatch.setattr(session, "solve", fail)
+    monkeypatch.setattr(session, "solve_steps", fail)
     move(control, (1.0, 0.0, 0.0))
     assert status(obj)[1] is True, status(obj)
 

@@ -264,13 +264,13 @@ def test_no_solve_of_places_that_no_control_has(part, monkeypatch):
     bpy.context.collection.objects.link(other)
     update()
     session = part("session")
-    solve, seen = session.solve, []
+    solve_steps, seen = session.solve_steps, []
 
     def spy(binding, bind_input, targets, *rest, **options):
         seen.append(float(np.abs(targets - bind_input.rest[bind_input.anchors]).max()))
-        return solve(binding, bind_input, targets, *rest, **options)
+        return solve_steps(binding, bind_input, targets, *rest, **options)
 
-    monkeypatch.setattr(session, "solve", spy)
+    monkeypatch.setattr(session, "solve_steps", spy)
     obj.meanvalue.anchor_groups["Top"].control = other
     update()
     assert all(distance < 2.0 for distance in seen), seen
@@ -284,13 +284,13 @@ def test_no_solve_of_places_that_no_control_has_while_a_handle_is_made(part, mon
     update()
     move(control, (1.0, 0.0, 0.0))
     session = part("session")
-    solve, seen = session.solve, []
+    solve_steps, seen = session.solve_steps, []
 
     def spy(binding, bind_input, targets, *rest, **options):
         seen.append(float(np.abs(targets - bind_input.rest[bind_input.anchors]).max()))
-        return solve(binding, bind_input, targets, *rest, **options)
+        return solve_steps(binding, bind_input, targets, *rest, **options)
 
-    monkeypatch.setattr(session, "solve", spy)
+    monkeypatch.setattr(session, "solve_steps", spy)
     meshes.activate(obj)
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
     update()

@@ -6,7 +6,7 @@ import contextlib
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps
+from support import meshes, steps, tasks
 from support.snapshot import assert_same, snapshot
 
 
@@ -273,6 +273,12 @@ def failing(error):
     return fail
 
 
+def failing_task(native, fail):
+    """In place of native.start_bind: the error comes with the result, as it does from there."""
+    start_bind = native.start_bind
+    return lambda *arguments, **options: tasks.Changed(start_bind(*arguments, **options), fail)
+
+
 @pytest.mark.parametrize(
     "kind, texts",
     [
@@ -285,7 +291,7 @@ def test_errors_of_the_native_module(native, part, monkeypatch, kind, texts):
     obj = steps.posed_grid(meshes.grid())
     part("session").clear()
     error = MemoryError() if kind == "MemoryError" else getattr(native, kind)("edge 3 has 5 faces")
-    monkeypatch.setattr(native, "Deformer", failing(error))
+    monkeypatch.setattr(native, "start_bind", failing_task(native, failing(error)))
     for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
         with refused_unchanged(obj, *texts):
             operator()
@@ -294,7 +300,7 @@ def test_errors_of_the_native_module(native, part, monkeypatch, kind, texts):
 def test_what_was_cancelled_changes_nothing(native, part, monkeypatch):
     obj = steps.posed_grid(meshes.grid())
     part("session").clear()
-    monkeypatch.setattr(native, "Deformer", failing(native.Cancelled("stopped")))
+    monkeypatch.setattr(native, "start_bind", failing_task(native, failing(native.Cancelled("stopped"))))
     before = snapshot(obj)
     for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
         assert operator() == {'CANCELLED'}
@@ -302,22 +308,22 @@ def test_what_was_cancelled_changes_nothing(native, part, monkeypatch):
 
 
 class WrappedDeformer:
-    """The real deformer with another answer to solve()."""
+    """The real deformer with another answer to start_solve()."""
 
     def __init__(self, deformer, answer):
         self.report = deformer.report
         self._deformer = deformer
         self._answer = answer
 
-    def solve(self, targets, **options):
-        return self._answer(self._deformer.solve(targets, **options))
+    def start_solve(self, targets, **options):
+        return tasks.Changed(self._deformer.start_solve(targets, **options), self._answer)
 
 
 class Answer:
     """A solution with some of its values replaced."""
 
     def __init__(self, solution, **replaced):
-        for name in ("vertices", "energy", "iterations", "converged", "stop_reason"):
+        for name in ("vertices", "energy", "iterations", "converged", "stop_reason", "timings"):
             setattr(self, name, replaced.get(name, getattr(solution, name)))
 
 
@@ -326,9 +332,13 @@ def answer_with(native, monkeypatch, part):
     """answer_with(f): the solver's answers go through f from now on."""
 
     def install(change):
-        real = native.Deformer
+        start_bind = native.start_bind
         part("session").clear()
-        monkeypatch.setattr(native, "Deformer", lambda *a, **k: WrappedDeformer(real(*a, **k), change))
+
+        def start(*arguments, **options):
+            return tasks.Changed(start_bind(*arguments, **options), lambda made: WrappedDeformer(made, change))
+
+        monkeypatch.setattr(native, "start_bind", start)
 
     return install
 

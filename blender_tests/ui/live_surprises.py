@@ -6,7 +6,7 @@ import sys
 import bpy
 import numpy as np
 from harness import view
-from support import handles, meshes, steps
+from support import handles, meshes, steps, tasks
 
 
 def _engine():
@@ -218,18 +218,19 @@ def _slowly(seconds):
     @contextlib.contextmanager
     def slowed():
         session = sys.modules["meanvalue_deform.session"]
-        solve = session.solve
+        solve_steps = session.solve_steps
 
         def late(*arguments, **options):
-            outcome = solve(*arguments, **options)
-            time.sleep(seconds)
+            outcome = yield from solve_steps(*arguments, **options)
+            until = time.monotonic() + seconds
+            yield tasks.Until(lambda: time.monotonic() >= until)
             return outcome
 
-        session.solve = late
+        session.solve_steps = late
         try:
             yield
         finally:
-            session.solve = solve
+            session.solve_steps = solve_steps
 
     return slowed()
 

@@ -3,11 +3,10 @@
 
 import contextlib
 import sys
-import time
 
 import bpy
 import numpy as np
-from support import steps
+from support import steps, tasks
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 300  # and as many rows: 90,000 vertices bind for seconds
@@ -116,18 +115,17 @@ def escape_during_a_solve(ui):
 def _solving_until_cancelled():
     """The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
     session = sys.modules["meanvalue_deform.session"]
-    solve = session.solve
+    solve_steps = session.solve_steps
 
     def late(*arguments, execution, **options):
-        while not execution.cancelled:
-            time.sleep(0.01)
-        return solve(*arguments, execution=execution, **options)
+        yield tasks.Until(lambda: execution.cancelled)
+        return (yield from solve_steps(*arguments, execution=execution, **options))
 
-    session.solve = late
+    session.solve_steps = late
     try:
         yield
     finally:
-        session.solve = solve
+        session.solve_steps = solve_steps
 
 
 def another_file_during_a_bind(ui):

@@ -81,19 +81,19 @@ class Scene:
     def _watch(self):
         """Stopwatches around the calls that write and solve."""
         keys, session = self.parts["bridge.shape_keys"], self.parts["session"]
-        write, solve = keys.write_positions, session.solve
+        write, solve_steps = keys.write_positions, session.solve_steps
 
         def watched_write(*arguments):
             started = time.perf_counter()
             write(*arguments)
             self.transfer += time.perf_counter() - started
 
-        def watched_solve(*arguments, **options):
-            solved, summary = solve(*arguments, **options)
+        def watched_solve_steps(*arguments, **options):
+            solved, summary = yield from solve_steps(*arguments, **options)
             self.native += summary.seconds
             return solved, summary
 
-        keys.write_positions, session.solve = watched_write, watched_solve
+        keys.write_positions, session.solve_steps = watched_write, watched_solve_steps
 
     def bind(self):
         started = time.perf_counter()

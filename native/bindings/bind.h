@@ -12,6 +12,7 @@ namespace meanvalue::bindings {
 namespace py = pybind11;
 
 void bind_execution(py::module_& module);
+void bind_task(py::module_& module);
 void bind_encoding(py::module_& module);
 void bind_deformer(py::module_& module);
 void bind_baselines(py::module_& module);

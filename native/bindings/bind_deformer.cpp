@@ -2,6 +2,7 @@
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
+#include "bindings/task.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/deform/deformer.h"
 
@@ -10,14 +11,23 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
-std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
-                                        const py::object& anchors, const std::optional<py::object>& roi,
-                                        const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                        const std::optional<py::object>& strengths, const std::string& method,
-                                        int threads, const SharedExecution& execution) {
-    const auto positions = as_positions(vertices, "vertices");
-    const Triangles triangles = as_triangles(faces, "faces");
-    Binding binding{positions, triangles, as_indices(anchors, "anchors"), as_flags(roi, "roi")};
+/// A Binding with what it looks at; nothing of Python's.
+struct OwnedBinding {
+    Positions vertices;
+    Triangles faces;
+    std::optional<Binding> binding;
+};
+
+std::shared_ptr<OwnedBinding> own_binding(const FloatArray& vertices, const py::object& faces,
+                                          const py::object& anchors, const std::optional<py::object>& roi,
+                                          const std::optional<py::object>& handles, std::optional<double> rigidity,
+                                          const std::optional<py::object>& strengths, const std::string& method,
+                                          int threads) {
+    const auto owned = std::make_shared<OwnedBinding>();
+    owned->vertices = as_positions(vertices, "vertices");
+    owned->faces = as_triangles(faces, "faces");
+    Binding& binding = owned->binding.emplace(
+        Binding{owned->vertices, owned->faces, as_indices(anchors, "anchors"), as_flags(roi, "roi")});
     if (handles) {
         binding.handles = as_indices(*handles, "handles");
         if (binding.handles.empty() && !binding.anchors.empty()) {
@@ -35,9 +45,32 @@ std::unique_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
     }
     binding.method = method_from_name(method);
     binding.threads = threads;
+    return owned;
+}
+
+std::shared_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
+                                        const py::object& anchors, const std::optional<py::object>& roi,
+                                        const std::optional<py::object>& handles, std::optional<double> rigidity,
+                                        const std::optional<py::object>& strengths, const std::string& method,
+                                        int threads, const SharedExecution& execution) {
+    const auto owned =
+        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return bind_abandonable(binding, held);
+    return bind_abandonable(*owned->binding, held);
+}
+
+Task start_bind(const FloatArray& vertices, const py::object& faces, const py::object& anchors,
+                const std::optional<py::object>& roi, const std::optional<py::object>& handles,
+                std::optional<double> rigidity, const std::optional<py::object>& strengths, const std::string& method,
+                int threads, const SharedExecution& execution) {
+    const auto owned =
+        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
+    const SharedExecution held = execution_or_new(execution);
+    return {held, [owned, held]() -> Task::Deliver {
+                const std::shared_ptr<Deformer> deformer = bind_abandonable(*owned->binding, held);
+                return [deformer] { return py::cast(deformer); };
+            }};
 }
 
 Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,
@@ -48,6 +81,23 @@ Solution solve(Deformer& deformer, const FloatArray& targets, const std::optiona
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return deformer.solve(target_positions, start_positions, SolveOptions{tolerance, max_iterations, settle}, *held);
+}
+
+Task start_solve(const std::shared_ptr<Deformer>& deformer, const FloatArray& targets,
+                 const std::optional<FloatArray>& start, std::optional<double> tolerance, int max_iterations,
+                 bool settle, const SharedExecution& execution) {
+    const Positions target_positions = as_positions(targets, "targets");
+    std::optional<Positions> start_positions;
+    if (start) start_positions.emplace(as_positions(*start, "start"));
+    const SharedExecution held = execution_or_new(execution);
+    const SolveOptions options{tolerance, max_iterations, settle};
+    return {held, [=]() -> Task::Deliver {
+                std::optional<PositionsView> start_view;
+                if (start_positions) start_view.emplace(*start_positions);
+                const auto solution =
+                    std::make_shared<Solution>(deformer->solve(target_positions, start_view, options, *held));
+                return [solution] { return py::cast(solution); };
+            }};
 }
 
 py::array_t<double> solution_vertices(const py::object& self) {
@@ -86,7 +136,7 @@ void bind_reports(py::module_& module) {
         .def_readonly("timings", &BindReport::timings, "dict: stage -> seconds.")
         .def_readonly("bytes", &BindReport::bytes, "int: held by encoding and linear system, without its factor.");
 
-    py::class_<Solution>(module, "Solution", "The result of one solve.")
+    py::class_<Solution, std::shared_ptr<Solution>>(module, "Solution", "The result of one solve.")
         .def_property_readonly(
             "vertices", &solution_vertices,
             "(n, 3) float64, read-only: anchors exactly at their targets but for soft ones, fixed vertices exactly\n"
@@ -113,8 +163,8 @@ void bind_reports(py::module_& module) {
 void bind_deformer(py::module_& module) {
     bind_reports(module);
     const SolveOptions defaults;
-    py::class_<Deformer>(module, "Deformer",
-                         "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
+    py::class_<Deformer, std::shared_ptr<Deformer>>(
+        module, "Deformer", "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
              py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
              py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
@@ -154,8 +204,19 @@ void bind_deformer(py::module_& module) {
              "Returns a Solution.\n"
              "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
              "calls waits for the first.")
+        .def("start_solve", &start_solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
+             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+             py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
+             "As solve(), beside the interpreter. Returns a Task whose result is the Solution.\n\n"
+             "Arrays are copied first. Raises InvalidInput for arrays of another form.")
         .def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
                                "BindReport: what bind found, and what it cost.");
+    module.def("start_bind", &start_bind, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
+               py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
+               py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
+               py::arg("execution") = py::none(),
+               "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
+               "Arrays are copied first. Raises InvalidInput for arrays of another form.");
 }
 
 }  // namespace meanvalue::bindings

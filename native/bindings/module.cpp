@@ -1,4 +1,5 @@
 #include "bindings/bind.h"
+#include "bindings/task.h"
 #include "meanvalue/common/abandon.h"
 
 PYBIND11_MODULE(meanvalue, module) {
@@ -6,10 +7,15 @@ PYBIND11_MODULE(meanvalue, module) {
         "Mean-value geometry encoding (Kraevoy and Sheffer): a rotation-invariant description of each vertex by "
         "its neighbours, from which a mesh is rebuilt when a few anchor vertices move.";
     module.attr("__version__") = MEANVALUE_VERSION;
-    // A thread left behind by a cancel must not run on while the process takes its libraries down.
+    // No thread may run on while the process takes its libraries down.
+    const auto stop_all = [] {
+        meanvalue::bindings::cancel_tasks();
+        meanvalue::wait_for_abandoned();
+    };
     pybind11::module_::import("atexit").attr("register")(
-        pybind11::cpp_function(&meanvalue::wait_for_abandoned, pybind11::call_guard<pybind11::gil_scoped_release>()));
+        pybind11::cpp_function(stop_all, pybind11::call_guard<pybind11::gil_scoped_release>()));
     meanvalue::bindings::bind_execution(module);
+    meanvalue::bindings::bind_task(module);
     meanvalue::bindings::bind_encoding(module);
     meanvalue::bindings::bind_deformer(module);
     meanvalue::bindings::bind_baselines(module);

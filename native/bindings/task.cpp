@@ -1,0 +1,115 @@
+#include "bindings/task.h"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "bindings/bind.h"
+#include "meanvalue/common/errors.h"
+
+namespace meanvalue::bindings {
+namespace {
+
+/// What runs, for cancel_tasks(). Never destroyed: threads may outlive static objects.
+struct Running {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::vector<std::shared_ptr<Execution>> executions;
+
+    void add(const std::shared_ptr<Execution>& execution) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        executions.push_back(execution);
+    }
+
+    void remove(const std::shared_ptr<Execution>& execution) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        executions.erase(std::find(executions.begin(), executions.end(), execution));
+        changed.notify_all();
+    }
+};
+
+Running& running() {
+    static auto* const instance = new Running;
+    return *instance;
+}
+
+}  // namespace
+
+Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work) : state_(std::make_shared<State>()) {
+    state_->execution = std::move(execution);
+    running().add(state_->execution);
+    try {
+        std::thread([state = state_, work = std::move(work)]() mutable {
+            Deliver deliver;
+            std::exception_ptr failure;
+            try {
+                deliver = work();
+            } catch (...) {
+                failure = std::current_exception();
+            }
+            work = nullptr;  // what it owns is freed here
+            {
+                const std::lock_guard<std::mutex> lock(state->mutex);
+                state->deliver = std::move(deliver);
+                state->failure = std::move(failure);
+                state->is_done = true;
+                state->changed.notify_all();
+            }
+            const auto execution = state->execution;
+            state = nullptr;
+            running().remove(execution);
+        }).detach();
+    } catch (const std::system_error& error) {
+        running().remove(state_->execution);
+        throw ::meanvalue::SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
+    }
+}
+
+bool Task::finished() const {
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    return state_->is_done;
+}
+
+bool Task::wait(std::optional<double> seconds) const {
+    const auto state = state_;
+    const py::gil_scoped_release released;
+    std::unique_lock<std::mutex> lock(state->mutex);
+    const auto is_done = [&] { return state->is_done; };
+    if (!seconds) {
+        state->changed.wait(lock, is_done);
+        return true;
+    }
+    return state->changed.wait_for(lock, std::chrono::duration<double>(*seconds), is_done);
+}
+
+py::object Task::result() const {
+    wait({});
+    if (state_->failure) std::rethrow_exception(state_->failure);
+    return state_->deliver();
+}
+
+void cancel_tasks() {
+    std::unique_lock<std::mutex> lock(running().mutex);
+    for (const auto& execution : running().executions) execution->cancel();
+    running().changed.wait(lock, [] { return running().executions.empty(); });
+}
+
+void bind_task(py::module_& module) {
+    py::class_<Task>(module, "Task",
+                     "Work that runs beside the interpreter, on a thread that never touches it.\n\n"
+                     "Given by start_bind() and Deformer.start_solve(). Dropping it does not stop the work: cancel the\n"
+                     "Execution that it was given.")
+        .def_property_readonly("finished", &Task::finished, "bool: result() would not wait.")
+        .def("wait", &Task::wait, py::arg("seconds") = py::none(),
+             "Wait at most so many seconds, None: as long as it takes. Returns whether it is finished.")
+        .def("result", &Task::result,
+             "What the work gives, the same object at every call; waits for it.\n\n"
+             "Raises InvalidInput, SolverFailure, Cancelled, as the call that does the same at once.");
+}
+
+}  // namespace meanvalue::bindings
