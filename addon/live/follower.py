@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live posing of one object: the newest targets win, and the last word is always a converged answer.
 
-One job at a time runs on a thread. What comes in meanwhile replaces what is wanted and never queues up. When nothing
-has changed for a moment, the answer is settled: solved from where it is and from rest, and the better one kept, so
-that it does not depend on the way the controls took.
+One job at a time runs beside the interface. What comes in meanwhile replaces what is wanted and never queues up. When
+nothing has changed for a moment, the answer is settled: solved from where it is and from rest, and the better one kept,
+so that it does not depend on the way the controls took.
 """
 
 import contextlib

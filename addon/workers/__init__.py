@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work beside Blender's main thread: arrays in, arrays out, progress and cancel."""
+"""Work beside the interface: arrays in, arrays out, progress and cancel."""

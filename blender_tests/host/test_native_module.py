@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The compiled module as Python sees it: types, shapes, errors, threads. The mathematics is tested in C++."""
 
+import gc
 import subprocess
 import sys
 
@@ -263,3 +264,68 @@ def test_soft_anchors_hold_a_part():
 def test_strengths_that_make_no_sense_are_refused(strengths, options, message):
     with pytest.raises(meanvalue.InvalidInput, match=message):
         meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, strengths=strengths, **options)
+
+
+# -- beside the interpreter --------------------------------------------------------------------------------------------
+
+
+def test_tasks_give_what_the_calls_give():
+    arrays = VERTICES, TRIANGLES, ENDS
+    targets = bent_targets()
+    bound = meanvalue.start_bind(*arrays)
+    deformer = bound.result()
+    assert bound.finished and bound.result() is deformer and isinstance(deformer, meanvalue.Deformer)
+    task = deformer.start_solve(targets)
+    assert task.wait() is True and task.wait(0.0) is True
+    now = meanvalue.Deformer(*arrays).solve(targets)
+    assert np.array_equal(task.result().vertices, now.vertices)
+    assert task.result() is task.result()
+
+
+def test_a_task_owns_its_arrays_and_its_deformer():
+    vertices, targets = VERTICES.copy(), bent_targets()
+    expected = meanvalue.Deformer(vertices, TRIANGLES, ENDS).solve(targets).vertices
+    bound = meanvalue.start_bind(vertices, TRIANGLES, ENDS)
+    vertices[:] = np.nan
+    task = bound.result().start_solve(targets)
+    del bound
+    targets[:] = np.nan
+    gc.collect()
+    assert np.array_equal(task.result().vertices, expected)
+
+
+def test_errors_of_a_task_are_those_of_the_call():
+    arrays = VERTICES, TRIANGLES, ENDS
+    with pytest.raises(meanvalue.InvalidInput):
+        meanvalue.start_bind(VERTICES[:, :2], *arrays[1:])
+    task = meanvalue.start_bind(*arrays, rigidity=-1.0)
+    task.wait()
+    for _ in range(2):
+        with pytest.raises(meanvalue.InvalidInput, match="rigidity"):
+            task.result()
+    execution = meanvalue.Execution()
+    execution.cancel()
+    with pytest.raises(meanvalue.Cancelled):
+        meanvalue.start_bind(*arrays, execution=execution).result()
+    deformer = meanvalue.Deformer(*arrays)
+    with pytest.raises(meanvalue.InvalidInput):
+        deformer.start_solve(bent_targets()[:-1]).result()
+    with pytest.raises(meanvalue.Cancelled):
+        deformer.start_solve(bent_targets(), execution=execution).result()
+    assert deformer.solve(bent_targets()).converged
+
+
+def test_a_process_ends_under_a_task():
+    code = (
+        "import meanvalue, numpy as np\n"
+        "n = 300\n"
+        "x, y = np.meshgrid(np.arange(n, dtype=float), np.arange(n, dtype=float))\n"
+        "v = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)\n"
+        "i = np.arange(n * n).reshape(n, n)\n"
+        "f = np.concatenate([np.stack([i[:-1, :-1], i[:-1, 1:], i[1:, 1:]], -1).reshape(-1, 3),\n"
+        "                    np.stack([i[:-1, :-1], i[1:, 1:], i[1:, :-1]], -1).reshape(-1, 3)])\n"
+        "task = meanvalue.start_bind(v, f.astype(np.int32), np.r_[0:n, n * n - n : n * n])\n"
+        "assert not task.finished\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (ended.returncode, ended.stderr) == (0, "")

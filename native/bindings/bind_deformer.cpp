@@ -53,8 +53,7 @@ std::shared_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
                                         const std::optional<py::object>& handles, std::optional<double> rigidity,
                                         const std::optional<py::object>& strengths, const std::string& method,
                                         int threads, const SharedExecution& execution) {
-    const auto owned =
-        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
+    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return bind_abandonable(*owned->binding, held);
@@ -64,8 +63,7 @@ Task start_bind(const FloatArray& vertices, const py::object& faces, const py::o
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, const std::string& method,
                 int threads, const SharedExecution& execution) {
-    const auto owned =
-        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
+    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
     const SharedExecution held = execution_or_new(execution);
     return {held, [owned, held]() -> Task::Deliver {
                 const std::shared_ptr<Deformer> deformer = bind_abandonable(*owned->binding, held);

@@ -95,15 +95,17 @@ py::object Task::result() const {
 
 void cancel_tasks() {
     std::unique_lock<std::mutex> lock(running().mutex);
-    for (const auto& execution : running().executions) execution->cancel();
+    for (const auto& execution : running().executions)
+        execution->cancel();
     running().changed.wait(lock, [] { return running().executions.empty(); });
 }
 
 void bind_task(py::module_& module) {
-    py::class_<Task>(module, "Task",
-                     "Work that runs beside the interpreter, on a thread that never touches it.\n\n"
-                     "Given by start_bind() and Deformer.start_solve(). Dropping it does not stop the work: cancel the\n"
-                     "Execution that it was given.")
+    py::class_<Task>(
+        module, "Task",
+        "Work that runs beside the interpreter, on a thread that never touches it.\n\n"
+        "Given by start_bind() and Deformer.start_solve(). Dropping it does not stop the work: cancel the\n"
+        "Execution that it was given.")
         .def_property_readonly("finished", &Task::finished, "bool: result() would not wait.")
         .def("wait", &Task::wait, py::arg("seconds") = py::none(),
              "Wait at most so many seconds, None: as long as it takes. Returns whether it is finished.")

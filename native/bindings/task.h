@@ -1,7 +1,8 @@
 // Work beside the interpreter: on a thread that never touches Python, not even to hand over its result.
 //
 // A Python thread would do, were it not for Blender: up to Python 3.11 it takes "some thread runs Python" for "this
-// thread may use Python", and crashes when another thread has the interpreter while it evaluates drivers or operators.
+// thread may use Python", and crashes when another thread has the interpreter while it evaluates drivers or
+// operators.
 #pragma once
 
 #include <pybind11/pybind11.h>

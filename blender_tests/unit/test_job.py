@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Jobs: steps on the main thread, the solver beside it, and never a thread of Python's."""
+
+import threading
+import time
+
+import bpy
+import pytest
+from support import handles, tasks
+
+
+@pytest.fixture
+def job(part):
+    return part("workers.job")
+
+
+def test_no_thread_of_pythons_runs_while_the_solver_works(part, job):
+    """Blender 3.4 crashes where one does: decision 0009."""
+    obj, _control = handles.tube(live=False)
+    prepared = part("workers.posing").Posing.to_bind(obj)
+    prepared.read_triangles(obj)
+    before = threading.active_count()
+    running = job.Job(prepared.work)
+    most = before
+    while not running.is_finished:
+        most = max(most, threading.active_count())
+    assert most == before
+    running.result()
+    assert prepared.binding is not None
+
+
+def test_it_goes_on_when_it_is_looked_at(job):
+    done = []
+
+    def work(_execution):
+        yield tasks.Until(lambda: "first" in done)
+        done.append("between")
+        yield tasks.Until(lambda: "second" in done)
+        return "result"
+
+    running = job.Job(work)
+    assert not running.is_finished and running in job._running
+    done.append("first")
+    assert not running.is_finished and done == ["first", "between"]
+    assert running.wait(0.01) is False
+    done.append("second")
+    assert running.wait() and running.result() == "result"
+    assert running not in job._running
+
+
+def test_work_without_steps_is_finished_at_once(job):
+    def work(_execution):
+        return 3
+        yield
+
+    assert job.Job(work).is_finished and job.Job(work).result() == 3
+    assert job.run(work(None)) == 3
+
+
+@pytest.mark.parametrize("steps_before", [0, 1])
+def test_errors_come_with_the_result(job, steps_before):
+    def work(_execution):
+        for _ in range(steps_before):
+            yield tasks.Until(lambda: True)
+        raise ValueError("out of order")
+
+    running = job.Job(work)
+    assert running.is_finished and running not in job._running
+    with pytest.raises(ValueError, match="out of order"):
+        running.result()
+    with pytest.raises(ValueError, match="out of order"):
+        job.run(work(None))
+
+
+def test_cancel_ends_it_soon(part, job):
+    obj, _control = handles.tube(live=False)
+    prepared = part("workers.posing").Posing.to_bind(obj)
+    prepared.read_triangles(obj)
+    running = job.Job(prepared.work)
+    running.cancel()
+    started = time.monotonic()
+    job.cancel_all()
+    assert running.is_finished and time.monotonic() - started < 5.0
+    assert running.is_cancelled and not job._running
+    bpy.context.view_layer.update()
