@@ -23,7 +23,7 @@ std::shared_ptr<OwnedBinding> own_binding(const FloatArray& vertices, const py::
                                           const std::optional<py::object>& handles, std::optional<double> rigidity,
                                           const std::optional<py::object>& strengths, const std::string& method,
                                           int threads) {
-    const auto owned = std::make_shared<OwnedBinding>();
+    auto owned = std::make_shared<OwnedBinding>();
     owned->vertices = as_positions(vertices, "vertices");
     owned->faces = as_triangles(faces, "faces");
     Binding& binding = owned->binding.emplace(
