@@ -5,7 +5,6 @@ Deformers are a cache of what the scene already says: nothing is lost when one i
 a Blender object.
 """
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +42,6 @@ def bind_steps(bind_input, triangles, execution):
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
-    started = time.perf_counter()
     task = _call(
         native_loader.module().start_bind,
         bind_input.rest.astype(np.float64),
@@ -58,7 +56,7 @@ def bind_steps(bind_input, triangles, execution):
     )
     yield task
     deformer = _call(task.result)
-    summary = result.BindSummary.of(deformer.report, time.perf_counter() - started)
+    summary = result.BindSummary.of(deformer.report)
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "

@@ -75,14 +75,14 @@ class BindSummary:
             )
 
     @classmethod
-    def of(cls, report, seconds):
+    def of(cls, report):
         """From the native deformer's report."""
         return cls(
             vertex_count=int(report.vertex_count),
             anchor_count=int(report.anchor_count),
             free_count=int(report.free_count),
             unheld_part_count=sum(1 for part in report.components if part.free_count and part.undetermined),
-            seconds=seconds,
+            seconds=float(sum(report.timings.values())),
         )
 
 

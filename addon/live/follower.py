@@ -78,7 +78,7 @@ class Follower:
     def stop(self):
         """Cancels what is running; its result is dropped."""
         if self._job is not None:
-            self._job.cancel()
+            self._job.drop()
         self._job = self._collect = None
         self._is_settling = False
 
@@ -352,7 +352,8 @@ class Follower:
         if not self._job.is_finished:
             return
         job, collect = self._job, self._collect
-        self.stop()
+        self._job = self._collect = None
+        self._is_settling = False
         try:
             outcome = job.result()
         except CancelledError:

@@ -96,6 +96,8 @@ class BackgroundOperator(MeshOperator):
             try:
                 ended = self._step()
             except BaseException:
+                if self._job is not None:
+                    self._job.drop()
                 self._stop_showing(context)
                 raise
         if ended is not None:

@@ -34,6 +34,7 @@ class Job:
         self._execution = native_loader.module().Execution()
         self._steps = work(self._execution)
         self._task = self._result = self._error = None
+        self._is_over = False
         _running.add(self)
         self._go_on()
 
@@ -51,7 +52,7 @@ class Job:
     def is_finished(self):
         while self._task is not None and self._task.finished:
             self._go_on()
-        return self._task is None
+        return self._is_over
 
     @property
     def is_cancelled(self):
@@ -60,6 +61,11 @@ class Job:
     def cancel(self):
         """Asks the work to stop; result() then raises CancelledError, unless it had finished."""
         self._execution.cancel()
+
+    def drop(self):
+        """Cancels it and forgets it: nobody will look at it any more. What the solver still holds it frees itself."""
+        self.cancel()
+        self._end()
 
     @property
     def progress(self):
@@ -74,15 +80,24 @@ class Job:
         return self._result
 
     def _go_on(self):
-        self._task = None
+        task, self._task = None, None
         try:
-            self._task = next(self._steps)
+            task = next(self._steps)
         except StopIteration as end:
             self._result = end.value
-        except Exception as error:  # for whoever asks for the result
+        except BaseException as error:  # for whoever asks for the result
             self._error = error
-        if self._task is None:
-            _running.discard(self)
+        if task is None:
+            self._end()
+        else:
+            self._task = task
+
+    def _end(self):
+        """Lets go of the arrays that the steps hold."""
+        self._is_over = True
+        self._task = None
+        self._steps.close()
+        _running.discard(self)
 
 
 def cancel_all():

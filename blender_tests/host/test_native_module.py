@@ -4,6 +4,7 @@
 import gc
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -292,6 +293,42 @@ def test_a_task_owns_its_arrays_and_its_deformer():
     targets[:] = np.nan
     gc.collect()
     assert np.array_equal(task.result().vertices, expected)
+
+
+def test_a_task_never_wants_the_interpreter():
+    """It ends while this thread keeps the interpreter all the time."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e6)
+    try:
+        bound = meanvalue.start_bind(VERTICES, TRIANGLES, ENDS)
+        _wait_without_letting_go(bound)
+        task = bound.result().start_solve(bent_targets())
+        _wait_without_letting_go(task)
+    finally:
+        sys.setswitchinterval(interval)
+    assert task.result().converged
+
+
+def _wait_without_letting_go(task):
+    until = time.monotonic() + 60.0
+    while not task.finished:
+        assert time.monotonic() < until
+
+
+def test_two_tasks_on_one_deformer_and_one_that_is_dropped():
+    deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS)
+    targets = bent_targets()
+    expected = deformer.solve(targets).vertices
+    deformer.start_solve(targets)
+    tasks = [deformer.start_solve(targets) for _ in range(3)]
+    del deformer
+    assert all(np.array_equal(task.result().vertices, expected) for task in tasks)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 1e9, float("inf")])
+def test_waiting_for_a_task(seconds):
+    task = meanvalue.start_bind(VERTICES, TRIANGLES, ENDS)
+    assert task.wait(seconds) is (seconds > 0.0 or task.finished)
 
 
 def test_errors_of_a_task_are_those_of_the_call():

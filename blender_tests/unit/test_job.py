@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Jobs: steps on the main thread, the solver beside it, and never a thread of Python's."""
 
+import ast
+import pathlib
 import threading
 import time
+import weakref
 
 import bpy
 import pytest
@@ -82,4 +85,66 @@ def test_cancel_ends_it_soon(part, job):
     job.cancel_all()
     assert running.is_finished and time.monotonic() - started < 5.0
     assert running.is_cancelled and not job._running
+    with pytest.raises(part("errors").CancelledError):
+        running.result()
+
+
+def test_a_job_that_was_dropped_holds_nothing(part, job):
+    class Held:
+        pass
+
+    box = [Held()]
+    watch = weakref.ref(box[0])
+
+    def work(_execution):
+        held = box.pop()
+        yield tasks.Until(lambda: False)
+        return held
+
+    running = job.Job(work)
+    assert watch() is not None and running in job._running
+    running.drop()
+    assert watch() is None and not job._running
+    assert running.is_cancelled and running.is_finished
+
+
+def test_live_drops_its_job_when_it_looks_again(part, job, monkeypatch):
+    obj, control = handles.tube(live=False)
+    part("bridge.targets").prepare_result(obj)
+    follower = part("live.follower").Follower(obj, hears_itself=True)
+
+    def never(*_arguments, **_options):
+        yield tasks.Until(lambda: False)
+
+    monkeypatch.setattr(part("session"), "bind_steps", never)
+    control.location.x += 1.0
     bpy.context.view_layer.update()
+    follower.follow(obj)
+    follower.tick(obj)
+    assert len(job._running) == 1
+    follower.look_again()
+    assert not job._running
+
+
+def test_an_interrupt_is_not_taken_for_a_result(job):
+    def work(_execution):
+        yield tasks.Until(lambda: True)
+        raise KeyboardInterrupt
+
+    running = job.Job(work)
+    assert running.is_finished and not job._running
+    with pytest.raises(KeyboardInterrupt):
+        running.result()
+
+
+def test_the_add_on_starts_no_threads(part):
+    folder = pathlib.Path(part("workers.job").__file__).parents[1]
+    sources = list(folder.rglob("*.py"))
+    assert sources
+    for path in sources:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [name.name for name in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                names.append(node.module or "")
+            for name in names:
+                assert name.split(".")[0] not in {"threading", "_thread", "concurrent", "multiprocessing"}, path

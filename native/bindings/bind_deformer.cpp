@@ -84,16 +84,20 @@ Solution solve(Deformer& deformer, const FloatArray& targets, const std::optiona
 Task start_solve(const std::shared_ptr<Deformer>& deformer, const FloatArray& targets,
                  const std::optional<FloatArray>& start, std::optional<double> tolerance, int max_iterations,
                  bool settle, const SharedExecution& execution) {
-    const Positions target_positions = as_positions(targets, "targets");
-    std::optional<Positions> start_positions;
-    if (start) start_positions.emplace(as_positions(*start, "start"));
+    struct Call {
+        Positions targets;
+        std::optional<Positions> start;
+        SolveOptions options;
+    };
+    const auto call =
+        std::make_shared<Call>(Call{as_positions(targets, "targets"), {}, {tolerance, max_iterations, settle}});
+    if (start) call->start.emplace(as_positions(*start, "start"));
     const SharedExecution held = execution_or_new(execution);
-    const SolveOptions options{tolerance, max_iterations, settle};
-    return {held, [=]() -> Task::Deliver {
+    return {held, [deformer, call, held]() -> Task::Deliver {
                 std::optional<PositionsView> start_view;
-                if (start_positions) start_view.emplace(*start_positions);
+                if (call->start) start_view.emplace(*call->start);
                 const auto solution =
-                    std::make_shared<Solution>(deformer->solve(target_positions, start_view, options, *held));
+                    std::make_shared<Solution>(deformer->solve(call->targets, start_view, call->options, *held));
                 return [solution] { return py::cast(solution); };
             }};
 }

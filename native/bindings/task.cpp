@@ -15,6 +15,9 @@
 namespace meanvalue::bindings {
 namespace {
 
+// Clocks count nanoseconds in 64 bits.
+constexpr double kLongestWaitSeconds = 3e7;
+
 /// What runs, for cancel_tasks(). Never destroyed: threads may outlive static objects.
 struct Running {
     std::mutex mutex;
@@ -67,6 +70,9 @@ Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work) 
     } catch (const std::system_error& error) {
         running().remove(state_->execution);
         throw ::meanvalue::SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
+    } catch (...) {
+        running().remove(state_->execution);
+        throw;
     }
 }
 
@@ -80,7 +86,7 @@ bool Task::wait(std::optional<double> seconds) const {
     const py::gil_scoped_release released;
     std::unique_lock<std::mutex> lock(state->mutex);
     const auto is_done = [&] { return state->is_done; };
-    if (!seconds) {
+    if (!seconds || !(*seconds < kLongestWaitSeconds)) {
         state->changed.wait(lock, is_done);
         return true;
     }
@@ -95,9 +101,11 @@ py::object Task::result() const {
 
 void cancel_tasks() {
     std::unique_lock<std::mutex> lock(running().mutex);
-    for (const auto& execution : running().executions)
-        execution->cancel();
-    running().changed.wait(lock, [] { return running().executions.empty(); });
+    while (!running().executions.empty()) {  // of others' threads, more may come
+        for (const auto& execution : running().executions)
+            execution->cancel();
+        running().changed.wait(lock);
+    }
 }
 
 void bind_task(py::module_& module) {

@@ -32,7 +32,7 @@ class Task {
 
     bool finished() const;
 
-    /// Waits at most so many seconds, without end if there are none. @return finished().
+    /// Waits at most so many seconds, without end if there are none, or more than a year. @return finished().
     bool wait(std::optional<double> seconds) const;
 
     /// Waits for the end. @throws what `work` threw.
@@ -48,7 +48,6 @@ class Task {
         Deliver deliver;
     };
 
-    friend void cancel_tasks();
     std::shared_ptr<State> state_;
 };
 
