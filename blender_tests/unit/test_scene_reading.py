@@ -123,15 +123,22 @@ def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
     assert len(look(obj).points) == 2
 
 
-def test_the_timer_reads_on_and_has_the_views_drawn(part, small_slices, monkeypatch):
-    obj = grid_with_region()
-    bpy.context.view_layer.update()
-    readings = part("bridge.shared_readings")
+@pytest.fixture
+def slow_readings(part, small_slices, monkeypatch):
+    """(shared_readings as where something is drawn, a slice at a time; a list that grows with each call for drawing)."""
+    readings, drawn = part("bridge.shared_readings"), []
     readings.clear()
-    drawn = []
+    timers = types.SimpleNamespace(is_registered=lambda _: False, register=lambda *_, **__: None)
+    app = types.SimpleNamespace(background=False, timers=timers)
     monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
-    monkeypatch.setattr(readings, "bpy", _with_windows())
+    monkeypatch.setattr(readings, "bpy", types.SimpleNamespace(data=bpy.data, app=app))
     monkeypatch.setattr(readings.views, "draw_again", lambda: drawn.append(1))
+    return readings, drawn
+
+
+def test_the_timer_reads_on_and_has_the_views_drawn(slow_readings):
+    readings, drawn = slow_readings
+    obj = grid_with_region()
     assert readings.finished(obj) is None
     while readings._go_on() is not None:
         assert drawn == []
@@ -140,39 +147,23 @@ def test_the_timer_reads_on_and_has_the_views_drawn(part, small_slices, monkeypa
     assert readings._go_on() is None and drawn == [1], "nobody waits any more"
 
 
-def test_who_was_told_to_wait_is_drawn_again_when_another_has_finished_the_reading(part, small_slices, monkeypatch):
+def test_who_was_told_to_wait_is_drawn_again_when_another_has_finished_the_reading(slow_readings):
+    readings, drawn = slow_readings
     obj = grid_with_region()
-    bpy.context.view_layer.update()
-    readings = part("bridge.shared_readings")
-    readings.clear()
-    drawn = []
-    monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
-    monkeypatch.setattr(readings, "bpy", _with_windows())
-    monkeypatch.setattr(readings.views, "draw_again", lambda: drawn.append(1))
     assert readings.finished(obj) is None
     readings.known(obj).go_on(obj)
     assert readings._go_on() is None
     assert drawn == [1]
 
 
-def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(part, small_slices, monkeypatch):
+def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(slow_readings):
+    readings, _drawn = slow_readings
     obj = grid_with_region()
-    bpy.context.view_layer.update()
-    readings = part("bridge.shared_readings")
-    readings.clear()
-    monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
-    monkeypatch.setattr(readings, "bpy", _with_windows())
     frames = 0
     while readings.finished(obj) is None:
         readings.forget(obj)
         frames += 1
         assert frames < 20
-
-
-def _with_windows():
-    """bpy as it is where something is drawn; timers do nothing."""
-    timers = types.SimpleNamespace(is_registered=lambda _: False, register=lambda *_, **__: None)
-    return types.SimpleNamespace(data=bpy.data, app=types.SimpleNamespace(background=False, timers=timers))
 
 
 def test_only_so_many_objects_are_kept(part):
