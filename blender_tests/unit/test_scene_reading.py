@@ -125,7 +125,7 @@ def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
 
 @pytest.fixture
 def slow_readings(part, small_slices, monkeypatch):
-    """(shared_readings as where something is drawn, a slice at a time; a list that grows with each call for drawing)."""
+    """(shared_readings as where something is drawn, a slice at a time; a list that grows with calls for drawing)."""
     readings, drawn = part("bridge.shared_readings"), []
     readings.clear()
     timers = types.SimpleNamespace(is_registered=lambda _: False, register=lambda *_, **__: None)
