@@ -339,10 +339,7 @@ def test_reset_of_bones_that_are_parent_and_child():
     rig.pose.bones["Child"].rotation_euler.x = 0.5
     update()
     assert not is_at_rest(obj)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
-    update()
-    assert is_at_rest(obj, 1e-3), np.abs(shown(obj) - rest(obj)).max()
+    handles.assert_reset_puts_at_rest(obj)
 
 
 def test_reset_of_a_control_and_its_child_in_the_other_order():
@@ -367,10 +364,7 @@ def test_reset_of_a_control_and_its_child_in_the_other_order():
     control.rotation_euler = (0.5, 0.2, 0.1)
     move(control, (1.0, 0.5, 0.0))
     assert not is_at_rest(obj)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
-    update()
-    assert is_at_rest(obj, 1e-3), np.abs(shown(obj) - rest(obj)).max()
+    handles.assert_reset_puts_at_rest(obj)
 
 
 def test_the_colour_of_a_line_is_that_of_its_control():

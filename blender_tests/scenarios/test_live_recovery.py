@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from support import handles, meshes, steps
-from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, three_lines, update
+from support.handles import BOTTOM, TOP, move, rest, shown, three_lines, update
 
 
 @pytest.fixture
@@ -20,6 +20,13 @@ def follows(obj, offset, vertices=TOP):
     return float(np.abs(shown(obj)[vertices] - rest(obj)[vertices] - np.array(offset, np.float32)).max()) < 1e-3
 
 
+def assert_goes_on(obj, control, status):
+    """Without a problem the handle follows its control."""
+    move(control, (1.0, 0.0, 0.0))
+    assert status(obj)[1] is False, status(obj)
+    assert follows(obj, (1, 0, 0))
+
+
 @pytest.mark.parametrize("value", [float("nan"), 1e30])
 def test_it_goes_on_when_a_control_comes_back_from_where_nothing_can_be_solved(status, value):
     obj, control = handles.tube()
@@ -27,9 +34,7 @@ def test_it_goes_on_when_a_control_comes_back_from_where_nothing_can_be_solved(s
     control.location.x = value
     update()
     control.location = place
-    move(control, (1.0, 0.0, 0.0))
-    assert status(obj)[1] is False, status(obj)
-    assert follows(obj, (1, 0, 0))
+    assert_goes_on(obj, control, status)
 
 
 def test_it_goes_on_when_the_object_has_a_size_again(status):
@@ -38,9 +43,7 @@ def test_it_goes_on_when_the_object_has_a_size_again(status):
     update()
     obj.scale = (1.0, 1.0, 1.0)
     update()
-    move(control, (1.0, 0.0, 0.0))
-    assert status(obj)[1] is False, status(obj)
-    assert follows(obj, (1, 0, 0))
+    assert_goes_on(obj, control, status)
 
 
 def test_it_goes_on_when_the_control_is_in_the_scene_again(status):
@@ -52,9 +55,7 @@ def test_it_goes_on_when_the_control_is_in_the_scene_again(status):
     update()
     collection.objects.link(control)
     update()
-    move(control, (1.0, 0.0, 0.0))
-    assert status(obj)[1] is False, status(obj)
-    assert follows(obj, (1, 0, 0))
+    assert_goes_on(obj, control, status)
 
 
 def test_it_goes_on_when_the_other_object_with_the_mesh_is_no_longer_live(status):
@@ -205,13 +206,7 @@ def test_edited_through_another_object_with_the_mesh():
 
 def test_a_control_that_follows_the_mesh_itself(status):
     obj, _control = handles.tube()
-    own = bpy.data.objects.new("Own", None)
-    bpy.context.collection.objects.link(own)
-    own.parent = obj
-    own.parent_type = 'VERTEX'
-    own.parent_vertices[0] = TOP[0]
-    update()
-    obj.meanvalue.anchor_groups["Top"].control = own
+    own = handles.hang_control_on_top(obj)
     update()
     places = []
     own.location.x += 0.1
@@ -224,7 +219,6 @@ def test_a_control_that_follows_the_mesh_itself(status):
 
 def test_reset_of_a_control_that_is_a_child_of_another():
     obj, control, _middle = three_lines()
-    obj.meanvalue.anchor_groups["Middle"]
     obj.meanvalue.active_anchor_group = 1
     meshes.activate(obj)
     assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
@@ -236,10 +230,7 @@ def test_reset_of_a_control_that_is_a_child_of_another():
     child.matrix_parent_inverse = control.matrix_world.inverted()
     update()
     move(control, (1.0, 0.0, 0.0))
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
-    update()
-    assert is_at_rest(obj, 1e-3), np.abs(shown(obj) - rest(obj)).max()
+    handles.assert_reset_puts_at_rest(obj)
 
 
 def test_applying_carries_along_keys_that_are_relative_to_others():

@@ -60,13 +60,7 @@ def disabled_during_a_bind(ui):
 
 def a_control_that_follows_its_own_mesh_comes_to_rest(ui):
     obj, _control = handles.tube()
-    own = bpy.data.objects.new("Own", None)
-    bpy.context.collection.objects.link(own)
-    own.parent = obj
-    own.parent_type = 'VERTEX'
-    own.parent_vertices[0] = handles.TOP[0]
-    handles.update()
-    obj.meanvalue.anchor_groups["Top"].control = own
+    own = handles.hang_control_on_top(obj)
     ui.frame_all()
     yield from ui.pause(1.0)
     own.location.x += 0.1
