@@ -247,41 +247,45 @@ def test_applying_carries_along_keys_that_are_relative_to_others():
     assert np.abs(after - before).max() < 1e-4, np.abs(after - before).max()
 
 
-def test_no_solve_of_places_that_no_control_has(part, monkeypatch):
+@pytest.fixture
+def spied_distances(part, monkeypatch):
+    """Called, it gives a list that gets, with every solve from then on, how far the farthest target is from rest."""
+
+    def start():
+        session = part("session")
+        solve_steps, seen = session.solve_steps, []
+
+        def spy(binding, bind_input, targets, *rest, **options):
+            seen.append(float(np.abs(targets - bind_input.rest[bind_input.anchors]).max()))
+            return solve_steps(binding, bind_input, targets, *rest, **options)
+
+        monkeypatch.setattr(session, "solve_steps", spy)
+        return seen
+
+    return start
+
+
+def test_no_solve_of_places_that_no_control_has(spied_distances):
     obj, control = handles.tube()
     move(control, (1.0, 0.0, 0.0))
     other = bpy.data.objects.new("Other", None)
     other.location = (50.0, 0.0, 0.0)
     bpy.context.collection.objects.link(other)
     update()
-    session = part("session")
-    solve_steps, seen = session.solve_steps, []
-
-    def spy(binding, bind_input, targets, *rest, **options):
-        seen.append(float(np.abs(targets - bind_input.rest[bind_input.anchors]).max()))
-        return solve_steps(binding, bind_input, targets, *rest, **options)
-
-    monkeypatch.setattr(session, "solve_steps", spy)
+    seen = spied_distances()
     obj.meanvalue.anchor_groups["Top"].control = other
     update()
     assert all(distance < 2.0 for distance in seen), seen
 
 
-def test_no_solve_of_places_that_no_control_has_while_a_handle_is_made(part, monkeypatch):
+def test_no_solve_of_places_that_no_control_has_while_a_handle_is_made(spied_distances):
     obj, control, _middle = three_lines()
     obj.meanvalue.active_anchor_group = 1
     meshes.activate(obj)
     assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
     update()
     move(control, (1.0, 0.0, 0.0))
-    session = part("session")
-    solve_steps, seen = session.solve_steps, []
-
-    def spy(binding, bind_input, targets, *rest, **options):
-        seen.append(float(np.abs(targets - bind_input.rest[bind_input.anchors]).max()))
-        return solve_steps(binding, bind_input, targets, *rest, **options)
-
-    monkeypatch.setattr(session, "solve_steps", spy)
+    seen = spied_distances()
     meshes.activate(obj)
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
     update()
