@@ -64,8 +64,9 @@ def both_sides():
     """(b, 8): start, end, and the radii there, of every bone."""
     rows = []
     for start, start_radius, end, end_radius in BONES:
-        signs = (1, -1) if max(start[1], end[1]) > IN_THE_MIDDLE else (1,)
-        rows += [[*(start * np.array([1, s, 1])), *(end * np.array([1, s, 1])), start_radius, end_radius] for s in signs]
+        for sign in (1, -1) if max(start[1], end[1]) > IN_THE_MIDDLE else (1,):
+            side = np.array([1, sign, 1])
+            rows.append([*(start * side), *(end * side), start_radius, end_radius])
     return np.array(rows)
 
 

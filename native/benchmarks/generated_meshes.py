@@ -107,13 +107,13 @@ def fan(count, centre, first):
     return np.stack([np.full(count, centre), ring + first, (ring + 1) % count + first], axis=1)
 
 
-def bend(angle_deg, shift):
+def bend(angle_deg, shift, length=BAR_LENGTH):
     """(rotation, shift) of the bar's upper end when the bar's middle line is bent to an arc of its own length."""
     angle = np.radians(angle_deg)
     rotation = rigid.rotation_about([1, 0, 0], -angle_deg)  # towards +y
-    radius = BAR_LENGTH / angle if angle else 0.0
-    end = [0, radius * (1 - np.cos(angle)), radius * np.sin(angle)] if angle else [0, 0, BAR_LENGTH]
-    return rotation, np.array(end) - rotation @ [0, 0, BAR_LENGTH] + shift
+    radius = length / angle if angle else 0.0
+    end = [0, radius * (1 - np.cos(angle)), radius * np.sin(angle)] if angle else [0, 0, length]
+    return rotation, np.array(end) - rotation @ [0, 0, length] + shift
 
 
 def turn(centre, axis, angle_deg, shift):

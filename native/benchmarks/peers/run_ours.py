@@ -2,7 +2,8 @@
 """Process for our methods. Arguments: the job's folder.
 
 Options of the job: `deformer`, keyword arguments; `handles`, whether the pieces are given to it; `tight`, keyword
-arguments of a solve to tight tolerance; `check`, numbers of the steps that are compared with such solves.
+arguments of a solve to tight tolerance; `check`, numbers of the steps that are compared with such solves;
+`beside_cold`, whether the last step done is compared with a solve of its targets from rest, no tighter than itself.
 """
 
 import pathlib
@@ -26,17 +27,18 @@ class Steps:
         if job.options.get("handles"):
             keywords["handles"] = piece_numbers(job.pieces)
         self.deformer = meanvalue.Deformer(job.vertices, job.faces, job.anchors, **keywords)
-        self.last, self.number = None, 0
-        self.remembered, self.unconverged, self.iterations = {}, 0, []
+        self.last, self.last_targets, self.number = None, None, 0
+        self.remembered, self.solutions = {}, {"iterations": [], "energies": [], "converged": []}
 
     def __call__(self, targets, restart):
         start = None if restart or self.last is None else self.last
         solution = self.deformer.solve(targets, start=start)
-        self.last = solution.vertices
+        self.last, self.last_targets = solution.vertices, targets
         if self.number in self.options.get("check", []):
             self.remembered[self.number] = (targets, np.array(self.last))
-        self.unconverged += not solution.converged
-        self.iterations.append(int(solution.iterations))
+        self.solutions["iterations"].append(int(solution.iterations))
+        self.solutions["energies"].append(float(solution.energy))
+        self.solutions["converged"].append(bool(solution.converged))
         self.number += 1
         return self.last
 
@@ -53,7 +55,12 @@ class Steps:
                 name: float(np.linalg.norm(other - answer, axis=1).max() / self.diagonal)
                 for name, other in (("onwards", onwards), ("afresh", afresh))
             }
-        return {"checks": checks, "unconverged": self.unconverged, "iterations": self.iterations}
+        found = {"checks": checks, "unconverged": self.solutions["converged"].count(False), **self.solutions}
+        if self.options.get("beside_cold"):
+            cold = self.deformer.solve(self.last_targets)
+            found["cold_energy"] = float(cold.energy)
+            found["cold_distance"] = float(np.linalg.norm(cold.vertices - self.last, axis=1).max() / self.diagonal)
+        return found
 
 
 def piece_numbers(pieces):
