@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What bench_drag drags, and how: the generated creature, the tube, and the jobs of each set-up. No times."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,16 +82,19 @@ def test_part_numbers_are_the_lowest_vertex_of_each_part():
     assert drag_cases.part_numbers(10, edges).tolist() == [0, 1, 2, 3, 3, 2, 6, 2, 2, 2]
 
 
-def test_parts_without_anchors_are_left_out_for_the_peer():
+def test_parts_without_anchors_and_what_is_not_manifold_are_left_out_for_the_peer():
     vertices, faces = two_balls()
     anchors = np.array([len(BALL) + 1, len(BALL) + 9])
     job = drag_cases.as_job(drag_cases.Model("two", vertices, faces), anchors, np.arange(2), np.array([True, False]),
                             [(np.eye(3), np.ones(3))])  # fmt: skip
-    held, left_out = drag_cases.only_held(job)
-    assert left_out == len(BALL)
+    held, *left_out = drag_cases.for_peer(job)
+    assert left_out == [len(BALL), 0]
     assert np.array_equal(held.faces, BALL_FACES) and np.array_equal(held.anchors, [1, 9])
     assert np.array_equal(held.vertices[held.anchors], vertices[anchors])
-    assert drag_cases.only_held(held)[1] == 0
+    assert drag_cases.for_peer(held)[1:] == (0, 0)
+    doubled = replace(job, faces=np.concatenate([faces, faces[-1:]]))
+    held, *left_out = drag_cases.for_peer(doubled)
+    assert left_out == [len(BALL), 2] and np.array_equal(held.faces, BALL_FACES[:-1])
 
 
 def test_the_tube_is_open_and_bends_to_an_arc_of_its_length():

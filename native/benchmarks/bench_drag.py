@@ -88,9 +88,9 @@ def fill_in(row, job, result):
 
 def cgal_seconds(job, row, arguments):
     """A list: seconds of CGAL's warm frames; empty where it has none, and the row says why."""
-    held, left_out = drag_cases.only_held(job)
-    if left_out:
-        row["left out for CGAL"] = left_out
+    held, vertex_count, triangle_count = drag_cases.for_peer(job)
+    if vertex_count or triangle_count:
+        row["CGAL without"] = f"{vertex_count} vertices without an anchor in their part, {triangle_count} triangles"
     chosen = [drag_cases.AT_REST, *range(drag_cases.FRAMES_FROM, drag_cases.FRAMES_FROM + 1 + CGAL_FRAMES)]
     targets = held.targets[[step for step in chosen if step < len(held.targets)]]
     plan = np.zeros(len(targets), np.int32)
@@ -148,8 +148,8 @@ def notes(rows):
             lines.append(f"cut short: {place}: {row['frames']} of {row['asked']} frames in the time")
         if "no CGAL" in row:
             lines.append(f"CGAL missing: {place}: {row['no CGAL']}")
-        if "left out for CGAL" in row:
-            lines.append(f"{place}: CGAL without {row['left out for CGAL']} vertices of parts without anchors")
+        if "CGAL without" in row:
+            lines.append(f"{place}: CGAL without {row['CGAL without']}")
     return lines
 
 

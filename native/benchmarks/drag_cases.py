@@ -167,16 +167,21 @@ def part_numbers(vertex_count, edges):
             return lowest
 
 
-def only_held(given):
-    """(the job, vertices left out): without the parts that have no anchor, which a peer's matrix cannot have."""
-    parts = part_numbers(len(given.vertices), shape_metrics.unique_edges(given.faces))
+def for_peer(given):
+    """(the job, vertices left out, triangles left out) without what a peer refuses and we don't.
+
+    That is the triangles at edges that another runs along in the same direction, and parts without anchors.
+    """
+    pairs = np.concatenate([given.faces[:, [0, 1]], given.faces[:, [1, 2]], given.faces[:, [2, 0]]])
+    _, which, uses = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
+    manifold = (uses[which.reshape(3, -1)] == 1).all(axis=0)
+    faces = given.faces[manifold]
+    parts = part_numbers(len(given.vertices), shape_metrics.unique_edges(faces))
     kept = np.isin(parts, parts[given.anchors])
-    if kept.all():
-        return given, 0
     number = np.cumsum(kept) - 1
-    faces = number[given.faces[kept[given.faces[:, 0]]]].astype(np.int32)
-    anchors = number[given.anchors]
-    return replace(given, vertices=given.vertices[kept], faces=faces, anchors=anchors), int((~kept).sum())
+    faces = number[faces[kept[faces[:, 0]]]].astype(np.int32)
+    left = replace(given, vertices=given.vertices[kept], faces=faces, anchors=number[given.anchors])
+    return left, int((~kept).sum()), int((~manifold).sum())
 
 
 def sideways_and_axis(outward):
