@@ -36,7 +36,36 @@ class HessianAssembly {
             row_start_.push_back(row_start_.back() + encoding_.ring_of(unknowns_.rows[row]).valence);
         }
         if (weight_ > 0.0) collect_edges();
-        index_uses();
+    }
+
+    /// Before the first columns().
+    void index_uses() {
+        use_start_.assign(unknowns_.free.size() + 1, 0);
+        own_row_.assign(unknowns_.free.size(), -1);
+        const auto for_each_use = [&](const auto& visit) {
+            for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+                execution_.check_every(row);
+                const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
+                for (Index k = 0; k < ring.valence; ++k) {
+                    const Index slot = unknowns_.slot[ring.ring[k]];
+                    if (slot >= 0) visit(slot, RingUse{static_cast<Index>(row), k});
+                }
+            }
+        };
+        for_each_use([&](Index slot, const RingUse&) { ++use_start_[slot + 1]; });
+        for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
+            execution_.check_every(slot);
+            use_start_[slot + 1] += use_start_[slot];
+        }
+        uses_.resize(use_start_.back());
+        execution_.check();
+        std::vector<std::int64_t> next(use_start_.begin(), use_start_.end() - 1);
+        for_each_use([&](Index slot, const RingUse& use) { uses_[next[slot]++] = use; });
+        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+            execution_.check_every(row);
+            const Index slot = unknowns_.slot[unknowns_.rows[row]];
+            if (slot >= 0) own_row_[slot] = static_cast<Index>(row);
+        }
     }
 
     /// Of one thread.
@@ -75,6 +104,34 @@ class HessianAssembly {
             sizes[column - begin] = static_cast<std::int64_t>(found.size());
         }
         return result;
+    }
+
+    /// Calls add(free slot, fixed vertex, value) for all that rows with both give to their pairs.
+    template <typename Add>
+    void couple_fixed(const Add& add) const {
+        const auto add_pair = [&](Index a, Index b, double value) {
+            const Index slot_a = unknowns_.slot[a];
+            const Index slot_b = unknowns_.slot[b];
+            if (slot_a >= 0 && slot_b < 0) add(slot_a, b, value);
+            if (slot_b >= 0 && slot_a < 0) add(slot_b, a, value);
+        };
+        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+            execution_.check_every(row);
+            const Index centre = unknowns_.rows[row];
+            const EncodedRing ring = encoding_.ring_of(centre);
+            const auto is_fixed = [&](Index vertex) { return unknowns_.slot[vertex] < 0; };
+            if (!is_fixed(centre) && std::none_of(ring.ring, ring.ring + ring.valence, is_fixed)) continue;
+            for (Index k = 0; k < ring.valence; ++k) {
+                const double by_place = energy_.bending[row] * ring.weights[k];
+                add_pair(centre, ring.ring[k], -by_place);
+                for (Index l = 0; l < k; ++l)
+                    add_pair(ring.ring[l], ring.ring[k], by_place * ring.weights[l]);
+                if (!(weight_ > 0.0)) continue;
+                const EdgeWeights& edge = edges_[row_start_[row] + k];
+                add_pair(centre, ring.ring[k], -weight_ * edge.spoke);
+                add_pair(ring.ring[k], ring.ring[k + 1 == ring.valence ? 0 : k + 1], -weight_ * edge.rim);
+            }
+        }
     }
 
   private:
@@ -141,35 +198,6 @@ class HessianAssembly {
         }
     }
 
-    void index_uses() {
-        use_start_.assign(unknowns_.free.size() + 1, 0);
-        own_row_.assign(unknowns_.free.size(), -1);
-        const auto for_each_use = [&](const auto& visit) {
-            for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-                execution_.check_every(row);
-                const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
-                for (Index k = 0; k < ring.valence; ++k) {
-                    const Index slot = unknowns_.slot[ring.ring[k]];
-                    if (slot >= 0) visit(slot, RingUse{static_cast<Index>(row), k});
-                }
-            }
-        };
-        for_each_use([&](Index slot, const RingUse&) { ++use_start_[slot + 1]; });
-        for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
-            execution_.check_every(slot);
-            use_start_[slot + 1] += use_start_[slot];
-        }
-        uses_.resize(use_start_.back());
-        execution_.check();
-        std::vector<std::int64_t> next(use_start_.begin(), use_start_.end() - 1);
-        for_each_use([&](Index slot, const RingUse& use) { uses_[next[slot]++] = use; });
-        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-            execution_.check_every(row);
-            const Index slot = unknowns_.slot[unknowns_.rows[row]];
-            if (slot >= 0) own_row_[slot] = static_cast<Index>(row);
-        }
-    }
-
     const Encoding& encoding_;
     const Unknowns& unknowns_;
     const EnergyPatches& energy_;
@@ -188,7 +216,8 @@ SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, c
     // Found and copied in parts: looks come between them, and none is so large that it is slow to grow or to free.
     constexpr Index kColumnsOfPart = 2048;
     const auto size = static_cast<Index>(unknowns_.free.size());
-    const HessianAssembly assembly(encoding_, unknowns_, rows_, rigidity * rows_.stretching, execution);
+    HessianAssembly assembly(encoding_, unknowns_, rows_, rigidity * rows_.stretching, execution);
+    assembly.index_uses();
     const Index part_count = (size + kColumnsOfPart - 1) / kColumnsOfPart;
     const int workers = std::max(1, std::min<int>(threads, part_count));
     const auto for_each_part = [&](int worker, const auto& visit) {
@@ -222,6 +251,26 @@ SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, c
     });
     springs_.add_hessian(hessian);
     return hessian;
+}
+
+FixedCoupling DeformationEnergy::fixed_coupling(double rigidity, const Execution& execution) const {
+    const HessianAssembly assembly(encoding_, unknowns_, rows_, rigidity * rows_.stretching, execution);
+    FixedCoupling coupling;
+    std::vector<Index> column_of(unknowns_.slot.size(), -1);
+    assembly.couple_fixed([&](Index, Index vertex, double) { column_of[vertex] = 0; });
+    for (std::size_t v = 0; v < column_of.size(); ++v) {
+        execution.check_every(v);
+        if (column_of[v] < 0) continue;
+        column_of[v] = static_cast<Index>(coupling.vertices.size());
+        coupling.vertices.push_back(static_cast<Index>(v));
+    }
+    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
+    assembly.couple_fixed(
+        [&](Index slot, Index vertex, double value) { entries.emplace_back(slot, column_of[vertex], value); });
+    coupling.matrix.resize(static_cast<Eigen::Index>(unknowns_.free.size()),
+                           static_cast<Eigen::Index>(coupling.vertices.size()));
+    coupling.matrix.setFromTriplets(entries.begin(), entries.end());
+    return coupling;
 }
 
 }  // namespace meanvalue

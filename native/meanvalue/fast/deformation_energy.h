@@ -14,6 +14,12 @@
 
 namespace meanvalue {
 
+/// The block of a symmetric matrix between free and fixed vertices.
+struct FixedCoupling {
+    std::vector<Index> vertices;  ///< the fixed vertices that have any, ascending
+    SparseMatrix matrix;          ///< |V'| x |vertices|, one number for each pair
+};
+
 /// E = 1/2 sum_i a_i |v_i - F_i(V)|^2 + rigidity/2 (h/D)^2 sum_i sum_(j,k) c_jk |(v_j - v_k) - R_i (p_j - p_k)|^2
 ///     + sum_k s_k |v_k - t_k|^2
 ///
@@ -54,6 +60,10 @@ class DeformationEnergy {
     /// bits for any number of threads.
     /// @throws Cancelled.
     SparseMatrix constant_hessian(double rigidity, int threads, const Execution& execution) const;
+
+    /// The rest of that matrix: how the gradient at each free vertex changes with each fixed one.
+    /// @throws Cancelled.
+    FixedCoupling fixed_coupling(double rigidity, const Execution& execution) const;
 
     /// To aim them: a solve sets the targets before it evaluates anything.
     Springs& springs() { return springs_; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/encoder.h"
@@ -20,6 +21,8 @@ constexpr double kMostCoarse = 4000;
 // level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
+// A tolerance of 1e-4 for moves goes with one of 0.2 % for the energy.
+static const double kEnergyOfTolerance = std::getenv("MV_SHARE") ? atof(std::getenv("MV_SHARE")) : 20.0;
 // Below this a coarse level is not worth its splits.
 constexpr std::size_t kSmallMesh = 3000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
@@ -33,6 +36,11 @@ constexpr double kFarTurn = 2.1;
 constexpr double kTurnOfStep = 0.26;
 constexpr int kMostFollowSteps = 15;
 constexpr double kFollowTolerance = 1e-3;
+// With a start, handles that turn or move farther than this, the move as a share of the size, are followed in steps.
+constexpr double kTurnOfResponse = 0.3;
+constexpr double kMoveOfResponse = 0.05;
+constexpr int kMostResponses = 24;
+constexpr int kMostStepsOfResponse = 5;
 // On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
@@ -130,6 +138,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
         }
         auto stage = std::make_unique<Stage>();
         stage->rigidity = rigidity;
+        stage->coupling = level->energy->fixed_coupling(rigidity, execution);
         stage->factor.analyse(hessian, execution);
         if (!stage->factor.factorise(hessian, execution)) {
             throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
@@ -147,6 +156,7 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     };
     QuasiNewtonOptions options;
     options.step_tolerance = tolerance * size_;
+    options.energy_tolerance = kEnergyOfTolerance * tolerance;
     options.max_iterations = max_iterations;
     options.threads = threads_;
     return level.minimiser.minimise(energy, level.stages[stage]->factor, options, positions, execution);
@@ -175,9 +185,9 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
             hierarchy_.split(level, -1, positions, threads_, execution);
         }
     }
-    if (coarse_ && options.previous != nullptr) {
+    if (options.previous != nullptr) {
         const StageTimer timer(report.timings, "follow");
-        follow_on_coarse(*options.previous, positions, execution);
+        follow_from(*options.previous, positions, execution);
     }
     const StageTimer timer(report.timings, "minimise");
     QuasiNewtonReport minimised =
@@ -200,45 +210,47 @@ void FastDecoder::aim_springs(const DecodeOptions& options) {
     }
 }
 
-/// So that on the coarse level they pull as much as the targets have moved since `previous` was found.
-void FastDecoder::aim_coarse_springs_after(const Positions& previous, Execution& execution) {
-    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
-    fine_->energy->evaluate(previous, rigidity_, gradient, threads_, execution);
-    coarse_soft_.aim(fine_->energy->springs(), fine_->unknowns, gradient, previous, coarse_->energy->springs());
+/// Moves the free vertices by what the constant matrix answers to the moves of the fixed ones: the least energy of all
+/// displacements, as far as it is the same in every pose. Where an anchor moves alone, its surroundings are torn
+/// instead, and minimising has to begin from a spike. @param previous where the fixed vertices were; in `positions`
+/// they are where they go, and free ones where they were.
+void FastDecoder::respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
+                          const Execution& execution) const {
+    const FixedCoupling& coupling = level.stages[stage]->coupling;
+    Positions moves(static_cast<Eigen::Index>(coupling.vertices.size()), 3);
+    for (std::size_t k = 0; k < coupling.vertices.size(); ++k)
+        moves.row(k) = positions.row(coupling.vertices[k]) - previous.row(coupling.vertices[k]);
+    if (moves.isZero(0.0)) return;
+    Positions answer = -(coupling.matrix * moves);
+    level.stages[stage]->factor.solve(answer, answer, threads_, execution);
+    for (std::size_t k = 0; k < level.unknowns.free.size(); ++k)
+        positions.row(level.unknowns.free[k]) += answer.row(k);
 }
 
-/// Carries a shape that was near a minimum along with fixed vertices that have moved a little since. The coarse
-/// level, its energy tilted so that it was at a minimum too (full approximation scheme, Brandt 1977), follows them,
-/// and the splits hand its move on. What is smooth in the move would take the whole mesh many steps.
-void FastDecoder::follow_on_coarse(const Positions& previous, Positions& positions, Execution& execution) {
-    const std::vector<Index>& coarse_free = coarse_->unknowns.free;
-    Positions tilt(static_cast<Eigen::Index>(coarse_free.size()), 3);
-    coarse_->energy->springs().aim_at_vertices(previous);  // they were in balance with the rest
-    coarse_->energy->evaluate(previous, rigidity_, tilt, threads_, execution);
-    if (!soft_.empty()) aim_coarse_springs_after(previous, execution);
-    const auto tilted = [&](const Positions& at, Positions& gradient) {
-        double value = coarse_->energy->evaluate(at, rigidity_, gradient, threads_, execution);
-        for (std::size_t k = 0; k < coarse_free.size(); ++k)
-            value -= tilt.row(k).dot(at.row(coarse_free[k]) - previous.row(coarse_free[k]));
-        gradient -= tilt;
-        return value;
-    };
-    QuasiNewtonOptions options;
-    options.step_tolerance = kStageTolerance * size_;
-    options.max_iterations = kMostStageSteps;
-    options.threads = threads_;
-    Positions moved = positions;
-    coarse_->minimiser.minimise(tilted, coarse_->stages.back()->factor, options, moved, execution);
-    const int level = static_cast<int>(hierarchy_.levels.size()) - 1;
-    Positions before = previous;
-    hierarchy_.split(level, -1, before, threads_, execution);
-    hierarchy_.split(level, -1, moved, threads_, execution);
-    for (const Index v : fine_->unknowns.free)
-        moved.row(v) += previous.row(v) - before.row(v);
-    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
-    const double energy = fine_->energy->evaluate(positions, rigidity_, gradient, threads_, execution);
-    const double after = fine_->energy->evaluate(moved, rigidity_, gradient, threads_, execution);
-    if (after < energy) std::swap(positions, moved);
+/// Carries a shape that was near a minimum along with fixed vertices, and with the targets of springs, that have moved
+/// since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
+void FastDecoder::follow_from(const Positions& previous, Positions& positions, Execution& execution) {
+    SolverLevel& level = *fine_;
+    const std::size_t stage = level.stages.size() - 1;
+    Springs& springs = level.energy->springs();
+    Positions ends = positions;
+    springs.put_targets(ends);
+    const RigidPieces::Way way = pieces_->way_between(previous, ends);
+    const int steps = static_cast<int>(std::ceil(
+        std::max({1.0, way.largest_angle_rad() / kTurnOfResponse, way.largest_move() / (kMoveOfResponse * size_)})));
+    Positions here = previous;
+    for (int step = 1; step <= std::min(steps, kMostResponses); ++step) {
+        Positions next = here;
+        springs.set_aside(here);
+        way.place(static_cast<double>(step) / std::min(steps, kMostResponses), next);
+        springs.aim_at_vertices(next);
+        springs.put_back(next);
+        respond(level, stage, here, next, execution);
+        here = std::move(next);
+        if (step < steps) minimise(level, stage, kFollowTolerance, kMostStepsOfResponse, here, execution);
+    }
+    for (const Index v : level.unknowns.free)
+        positions.row(v) = here.row(v);
 }
 
 /// From rest, carried along with the fixed vertices.

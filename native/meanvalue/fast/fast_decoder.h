@@ -19,9 +19,8 @@ namespace meanvalue {
 
 /// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
 /// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance; in
-/// between a level of a fifth, where the mesh is large. From a start, as while dragging: what the fixed vertices have
-/// moved since is followed on the coarse level and handed on by the splits, where that lowers the energy; then the
-/// whole mesh. Small meshes have no coarse level: theirs is the whole one. Deterministic for any number of threads.
+/// between a level of a fifth, where the mesh is large. From a start, as while dragging: the constant matrix' answer to
+/// what the fixed vertices have moved since, in several steps where that is far; then the whole mesh to the tolerance. Small meshes have no coarse level: theirs is the whole one. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
     /// @param soft soft anchors, in the region's vertex numbers; none of them fixed. @param handles n of the region,
@@ -40,10 +39,11 @@ class FastDecoder : public Decoder {
     const Timings& bind_timings() const override { return bind_timings_; }
 
   private:
-    /// A rigidity, and the factor of the energy's constant matrix with it.
+    /// A rigidity, and the energy's constant matrix with it: its factor, and its block of the fixed vertices.
     struct Stage {
         double rigidity = 0.0;
         SupernodalFactor factor;
+        FixedCoupling coupling;
     };
     /// One mesh of the hierarchy, with what minimises the energy on it at one or more rigidities.
     struct SolverLevel {
@@ -59,8 +59,9 @@ class FastDecoder : public Decoder {
                                Positions& positions, Execution& execution) const;
     void start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     void aim_springs(const DecodeOptions& options);
-    void aim_coarse_springs_after(const Positions& previous, Execution& execution);
-    void follow_on_coarse(const Positions& previous, Positions& positions, Execution& execution);
+    void respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
+                 const Execution& execution) const;
+    void follow_from(const Positions& previous, Positions& positions, Execution& execution);
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
                   Execution& execution);

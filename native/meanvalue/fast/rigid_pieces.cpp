@@ -89,19 +89,33 @@ RigidPieces::RigidPieces(const Encoding& encoding, const PositionsView& rest, co
     }
 }
 
+Positions RigidPieces::rows_of(const PositionsView& positions) const {
+    Positions rows(rest_.rows(), 3);
+    for (std::size_t k = 0; k < vertices_.size(); ++k)
+        rows.row(k) = positions.row(vertices_[k]);
+    return rows;
+}
+
 RigidPieces::Way RigidPieces::way_to(const PositionsView& placed) const {
+    return way_of(rest_, rows_of(placed));
+}
+
+RigidPieces::Way RigidPieces::way_between(const PositionsView& from, const PositionsView& to) const {
+    return way_of(rows_of(from), rows_of(to));
+}
+
+RigidPieces::Way RigidPieces::way_of(Positions begins, Positions ends) const {
     Way way;
     way.pieces_ = this;
-    way.ends_.resize(rest_.rows(), 3);
-    for (std::size_t k = 0; k < vertices_.size(); ++k)
-        way.ends_.row(k) = placed.row(vertices_[k]);
+    way.begins_ = std::move(begins);
+    way.ends_ = std::move(ends);
     for (std::size_t piece = 0; piece + 1 < starts_.size(); ++piece) {
         const auto first = static_cast<Eigen::Index>(starts_[piece]);
         const auto length = static_cast<Eigen::Index>(starts_[piece + 1]) - first;
         ScrewMotion motion;
         bool rigid = false;
         if (length >= static_cast<Eigen::Index>(kFewestForTurn)) {
-            const Positions from = rest_.middleRows(first, length);
+            const Positions from = way.begins_.middleRows(first, length);
             const Positions to = way.ends_.middleRows(first, length);
             const Similarity fit = rigid_fit(from, to);
             // About its middle: where the mesh is far from the origin, the axis would be lost in rounding.
@@ -118,15 +132,19 @@ RigidPieces::Way RigidPieces::way_to(const PositionsView& placed) const {
     return way;
 }
 
+double RigidPieces::Way::largest_move() const {
+    return ends_.rows() == 0 ? 0.0 : std::sqrt((ends_ - begins_).rowwise().squaredNorm().maxCoeff());
+}
+
 void RigidPieces::Way::place(double fraction, Positions& positions) const {
     for (std::size_t piece = 0; piece < motions_.size(); ++piece) {
         for (std::size_t k = pieces_->starts_[piece]; k < pieces_->starts_[piece + 1]; ++k) {
-            const Vector3 rest = pieces_->rest_.row(k);
+            const Vector3 begin = begins_.row(k);
             const Vector3 end = ends_.row(k);
             Vector3 point = end;  // exact at the end
             if (fraction < 1.0)
-                point = is_rigid_[piece] ? motions_[piece].apply(rest, fraction)
-                                         : Vector3(rest + fraction * (end - rest));
+                point = is_rigid_[piece] ? motions_[piece].apply(begin, fraction)
+                                         : Vector3(begin + fraction * (end - begin));
             positions.row(pieces_->vertices_[k]) = point;
         }
     }

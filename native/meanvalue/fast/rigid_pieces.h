@@ -31,11 +31,13 @@ class RigidPieces {
     RigidPieces(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
                 const std::vector<Index>& handles, double size, const Execution& execution);
 
-    /// A way from rest to where the fixed vertices are in `placed`: rigid pieces along their screws, others straight.
+    /// A way of the fixed vertices from one place to another: rigid pieces along their screws, others straight.
     class Way {
       public:
         /// The largest angle that any piece turns by.
         double largest_angle_rad() const { return largest_angle_rad_; }
+        /// The farthest that any vertex moves, from its first place to its last.
+        double largest_move() const;
         /// Puts every fixed vertex to where it is at `fraction` of the way; the others are not touched.
         void place(double fraction, Positions& positions) const;
 
@@ -44,12 +46,18 @@ class RigidPieces {
         const RigidPieces* pieces_ = nullptr;
         std::vector<ScrewMotion> motions_;
         std::vector<char> is_rigid_;
-        Positions ends_;  // of the fixed vertices, piece by piece
+        Positions begins_;  // of the fixed vertices, piece by piece
+        Positions ends_;
         double largest_angle_rad_ = 0.0;
     };
+    Way way_between(const PositionsView& from, const PositionsView& to) const;
+    /// From rest.
     Way way_to(const PositionsView& placed) const;
 
   private:
+    Positions rows_of(const PositionsView& positions) const;
+    Way way_of(Positions begins, Positions ends) const;
+
     Positions rest_;  // of the fixed vertices, piece by piece
     std::vector<Index> vertices_;
     std::vector<std::size_t> starts_ = {0};  // of the pieces in vertices_, then the total

@@ -31,6 +31,11 @@ void Springs::aim_at_targets(const PositionsView& targets) {
         targets_.row(k) = targets.row(anchors_[k].anchor);
 }
 
+void Springs::put_targets(Positions& positions) const {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        positions.row(anchors_[k].vertex) = targets_.row(k);
+}
+
 void Springs::aim_at_vertices(const PositionsView& positions) {
     for (std::size_t k = 0; k < anchors_.size(); ++k)
         targets_.row(k) = positions.row(anchors_[k].vertex);

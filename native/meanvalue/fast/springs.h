@@ -41,6 +41,8 @@ class Springs {
     /// @param positions n x 3: each spring's target is where its vertex is there.
     void aim_at_vertices(const PositionsView& positions);
     void aim_one(std::size_t spring, const Eigen::RowVector3d& target) { targets_.row(spring) = target; }
+    /// Puts soft anchors to their targets in `positions` (n x 3).
+    void put_targets(Positions& positions) const;
     /// Remembers where soft anchors are in `positions` (n x 3), and puts them back to there.
     void set_aside(const Positions& positions);
     void put_back(Positions& positions) const;
