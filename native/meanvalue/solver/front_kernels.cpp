@@ -11,22 +11,24 @@
 namespace meanvalue {
 namespace {
 
-using Vector4 = double __attribute__((vector_size(32), may_alias, aligned(8)));
-using Vector2 = double __attribute__((vector_size(16), may_alias, aligned(8)));
-
 constexpr Index kStrip = 4;  // columns that are worked on together
 
-/// Rows of a block in registers: all of it, or a third where registers are of two numbers.
-template <typename V, int kCount>
-struct Rows {
-    using Vector = V;
-    static constexpr int kVectors = kCount;
-    static constexpr int kLanes = sizeof(V) / sizeof(double);
-    static constexpr Index kRows = kVectors * kLanes;
-    static_assert(kBlockRows % kRows == 0, "a block is whole pieces");
+/// Rows of a block that are in registers at once: all of it, or a third where registers are of two numbers.
+struct WideRows {
+    using Vector = double __attribute__((vector_size(32), may_alias, aligned(8)));
+    static constexpr int kVectors = 3;
+    static constexpr int kLanes = 4;
 };
-using WideRows = Rows<Vector4, 3>;
-using NarrowRows = Rows<Vector2, 2>;
+struct NarrowRows {
+    using Vector = double __attribute__((vector_size(16), may_alias, aligned(8)));
+    static constexpr int kVectors = 2;
+    static constexpr int kLanes = 2;
+};
+template <typename R>
+constexpr Index row_count() {
+    static_assert(kBlockRows % (R::kVectors * R::kLanes) == 0, "a block is whole pieces");
+    return R::kVectors * R::kLanes;
+}
 
 template <typename R, int kColumns>
 struct Tile {
@@ -77,7 +79,7 @@ struct Tile {
 template <typename R, int kColumns, bool kSolve>
 MEANVALUE_INLINE void reduce_strip(const double* top_rows, Index column, double* block, const double* corner,
                                    const double* reciprocals) {
-    for (Index row = 0; row < kBlockRows; row += R::kRows) {
+    for (Index row = 0; row < kBlockRows; row += row_count<R>()) {
         Tile<R, kColumns> tile;
         double* const at = block + row + std::int64_t{column} * kBlockRows;
         tile.load(at, kBlockRows);
@@ -186,7 +188,7 @@ MEANVALUE_INLINE void update_rest(const FrontShape& shape, const double* panel, 
     for (Index column = 0; column < end * kBlockRows && column < shape.below; column += kStrip) {
         const double* const columns = below + column / kBlockRows * shape.block_size() + column % kBlockRows;
         for (Index block = std::max(begin, column / kBlockRows); block < end; ++block) {
-            for (Index row = 0; row < kBlockRows; row += R::kRows) {
+            for (Index row = 0; row < kBlockRows; row += row_count<R>()) {
                 double* const at = rest + column * stride + std::int64_t{block} * kBlockRows + row;
                 Tile<R, kStrip> tile;
                 tile.load(at, stride);

@@ -14,7 +14,7 @@ namespace meanvalue {
 namespace {
 
 // Vertices of a part that is not taken apart further: minimum degree then finds as little fill.
-constexpr Index kLeaf = 120;
+constexpr Index kLeaf = 150;
 // A part without a good separator is ordered by minimum degree up to so many vertices, which takes a second.
 constexpr Index kLargestLeaf = 4000;
 

@@ -9,8 +9,11 @@ namespace {
 constexpr Index kCoarsest = 100;
 // Members of a group at most.
 constexpr Index kMembers = 4;
-// Places where a side may begin, on the coarsest graph.
-constexpr int kSeeds = 16;
+// Places where a side may begin, on the coarsest graph: more for large parts, on which most of the work depends, and
+// of which there are few.
+constexpr int kSeeds = 6;
+constexpr int kSeedsOfLarge = 16;
+constexpr std::int64_t kLarge = 4000;
 // Of the whole that one side may have at most, in percent.
 constexpr std::int64_t kMostPercent = 62;
 
@@ -103,10 +106,11 @@ Separation SeparatorFinder::grow(const Graph& graph, Index seed, const Execution
 std::vector<Separation> SeparatorFinder::find_on_coarsest(const Graph& graph, const Execution& execution) {
     std::vector<Separation> found;
     Index seed = 0;
-    for (int attempt = 0; attempt < kSeeds; ++attempt) {
+    const int seeds = graph.total_weight() < kLarge ? kSeeds : kSeedsOfLarge;
+    for (int attempt = 0; attempt < seeds; ++attempt) {
         found.push_back(grow(graph, seed, execution));
         // The next begins far from where this one began: what the search came to last, and vertices between.
-        seed = attempt == 0 ? queue_.back() : static_cast<Index>(std::int64_t{graph.size()} * attempt / kSeeds);
+        seed = attempt == 0 ? queue_.back() : static_cast<Index>(std::int64_t{graph.size()} * attempt / seeds);
     }
     return found;
 }

@@ -7,8 +7,9 @@ namespace meanvalue {
 namespace {
 
 constexpr int kPasses = 8;
-// Moves in a row without a better state, after which a pass ends.
-constexpr std::size_t kPatience = 60;
+// A pass ends after as many moves in a row without a better state as the separator has vertices, within these limits.
+constexpr std::size_t kLeastPatience = 10;
+constexpr std::size_t kMostPatience = 60;
 
 constexpr std::int64_t kNotQueued = std::numeric_limits<std::int64_t>::min();
 
@@ -51,10 +52,11 @@ bool SeparatorRefinement::pass(const Graph& graph, Separation& separation, std::
         start(graph, separation, v, work);
     const auto before = separation.rank(most);
     auto best = before;
+    const std::size_t patience = std::clamp(separator_.size(), kLeastPatience, kMostPatience);
     std::size_t kept = 0;
     Index vertex = 0;
     Side to = kLeft;
-    while (moves_.size() - kept < kPatience && choose(graph, separation, most, vertex, to)) {
+    while (moves_.size() - kept < patience && choose(graph, separation, most, vertex, to)) {
         move(graph, separation, vertex, to, work);
         const auto now = separation.rank(most);
         if (now < best) {
