@@ -25,7 +25,8 @@ double seconds_of(const Action& action) {
 
 int measure(const std::string& mesh, Index block, int threads) {
     namespace benchmarks = meanvalue::benchmarks;
-    const bool generated = std::all_of(mesh.begin(), mesh.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+    const bool generated =
+        std::all_of(mesh.begin(), mesh.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
     const meanvalue::SparseMatrix lower = benchmarks::squared_differences(
         generated ? benchmarks::grid(std::stoi(mesh)) : benchmarks::read_surface(mesh), block);
     const Execution execution;

@@ -37,7 +37,8 @@ struct Front {
     bool eliminate(const FrontKernels& kernels, Index piece) {
         if (!kernels.factor_top(shape, panel.data(), reciprocals.data())) return false;
         for (Index k = 0; k < shape.below_blocks(); k += piece)
-            kernels.solve_below(shape, panel.data(), reciprocals.data(), k, std::min(k + piece, shape.below_blocks()));
+            kernels.solve_below(shape, panel.data(), reciprocals.data(), k,
+                                std::min(k + piece, shape.below_blocks()));
         for (Index k = 0; k < shape.below_blocks(); k += piece)
             kernels.update_rest(shape, panel.data(), rest.data(), k, std::min(k + piece, shape.below_blocks()));
         return true;
@@ -66,7 +67,8 @@ TEST_P(KernelsOf, EliminateAFront) {
             for (Index r = c; r < size; ++r)
                 (c < shape.width ? factor(r, c) : left(r, c)) = front.at(r, c);
         }
-        const Eigen::MatrixXd error = (factor * factor.transpose() + left - front.whole).triangularView<Eigen::Lower>();
+        const Eigen::MatrixXd error =
+            (factor * factor.transpose() + left - front.whole).triangularView<Eigen::Lower>();
         EXPECT_LT(error.norm(), 1e-13 * front.whole.norm()) << shape.width << " columns, " << shape.below << " below";
     }
 }

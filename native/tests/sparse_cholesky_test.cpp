@@ -135,7 +135,7 @@ TEST(SparseCholesky, ACancelIsAnsweredAtOnce) {
             const auto returned = std::chrono::steady_clock::now();
             canceller.join();
             // Milliseconds; much more where other work has the cores.
-            EXPECT_LT(std::chrono::duration<double>(returned - asked).count(), 0.25);
+            EXPECT_LT(std::chrono::duration<double>(returned - asked).count(), 1.0);
         }
     }
 }

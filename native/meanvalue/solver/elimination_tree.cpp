@@ -17,7 +17,10 @@ std::vector<Index> inverse(const std::vector<Index>& order) {
 class RowSubtrees {
   public:
     explicit RowSubtrees(const std::vector<Index>& parents)
-        : parents_(parents), first_(parents.size()), last_first_(parents.size(), -1), last_leaf_(parents.size(), -1),
+        : parents_(parents),
+          first_(parents.size()),
+          last_first_(parents.size(), -1),
+          last_leaf_(parents.size(), -1),
           ancestor_(parents.size()) {
         const auto count = static_cast<Index>(parents.size());
         for (Index node = 0; node < count; ++node)

@@ -202,8 +202,7 @@ MEANVALUE_INLINE void update_rest(const FrontShape& shape, const double* panel, 
 bool factor_top_portable(const FrontShape& shape, double* panel, double* reciprocals) {
     return factor_top<NarrowRows>(shape, panel, reciprocals);
 }
-void solve_below_portable(const FrontShape& shape, double* panel, const double* reciprocals, Index begin,
-                          Index end) {
+void solve_below_portable(const FrontShape& shape, double* panel, const double* reciprocals, Index begin, Index end) {
     solve_below<NarrowRows>(shape, panel, reciprocals, begin, end);
 }
 void update_rest_portable(const FrontShape& shape, const double* panel, double* rest, Index begin, Index end) {

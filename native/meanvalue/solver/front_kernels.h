@@ -10,9 +10,9 @@ namespace meanvalue {
 /// Rows that are worked on together: with four columns their sums fill twelve of sixteen registers.
 constexpr Index kBlockRows = 12;
 
-/// A front: the `width` columns that are eliminated, with all rows that these have entries in. The panel, its columns,
-/// is in blocks of kBlockRows rows, column after column in each; the rows of the columns themselves come first, and
-/// those below begin with a block of their own. What fills up the last block of either is zero.
+/// A front: the `width` columns that are eliminated, with all rows that these have entries in. The panel, its
+/// columns, is in blocks of kBlockRows rows, column after column in each; the rows of the columns themselves come
+/// first, and those below begin with a block of their own. What fills up the last block of either is zero.
 struct FrontShape {
     Index width = 0;
     Index below = 0;  // rows

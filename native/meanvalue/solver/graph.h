@@ -14,7 +14,7 @@ namespace meanvalue {
 struct Graph {
     std::vector<std::int64_t> offsets = {0};  // size() + 1
     std::vector<Index> neighbours;
-    std::vector<Index> weights;  // of each vertex: how many columns it stands for
+    std::vector<Index> weights;       // of each vertex: how many columns it stands for
     std::vector<Index> edge_weights;  // of each of the neighbours: how many edges it stands for; empty: one each
 
     Index size() const { return static_cast<Index>(weights.size()); }

@@ -18,8 +18,8 @@ struct PanelSink {
     std::function<void(Index supernode, int worker)> end;
 };
 
-/// Multifrontal: each supernode adds up the matrix's entries and what its children left, is eliminated, and leaves the
-/// rest to its parent (I. S. Duff, J. K. Reid, The multifrontal solution of indefinite sparse symmetric linear
+/// Multifrontal: each supernode adds up the matrix's entries and what its children left, is eliminated, and leaves
+/// the rest to its parent (I. S. Duff, J. K. Reid, The multifrontal solution of indefinite sparse symmetric linear
 /// equations, ACM Trans. Math. Softw. 9, 1983). Sums run in one order, so that the bits are the same for any number
 /// of threads; they differ between kernels, of which some round less often.
 /// @param lower the matrix that `pattern` was made of: its lower triangle, other entries are ignored.

@@ -101,8 +101,8 @@ bool SeparatorRefinement::top(const Graph& graph, const Separation& separation, 
     while (!heap.empty()) {
         entry = heap.front();
         const Index vertex = -entry.second;
-        const bool counts = entry.first == queued_[to][vertex] && separation.side[vertex] == kSeparator &&
-                            moved_in_[vertex] != pass_;
+        const bool counts =
+            entry.first == queued_[to][vertex] && separation.side[vertex] == kSeparator && moved_in_[vertex] != pass_;
         if (counts && gain(graph, vertex, to) == entry.first) return true;
         std::pop_heap(heap.begin(), heap.end());
         heap.pop_back();

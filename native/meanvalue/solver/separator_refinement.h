@@ -15,7 +15,7 @@ namespace meanvalue {
 enum Side : std::uint8_t { kLeft = 0, kRight = 1, kSeparator = 2 };
 
 struct Separation {
-    std::vector<Side> side;                  // of each vertex
+    std::vector<Side> side;                   // of each vertex
     std::array<std::int64_t, 3> weight = {};  // of each side
 
     void assign(const Graph& graph, Index vertex, Side to) {
@@ -23,7 +23,8 @@ struct Separation {
         weight[to] += graph.weights[vertex];
         side[vertex] = to;
     }
-    /// Whether it is better than `other`: sides of at most `most` first, then the smaller separator, then equal sides.
+    /// Whether it is better than `other`: sides of at most `most` first, then the smaller separator, then equal
+    /// sides.
     bool better_than(const Separation& other, std::int64_t most) const { return rank(most) < other.rank(most); }
     std::array<std::int64_t, 3> rank(std::int64_t most) const;
 };
@@ -56,11 +57,11 @@ class SeparatorRefinement {
         return graph.weights[vertex] - across_[to][vertex];
     }
 
-    std::vector<Index> separator_;                      // what is in it, and may have been
-    std::array<std::vector<std::int64_t>, 2> across_;   // for moving there: the weight that would be pulled
-    std::array<std::vector<Entry>, 2> heap_;            // with entries that are out of date
-    std::array<std::vector<std::int64_t>, 2> queued_;   // the gain of each vertex' entry that counts, its largest
-    std::vector<Index> moved_in_;                       // the pass
+    std::vector<Index> separator_;                     // what is in it, and may have been
+    std::array<std::vector<std::int64_t>, 2> across_;  // for moving there: the weight that would be pulled
+    std::array<std::vector<Entry>, 2> heap_;           // with entries that are out of date
+    std::array<std::vector<std::int64_t>, 2> queued_;  // the gain of each vertex' entry that counts, its largest
+    std::vector<Index> moved_in_;                      // the pass
     Index pass_ = 0;
     std::vector<Move> moves_;
     std::vector<Index> pulled_;

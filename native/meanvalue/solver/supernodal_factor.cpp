@@ -113,7 +113,9 @@ bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& exe
                 panel.resize(std::max(panel.size(), static_cast<std::size_t>(pattern_->panel_size(s))));
                 return panel.data();
             },
-            [&](Index s, int worker) { pack(supernodes_[s], panels[worker].data(), &values_[supernodes_[s].values]); }};
+            [&](Index s, int worker) {
+                pack(supernodes_[s], panels[worker].data(), &values_[supernodes_[s].values]);
+            }};
         return factor_fronts(*pattern_, lower, front_kernels(), threads, sink, execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "factor");

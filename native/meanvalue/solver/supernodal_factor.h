@@ -7,8 +7,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/solver/elimination_tasks.h"
 #include "meanvalue/solver/block_matrix.h"
+#include "meanvalue/solver/elimination_tasks.h"
 #include "meanvalue/solver/supernodal_kernels.h"
 #include "meanvalue/solver/supernodal_pattern.h"
 

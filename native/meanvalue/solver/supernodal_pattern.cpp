@@ -71,9 +71,9 @@ class SupernodeMerging {
         }
         supernode_of_.resize(size);
         for (Index node = 0; node < size; ++node) {
-            const bool goes_on = node > 0 && elimination_.parents[node - 1] == node && children[node] == 1 &&
-                                 elimination_.counts[node - 1] ==
-                                     elimination_.counts[node] + elimination_.weight(node - 1);
+            const bool goes_on =
+                node > 0 && elimination_.parents[node - 1] == node && children[node] == 1 &&
+                elimination_.counts[node - 1] == elimination_.counts[node] + elimination_.weight(node - 1);
             if (!goes_on) {
                 begin_.push_back(node);
                 columns_.push_back(0);
@@ -154,9 +154,7 @@ class PatternBuilder {
     }
 
   private:
-    Index end(Index s) const {
-        return s + 1 < static_cast<Index>(begins_.size()) ? begins_[s + 1] : size_;
-    }
+    Index end(Index s) const { return s + 1 < static_cast<Index>(begins_.size()) ? begins_[s + 1] : size_; }
 
     /// Nodes behind its own in which it has entries: the matrix's, and what its children leave.
     void find_rows(Index s, WorkMeter& work) {

@@ -10,18 +10,18 @@
 
 namespace meanvalue {
 
-/// The columns of a factor in supernodes, which are consecutive columns with the same rows. A supernode comes directly
-/// after those that depend on it alone (a postorder of the elimination tree).
+/// The columns of a factor in supernodes, which are consecutive columns with the same rows. A supernode comes
+/// directly after those that depend on it alone (a postorder of the elimination tree).
 struct SupernodalPattern {
     /// Columns of a supernode at most; wider ones are a chain of several. What a block of rows and these columns take
     /// stays in the processor's first cache.
     static constexpr Index kMostColumns = 192;
 
-    std::vector<Index> order;               // the row of the matrix that is row k of the factor
-    std::vector<Index> first_column = {0};  // count() + 1
+    std::vector<Index> order;                   // the row of the matrix that is row k of the factor
+    std::vector<Index> first_column = {0};      // count() + 1
     std::vector<std::int64_t> first_row = {0};  // count() + 1, in rows
-    std::vector<Index> rows;                // ascending for each supernode, its own columns first
-    std::vector<Index> parents;             // the supernode with the first row below, or -1
+    std::vector<Index> rows;                    // ascending for each supernode, its own columns first
+    std::vector<Index> parents;                 // the supernode with the first row below, or -1
 
     Index size() const { return static_cast<Index>(order.size()); }
     Index count() const { return static_cast<Index>(first_column.size()) - 1; }
@@ -31,9 +31,7 @@ struct SupernodalPattern {
     }
     const Index* rows_of(Index supernode) const { return rows.data() + first_row[supernode]; }
     /// Numbers of a supernode's columns: a rectangle, of which the upper triangle is not used.
-    std::int64_t panel_size(Index supernode) const {
-        return std::int64_t{width(supernode)} * row_count(supernode);
-    }
+    std::int64_t panel_size(Index supernode) const { return std::int64_t{width(supernode)} * row_count(supernode); }
     /// Multiplications and additions that its elimination takes.
     std::int64_t work(Index supernode) const;
     /// Of the factor, in triangles: what decision documents call numbers a column, times the columns.
