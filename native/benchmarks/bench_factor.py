@@ -17,8 +17,8 @@ MODELS = ROOT.parent / "shared" / "data" / "models"
 GRIDS = [(100, 1), (224, 1), (447, 1), (1000, 1), (46, 3), (103, 3), (145, 3)]
 FILES = ["feline.off", "horse.off", "beast_quads.obj"]
 COLUMNS = [
-    "mesh", "unknowns", "order s", "analyse s", "factor s", "factor again s", "solve s", "numbers a column", "GFlop/s",
-    "residual",
+    "mesh", "unknowns", "order s", "analyse s", "factor s", "factor again s", "solve s", "numbers a column",
+    "GFlop/s", "residual",
 ]  # fmt: skip
 
 

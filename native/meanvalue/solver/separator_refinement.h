@@ -23,9 +23,7 @@ struct Separation {
         weight[to] += graph.weights[vertex];
         side[vertex] = to;
     }
-    /// Whether it is better than `other`: sides of at most `most` first, then the smaller separator, then equal
-    /// sides.
-    bool better_than(const Separation& other, std::int64_t most) const { return rank(most) < other.rank(most); }
+    /// Less is better: sides of at most `most` first, then the smaller separator, then equal sides.
     std::array<std::int64_t, 3> rank(std::int64_t most) const;
 };
 
