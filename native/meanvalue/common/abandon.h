@@ -1,4 +1,4 @@
-// Running what a cancel must not wait for: library code that cannot be interrupted, and the freeing of gigabytes.
+// Running what a cancel must not wait for: the freeing of gigabytes.
 #pragma once
 
 #include <functional>

@@ -139,8 +139,8 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
         auto stage = std::make_unique<Stage>();
         stage->rigidity = rigidity;
         stage->coupling = level->energy->fixed_coupling(rigidity, execution);
-        stage->factor.analyse(hessian, execution);
-        if (!stage->factor.factorise(hessian, execution)) {
+        stage->factor.analyse(hessian, execution, threads_);
+        if (!stage->factor.factorise(hessian, execution, threads_)) {
             throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
         }
         level->stages.push_back(std::move(stage));

@@ -32,7 +32,7 @@ FullDecoder::FullDecoder(Region region, int threads, Execution& execution)
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);
     system_.emplace(encoding_, unknowns_, execution);
-    if (!unknowns_.free.empty()) cholesky_.analyse(system_->matrix().matrix(), execution);
+    if (!unknowns_.free.empty()) cholesky_.analyse(system_->matrix().matrix(), execution, threads_);
 }
 
 DecodeReport FullDecoder::decode(const DecodeOptions& options, Positions& positions, Execution& execution) {

@@ -31,10 +31,10 @@ constexpr int kMostHalvings = 3;
 constexpr int kSettledSteps = 3;
 
 /// Solves H direction = -J (equation 19). @return whether H could be factored and the direction is finite.
-bool solve_step(GaussNewtonSystem& system, SparseCholesky& cholesky, const Execution& execution,
+bool solve_step(GaussNewtonSystem& system, SparseCholesky& cholesky, int threads, const Execution& execution,
                 Eigen::VectorXd& direction) {
-    if (!cholesky.analysed()) cholesky.analyse(system.matrix().matrix(), execution);
-    if (!cholesky.factorise(system.matrix().matrix(), execution)) return false;
+    if (!cholesky.analysed()) cholesky.analyse(system.matrix().matrix(), execution, threads);
+    if (!cholesky.factorise(system.matrix().matrix(), execution, threads)) return false;
     direction = -cholesky.solve(system.gradient(), execution);
     return direction.allFinite();
 }
@@ -128,7 +128,7 @@ class Descent {
         const StageTimer timer(report_.timings, "factor");
         system_.matrix().add_identity_multiples(system_.smoothness_metric(), damping_ - applied_damping_);
         applied_damping_ = damping_;
-        return solve_step(system_, cholesky_, execution_, direction_);
+        return solve_step(system_, cholesky_, options_.threads, execution_, direction_);
     }
 
     double longest_move() const {
@@ -205,7 +205,7 @@ Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky
     system.matrix().add_to_diagonal(kLeastDiagonal);
     Eigen::VectorXd direction;
     Positions result = base + fixed_moves;
-    if (solve_step(system, cholesky, execution, direction)) {
+    if (solve_step(system, cholesky, options.threads, execution, direction)) {
         move_free(unknowns, base, direction, 1.0, result);
     } else {
         for (const Index v : unknowns.free)

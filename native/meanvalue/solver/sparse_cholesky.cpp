@@ -1,120 +1,144 @@
 #include "meanvalue/solver/sparse_cholesky.h"
 
-#include <Eigen/CholmodSupport>
 #include <algorithm>
+#include <new>
+#include <vector>
 
-#include "meanvalue/common/abandon.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/solver/multifrontal.h"
 
 namespace meanvalue {
-
 namespace {
 
-/// Eigen keeps the factor to itself.
-class Solver : public Eigen::CholmodSupernodalLLT<SparseMatrix, Eigen::Lower> {
+/// a . b in four sums, in which it goes through the processor's registers of any length.
+double dot(const double* a, const double* b, Index count) {
+    double sums[4] = {};
+    Index k = 0;
+    for (; k + 4 <= count; k += 4) {
+        for (Index lane = 0; lane < 4; ++lane)
+            sums[lane] += a[k + lane] * b[k + lane];
+    }
+    for (Index lane = 0; k < count; ++k, ++lane)
+        sums[lane] += a[k] * b[k];
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+/// Both substitutions, one supernode after another.
+class Substitution {
   public:
-    cholmod_factor* factor() { return m_cholmodFactor; }
+    Substitution(const SupernodalPattern& pattern, const std::vector<std::int64_t>& first_value, const double* values)
+        : pattern_(pattern), first_value_(first_value), values_(values) {}
+
+    /// @param x in the order of the factor, one right-hand side a column.
+    void solve(Eigen::MatrixXd& x, const Execution& execution) {
+        for (Index s = 0; s < pattern_.count(); ++s) {
+            execution.check();
+            forward(s, x);
+        }
+        for (Index s = pattern_.count() - 1; s >= 0; --s) {
+            execution.check();
+            backward(s, x);
+        }
+    }
+
+  private:
+    void forward(Index s, Eigen::MatrixXd& x) {
+        const Index width = pattern_.width(s);
+        const Index row_count = pattern_.row_count(s);
+        const Index* const rows = pattern_.rows_of(s);
+        local_.assign(row_count, 0.0);
+        for (Eigen::Index side = 0; side < x.cols(); ++side) {
+            double* const of_side = x.col(side).data();
+            std::copy_n(of_side + pattern_.first_column[s], width, local_.begin());
+            std::fill(local_.begin() + width, local_.end(), 0.0);
+            double* const local = local_.data();
+            const double* column = values_ + first_value_[s];
+            for (Index c = 0; c < width; ++c, column += row_count) {
+                const double known = local[c] /= column[c];
+                for (Index r = c + 1; r < row_count; ++r)
+                    local[r] -= column[r] * known;
+            }
+            std::copy_n(local, width, of_side + pattern_.first_column[s]);
+            for (Index r = width; r < row_count; ++r)
+                of_side[rows[r]] += local[r];
+        }
+    }
+
+    void backward(Index s, Eigen::MatrixXd& x) {
+        const Index width = pattern_.width(s);
+        const Index row_count = pattern_.row_count(s);
+        const Index* const rows = pattern_.rows_of(s);
+        local_.resize(row_count);
+        for (Eigen::Index side = 0; side < x.cols(); ++side) {
+            double* const of_side = x.col(side).data();
+            for (Index r = 0; r < row_count; ++r)
+                local_[r] = of_side[rows[r]];
+            const double* column = values_ + first_value_[s] + pattern_.panel_size(s);
+            for (Index c = width - 1; c >= 0; --c) {
+                column -= row_count;
+                const Index below = c + 1;
+                local_[c] -= dot(column + below, local_.data() + below, row_count - below);
+                local_[c] /= column[c];
+            }
+            std::copy_n(local_.begin(), width, of_side + pattern_.first_column[s]);
+        }
+    }
+
+    const SupernodalPattern& pattern_;
+    const std::vector<std::int64_t>& first_value_;
+    const double* values_;
+    std::vector<double> local_;  // the rows of a supernode
 };
 
 }  // namespace
 
-struct SparseCholesky::State {
-    SparseMatrix lower;  // a copy: an abandoned factorisation must not read the caller's matrix
-    Solver solver;
-
-    // Failures are returned and reported by us; CHOLMOD would print them.
-    State() { solver.cholmod().print = 0; }
-};
-
-namespace {
-
-// Entries copied between two looks at the cancel flag: some milliseconds, even where memory is touched first.
-constexpr std::int64_t kEntriesPerCheck = 1 << 20;
-// Back-substitutions of fewer unknowns end by themselves in time; a thread would cost more.
-constexpr Eigen::Index kSmallSystem = 30000;
-
-template <typename T>
-void copy_in_pieces(const T* from, std::int64_t count, T* to, const Execution& execution) {
-    for (std::int64_t begin = 0; begin < count; begin += kEntriesPerCheck) {
-        execution.check();
-        std::copy_n(from + begin, std::min(kEntriesPerCheck, count - begin), to + begin);
-    }
+void throw_too_large(const SparseMatrix& lower, const char* action) {
+    throw SolverFailure(message("too little memory to ", action, " a linear system of ", lower.rows(),
+                                " unknowns with ", lower.nonZeros(), " entries; restrict the region of influence"));
 }
 
-/// The pattern alone: values come with each factorisation.
-void copy_pattern(const SparseMatrix& from, SparseMatrix& to, const Execution& execution) {
-    to.resize(from.rows(), from.cols());
-    to.resizeNonZeros(from.nonZeros());
-    copy_in_pieces(from.outerIndexPtr(), from.cols() + 1, to.outerIndexPtr(), execution);
-    copy_in_pieces(from.innerIndexPtr(), from.nonZeros(), to.innerIndexPtr(), execution);
-}
-
-}  // namespace
-
-SparseCholesky::SparseCholesky() = default;
-SparseCholesky::~SparseCholesky() = default;
-SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
-SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
-
-void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution, Ordering ordering) {
-    const auto state = std::make_shared<State>();
-    if (ordering == Ordering::kNestedDissection) {
-        state->solver.cholmod().nmethods = 1;
-        state->solver.cholmod().method[0].ordering = CHOLMOD_METIS;
-    }
-    copy_pattern(lower, state->lower, execution);
-    run_abandonable([state] { state->solver.analyzePattern(state->lower); }, execution);
-    if (state->solver.cholmod().status < 0) {
-        throw SolverFailure(message("the linear system of ", lower.rows(), " unknowns with ", lower.nonZeros(),
-                                    " entries could not be analysed (CHOLMOD status ", state->solver.cholmod().status,
-                                    "): too little memory? Restrict the region of influence"));
-    }
-    state_ = state;
-}
-
-bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execution) {
-    // The state is given up until the end: on cancel, the thread left behind still writes to it.
-    const std::shared_ptr<State> state = std::move(state_);
+void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution, int threads) {
+    pattern_.reset();
+    values_.reset();
     try {
-        if (state->lower.nonZeros() == 0) copy_pattern(lower, state->lower, execution);
-        copy_in_pieces(lower.valuePtr(), lower.nonZeros(), state->lower.valuePtr(), execution);
-    } catch (const Cancelled&) {
-        state_ = state;  // nothing was begun
-        throw;
+        auto pattern = std::make_unique<const SupernodalPattern>(find_supernodes(lower, threads, execution));
+        first_value_.assign(1, 0);
+        for (Index s = 0; s < pattern->count(); ++s)
+            first_value_.push_back(first_value_.back() + pattern->panel_size(s));
+        pattern_ = std::move(pattern);
+    } catch (const std::bad_alloc&) {
+        throw_too_large(lower, "analyse");
     }
-    run_abandonable([state] { state->solver.factorize(state->lower); }, execution);
-    state_ = state;
-    if (state->solver.cholmod().status < 0) {
-        throw SolverFailure(message("the linear system of ", lower.rows(), " unknowns could not be factored ",
-                                    "(CHOLMOD status ", state->solver.cholmod().status,
-                                    "): too little memory? Restrict the region of influence"));
+}
+
+bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
+    try {
+        // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
+        if (!values_) values_.reset(new double[first_value_.back()]);
+        const PanelSink sink{[&](Index s, int) { return values_.get() + first_value_[s]; }, [](Index, int) {}};
+        return factor_fronts(*pattern_, lower, front_kernels(), threads, sink, execution);
+    } catch (const std::bad_alloc&) {
+        throw_too_large(lower, "factor");
     }
-    return state->solver.info() == Eigen::Success;
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides, const Execution& execution) const {
-    if (right_hand_sides.rows() < kSmallSystem) return state_->solver.solve(right_hand_sides);
-    const auto solution = std::make_shared<Eigen::MatrixXd>(right_hand_sides);
-    run_abandonable([state = state_, solution] { *solution = state->solver.solve(*solution); }, execution);
-    return *solution;
-}
-
-FactorView SparseCholesky::view() const {
-    const cholmod_factor& factor = *state_->solver.factor();
-    const auto integers = [](const void* array) { return static_cast<const std::int64_t*>(array); };
-    return {static_cast<std::int64_t>(factor.nsuper),
-            integers(factor.Perm),
-            integers(factor.super),
-            integers(factor.pi),
-            integers(factor.s),
-            integers(factor.px),
-            static_cast<const double*>(factor.x)};
-}
-
-void SparseCholesky::release_values() {
-    // To a pattern with supernodes.
-    cholmod_l_change_factor(CHOLMOD_PATTERN, 1, 1, 1, 1, state_->solver.factor(), &state_->solver.cholmod());
-    state_->lower = SparseMatrix();
+    const std::vector<Index>& order = pattern_->order;
+    const Eigen::Index size = right_hand_sides.rows();
+    Eigen::MatrixXd x(size, right_hand_sides.cols());
+    const auto each_number = [&](const auto& action) {
+        for (Eigen::Index side = 0; side < x.cols(); ++side) {
+            for (Eigen::Index k = 0; k < size; ++k) {
+                execution.check_every(k);
+                action(k, side);
+            }
+        }
+    };
+    each_number([&](Eigen::Index k, Eigen::Index side) { x(k, side) = right_hand_sides(order[k], side); });
+    Substitution(*pattern_, first_value_, values_.get()).solve(x, execution);
+    Eigen::MatrixXd solution(size, x.cols());
+    each_number([&](Eigen::Index k, Eigen::Index side) { solution(order[k], side) = x(k, side); });
+    return solution;
 }
 
 }  // namespace meanvalue

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 
-#include "meanvalue/common/errors.h"
+#include "meanvalue/solver/multifrontal.h"
+#include "meanvalue/solver/sparse_cholesky.h"
 
 namespace meanvalue {
 namespace {
 
 // A thread is worth starting for so many lanes of values: some 50 microseconds of work.
 constexpr std::int64_t kLanesPerThread = 1 << 15;
-// Rows of which nested dissection is worth its time; below, the fill is the same to some percent.
-constexpr Eigen::Index kLargeSystem = 5000;
-
 /// A power of two that takes the largest number near 1: single precision has a short range of exponents.
 double scale_of(const PositionsView& numbers) {
     const double largest = numbers.size() == 0 ? 0.0 : numbers.cwiseAbs().maxCoeff();
@@ -21,71 +20,45 @@ double scale_of(const PositionsView& numbers) {
     return std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1000, 1000));
 }
 
-Index width_of(const FactorView& view, std::int64_t supernode) {
-    return static_cast<Index>(view.first_column[supernode + 1] - view.first_column[supernode]);
-}
-Index row_count_of(const FactorView& view, std::int64_t supernode) {
-    return static_cast<Index>(view.first_row[supernode + 1] - view.first_row[supernode]);
-}
-
-/// For each supernode the one with the first row below it.
-std::vector<Index> parents_of(const FactorView& view, Index size, const Execution& execution) {
-    std::vector<Index> owner(size);
-    for (std::int64_t s = 0; s < view.supernode_count; ++s) {
-        execution.check_every(s);
-        std::fill(owner.begin() + view.first_column[s], owner.begin() + view.first_column[s + 1],
-                  static_cast<Index>(s));
-    }
-    std::vector<Index> parents(view.supernode_count, -1);
-    for (std::int64_t s = 0; s < view.supernode_count; ++s) {
-        execution.check_every(s);
-        if (row_count_of(view, s) > width_of(view, s))
-            parents[s] = owner[view.rows[view.first_row[s] + width_of(view, s)]];
-    }
-    return parents;
-}
-
 }  // namespace
 
-void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution) {
-    cholesky_ = SparseCholesky();
+void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution, int threads) {
+    pattern_.reset();
     values_.reset();
-    SparseCholesky cholesky;
-    cholesky.analyse(lower, execution, lower.cols() < kLargeSystem ? Ordering::kQuick : Ordering::kNestedDissection);
-    const FactorView view = cholesky.view();
-    order_.resize(lower.cols());
-    for (Index k = 0; k < size(); ++k) {
-        execution.check_every(k);
-        order_[k] = static_cast<Index>(view.order[k]);
+    try {
+        auto pattern = std::make_unique<const SupernodalPattern>(find_supernodes(lower, threads, execution));
+        order_ = pattern->order;
+        build_supernodes(*pattern, execution);
+        place_rows(*pattern, execution);
+        pattern_ = std::move(pattern);
+    } catch (const std::bad_alloc&) {
+        throw_too_large(lower, "analyse");
     }
-    build_supernodes(view, execution);
-    place_rows(view, execution);
-    cholesky_ = std::move(cholesky);
 }
 
-void SupernodalFactor::build_supernodes(const FactorView& view, const Execution& execution) {
-    supernodes_.resize(view.supernode_count);
-    std::vector<std::int64_t> weights(view.supernode_count);
+void SupernodalFactor::build_supernodes(const SupernodalPattern& pattern, const Execution& execution) {
+    supernodes_.resize(pattern.count());
+    std::vector<std::int64_t> weights(pattern.count());
     std::int64_t below = 0;
     Index blocks = 0;
     value_count_ = 0;
-    for (std::int64_t s = 0; s < view.supernode_count; ++s) {
+    for (Index s = 0; s < pattern.count(); ++s) {
         execution.check_every(s);
-        const Index width = width_of(view, s);
-        const Index row_count = row_count_of(view, s);
-        supernodes_[s] = {static_cast<Index>(view.first_column[s]), width, row_count, below, value_count_};
+        const Index width = pattern.width(s);
+        const Index row_count = pattern.row_count(s);
+        supernodes_[s] = {pattern.first_column[s], width, row_count, below, value_count_};
         below += row_count - width;
         value_count_ += lanes_of(width, row_count);
         blocks = std::max(blocks, block_count(row_count));
-        weights[s] = std::int64_t{width} * row_count;
+        weights[s] = pattern.panel_size(s);
     }
     below_.resize(below);
     scratch_size_ = 3 * static_cast<std::size_t>(blocks);
     scratch_.clear();
-    tasks_ = cut_into_tasks(parents_of(view, size(), execution), weights);
+    tasks_ = cut_into_tasks(pattern.parents, weights);
 }
 
-void SupernodalFactor::place_rows(const FactorView& view, const Execution& execution) {
+void SupernodalFactor::place_rows(const SupernodalPattern& pattern, const Execution& execution) {
     outside_.assign(tasks_.size(), {});
     std::vector<std::vector<Index>> rows(tasks_.size());  // outside of each task, ascending
     std::vector<Index> place(size());
@@ -94,9 +67,9 @@ void SupernodalFactor::place_rows(const FactorView& view, const Execution& execu
     const auto each_row_below = [&](Index task, const auto& action) {
         for (Index s = tasks_[task].begin; s < tasks_[task].end; ++s) {
             execution.check_every(s);
-            const std::int64_t* row = view.rows + view.first_row[s] + supernodes_[s].width;
-            for (std::int64_t k = 0; k < supernodes_[s].row_count - supernodes_[s].width; ++k)
-                action(supernodes_[s].first_below + k, static_cast<Index>(row[k]));
+            const Index* row = pattern.rows_of(s) + supernodes_[s].width;
+            for (Index k = 0; k < supernodes_[s].row_count - supernodes_[s].width; ++k)
+                action(supernodes_[s].first_below + k, row[k]);
         }
     };
     // The parent of a task comes after it: from the last to the first, its rows are known.
@@ -128,20 +101,25 @@ void SupernodalFactor::place_rows(const FactorView& view, const Execution& execu
     work_.assign(static_cast<std::size_t>(next_place) * kStride, 0.0F);
 }
 
-bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& execution) {
-    if (!cholesky_.factorise(lower, execution)) {
-        cholesky_.release_values();
-        return false;
+bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
+    try {
+        // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
+        if (!values_) values_.reset(new Lanes[value_count_]);
+        // In double precision only what is being worked on.
+        std::vector<std::vector<double>> panels(threads);
+        const PanelSink sink{
+            [&](Index s, int worker) {
+                std::vector<double>& panel = panels[worker];
+                panel.resize(std::max(panel.size(), static_cast<std::size_t>(pattern_->panel_size(s))));
+                return panel.data();
+            },
+            [&](Index s, int worker) {
+                pack(supernodes_[s], panels[worker].data(), &values_[supernodes_[s].values]);
+            }};
+        return factor_fronts(*pattern_, lower, front_kernels(), threads, sink, execution);
+    } catch (const std::bad_alloc&) {
+        throw_too_large(lower, "factor");
     }
-    const FactorView view = cholesky_.view();
-    // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
-    if (!values_) values_.reset(new Lanes[value_count_]);
-    for (std::size_t s = 0; s < supernodes_.size(); ++s) {
-        execution.check();
-        pack(supernodes_[s], view.values + view.first_value[s], &values_[supernodes_[s].values]);
-    }
-    cholesky_.release_values();
-    return true;
 }
 
 void SupernodalFactor::solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,

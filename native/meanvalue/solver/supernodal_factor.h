@@ -7,9 +7,10 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/solver/block_matrix.h"
 #include "meanvalue/solver/elimination_tasks.h"
-#include "meanvalue/solver/sparse_cholesky.h"
 #include "meanvalue/solver/supernodal_kernels.h"
+#include "meanvalue/solver/supernodal_pattern.h"
 
 namespace meanvalue {
 
@@ -22,14 +23,15 @@ namespace meanvalue {
 class SupernodalFactor {
   public:
     /// Fill-reducing order, symbolic analysis and the division into tasks; once for each pattern.
+    /// @param threads as given by thread_count().
     /// @throws Cancelled, SolverFailure; then analysed() is false.
-    void analyse(const SparseMatrix& lower, const Execution& execution);
-    bool analysed() const { return cholesky_.analysed(); }
+    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1);
+    bool analysed() const { return pattern_ != nullptr; }
 
     /// Factors a matrix with the pattern that was analysed; may be called again with other values.
     /// @return false where the matrix is not positive definite to working precision.
-    /// @throws Cancelled, SolverFailure; then analysed() may be false. @pre analysed().
-    bool factorise(const SparseMatrix& lower, const Execution& execution);
+    /// @throws Cancelled, SolverFailure; then it may be called again. @pre analysed().
+    bool factorise(const SparseMatrix& lower, const Execution& execution, int threads = 1);
 
     /// x in matrix * x = right_hand_sides, for three right-hand sides; nothing is allocated but the threads.
     /// @param right_hand_sides n x 3. @param solution n x 3; may be the same memory.
@@ -50,13 +52,13 @@ class SupernodalFactor {
         std::vector<Index> in_parent;  // for each, its place there
     };
 
-    void build_supernodes(const FactorView& view, const Execution& execution);
-    void place_rows(const FactorView& view, const Execution& execution);
+    void build_supernodes(const SupernodalPattern& pattern, const Execution& execution);
+    void place_rows(const SupernodalPattern& pattern, const Execution& execution);
     void forward(const PositionsView& right_hand_sides, Index task, int worker, const Execution& execution);
     void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution);
     float* row(Index place) { return work_.data() + static_cast<std::size_t>(place) * kStride; }
 
-    SparseCholesky cholesky_;
+    std::unique_ptr<const SupernodalPattern> pattern_;
     std::vector<Index> order_;  // the row of the matrix that is row k of the factor
     std::vector<Supernode> supernodes_;
     std::vector<Index> below_;  // for each supernode where its rows below are in the work vector

@@ -1,0 +1,144 @@
+#include "meanvalue/solver/sparse_cholesky.h"
+
+#include <atomic>
+#include <chrono>
+#include <limits>
+#include <thread>
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/solver/multifrontal.h"
+#include "tests/matrices.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+Eigen::MatrixXd solved(const SparseMatrix& lower, const Eigen::MatrixXd& right_hand_sides, int threads) {
+    SparseCholesky cholesky;
+    cholesky.analyse(lower, Execution(), threads);
+    EXPECT_TRUE(cholesky.factorise(lower, Execution(), threads));
+    return cholesky.solve(right_hand_sides, Execution());
+}
+
+double residual(const SparseMatrix& lower, const Eigen::MatrixXd& x, const Eigen::MatrixXd& right_hand_sides) {
+    const Eigen::MatrixXd rest = lower.selfadjointView<Eigen::Lower>() * x - right_hand_sides;
+    return rest.norm() / right_hand_sides.norm();
+}
+
+class SparseCholeskyOf : public testing::TestWithParam<Case> {};
+
+TEST_P(SparseCholeskyOf, SolvesWithTheSameBitsForAnyNumberOfThreads) {
+    const SparseMatrix& lower = GetParam().lower;
+    const Eigen::MatrixXd right_hand_sides = Eigen::MatrixXd::Random(lower.cols(), 5);
+    const Eigen::MatrixXd expected = solved(lower, right_hand_sides, 1);
+    EXPECT_LT(residual(lower, expected, right_hand_sides), 1e-10);
+    for (const int threads : {2, 3, 4})
+        EXPECT_EQ(solved(lower, right_hand_sides, threads), expected);
+}
+
+TEST_P(SparseCholeskyOf, BothKindsOfKernelsAgreeToRounding) {
+    const SparseMatrix& lower = GetParam().lower;
+    const SupernodalPattern pattern = find_supernodes(lower, 1, Execution());
+    const auto values_by = [&](const FrontKernels& kernels) {
+        std::vector<Eigen::MatrixXd> panels(pattern.count());
+        const auto begin = [&](Index s, int) {
+            panels[s].setZero(pattern.row_count(s), pattern.width(s));
+            return panels[s].data();
+        };
+        EXPECT_TRUE(factor_fronts(pattern, lower, kernels, 2, {begin, [](Index, int) {}}, Execution()));
+        return panels;
+    };
+    const auto fast = values_by(front_kernels());
+    const auto portable = values_by(portable_front_kernels());
+    for (Index s = 0; s < pattern.count(); ++s) {
+        const Eigen::MatrixXd a = fast[s].triangularView<Eigen::Lower>();
+        const Eigen::MatrixXd b = portable[s].triangularView<Eigen::Lower>();
+        EXPECT_LT((a - b).norm(), 1e-9 * a.norm());
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Matrices, SparseCholeskyOf, testing::ValuesIn(all_matrices()),
+                         [](const auto& item) { return std::to_string(item.index); });
+
+TEST(SparseCholesky, SolvesNothing) {
+    EXPECT_EQ(solved(SparseMatrix(0, 0), Eigen::MatrixXd(0, 3), 2).cols(), 3);
+}
+
+TEST(SparseCholesky, SaysWhatIsNotPositiveDefinite) {
+    const SparseMatrix lower = bilaplacian(grid(60, 60, 0.1));
+    const Eigen::MatrixXd right_hand_sides = Eigen::MatrixXd::Random(lower.cols(), 1);
+    SparseCholesky cholesky;
+    cholesky.analyse(lower, Execution(), 2);
+    for (const double bad : {-1.0, 0.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+        for (const int threads : {1, 2}) {
+            SparseMatrix spoilt = lower;
+            spoilt.coeffRef(1234, 1234) = bad;
+            EXPECT_FALSE(cholesky.factorise(spoilt, Execution(), threads)) << bad;
+        }
+    }
+    ASSERT_TRUE(cholesky.factorise(lower, Execution()));
+    EXPECT_EQ(cholesky.solve(right_hand_sides, Execution()), solved(lower, right_hand_sides, 1));
+}
+
+TEST(SparseCholesky, ManyAtOnceAreAsExactAsOne) {
+    const SparseMatrix lower = in_blocks(bilaplacian(torus(60, 40)));
+    const Eigen::MatrixXd right_hand_sides = Eigen::MatrixXd::Random(lower.cols(), 3);
+    const Eigen::MatrixXd expected = solved(lower, right_hand_sides, 1);
+    std::atomic<int> same{0};
+    std::vector<std::thread> threads;
+    for (int k = 0; k < 6; ++k)
+        threads.emplace_back([&, k] { same += solved(lower, right_hand_sides, 1 + k % 3) == expected ? 1 : 0; });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(same, 6);
+}
+
+TEST(SparseCholesky, CanBeCancelledAtEveryLookAndUsedAgain) {
+    const SparseMatrix lower = in_blocks(bilaplacian(grid(30, 30, 0.1)));
+    const Eigen::MatrixXd right_hand_sides = Eigen::MatrixXd::Random(lower.cols(), 2);
+    const Eigen::MatrixXd expected = solved(lower, right_hand_sides, 1);
+    SparseCholesky cholesky;
+    bool done = false;
+    for (std::int64_t look = 1; !done; look = look + 1 + look / 3) {
+        Execution execution;
+        execution.cancel_at_look(look);
+        try {
+            if (!cholesky.analysed()) cholesky.analyse(lower, execution, 2);
+            cholesky.factorise(lower, execution, 2);
+            EXPECT_EQ(cholesky.solve(right_hand_sides, execution), expected);
+            done = true;
+        } catch (const Cancelled&) {  // as the case may be
+        }
+    }
+    EXPECT_TRUE(cholesky.factorise(lower, Execution()));
+    EXPECT_EQ(cholesky.solve(right_hand_sides, Execution()), expected);
+}
+
+TEST(SparseCholesky, ACancelIsAnsweredAtOnce) {
+    const SparseMatrix lower = bilaplacian(grid(400, 400, 0.1));
+    SparseCholesky cholesky;
+    cholesky.analyse(lower, Execution(), 2);
+    for (const int delay_ms : {1, 20, 100, 200, 400}) {
+        for (const bool analyse : {true, false}) {
+            Execution execution;
+            std::chrono::steady_clock::time_point asked;
+            std::thread canceller([&] {
+                std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+                asked = std::chrono::steady_clock::now();
+                execution.cancel();
+            });
+            try {
+                if (analyse) find_supernodes(lower, 2, execution);
+                cholesky.factorise(lower, execution, 2);
+            } catch (const Cancelled&) {  // as the case may be
+            }
+            const auto returned = std::chrono::steady_clock::now();
+            canceller.join();
+            // Milliseconds; much more where other work has the cores.
+            EXPECT_LT(std::chrono::duration<double>(returned - asked).count(), 1.0);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
