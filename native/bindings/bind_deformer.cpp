@@ -18,13 +18,13 @@ struct OwnedBinding {
     std::optional<Binding> binding;
 };
 
-std::shared_ptr<OwnedBinding> own_binding(const FloatArray& vertices, const py::object& faces,
+std::shared_ptr<OwnedBinding> own_binding(const py::object& vertices, const py::object& faces,
                                           const py::object& anchors, const std::optional<py::object>& roi,
                                           const std::optional<py::object>& handles, std::optional<double> rigidity,
                                           const std::optional<py::object>& strengths, const std::string& method,
                                           int threads) {
     auto owned = std::make_shared<OwnedBinding>();
-    owned->vertices = as_positions(vertices, "vertices");
+    owned->vertices = PositionsArray(vertices, "vertices").view();
     owned->faces = as_triangles(faces, "faces");
     Binding& binding = owned->binding.emplace(
         Binding{owned->vertices, owned->faces, as_indices(anchors, "anchors"), as_flags(roi, "roi")});
@@ -48,7 +48,7 @@ std::shared_ptr<OwnedBinding> own_binding(const FloatArray& vertices, const py::
     return owned;
 }
 
-std::shared_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
+std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::object& faces,
                                         const py::object& anchors, const std::optional<py::object>& roi,
                                         const std::optional<py::object>& handles, std::optional<double> rigidity,
                                         const std::optional<py::object>& strengths, const std::string& method,
@@ -59,7 +59,7 @@ std::shared_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
     return bind_abandonable(*owned->binding, held);
 }
 
-Task start_bind(const FloatArray& vertices, const py::object& faces, const py::object& anchors,
+Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, const std::string& method,
                 int threads, const SharedExecution& execution) {
@@ -71,18 +71,19 @@ Task start_bind(const FloatArray& vertices, const py::object& faces, const py::o
             }};
 }
 
-Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,
+Solution solve(Deformer& deformer, const py::object& targets, const std::optional<py::object>& start,
                std::optional<double> tolerance, int max_iterations, bool settle, const SharedExecution& execution) {
-    const auto target_positions = as_positions(targets, "targets");
+    const PositionsArray target_array(targets, "targets");
+    std::optional<PositionsArray> start_array;
     std::optional<PositionsView> start_positions;
-    if (start) start_positions.emplace(as_positions(*start, "start"));
+    if (start) start_positions.emplace(start_array.emplace(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return deformer.solve(target_positions, start_positions, SolveOptions{tolerance, max_iterations, settle}, *held);
+    return deformer.solve(target_array.view(), start_positions, SolveOptions{tolerance, max_iterations, settle}, *held);
 }
 
-Task start_solve(const std::shared_ptr<Deformer>& deformer, const FloatArray& targets,
-                 const std::optional<FloatArray>& start, std::optional<double> tolerance, int max_iterations,
+Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
+                 const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
                  bool settle, const SharedExecution& execution) {
     struct Call {
         Positions targets;
@@ -90,8 +91,8 @@ Task start_solve(const std::shared_ptr<Deformer>& deformer, const FloatArray& ta
         SolveOptions options;
     };
     const auto call =
-        std::make_shared<Call>(Call{as_positions(targets, "targets"), {}, {tolerance, max_iterations, settle}});
-    if (start) call->start.emplace(as_positions(*start, "start"));
+        std::make_shared<Call>(Call{PositionsArray(targets, "targets").view(), {}, {tolerance, max_iterations, settle}});
+    if (start) call->start.emplace(PositionsArray(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
                 std::optional<PositionsView> start_view;
