@@ -7,6 +7,7 @@
 #include "meanvalue/common/abandon.h"
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/fork.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/fast/fast_decoder.h"
 #include "meanvalue/hierarchy/paper_decoder.h"
@@ -20,6 +21,7 @@ namespace {
 
 // How often a caller that waits for another one's solve looks at its cancel flag.
 constexpr std::chrono::milliseconds kPollInterval{10};
+constexpr int kPollsToBeSure = 50;
 
 // Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
 // minimum they end.
@@ -140,7 +142,10 @@ Method method_from_name(const std::string& name) {
 }
 
 Deformer::Deformer(const Binding& binding, Execution& execution)
-    : method_(binding.method), rest_(binding.vertices), anchors_(binding.anchors) {
+    : solver_generation_(fork_generation()),
+      method_(binding.method),
+      rest_(binding.vertices),
+      anchors_(binding.anchors) {
     if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
     const int threads = thread_count(binding.threads);
     require_finite(rest_, "vertices");
@@ -214,6 +219,21 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
     return positions;
 }
 
+std::unique_lock<std::timed_mutex> Deformer::take_turn(const Execution& execution) {
+    std::unique_lock<std::timed_mutex> turn(solving_, std::defer_lock);
+    int polls_of_others = 0;
+    while (!turn.try_lock_for(kPollInterval)) {
+        execution.check();
+        // Several: who has just got his turn may not have signed yet.
+        if (solver_generation_ != fork_generation() && ++polls_of_others > kPollsToBeSure) {
+            throw SolverFailure(
+                "the deformer was in the middle of a solve when this process was forked; bind the mesh again here");
+        }
+    }
+    solver_generation_ = fork_generation();
+    return turn;
+}
+
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) {
     const double tolerance = options.tolerance.value_or(default_tolerance_);
@@ -223,9 +243,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     if (options.max_iterations < 0) {
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     }
-    std::unique_lock<std::timed_mutex> lock(solving_, std::defer_lock);
-    while (!lock.try_lock_for(kPollInterval))
-        execution.check();
+    const std::unique_lock<std::timed_mutex> turn = take_turn(execution);
     Solution solution;
     solution.vertices = place_anchors(targets, start, execution);
     Positions positions = rows_of_region(solution.vertices, execution);

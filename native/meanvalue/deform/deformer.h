@@ -1,6 +1,7 @@
 // One bound mesh: what depends on the rest shape, the anchor set and the region of influence is done once.
 #pragma once
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -122,8 +123,12 @@ class Deformer {
                             const Execution& execution) const;
     Positions rows_of_region(const PositionsView& positions, const Execution& execution) const;
     void fill_report(const std::vector<Index>& region_vertices);
+    /// Waits for other threads' solves. @throws Cancelled; SolverFailure in a forked child, where one of the other
+    /// process was in the middle of a solve.
+    std::unique_lock<std::timed_mutex> take_turn(const Execution& execution);
 
     std::timed_mutex solving_;
+    std::atomic<unsigned> solver_generation_;  // fork_generation() of the last that took its turn
     Method method_;
     double default_tolerance_ = 1e-6;
     Positions rest_;
