@@ -15,6 +15,7 @@
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/solver/full_decoder.h"
+#include "meanvalue/solver/ring_room.h"
 
 namespace meanvalue {
 namespace {
@@ -115,6 +116,18 @@ std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std
     return result;
 }
 
+PairBytes pair_bytes_of(Method method) {
+    switch (method) {
+        case Method::kFast:
+            return kNumberPairs;
+        case Method::kPaper:  // its levels have short rings; its last sweeps look at every ring for each vertex of it
+            return kNoPairs;
+        case Method::kFull:
+            break;
+    }
+    return kBlockPairs;
+}
+
 std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft, Region region,
                                       int threads, Execution& execution) {
     const double rigidity = rigidity_of(binding);
@@ -159,7 +172,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     }
     Components components = find_components(rest_, binding.faces, is_fixed_, execution, is_soft);
     Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components), execution);
-    execution.check();
+    require_room_for_rings(region, pair_bytes_of(method_), execution);
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (binding.method == Method::kFast) region = in_spatial_order(region, execution);
     region_vertices_ = region.vertices;

@@ -71,8 +71,8 @@ void RingRoom::require() const {
         throw InvalidInput(message(long_row_count_, " vertices have ", kLongRow,
                                    " neighbours or more that may move, and together they need ",
                                    long_bytes_ / kGigabyte, " GB, more than the ", kMostLongBytes / kGigabyte,
-                                   " there may be; the one with most is vertex ", longest_vertex_, ", with ", longest_,
-                                   kRemedy));
+                                   " there may be; the one with most is vertex ", longest_vertex_, ", with ",
+                                   longest_, kRemedy));
     }
     if (short_bytes_ > kMostShortBytes) {
         throw InvalidInput(message("the free vertices need about ", short_bytes_ / kGigabyte, " GB, more than the ",
@@ -93,7 +93,8 @@ void require_room_for_rings(const Region& region, const PairBytes& bytes, const 
             }
         }
     };
-    for_each_spoke([&](Index, Index vertex, Index neighbour) { named[vertex] += region.is_fixed[neighbour] ? 0 : 1; });
+    for_each_spoke(
+        [&](Index, Index vertex, Index neighbour) { named[vertex] += region.is_fixed[neighbour] ? 0 : 1; });
     std::vector<Index> place(region.vertices.size(), -1);
     std::vector<Index> found;
     RingRoom room(bytes);

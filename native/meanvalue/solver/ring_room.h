@@ -16,7 +16,7 @@ struct PairBytes {
     double in_long_rows;
     double in_short_rows;  ///< 0: as much as the mesh itself, which is nobody's fault
 };
-constexpr PairBytes kBlockPairs{360.0, 100.0};   ///< 3 x 3 blocks in a matrix, its copy and half of that in a factor
+constexpr PairBytes kBlockPairs{360.0, 100.0};  ///< 3 x 3 blocks in a matrix, its copy and half of that in a factor
 constexpr PairBytes kNumberPairs{120.0, 0.0};   ///< numbers, with factors for all stages of the fast method
 constexpr PairBytes kNoPairs{0.0, 0.0};         ///< no matrix: only time, which goes with the square of the longest
 
