@@ -79,7 +79,8 @@ Solution solve(Deformer& deformer, const py::object& targets, const std::optiona
     if (start) start_positions.emplace(start_array.emplace(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return deformer.solve(target_array.view(), start_positions, SolveOptions{tolerance, max_iterations, settle}, *held);
+    return deformer.solve(target_array.view(), start_positions, SolveOptions{tolerance, max_iterations, settle},
+                          *held);
 }
 
 Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
@@ -90,8 +91,8 @@ Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& ta
         std::optional<Positions> start;
         SolveOptions options;
     };
-    const auto call =
-        std::make_shared<Call>(Call{PositionsArray(targets, "targets").view(), {}, {tolerance, max_iterations, settle}});
+    const auto call = std::make_shared<Call>(
+        Call{PositionsArray(targets, "targets").view(), {}, {tolerance, max_iterations, settle}});
     if (start) call->start.emplace(PositionsArray(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
@@ -156,7 +157,8 @@ void bind_reports(py::module_& module) {
             "gradient", &Solution::gradient,
             "float: the same at the end; method 'full': where it last linearised, 'paper': of its coarse level.")
         .def_readonly("iterations", &Solution::iterations)
-        .def_readonly("converged", &Solution::converged)
+        .def_readonly("converged", &Solution::converged,
+                      "bool: a minimum is near; method 'paper': of its base mesh and its coarse level.")
         .def_readonly("stop_reason", &Solution::stop_reason)
         .def_readonly("timings", &Solution::timings, "dict: stage -> seconds, and 'total'.");
 }
@@ -190,12 +192,14 @@ void bind_deformer(py::module_& module) {
              "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
              "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
              "threads: 0 for every core; results do not depend on it.\n"
-             "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
+             "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
+             "among others), SolverFailure, Cancelled.")
         .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
              "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
-             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones.\n"
+             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
+             "bounding-box diagonals from where they rest.\n"
              "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
              "None for the rest shape.\n"
              "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
@@ -206,7 +210,7 @@ void bind_deformer(py::module_& module) {
              "end of a drag.\n"
              "Returns a Solution.\n"
              "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
-             "calls waits for the first.")
+             "calls waits for the first. In a forked process, a deformer that was being solved raises SolverFailure.")
         .def("start_solve", &start_solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),

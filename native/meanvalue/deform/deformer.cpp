@@ -163,6 +163,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     const int threads = thread_count(binding.threads);
     require_finite(rest_, "vertices");
     require_moderate_extent(rest_);
+    diagonal_ = bounding_box_diagonal(rest_);
     execution.begin_stage("encode");
     require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
     is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
@@ -210,16 +211,12 @@ Positions Deformer::rows_of_region(const PositionsView& positions, const Executi
 
 Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
                                   const Execution& execution) const {
-    require_targets(targets, anchors_);
+    require_targets(targets, anchors_, rest_, diagonal_);
     execution.check();
     Positions positions = rest_;
     execution.check();
     if (start) {
-        if (start->rows() != rest_.rows()) {
-            throw InvalidInput(
-                message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(), " vertices"));
-        }
-        require_finite(*start, "start");
+        require_start(*start, rest_, diagonal_, is_fixed_, execution);
         for (Index v = 0; v < positions.rows(); ++v) {
             execution.check_every(v);
             if (!is_fixed_[v]) positions.row(v) = start->row(v);
