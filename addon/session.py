@@ -14,6 +14,10 @@ from .core import result
 from .core.deformer_cache import DeformerCache
 from .errors import CancelledError, SceneError, SolverError
 
+# What is said of input that the native module refuses.
+REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Bind"
+REFUSED_POSE = "The solver cannot reach this pose: {}"
+
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
 
@@ -79,9 +83,10 @@ def solve_steps(binding, bind_input, targets, start=None, settle=False, executio
         start=start,
         settle=settle,
         execution=execution,
+        refused=REFUSED_POSE,
     )
     yield task
-    solution = _call(task.result)
+    solution = _call(task.result, refused=REFUSED_POSE)
     summary = result.SolveSummary.of(solution, bind_input.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
@@ -99,15 +104,13 @@ def clear():
     _cache.clear()
 
 
-def _call(function, *arguments, **options):
-    """Calls the native module; its errors become ours, with what to do."""
+def _call(function, *arguments, refused=REFUSED_MESH, **options):
+    """Calls the native module; its errors become ours, with what to do. refused: what is said of input."""
     module = native_loader.module()
     try:
         return function(*arguments, **options)
     except module.InvalidInput as error:
-        raise SolverError(
-            f"The solver cannot use this mesh: {error}. Correct the mesh there and press Bind"
-        ) from error
+        raise SolverError(refused.format(error)) from error
     except module.SolverFailure as error:
         raise SolverError(
             f"The solver failed: {error}. Move the anchors closer to the rest shape, or add anchors"

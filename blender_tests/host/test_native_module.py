@@ -166,6 +166,10 @@ def test_solution_vertices_are_read_only():
         ),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0]).solve(VERTICES[:1], tolerance=0), "tolerance is 0"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(VERTICES[:3]), "targets has 3 rows"),
+        (
+            lambda: meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(1e10 * bent_targets()),
+            r"targets\[0\], of vertex 0, is 1e\+10 away .* at most 1e\+06 can be solved for",
+        ),
     ],
 )
 def test_bad_input_is_refused_by_name(action, text):

@@ -1,6 +1,7 @@
 #include "bindings/arrays.h"
 
 #include <limits>
+#include <string>
 
 #include "meanvalue/common/errors.h"
 
@@ -13,24 +14,47 @@ std::string shape_text(const py::array& array) {
     return py::str(array.attr("shape"));
 }
 
-py::array as_array(const py::object& values, const char* name) {
+std::string type_text(const py::array& array) {
+    return py::str(array.dtype());
+}
+
+/// One of numpy's letters for kinds of types: what a cast may do to the others is silent, and never what was meant.
+bool is_of_kind(const py::array& array, const char* kinds) {
+    return std::string(kinds).find(array.dtype().kind()) != std::string::npos;
+}
+
+/// @param wanted what to give instead, for the message.
+py::array as_array(const py::object& values, const char* name, const char* wanted) {
+    if (py::hasattr(values, "mask") && py::hasattr(values, "filled")) {
+        throw InvalidInput(message(name,
+                                   " is a masked array, of which the masked values would be taken as well; give ",
+                                   wanted, ", by filled() or compressed()"));
+    }
     py::array array = py::array::ensure(values);
-    if (!array) throw InvalidInput(message(name, " cannot be made an array of numbers"));
+    if (!array) throw InvalidInput(message(name, " cannot be made an array; give ", wanted));
     return array;
 }
 
-/// Checks the type and the range; float indices would be cut off silently by a plain cast.
+/// Whole numbers, or nothing at all: numpy makes an empty list one of float64.
 LongArray as_integers(const py::array& array, const char* name) {
-    const char kind = array.dtype().kind();
-    if (array.size() > 0 && kind != 'i' && kind != 'u') {
-        throw InvalidInput(
-            message(name, " has the type ", std::string(py::str(array.dtype())), "; give whole numbers (int32)"));
+    if (!is_of_kind(array, "iu") && !(array.size() == 0 && is_of_kind(array, "f"))) {
+        throw InvalidInput(message(name, " has the type ", type_text(array), "; give whole numbers (int32)"));
+    }
+    const auto refuse = [&](auto number) {
+        throw InvalidInput(message(name, " holds ", number, ", which no vertex number can be"));
+    };
+    if (is_of_kind(array, "u")) {  // of 64 bits, those above 2^63 would become negative
+        const py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast> numbers(array);
+        const std::uint64_t most = std::numeric_limits<Index>::max();
+        for (py::ssize_t k = 0; k < numbers.size(); ++k) {
+            if (numbers.data()[k] > most) refuse(numbers.data()[k]);
+        }
     }
     LongArray integers(array);
     const std::int64_t* item = integers.data();
     for (py::ssize_t k = 0; k < integers.size(); ++k) {
         if (item[k] < std::numeric_limits<Index>::min() || item[k] > std::numeric_limits<Index>::max()) {
-            throw InvalidInput(message(name, " holds ", item[k], ", which no vertex number can be"));
+            refuse(item[k]);
         }
     }
     return integers;
@@ -38,15 +62,20 @@ LongArray as_integers(const py::array& array, const char* name) {
 
 }  // namespace
 
-Eigen::Map<const Positions> as_positions(const FloatArray& array, const char* name) {
+PositionsArray::PositionsArray(const py::object& values, const char* name) {
+    constexpr const char* kWanted = "(n, 3) of float64";
+    const py::array array = as_array(values, name, kWanted);
     if (array.ndim() != 2 || array.shape(1) != 3) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (n, 3)"));
     }
-    return {array.data(), array.shape(0), 3};
+    if (!is_of_kind(array, "fiu")) {
+        throw InvalidInput(message(name, " has the type ", type_text(array), "; give ", kWanted));
+    }
+    array_ = FloatArray(array);
 }
 
 Triangles as_triangles(const py::object& values, const char* name) {
-    const py::array array = as_array(values, name);
+    const py::array array = as_array(values, name, "(m, 3) of int32");
     if (array.ndim() != 2 || array.shape(1) != 3) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array),
                                    "; give (m, 3): split polygons into triangles first"));
@@ -57,7 +86,7 @@ Triangles as_triangles(const py::object& values, const char* name) {
 }
 
 std::vector<Index> as_indices(const py::object& values, const char* name) {
-    const py::array array = as_array(values, name);
+    const py::array array = as_array(values, name, "(k,) of int32");
     if (array.ndim() != 1) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (k,)"));
     }
@@ -66,11 +95,11 @@ std::vector<Index> as_indices(const py::object& values, const char* name) {
 }
 
 std::vector<double> as_numbers(const py::object& values, const char* name) {
-    const py::array array = as_array(values, name);
-    const char kind = array.dtype().kind();
-    if (array.ndim() != 1 || (kind != 'f' && kind != 'i' && kind != 'u')) {
-        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ",
-                                   std::string(py::str(array.dtype())), "; give (k,) of float"));
+    constexpr const char* kWanted = "(k,) of float";
+    const py::array array = as_array(values, name, kWanted);
+    if (array.ndim() != 1 || !is_of_kind(array, "fiu")) {
+        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ", type_text(array),
+                                   "; give ", kWanted));
     }
     const FloatArray numbers(array);
     return {numbers.data(), numbers.data() + numbers.size()};
@@ -78,10 +107,11 @@ std::vector<double> as_numbers(const py::object& values, const char* name) {
 
 std::optional<std::vector<char>> as_flags(const std::optional<py::object>& values, const char* name) {
     if (!values) return std::nullopt;
-    const py::array array = as_array(*values, name);
-    if (array.ndim() != 1 || array.dtype().kind() != 'b') {
-        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ",
-                                   std::string(py::str(array.dtype())), "; give (n,) of bool"));
+    constexpr const char* kWanted = "(n,) of bool";
+    const py::array array = as_array(*values, name, kWanted);
+    if (array.ndim() != 1 || !is_of_kind(array, "b")) {
+        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ", type_text(array),
+                                   "; give ", kWanted));
     }
     const py::array_t<bool, py::array::c_style | py::array::forcecast> flags(array);
     return std::vector<char>(flags.data(), flags.data() + flags.size());

@@ -16,8 +16,18 @@ namespace py = pybind11;
 /// float64, C-order; other number types are converted, which copies.
 using FloatArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// Sees an (n, 3) array without a copy. @throws InvalidInput for another shape, naming the array.
-Eigen::Map<const Positions> as_positions(const FloatArray& array, const char* name);
+/// Positions that came from Python, from an array or anything that numpy makes one of: float64 in C-order is seen
+/// without a copy, other real numbers are converted.
+class PositionsArray {
+  public:
+    /// @throws InvalidInput where they are not (n, 3), or not real numbers, naming the argument.
+    PositionsArray(const py::object& values, const char* name);
+
+    Eigen::Map<const Positions> view() const { return {array_.data(), array_.shape(0), 3}; }
+
+  private:
+    FloatArray array_;
+};
 
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (m, 3), not of an
 /// integer type, or out of the 32-bit range.

@@ -21,14 +21,15 @@ constexpr const char* kArguments =
 
 /// Converts the arguments that all baselines share and calls `method` with the interpreter released.
 template <typename Method>
-py::array_t<double> run(const FloatArray& vertices, const py::object& faces, const py::object& anchors,
-                        const FloatArray& targets, const std::optional<py::object>& roi, int threads,
+py::array_t<double> run(const py::object& vertices, const py::object& faces, const py::object& anchors,
+                        const py::object& targets, const std::optional<py::object>& roi, int threads,
                         const SharedExecution& execution, const Method& method) {
-    const auto positions = as_positions(vertices, "vertices");
+    const PositionsArray positions(vertices, "vertices");
     const Triangles triangles = as_triangles(faces, "faces");
+    const PositionsArray target_positions(targets, "targets");
     const baselines::Problem problem{
-        positions, triangles, as_indices(anchors, "anchors"), as_positions(targets, "targets"), as_flags(roi, "roi"),
-        threads};
+        positions.view(),     triangles, as_indices(anchors, "anchors"), target_positions.view(),
+        as_flags(roi, "roi"), threads};
     const SharedExecution held = execution_or_new(execution);
     Positions deformed;
     {
@@ -52,7 +53,7 @@ void bind_linear(py::module_& module) {
     bind_baseline(
         module, "laplacian",
         "Laplacian coordinates (Alexa 2003): uniform weights, kept as vectors, so that details do not turn.\n",
-        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
            const std::optional<py::object>& roi, int threads, const SharedExecution& execution) {
             return run(vertices, faces, anchors, targets, roi, threads, execution, baselines::laplacian);
         });
@@ -63,7 +64,7 @@ void bind_linear(py::module_& module) {
         "Laplacian surface editing (Sorkine et al. 2004): Laplacian coordinates up to linearised similarities.\n\n"
         "rounds: 1 for the published linear method; more turn the coordinates by the best rotation of their\n"
         "ring after each solve and fit the similarities anew.\n",
-        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
            const std::optional<py::object>& roi, int rounds, int threads, const SharedExecution& execution) {
             return run(vertices, faces, anchors, targets, roi, threads, execution,
                        [rounds](const baselines::Problem& problem, Execution& held) {
@@ -79,7 +80,7 @@ void bind_iterative(py::module_& module) {
         module, "pyramid",
         "Pyramid coordinates (Sheffer and Kraevoy 2004), a reconstruction.\n\n"
         "sweeps: how many damped Jacobi sweeps are made; there is no objective that could tell when to end.\n",
-        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
            const std::optional<py::object>& roi, int sweeps, int threads, const SharedExecution& execution) {
             return run(vertices, faces, anchors, targets, roi, threads, execution,
                        [sweeps](const baselines::Problem& problem, Execution& held) {
@@ -94,7 +95,7 @@ void bind_iterative(py::module_& module) {
         "As rigid as possible, spokes (Sorkine and Alexa 2007), with positive cotangent weights.\n\n"
         "iterations: at most; tolerance: stop when no vertex moves farther than this share of the rest\n"
         "shape's bounding-box diagonal.\n",
-        [](const FloatArray& vertices, const py::object& faces, const py::object& anchors, const FloatArray& targets,
+        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
            const std::optional<py::object>& roi, int iterations, double tolerance, int threads,
            const SharedExecution& execution) {
             return run(vertices, faces, anchors, targets, roi, threads, execution,

@@ -18,13 +18,13 @@ struct OwnedBinding {
     std::optional<Binding> binding;
 };
 
-std::shared_ptr<OwnedBinding> own_binding(const FloatArray& vertices, const py::object& faces,
+std::shared_ptr<OwnedBinding> own_binding(const py::object& vertices, const py::object& faces,
                                           const py::object& anchors, const std::optional<py::object>& roi,
                                           const std::optional<py::object>& handles, std::optional<double> rigidity,
                                           const std::optional<py::object>& strengths, const std::string& method,
                                           int threads) {
     auto owned = std::make_shared<OwnedBinding>();
-    owned->vertices = as_positions(vertices, "vertices");
+    owned->vertices = PositionsArray(vertices, "vertices").view();
     owned->faces = as_triangles(faces, "faces");
     Binding& binding = owned->binding.emplace(
         Binding{owned->vertices, owned->faces, as_indices(anchors, "anchors"), as_flags(roi, "roi")});
@@ -48,7 +48,7 @@ std::shared_ptr<OwnedBinding> own_binding(const FloatArray& vertices, const py::
     return owned;
 }
 
-std::shared_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::object& faces,
+std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::object& faces,
                                         const py::object& anchors, const std::optional<py::object>& roi,
                                         const std::optional<py::object>& handles, std::optional<double> rigidity,
                                         const std::optional<py::object>& strengths, const std::string& method,
@@ -59,7 +59,7 @@ std::shared_ptr<Deformer> make_deformer(const FloatArray& vertices, const py::ob
     return bind_abandonable(*owned->binding, held);
 }
 
-Task start_bind(const FloatArray& vertices, const py::object& faces, const py::object& anchors,
+Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, const std::string& method,
                 int threads, const SharedExecution& execution) {
@@ -71,27 +71,29 @@ Task start_bind(const FloatArray& vertices, const py::object& faces, const py::o
             }};
 }
 
-Solution solve(Deformer& deformer, const FloatArray& targets, const std::optional<FloatArray>& start,
+Solution solve(Deformer& deformer, const py::object& targets, const std::optional<py::object>& start,
                std::optional<double> tolerance, int max_iterations, bool settle, const SharedExecution& execution) {
-    const auto target_positions = as_positions(targets, "targets");
+    const PositionsArray target_array(targets, "targets");
+    std::optional<PositionsArray> start_array;
     std::optional<PositionsView> start_positions;
-    if (start) start_positions.emplace(as_positions(*start, "start"));
+    if (start) start_positions.emplace(start_array.emplace(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return deformer.solve(target_positions, start_positions, SolveOptions{tolerance, max_iterations, settle}, *held);
+    return deformer.solve(target_array.view(), start_positions, SolveOptions{tolerance, max_iterations, settle},
+                          *held);
 }
 
-Task start_solve(const std::shared_ptr<Deformer>& deformer, const FloatArray& targets,
-                 const std::optional<FloatArray>& start, std::optional<double> tolerance, int max_iterations,
+Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
+                 const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
                  bool settle, const SharedExecution& execution) {
     struct Call {
         Positions targets;
         std::optional<Positions> start;
         SolveOptions options;
     };
-    const auto call =
-        std::make_shared<Call>(Call{as_positions(targets, "targets"), {}, {tolerance, max_iterations, settle}});
-    if (start) call->start.emplace(as_positions(*start, "start"));
+    const auto call = std::make_shared<Call>(
+        Call{PositionsArray(targets, "targets").view(), {}, {tolerance, max_iterations, settle}});
+    if (start) call->start.emplace(PositionsArray(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
                 std::optional<PositionsView> start_view;
@@ -155,7 +157,8 @@ void bind_reports(py::module_& module) {
             "gradient", &Solution::gradient,
             "float: the same at the end; method 'full': where it last linearised, 'paper': of its coarse level.")
         .def_readonly("iterations", &Solution::iterations)
-        .def_readonly("converged", &Solution::converged)
+        .def_readonly("converged", &Solution::converged,
+                      "bool: a minimum is near; method 'paper': of its base mesh and its coarse level.")
         .def_readonly("stop_reason", &Solution::stop_reason)
         .def_readonly("timings", &Solution::timings, "dict: stage -> seconds, and 'total'.");
 }
@@ -189,12 +192,14 @@ void bind_deformer(py::module_& module) {
              "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
              "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
              "threads: 0 for every core; results do not depend on it.\n"
-             "Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.")
+             "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
+             "among others), SolverFailure, Cancelled.")
         .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
              "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
-             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones.\n"
+             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
+             "bounding-box diagonals from where they rest.\n"
              "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
              "None for the rest shape.\n"
              "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
@@ -205,7 +210,7 @@ void bind_deformer(py::module_& module) {
              "end of a drag.\n"
              "Returns a Solution.\n"
              "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
-             "calls waits for the first.")
+             "calls waits for the first. In a forked process, a deformer that was being solved raises SolverFailure.")
         .def("start_solve", &start_solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),

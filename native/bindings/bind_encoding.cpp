@@ -13,9 +13,10 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
-Encoding encode_mesh(const FloatArray& vertices, const py::object& faces, int threads,
+Encoding encode_mesh(const py::object& vertices, const py::object& faces, int threads,
                      const SharedExecution& execution) {
-    const auto positions = as_positions(vertices, "vertices");
+    const PositionsArray array(vertices, "vertices");
+    const auto positions = array.view();
     const Triangles triangles = as_triangles(faces, "faces");
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
@@ -25,33 +26,33 @@ Encoding encode_mesh(const FloatArray& vertices, const py::object& faces, int th
     return encode(collect_one_rings(mesh, *held), positions, thread_count(threads), *held);
 }
 
-Eigen::Map<const Positions> positions_of(const Encoding& encoding, const FloatArray& vertices) {
-    const auto positions = as_positions(vertices, "vertices");
-    if (positions.rows() != encoding.vertex_count()) {
-        throw InvalidInput(message("vertices has ", positions.rows(), " rows, but the encoding has ",
+PositionsArray positions_of(const Encoding& encoding, const py::object& vertices) {
+    PositionsArray positions(vertices, "vertices");
+    if (positions.view().rows() != encoding.vertex_count()) {
+        throw InvalidInput(message("vertices has ", positions.view().rows(), " rows, but the encoding has ",
                                    encoding.vertex_count(), " vertices"));
     }
     return positions;
 }
 
-py::array_t<double> predict_positions(const Encoding& encoding, const FloatArray& vertices, int threads,
+py::array_t<double> predict_positions(const Encoding& encoding, const py::object& vertices, int threads,
                                       const SharedExecution& execution) {
-    const auto positions = positions_of(encoding, vertices);
+    const PositionsArray positions = positions_of(encoding, vertices);
     const SharedExecution held = execution_or_new(execution);
     Positions predicted;
     {
         const py::gil_scoped_release released;
-        predicted = predict_all(encoding, positions, thread_count(threads), *held);
+        predicted = predict_all(encoding, positions.view(), thread_count(threads), *held);
     }
     return to_array(std::move(predicted));
 }
 
-double energy_of(const Encoding& encoding, const FloatArray& vertices, int threads,
+double energy_of(const Encoding& encoding, const py::object& vertices, int threads,
                  const SharedExecution& execution) {
-    const auto positions = positions_of(encoding, vertices);
+    const PositionsArray positions = positions_of(encoding, vertices);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return energy(encoding, positions, thread_count(threads), *held);
+    return energy(encoding, positions.view(), thread_count(threads), *held);
 }
 
 py::dict guarded_by(const Encoding& encoding) {

@@ -11,6 +11,7 @@
 
 #include "bindings/bind.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/fork.h"
 
 namespace meanvalue::bindings {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 // Clocks count nanoseconds in 64 bits.
 constexpr double kLongestWaitSeconds = 3e7;
 
-/// What runs, for cancel_tasks(). Never destroyed: threads may outlive static objects.
+/// What runs, for cancel_tasks().
 struct Running {
     std::mutex mutex;
     std::condition_variable changed;
@@ -37,8 +38,7 @@ struct Running {
 };
 
 Running& running() {
-    static auto* const instance = new Running;
-    return *instance;
+    return of_this_process<Running>();
 }
 
 }  // namespace
@@ -77,15 +77,18 @@ Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work) 
 }
 
 bool Task::finished() const {
-    const std::lock_guard<std::mutex> lock(state_->mutex);
     return state_->is_done;
 }
 
 bool Task::wait(std::optional<double> seconds) const {
     const auto state = state_;
+    if (!state->is_done && state->generation != fork_generation()) {
+        throw ::meanvalue::SolverFailure(
+            "the task was begun before this process was forked, and runs on in the other one; start it again here");
+    }
     const py::gil_scoped_release released;
     std::unique_lock<std::mutex> lock(state->mutex);
-    const auto is_done = [&] { return state->is_done; };
+    const auto is_done = [&] { return state->is_done.load(); };
     if (!seconds || !(*seconds < kLongestWaitSeconds)) {
         state->changed.wait(lock, is_done);
         return true;
@@ -119,7 +122,8 @@ void bind_task(py::module_& module) {
              "Wait at most so many seconds, None: as long as it takes. Returns whether it is finished.")
         .def("result", &Task::result,
              "What the work gives, the same object at every call; waits for it.\n\n"
-             "Raises InvalidInput, SolverFailure, Cancelled, as the call that does the same at once.");
+             "Raises InvalidInput, SolverFailure, Cancelled, as the call that does the same at once; SolverFailure\n"
+             "in a forked process, where it was still running before.");
 }
 
 }  // namespace meanvalue::bindings

@@ -7,6 +7,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <exception>
 #include <functional>
@@ -15,6 +16,7 @@
 #include <optional>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/fork.h"
 
 namespace meanvalue::bindings {
 
@@ -33,6 +35,7 @@ class Task {
     bool finished() const;
 
     /// Waits at most so many seconds, without end if there are none, or more than a year. @return finished().
+    /// @throws SolverFailure in a forked child, where it was still running before.
     bool wait(std::optional<double> seconds) const;
 
     /// Waits for the end. @throws what `work` threw.
@@ -41,9 +44,10 @@ class Task {
   private:
     struct State {
         std::shared_ptr<Execution> execution;
+        unsigned generation = fork_generation();
         std::mutex mutex;
         std::condition_variable changed;
-        bool is_done = false;
+        std::atomic<bool> is_done{false};  // written last: what comes after may be read then
         std::exception_ptr failure;
         Deliver deliver;
     };

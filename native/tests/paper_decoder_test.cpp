@@ -193,15 +193,24 @@ TEST(PaperDecoder, CancelsAtAnyPlaceAndStaysUsable) {
     EXPECT_EQ(cancelled_everywhere(bind).back(), "encode");
 }
 
-TEST(PaperDecoder, RefusesTargetsWhoseEnergyOverflows) {
+TEST(PaperDecoder, RefusesPositionsWhoseEnergyOverflows) {
     const Bend bend;
-    const auto deformer = bound_to(bend.mesh, bend.anchors);
+    Execution execution;
+    Region region{{}, bend.mesh.vertices, bend.mesh.faces, std::vector<char>(bend.mesh.vertex_count(), 0)};
+    for (Index v = 0; v < bend.mesh.vertex_count(); ++v)
+        region.vertices.push_back(v);
+    for (const Index v : bend.anchors)
+        region.is_fixed[v] = 1;
+    PaperDecoder decoder(std::move(region), 1, execution);
     for (const double far : {1e160, 1e300}) {
-        Positions targets = bend.targets;
-        targets(1, 2) = far;
-        EXPECT_TRUE(contains(message_of<SolverFailure>([&] { solve(*deformer, targets); }), "not finite")) << far;
+        Positions positions = bend.mesh.vertices;
+        positions(bend.anchors[1], 2) = far;
+        const auto decode = [&] { decoder.decode({}, positions, execution); };
+        EXPECT_TRUE(contains(message_of<SolverFailure>(decode), "not finite")) << far;
     }
-    EXPECT_TRUE(solve(*deformer, bend.targets).vertices.allFinite());
+    Positions positions = bend.mesh.vertices;
+    decoder.decode({}, positions, execution);
+    EXPECT_TRUE(positions.allFinite());
 }
 
 TEST(PaperDecoder, DoesNotCallALineSearchThatFailedConverged) {

@@ -3,6 +3,7 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/solver/block_matrix.h"
 #include "meanvalue/solver/product_pattern.h"
+#include "meanvalue/solver/ring_room.h"
 
 namespace meanvalue::baselines {
 namespace {
@@ -34,6 +35,7 @@ SymmetricBlocks<Size> normal_matrix(const LinearRows<Size>& rows, const Unknowns
     std::vector<std::int64_t> offsets = {0};
     std::vector<Index> columns;
     std::vector<std::int64_t> terms;  // of `rows`
+    RingRoom room(Size == 1 ? kNumberPairs : kBlockPairs);
     for (Eigen::Index row = 0; row < rows.row_count(); ++row) {
         execution.check_every(row);
         for (std::int64_t term = rows.offsets[row]; term < rows.offsets[row + 1]; ++term) {
@@ -42,8 +44,12 @@ SymmetricBlocks<Size> normal_matrix(const LinearRows<Size>& rows, const Unknowns
             columns.push_back(slot);
             terms.push_back(term);
         }
+        const Index vertex = unknowns.rows[row];
+        const auto found = static_cast<std::int64_t>(columns.size()) - offsets.back();
+        room.add(vertex, unknowns.slot[vertex] >= 0 ? found - 1 : found);
         offsets.push_back(static_cast<std::int64_t>(columns.size()));
     }
+    room.require();
     SymmetricBlocks<Size> normal(
         product_pattern(offsets, columns, static_cast<Index>(unknowns.free.size()), execution), execution);
     normal.set_zero(execution);

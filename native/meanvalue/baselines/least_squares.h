@@ -35,7 +35,7 @@ struct LinearRows {
 /// Moves the free vertices in `positions` to the minimum of sum_i |sum_j C_ij v_j - wanted_i|^2; what the rows leave
 /// open stays as near as can be to where it is.
 /// @param wanted one line a row; @param cholesky analysed for these rows, or not at all: then it is done here.
-/// @throws InvalidInput where rows are too long for the memory, SolverFailure, Cancelled.
+/// @throws InvalidInput where rows are too long (RingRoom), SolverFailure, Cancelled.
 template <int Size>
 void minimise_rows(const LinearRows<Size>& rows, const Positions& wanted, const Unknowns& unknowns,
                    SparseCholesky& cholesky, Positions& positions, Execution& execution);

@@ -14,9 +14,9 @@ Setup set_up(const Problem& problem, Execution& execution) {
     setup.threads = thread_count(problem.threads);
     require_finite(problem.vertices, "vertices");
     require_moderate_extent(problem.vertices);
-    require_targets(problem.targets, problem.anchors);
     const Index vertex_count = static_cast<Index>(problem.vertices.rows());
     const std::vector<char> held = fixed_flags(vertex_count, problem.anchors, problem.roi);
+    require_targets(problem.targets, problem.anchors, problem.vertices, bounding_box_diagonal(problem.vertices));
     setup.rings = collect_one_rings(TriangleMesh(vertex_count, problem.faces, execution), execution);
     setup.components = find_components(problem.vertices, problem.faces, held, execution);
     setup.is_fixed = solved_as_fixed(held, setup.components);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/fork.h"
 
 namespace meanvalue {
 namespace {
@@ -60,10 +61,9 @@ class Abandoned {
     std::vector<std::shared_ptr<Job>> jobs_;
 };
 
+/// In a forked child there is nothing to wait for.
 Abandoned& abandoned() {
-    // Never destroyed: a thread left behind may outlive static objects.
-    static auto* const instance = new Abandoned;
-    return *instance;
+    return of_this_process<Abandoned>();
 }
 
 void start(const std::shared_ptr<Job>& job, const std::function<void()>& work) {

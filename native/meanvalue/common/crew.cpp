@@ -6,9 +6,7 @@
 #include <system_error>
 #include <thread>
 
-#ifndef _WIN32
-#include <pthread.h>
-#endif
+#include "meanvalue/common/fork.h"
 
 namespace meanvalue {
 namespace {
@@ -87,25 +85,10 @@ class Crew {
     int members_ = 0;
 };
 
-std::atomic<Crew*> crew{nullptr};
-
-Crew& shared_crew() {
-    static const bool is_made = [] {
-        crew.store(new Crew);
-#ifndef _WIN32
-        // A forked process has none of the threads: it begins with a new crew.
-        pthread_atfork(nullptr, nullptr, [] { crew.store(new Crew); });
-#endif
-        return true;
-    }();
-    static_cast<void>(is_made);
-    return *crew.load();
-}
-
 }  // namespace
 
 bool run_on_crew(int workers, const std::function<void(int)>& work) {
-    return shared_crew().run(workers, work);
+    return of_this_process<Crew>().run(workers, work);
 }
 
 }  // namespace meanvalue

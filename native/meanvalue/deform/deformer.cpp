@@ -7,6 +7,7 @@
 #include "meanvalue/common/abandon.h"
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/fork.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/fast/fast_decoder.h"
 #include "meanvalue/hierarchy/paper_decoder.h"
@@ -14,12 +15,14 @@
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/solver/full_decoder.h"
+#include "meanvalue/solver/ring_room.h"
 
 namespace meanvalue {
 namespace {
 
 // How often a caller that waits for another one's solve looks at its cancel flag.
 constexpr std::chrono::milliseconds kPollInterval{10};
+constexpr int kPollsToBeSure = 50;
 
 // Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
 // minimum they end.
@@ -113,6 +116,18 @@ std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std
     return result;
 }
 
+PairBytes pair_bytes_of(Method method) {
+    switch (method) {
+        case Method::kFast:
+            return kNumberPairs;
+        case Method::kPaper:  // its levels have short rings; its last sweeps look at every ring for each vertex of it
+            return kNoPairs;
+        case Method::kFull:
+            break;
+    }
+    return kBlockPairs;
+}
+
 std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft, Region region,
                                       int threads, Execution& execution) {
     const double rigidity = rigidity_of(binding);
@@ -140,11 +155,15 @@ Method method_from_name(const std::string& name) {
 }
 
 Deformer::Deformer(const Binding& binding, Execution& execution)
-    : method_(binding.method), rest_(binding.vertices), anchors_(binding.anchors) {
+    : solver_generation_(fork_generation()),
+      method_(binding.method),
+      rest_(binding.vertices),
+      anchors_(binding.anchors) {
     if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
     const int threads = thread_count(binding.threads);
     require_finite(rest_, "vertices");
     require_moderate_extent(rest_);
+    diagonal_ = bounding_box_diagonal(rest_);
     execution.begin_stage("encode");
     require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
     is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
@@ -154,7 +173,7 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
     }
     Components components = find_components(rest_, binding.faces, is_fixed_, execution, is_soft);
     Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components), execution);
-    execution.check();
+    require_room_for_rings(region, pair_bytes_of(method_), execution);
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (binding.method == Method::kFast) region = in_spatial_order(region, execution);
     region_vertices_ = region.vertices;
@@ -192,16 +211,12 @@ Positions Deformer::rows_of_region(const PositionsView& positions, const Executi
 
 Positions Deformer::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
                                   const Execution& execution) const {
-    require_targets(targets, anchors_);
+    require_targets(targets, anchors_, rest_, diagonal_);
     execution.check();
     Positions positions = rest_;
     execution.check();
     if (start) {
-        if (start->rows() != rest_.rows()) {
-            throw InvalidInput(
-                message("start has ", start->rows(), " rows, but the mesh has ", rest_.rows(), " vertices"));
-        }
-        require_finite(*start, "start");
+        require_start(*start, rest_, diagonal_, is_fixed_, execution);
         for (Index v = 0; v < positions.rows(); ++v) {
             execution.check_every(v);
             if (!is_fixed_[v]) positions.row(v) = start->row(v);
@@ -214,6 +229,21 @@ Positions Deformer::place_anchors(const PositionsView& targets, const std::optio
     return positions;
 }
 
+std::unique_lock<std::timed_mutex> Deformer::take_turn(const Execution& execution) {
+    std::unique_lock<std::timed_mutex> turn(solving_, std::defer_lock);
+    int polls_of_others = 0;
+    while (!turn.try_lock_for(kPollInterval)) {
+        execution.check();
+        // Several: who has just got his turn may not have signed yet.
+        if (solver_generation_ != fork_generation() && ++polls_of_others > kPollsToBeSure) {
+            throw SolverFailure(
+                "the deformer was in the middle of a solve when this process was forked; bind the mesh again here");
+        }
+    }
+    solver_generation_ = fork_generation();
+    return turn;
+}
+
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) {
     const double tolerance = options.tolerance.value_or(default_tolerance_);
@@ -223,9 +253,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     if (options.max_iterations < 0) {
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     }
-    std::unique_lock<std::timed_mutex> lock(solving_, std::defer_lock);
-    while (!lock.try_lock_for(kPollInterval))
-        execution.check();
+    const std::unique_lock<std::timed_mutex> turn = take_turn(execution);
     Solution solution;
     solution.vertices = place_anchors(targets, start, execution);
     Positions positions = rows_of_region(solution.vertices, execution);

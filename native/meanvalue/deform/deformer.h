@@ -1,6 +1,7 @@
 // One bound mesh: what depends on the rest shape, the anchor set and the region of influence is done once.
 #pragma once
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -99,14 +100,14 @@ struct Solution {
 class Deformer {
   public:
     /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
-    /// anchor named twice, ...),
+    /// anchor named twice, rings that are too long (RingRoom), ...),
     ///         SolverFailure, Cancelled.
     Deformer(const Binding& binding, Execution& execution);
     Deformer(const Deformer&) = delete;
     Deformer& operator=(const Deformer&) = delete;
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
-    /// @param targets k x 3, in the order of the anchors, hard and soft alike.
+    /// @param targets k x 3, in the order of the anchors, hard and soft alike, none farther than kFarthestDiagonals.
     /// @param start n x 3, an earlier solution: free vertices start there, and the fast method follows what the
     ///        anchors have moved since. None: the rest shape.
     /// @throws InvalidInput, SolverFailure, Cancelled; the deformer stays usable. From any thread;
@@ -122,11 +123,16 @@ class Deformer {
                             const Execution& execution) const;
     Positions rows_of_region(const PositionsView& positions, const Execution& execution) const;
     void fill_report(const std::vector<Index>& region_vertices);
+    /// Waits for other threads' solves. @throws Cancelled; SolverFailure in a forked child, where one of the other
+    /// process was in the middle of a solve.
+    std::unique_lock<std::timed_mutex> take_turn(const Execution& execution);
 
     std::timed_mutex solving_;
+    std::atomic<unsigned> solver_generation_;  // fork_generation() of the last that took its turn
     Method method_;
     double default_tolerance_ = 1e-6;
     Positions rest_;
+    double diagonal_ = 0.0;  // of its bounding box
     std::vector<Index> anchors_;
     std::vector<char> is_fixed_;          // n: hard anchors, and what lies outside the region of influence
     std::vector<Index> region_vertices_;  // the decoder's vertex numbers in the mesh

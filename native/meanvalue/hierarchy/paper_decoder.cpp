@@ -55,10 +55,10 @@ PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
     hierarchy_ = build_hierarchy(rings, region_.positions, region_.is_fixed, coarsening, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
-    coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
+    coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution, region_.vertices);
     coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution);
     base_unknowns_ = unknowns_of(hierarchy_.base());
-    base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution);
+    base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution, region_.vertices);
 }
 
 Unknowns PaperDecoder::unknowns_of(const Level& level) const {

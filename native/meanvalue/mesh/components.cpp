@@ -1,7 +1,8 @@
 #include "meanvalue/mesh/components.h"
 
 #include <Eigen/Geometry>
-#include <numeric>
+
+#include "meanvalue/mesh/disjoint_sets.h"
 
 namespace meanvalue {
 namespace {
@@ -9,33 +10,6 @@ namespace {
 // Three points are collinear when the third is off the line of the two farthest by less than this share of
 // their distance: below it, the turn about that line is lost in rounding.
 constexpr double kCollinearity = 1e-6;
-
-class DisjointSets {
-  public:
-    explicit DisjointSets(Index count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-
-    Index root(Index item) {
-        while (parent_[item] != item) {
-            parent_[item] = parent_[parent_[item]];
-            item = parent_[item];
-        }
-        return item;
-    }
-
-    /// The lower root stays root, so that a set is named by its lowest member.
-    void join(Index a, Index b) {
-        a = root(a);
-        b = root(b);
-        if (a < b) {
-            parent_[b] = a;
-        } else {
-            parent_[a] = b;
-        }
-    }
-
-  private:
-    std::vector<Index> parent_;
-};
 
 /// @param fixed the numbers of the fixed vertices and soft anchors of one part.
 int undetermined_dimensions(const PositionsView& positions, const std::vector<Index>& fixed) {

@@ -1,9 +1,27 @@
 #include "meanvalue/mesh/fixed_vertices.h"
 
+#include <string>
+
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 
 namespace meanvalue {
+namespace {
+
+constexpr double kFarthestStart = 10.0 * kFarthestDiagonals;
+
+/// Empty where it is near enough, else how far it is and what to do. Without squares, which may overflow.
+/// @param most in diagonals. A mesh without an extent has no near and far.
+std::string refusal(const Eigen::RowVector3d& place, const Eigen::RowVector3d& rest, double diagonal, double most) {
+    if (diagonal == 0.0 || (place - rest).cwiseAbs().sum() <= most * diagonal) return {};
+    const double distance = (place - rest).stableNorm();
+    if (distance <= most * diagonal) return {};
+    return message(" is ", distance, " away from where the vertex rests, ", distance / diagonal,
+                   " bounding-box diagonals of the mesh, and at most ", most,
+                   " can be solved for; move it nearer, or scale the mesh to its targets first");
+}
+
+}  // namespace
 
 std::vector<char> fixed_flags(Index vertex_count, const std::vector<Index>& anchors,
                               const std::optional<std::vector<char>>& roi) {
@@ -40,12 +58,31 @@ std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& 
     return is_fixed;
 }
 
-void require_targets(const PositionsView& targets, const std::vector<Index>& anchors) {
+void require_targets(const PositionsView& targets, const std::vector<Index>& anchors, const PositionsView& rest,
+                     double diagonal) {
     if (targets.rows() != static_cast<Eigen::Index>(anchors.size())) {
         throw InvalidInput(
             message("targets has ", targets.rows(), " rows, but there are ", anchors.size(), " anchors"));
     }
     require_finite(targets, "targets");
+    for (std::size_t k = 0; k < anchors.size(); ++k) {
+        const std::string why = refusal(targets.row(k), rest.row(anchors[k]), diagonal, kFarthestDiagonals);
+        if (!why.empty()) throw InvalidInput(message("targets[", k, "], of vertex ", anchors[k], ",", why));
+    }
+}
+
+void require_start(const PositionsView& start, const PositionsView& rest, double diagonal,
+                   const std::vector<char>& is_fixed, const Execution& execution) {
+    if (start.rows() != rest.rows()) {
+        throw InvalidInput(message("start has ", start.rows(), " rows, but the mesh has ", rest.rows(), " vertices"));
+    }
+    require_finite(start, "start");
+    for (Index v = 0; v < rest.rows(); ++v) {
+        execution.check_every(v);
+        if (is_fixed[v]) continue;
+        const std::string why = refusal(start.row(v), rest.row(v), diagonal, kFarthestStart);
+        if (!why.empty()) throw InvalidInput(message("start[", v, "]", why));
+    }
 }
 
 }  // namespace meanvalue

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/mesh/components.h"
 
@@ -19,7 +20,18 @@ std::vector<char> fixed_flags(Index vertex_count, const std::vector<Index>& anch
 /// @return n flags: fixed, or in such a part.
 std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& components);
 
-/// @throws InvalidInput unless `targets` has one finite row for each anchor.
-void require_targets(const PositionsView& targets, const std::vector<Index>& anchors);
+/// Farther from its place at rest, in diagonals of the rest shape, no vertex may be put: the digits that are left for
+/// the shape do not tell a minimum from rounding.
+constexpr double kFarthestDiagonals = 1e6;
+
+/// @param rest n x 3; @param diagonal of its bounding box. @throws InvalidInput unless `targets` has one finite row
+/// for each anchor, none of them farther than kFarthestDiagonals from where its anchor rests.
+void require_targets(const PositionsView& targets, const std::vector<Index>& anchors, const PositionsView& rest,
+                     double diagonal);
+
+/// The same of a shape to start from, n x 3, for the vertices that are not fixed, ten times as far: what follows
+/// targets at the limit may overshoot. @throws InvalidInput, Cancelled.
+void require_start(const PositionsView& start, const PositionsView& rest, double diagonal,
+                   const std::vector<char>& is_fixed, const Execution& execution);
 
 }  // namespace meanvalue

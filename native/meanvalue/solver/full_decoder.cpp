@@ -31,7 +31,7 @@ FullDecoder::FullDecoder(Region region, int threads, Execution& execution)
     execution.begin_stage("analyse");
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);
-    system_.emplace(encoding_, unknowns_, execution);
+    system_.emplace(encoding_, unknowns_, execution, region_.vertices);
     if (!unknowns_.free.empty()) cholesky_.analyse(system_->matrix().matrix(), execution, threads_);
 }
 

@@ -87,6 +87,7 @@ MinimiseReport GaussNewtonCg::minimise(double negligible_energy, int threads, Po
         }
         system_.matrix().add_to_diagonal(kLeastDiagonal);
         const Eigen::VectorXd direction = solve_step(execution);
+        report.promised_share = -0.5 * direction.dot(system_.gradient()) / energy;
 
         double length = 1.0;
         double trial_energy = energy;

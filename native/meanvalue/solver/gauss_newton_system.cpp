@@ -3,11 +3,15 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/solver/product_pattern.h"
+#include "meanvalue/solver/ring_room.h"
 
 namespace meanvalue {
-GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution)
+
+GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution,
+                                     const std::vector<Index>& names)
     : encoding_(encoding), unknowns_(unknowns) {
     term_offsets_.push_back(0);
+    RingRoom room(kBlockPairs);
     for (const Index i : unknowns_.rows) {
         execution.check_every(term_offsets_.size());
         // The vertex's own term first, then its ring in order: linearise() relies on it.
@@ -16,8 +20,11 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
             const Index column = unknowns_.slot[encoding_.ring[k]];
             if (column >= 0) term_columns_.push_back(column);
         }
+        const auto terms = static_cast<std::int64_t>(term_columns_.size()) - term_offsets_.back();
+        room.add(names.empty() ? i : names[i], unknowns_.slot[i] >= 0 ? terms - 1 : terms);
         term_offsets_.push_back(static_cast<std::int64_t>(term_columns_.size()));
     }
+    room.require();
     term_blocks_.resize(term_columns_.size());
     residuals_.resize(unknowns_.rows.size());
     gradient_.resize(3 * static_cast<Eigen::Index>(unknowns_.free.size()));

@@ -15,8 +15,10 @@ namespace meanvalue {
 /// free vertices. The pattern is found once; block column k belongs to unknowns.free[k].
 class GaussNewtonSystem {
   public:
-    /// @pre both outlive the system. @throws InvalidInput where rings are too long for the memory, Cancelled.
-    GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
+    /// @pre both outlive the system. @param names n numbers that messages call the vertices by, or empty: their own.
+    /// @throws InvalidInput where rings are too long (RingRoom), Cancelled.
+    GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution,
+                      const std::vector<Index>& names = {});
 
     /// G of the rows that depend on free vertices (equation 15); the others cannot change.
     double energy(const PositionsView& positions, int threads, const Execution& execution);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/solver/free_moves.h"
@@ -84,6 +85,9 @@ class Descent {
             if (length > 0.0) {
                 ++report_.iterations;
                 report_.energies.push_back(energy_);
+                report_.promised_share = applied_damping_ <= kFirstDamping
+                                             ? promised_decrease_ / start_energy
+                                             : std::numeric_limits<double>::infinity();  // damped: it says nothing
                 adapt_damping(length, start_energy - energy_);
                 settled_steps_ =
                     start_energy - energy_ < options_.settled_decrease * energy_ ? settled_steps_ + 1 : 0;

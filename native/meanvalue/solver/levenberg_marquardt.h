@@ -41,12 +41,18 @@ struct MinimiseReport {
     double gradient = 0.0;          ///< |J| where the last linearisation was made
     Timings timings;
 
-    /// Where no step lowers the energy, that is a minimum only if the gradient has vanished.
+    double promised_share = 0.0;  ///< of the energy: what the linear model still promised to the last step
+
+    /// Whether a minimum is near. Where no step lowers the energy, only if the gradient has vanished; where it fell
+    /// slowly, also if no more was to be expected: short steps fall slowly anywhere.
     bool converged() const {
-        if (stop_reason == StopReason::kNoDescent) return gradient <= kVanishedGradient * initial_gradient;
+        const bool vanished = gradient <= kVanishedGradient * initial_gradient;
+        if (stop_reason == StopReason::kNoDescent) return vanished;
+        if (stop_reason == StopReason::kSettled) return vanished || promised_share <= kNearMinimum;
         return stop_reason != StopReason::kIterationLimit;
     }
     static constexpr double kVanishedGradient = 1e-3;
+    static constexpr double kNearMinimum = 0.02;
 };
 
 /// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The module used from several threads at once, and in a process that was forked: the same bits as a run alone."""
+
+import contextlib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+from blender_tests.support import stress  # noqa: E402
+from blender_tests.support.native_calls import ENDS, TRIANGLES, VERTICES, bent_targets  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def run(code_or_file, *arguments, timeout):
+    """In a process of its own, since what goes wrong may end it or never end."""
+    command = [sys.executable, *(["-c", code_or_file] if "\n" in code_or_file else [code_or_file]), *arguments]
+    environment = {"PYTHONPATH": ":".join(path for path in (str(ROOT), *sys.path) if path)}
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=ROOT, env=environment)
+
+
+def test_many_threads_on_deformers_of_their_own_get_the_bits_of_a_run_alone():
+    ended = run(stress.__file__, "--threads", "2", "4", "6", "--rounds", "120", "--seconds", "9", timeout=300)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    reports = [json.loads(line) for line in ended.stdout.splitlines()]
+    assert [report["threads"] for report in reports] == [2, 4, 6]
+    for report in reports:
+        assert report["rounds"] >= report["threads"]
+        assert report["wrong"] == []
+
+
+def test_many_threads_on_one_deformer_take_turns():
+    """Half of them call, half of them start tasks, with targets of their own, and some are cancelled."""
+    one = stress.case("bar", *stress.bar(1500))
+    deformer = one.bind()
+    expected = [deformer.solve(posed).vertices for posed in one.targets]
+    wrong = []
+
+    def work(number):
+        for turn in range(12):
+            pose = (number + turn) % len(one.targets)
+            posed = one.targets[pose]
+            if turn % 4 == 3:
+                execution = meanvalue.Execution()
+                task = deformer.start_solve(posed, execution=execution)
+                execution.cancel()
+                with contextlib.suppress(meanvalue.Cancelled):
+                    task.result()
+                continue
+            solution = deformer.start_solve(posed).result() if number % 2 else deformer.solve(posed)
+            if not np.array_equal(solution.vertices, expected[pose]):
+                wrong.append((number, turn))
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_two_deformers_solved_at_once_do_not_know_of_each_other():
+    targets = bent_targets()
+    deformers = [meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, rigidity=rigidity) for rigidity in (0, 15, 100)]
+    expected = [deformer.solve(targets).vertices for deformer in deformers]
+    for _ in range(30):
+        tasks = [deformer.start_solve(targets) for deformer in deformers]
+        for task, vertices in zip(tasks, expected, strict=True):
+            assert np.array_equal(task.result().vertices, vertices)
+
+
+FORKED = """
+import os, sys, threading, time
+import numpy as np, meanvalue
+from blender_tests.support import stress
+
+one = stress.case("bar", *stress.bar(4000))
+deformer, other = one.bind(threads=2), one.bind(threads=2)
+expected = deformer.solve(one.targets[0]).vertices
+
+{before}
+
+child = os.fork()
+if child == 0:
+    try:
+        {inside}
+        assert np.array_equal(deformer.solve(one.targets[0]).vertices, expected)
+        assert np.array_equal(one.bind(threads=2).solve(one.targets[0]).vertices, expected)
+        print("child is right")
+    except BaseException as error:
+        print("child:", repr(error))
+    sys.exit()
+until = time.monotonic() + 60
+while os.waitpid(child, os.WNOHANG) == (0, 0):
+    if time.monotonic() > until:
+        os.kill(child, 9)
+        sys.exit("the child hangs")
+    time.sleep(0.01)
+{after}
+assert np.array_equal(deformer.solve(one.targets[0]).vertices, expected)
+print("parent is right")
+"""
+BUSY = """
+def keep_solving():
+    while busy:
+        other.solve(one.targets[1])
+busy = True
+thread = threading.Thread(target=keep_solving)
+thread.start()
+time.sleep(0.05)
+"""
+ABANDONED = """
+execution = meanvalue.Execution()
+bind = one.start_bind(execution=execution)
+execution.cancel()
+try:
+    bind.result()
+except meanvalue.Cancelled:
+    pass
+"""
+RUNNING = """
+execution = meanvalue.Execution()
+task = other.start_solve(one.targets[1], tolerance=1e-300, max_iterations=1000000, execution=execution)
+while execution.stage != "solve":
+    pass
+"""
+FAILS = """
+        try:
+            {call}
+            print("it gave something")
+        except meanvalue.SolverFailure as error:
+            assert "forked" in str(error)
+"""
+FORKS = {
+    "after a solve": ("", "", ""),
+    "while a thread solves": (BUSY, "", "busy = False; thread.join()"),
+    "after a cancel left work behind": (ABANDONED, "", ""),
+    "under a task": (RUNNING, FAILS.format(call="task.result()").strip(), "task.result()"),
+    "under a task, on its deformer": (RUNNING, FAILS.format(call="other.solve(one.targets[0])").strip(), ""),
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+@pytest.mark.parametrize("state", FORKS)
+def test_a_forked_process_binds_and_solves(state):
+    before, inside, after = FORKS[state]
+    ended = run(FORKED.format(before=before, inside=inside or "pass", after=after), timeout=120)
+    assert ended.stderr == ""
+    assert sorted(ended.stdout.splitlines()) == ["child is right", "parent is right"]
+    assert ended.returncode == 0

@@ -1,0 +1,30 @@
+// What becomes of the process' own objects when it is forked: the child has none of the threads, and every lock as it
+// was at that moment.
+#pragma once
+
+#include <atomic>
+
+namespace meanvalue {
+
+/// How many forks since the first call led to this process: what another number was noted with belongs to a process
+/// whose threads are not here.
+unsigned fork_generation();
+
+/// Has `handler` called in every forked child, first registered first. Windows has no forks.
+void call_after_fork(void (*handler)());
+
+/// The one T of this process. A forked child begins with a new one, and leaves alone what the other's threads held.
+/// Never destroyed: threads may outlive static objects.
+template <typename T>
+T& of_this_process() {
+    static std::atomic<T*> instance{nullptr};
+    static const bool is_made = [] {
+        instance.store(new T);
+        call_after_fork([] { instance.store(new T); });
+        return true;
+    }();
+    static_cast<void>(is_made);
+    return *instance.load();
+}
+
+}  // namespace meanvalue
