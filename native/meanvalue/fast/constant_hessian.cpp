@@ -12,7 +12,7 @@ struct RingUse {
     Index place;
 };
 
-/// c_ik and c_kl of one place in a ring.
+/// What one place in a ring gives to the matrix: of its spoke, and of the rim to the next.
 struct EdgeWeights {
     double spoke;
     double rim;
@@ -35,7 +35,10 @@ class HessianAssembly {
             execution_.check_every(row);
             row_start_.push_back(row_start_.back() + encoding_.ring_of(unknowns_.rows[row]).valence);
         }
+        edges_.assign(row_start_.back(), {0.0, 0.0});
         if (weight_ > 0.0) collect_edges();
+        for (const StiffSpoke& spoke : energy_.stiff_spokes)
+            edges_[row_start_[spoke.row] + spoke.place].spoke += spoke.stiffness;
     }
 
     /// Before the first columns().
@@ -126,10 +129,9 @@ class HessianAssembly {
                 add_pair(centre, ring.ring[k], -by_place);
                 for (Index l = 0; l < k; ++l)
                     add_pair(ring.ring[l], ring.ring[k], by_place * ring.weights[l]);
-                if (!(weight_ > 0.0)) continue;
                 const EdgeWeights& edge = edges_[row_start_[row] + k];
-                add_pair(centre, ring.ring[k], -weight_ * edge.spoke);
-                add_pair(ring.ring[k], ring.ring[k + 1 == ring.valence ? 0 : k + 1], -weight_ * edge.rim);
+                add_pair(centre, ring.ring[k], -edge.spoke);
+                add_pair(ring.ring[k], ring.ring[k + 1 == ring.valence ? 0 : k + 1], -edge.rim);
             }
         }
     }
@@ -147,15 +149,15 @@ class HessianAssembly {
                 add(slot_of(ring.ring[k]), -scaled * ring.weights[k]);
         };
         const auto add_edge = [&](Index other, double edge_weight) {
-            add(column, weight_ * edge_weight);
-            add(slot_of(other), -weight_ * edge_weight);
+            if (edge_weight == 0.0) return;
+            add(column, edge_weight);
+            add(slot_of(other), -edge_weight);
         };
-        const bool stretches = weight_ > 0.0;
         if (own_row_[column] >= 0) {
             const Index row = own_row_[column];
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
             add_bending(row, ring, 1.0);
-            for (Index k = 0; stretches && k < ring.valence; ++k)
+            for (Index k = 0; k < ring.valence; ++k)
                 add_edge(ring.ring[k], edges_[row_start_[row] + k].spoke);
         }
         for (std::int64_t use = use_start_[column]; use < use_start_[column + 1]; ++use) {
@@ -163,7 +165,6 @@ class HessianAssembly {
             const Index place = uses_[use].place;
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
             add_bending(row, ring, -ring.weights[place]);
-            if (!stretches) continue;
             const EdgeWeights* const edges = edges_.data() + row_start_[row];
             const Index next = place + 1 == ring.valence ? 0 : place + 1;
             const Index previous = place == 0 ? ring.valence - 1 : place - 1;
@@ -175,7 +176,6 @@ class HessianAssembly {
 
     /// From the order of the batches into that of the rows.
     void collect_edges() {
-        edges_.resize(row_start_.back());
         for (std::size_t k = 0; k < energy_.batches.size(); ++k) {
             execution_.check_every(k);
             const RowBatch& batch = energy_.batches[k];
@@ -183,7 +183,8 @@ class HessianAssembly {
                 if (batch.row[lane] < 0) continue;
                 for (Index k = 0; k < batch.valence; ++k) {
                     const StretchingLanes& from = energy_.stretching_lanes[batch.first + k];
-                    edges_[row_start_[batch.row[lane]] + k] = {from.spoke.value[lane], from.rim.value[lane]};
+                    edges_[row_start_[batch.row[lane]] + k] = {weight_ * from.spoke.value[lane],
+                                                               weight_ * from.rim.value[lane]};
                 }
             }
         }
@@ -193,7 +194,7 @@ class HessianAssembly {
             const std::int64_t first = row_start_[single.row];
             for (std::int64_t k = first; k < row_start_[single.row + 1]; ++k) {
                 const Spoke& from = energy_.single_spokes[single.first_spoke + k - first];
-                edges_[k] = {from.spoke, from.rim};
+                edges_[k] = {weight_ * from.spoke, weight_ * from.rim};
             }
         }
     }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "meanvalue/encoding/predictor.h"
+
 namespace meanvalue {
 namespace {
 
@@ -18,6 +20,11 @@ constexpr double kLoneAnchorWeight = 70.0;
 constexpr double kLeastRigidity = 0.8;
 constexpr double kRigidityByCurvature = 0.016;
 constexpr double kMostRigidity = 2.4;
+
+// Of the sums of norms that find_stiff_spokes() looks at: below this a row is left alone; of what is above, its bound
+// counts by the second number, since norms are large and signs differ. docs/decisions/0011-constant-matrix.md.
+constexpr double kLeastStiffness = 0.3;
+constexpr double kShareOfBound = 0.3;
 
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
 constexpr double kShortestEdge = 1e-9;
@@ -258,6 +265,34 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     }
 }
 
+/// Rows whose prediction changes far more with their ring than its weights say: next to sharp tips and in slivers the
+/// ring's normal turns, or lengths change, with every small move. The constant matrix knows the weights alone,
+/// (I - W), and some dozen such rows in a model would shorten every step of the whole. With N_k = dF_i/dv_k - w_k I,
+/// which sum to zero, |sum_k N_k (u_k - u_i)|^2 <= (sum_k |N_k|) sum_k |N_k| |u_k - u_i|^2: as many springs along the
+/// spokes. Rows with a small sum have none: it would only make turning them as stiff.
+void find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                       const Execution& execution, EnergyPatches& rows) {
+    std::vector<Matrix3> blocks;
+    std::vector<double> norms;
+    for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
+        execution.check_every(row);
+        const EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
+        blocks.resize(ring.valence);
+        norms.resize(ring.valence);
+        predict_with_jacobian(ring, rest, blocks.data());
+        double sum = 0.0;
+        for (Index k = 0; k < ring.valence; ++k) {
+            norms[k] = (blocks[k] - ring.weights[k] * Matrix3::Identity()).norm();
+            sum += norms[k];
+        }
+        if (!(sum > kLeastStiffness)) continue;
+        const double excess = sum - kLeastStiffness * kLeastStiffness / sum;
+        for (Index k = 0; k < ring.valence; ++k)
+            rows.stiff_spokes.push_back(
+                {static_cast<Index>(row), k, kShareOfBound * rows.bending[row] * excess * norms[k]});
+    }
+}
+
 template <typename T>
 std::size_t bytes_of(const std::vector<T>& items) {
     return items.capacity() * sizeof(T);
@@ -277,6 +312,7 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
     }
     builder.begin_patch();
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
+    find_stiff_spokes(encoding, unknowns, rest, execution, result);
     execution.check();
     result.points.shrink_to_fit();
     execution.check();
@@ -285,7 +321,7 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
 }
 
 std::size_t EnergyPatches::bytes() const {
-    return bytes_of(bending) + bytes_of(patches) + bytes_of(batches) + bytes_of(bending_lanes) +
+    return bytes_of(bending) + bytes_of(stiff_spokes) + bytes_of(patches) + bytes_of(batches) + bytes_of(bending_lanes) +
            bytes_of(stretching_lanes) + bytes_of(vertex_lanes) + bytes_of(singles) + bytes_of(single_spokes) +
            bytes_of(single_points) + bytes_of(points) + bytes_of(rest);
 }

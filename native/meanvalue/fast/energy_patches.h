@@ -27,10 +27,18 @@ struct SingleRow {
     std::int64_t first_spoke;  ///< in single_spokes and single_points
 };
 
+/// A spoke of a row that resists by more than the smooth part of its prediction: see stiff_spokes_of().
+struct StiffSpoke {
+    Index row;
+    Index place;  ///< in the ring
+    double stiffness;
+};
+
 /// Memory is about 6 x 36 bytes for each row of six neighbours, 40 for the row, and 36 for each point.
 struct EnergyPatches {
     std::vector<double> bending;  ///< a_i, |rows|
     double stretching = 0.0;      ///< (h/D)^2
+    std::vector<StiffSpoke> stiff_spokes;  ///< by row, then by place
 
     std::vector<EnergyPatch> patches;  ///< and one more, where the last ends
     std::vector<RowBatch> batches;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/encoder.h"
@@ -21,14 +20,15 @@ constexpr double kMostCoarse = 4000;
 // level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
-// A tolerance of 1e-4 for moves goes with one of 0.2 % for the energy.
-static const double kEnergyOfTolerance = std::getenv("MV_SHARE") ? atof(std::getenv("MV_SHARE")) : 20.0;
+// A tolerance of 1e-4 for moves goes with one of 0.05 % for the energy.
+constexpr double kEnergyOfTolerance = 5.0;
 // Below this a coarse level is not worth its splits.
 constexpr std::size_t kSmallMesh = 3000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
 constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
 // Stages on the way, as shares of the size and in steps.
-constexpr double kStageTolerance = 1e-4;
+constexpr double kStageTolerance = 4e-4;
+constexpr double kStiffTolerance = 1e-3;
 constexpr int kMostStageSteps = 40;
 // Handles that turn farther than this (120 degrees) are also followed along their way, in steps of at most the second
 // angle. Nearer ones are found as well from the stiff stages; docs/algorithm.md has the count.
@@ -264,6 +264,7 @@ void FastDecoder::start_from_rest(double tolerance, int max_iterations, Position
     }
     SolverLevel& level = starting_level();
     const std::size_t last = level.stages.size() - 1;
+    respond(level, 0, carried, positions, execution);
     const Positions start = positions;
     double energy = relax_stage_by_stage(tolerance, max_iterations, positions, execution);
     const auto keep_if_lower = [&](Positions& other, double other_energy) {
@@ -290,7 +291,7 @@ double FastDecoder::relax_stage_by_stage(double tolerance, int max_iterations, P
                                          Execution& execution) {
     SolverLevel& level = starting_level();
     for (std::size_t stage = 0; stage + 1 < level.stages.size(); ++stage)
-        minimise(level, stage, kStageTolerance, kMostStageSteps, positions, execution);
+        minimise(level, stage, kStiffTolerance, kMostStageSteps, positions, execution);
     return minimise(level, level.stages.size() - 1, std::max(tolerance, kStageTolerance), max_iterations, positions,
                     execution)
         .energies.back();

@@ -50,7 +50,6 @@ struct QuaternionLanes {
         t2 = c * k33 - d * i, t1 = c * i - d * k22;
     }
 
-    MEANVALUE_INLINE Lane determinant() const { return s0 * t5 - s1 * t4 + s2 * t3 + s3 * t2 - s4 * t1 + s5 * s5; }
 };
 
 /// The rotations that maximise trace(R^T M): the method of closest_rotation(), with one difference. The cofactors of
@@ -58,24 +57,32 @@ struct QuaternionLanes {
 /// linear in those of q q^T: no column need be chosen. Where the multiple, the product of the gaps between the
 /// eigenvalues, is small, closest_rotation() is asked.
 MEANVALUE_INLINE LaneMatrix closest_rotations(const LaneMatrix& matrix) {
-    constexpr int kMostSteps = 50;
-    constexpr double kStepTolerance = 1e-15;
+    constexpr int kMostSteps = 12;
+    constexpr double kStepTolerance = 1e-13;
     // Of matrices of norm 1; far above where closest_rotation() gives up, so that no digits are lost here.
     constexpr double kLeastGaps = 1e-2;
     const Lane scale = 1.0 / square_root(dot(matrix.row[0], matrix.row[0]) + dot(matrix.row[1], matrix.row[1]) +
                                          dot(matrix.row[2], matrix.row[2]));
     const LaneMatrix m = {{scale * matrix.row[0], scale * matrix.row[1], scale * matrix.row[2]}};
-    // Characteristic polynomial x^4 + c2 x^2 + c1 x + c0 of the quaternion matrix.
-    const Lane c2 = -2.0 * (dot(m.row[0], m.row[0]) + dot(m.row[1], m.row[1]) + dot(m.row[2], m.row[2]));
-    const Lane c1 = -8.0 * dot(m.row[0], cross(m.row[1], m.row[2]));
-    const Lane c0 = QuaternionLanes(m, Lane{}).determinant();
-    // From above, every step goes down towards the largest root; sqrt(3) bounds it.
-    Lane x = all_lanes(1.7320508075688772);
+    // The largest eigenvalue is x = s1 + s2 + s3, s the singular values, the last with the sign of the determinant.
+    // x^2 = sum s_i^2 + 2 p and p^2 = sum (s_i s_j)^2 + 2 det x, p = s1 s2 + s2 s3 + s3 s1. Stars of triangles are
+    // nearly flat: det is small, so that Newton's method for x is at its end after two or three steps. For the
+    // characteristic polynomial, of which x is then nearly a double root, it took more than ten.
+    const LaneVector minors = cross(m.row[1], m.row[2]);
+    const LaneVector minors_1 = cross(m.row[2], m.row[0]), minors_2 = cross(m.row[0], m.row[1]);
+    const Lane squares = dot(m.row[0], m.row[0]) + dot(m.row[1], m.row[1]) + dot(m.row[2], m.row[2]);
+    const Lane products = dot(minors, minors) + dot(minors_1, minors_1) + dot(minors_2, minors_2);
+    const Lane determinant = dot(m.row[0], minors);
+    const Lane zero{};
+    Lane x = square_root(squares + 2.0 * square_root(products));
+    LaneMask goes_on{};
     for (int step = 0; step < kMostSteps; ++step) {
-        const Lane slope = (4.0 * x * x + 2.0 * c2) * x + c1;
-        const Lane next = x - (((x * x + c2) * x + c1) * x + c0) / slope;
-        const LaneMask goes_on = (slope > Lane{}) & (x - next > kStepTolerance * x);
-        x = goes_on ? next : x;
+        const Lane square = products + 2.0 * determinant * x;
+        const Lane p = square_root(square > zero ? square : zero);
+        const Lane slope = p > zero ? x - determinant / p : x;
+        const Lane change = 0.5 * (x * x - squares - 2.0 * p) / slope;
+        x -= change;
+        goes_on = ~((change < all_lanes(kStepTolerance)) & (change > all_lanes(-kStepTolerance)));
         if (!any(goes_on)) break;
     }
     const QuaternionLanes k(m, x);
@@ -97,7 +104,7 @@ MEANVALUE_INLINE LaneMatrix closest_rotations(const LaneMatrix& matrix) {
                             {twice * (q12 + q03), once * (q00 - q11 + q22 - q33), twice * (q23 - q01)},
                             {twice * (q13 - q02), twice * (q23 + q01), once * (q00 - q11 - q22 + q33)}}};
     // Written so that lanes without a number are among them.
-    const LaneMask ill = ~(gaps < all_lanes(-kLeastGaps));
+    const LaneMask ill = ~(gaps < all_lanes(-kLeastGaps)) | goes_on;
     if (any(ill)) redo_rotations(matrix, ill, rotation);
     return rotation;
 }
