@@ -23,7 +23,7 @@ constexpr double kMostRigidity = 2.4;
 
 // Of the sums of norms that find_stiff_spokes() looks at: below this a row is left alone; of what is above, its bound
 // counts by the second number, since norms are large and signs differ. docs/decisions/0011-constant-matrix.md.
-constexpr double kLeastStiffness = 0.3;
+constexpr double kLeastStiffness = 0.4;
 constexpr double kShareOfBound = 0.3;
 
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.

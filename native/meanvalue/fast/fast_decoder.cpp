@@ -21,14 +21,14 @@ constexpr double kMostCoarse = 4000;
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
 // A tolerance of 1e-4 for moves goes with one of 0.05 % for the energy.
-constexpr double kEnergyOfTolerance = 5.0;
+constexpr double kEnergyOfTolerance = 2e4;
 // Below this a coarse level is not worth its splits.
 constexpr std::size_t kSmallMesh = 3000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
 constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
 // Stages on the way, as shares of the size and in steps.
-constexpr double kStageTolerance = 4e-4;
-constexpr double kStiffTolerance = 1e-3;
+constexpr double kStageTolerance = 2e-4;
+constexpr double kStiffTolerance = 5e-4;
 constexpr int kMostStageSteps = 40;
 // Handles that turn farther than this (120 degrees) are also followed along their way, in steps of at most the second
 // angle. Nearer ones are found as well from the stiff stages; docs/algorithm.md has the count.
@@ -156,7 +156,8 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     };
     QuasiNewtonOptions options;
     options.step_tolerance = tolerance * size_;
-    options.energy_tolerance = kEnergyOfTolerance * tolerance;
+    // Without rigidity there are long valleys where every step is small beside what is left.
+    options.energy_tolerance = rigidity > 0.0 ? kEnergyOfTolerance * tolerance * tolerance : 0.0;
     options.max_iterations = max_iterations;
     options.threads = threads_;
     return level.minimiser.minimise(energy, level.stages[stage]->factor, options, positions, execution);

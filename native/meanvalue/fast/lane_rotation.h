@@ -82,7 +82,8 @@ MEANVALUE_INLINE LaneMatrix closest_rotations(const LaneMatrix& matrix) {
         const Lane slope = p > zero ? x - determinant / p : x;
         const Lane change = 0.5 * (x * x - squares - 2.0 * p) / slope;
         x -= change;
-        goes_on = ~((change < all_lanes(kStepTolerance)) & (change > all_lanes(-kStepTolerance)));
+        // Where p is not positive, as near reflections, this is no root.
+        goes_on = ~((change < all_lanes(kStepTolerance)) & (change > all_lanes(-kStepTolerance)) & (p > zero));
         if (!any(goes_on)) break;
     }
     const QuaternionLanes k(m, x);
