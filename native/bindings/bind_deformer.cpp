@@ -156,7 +156,9 @@ void bind_reports(py::module_& module) {
         .def_readonly(
             "gradient", &Solution::gradient,
             "float: the same at the end; method 'full': where it last linearised, 'paper': of its coarse level.")
-        .def_readonly("iterations", &Solution::iterations)
+        .def_readonly("iterations", &Solution::iterations, "int: of the whole mesh, in the last stage.")
+        .def_readonly("all_iterations", &Solution::all_iterations,
+                      "int: with those of coarser levels and of the stages before the last.")
         .def_readonly("converged", &Solution::converged,
                       "bool: a minimum is near; method 'paper': of its base mesh and its coarse level.")
         .def_readonly("stop_reason", &Solution::stop_reason)

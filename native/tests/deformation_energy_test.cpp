@@ -276,5 +276,25 @@ TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
     }
 }
 
+TEST(ConstantHessian, WithTheFixedVerticesItsRowsSumToZero) {
+    // What moves all vertices alike costs nothing: the block of the fixed vertices is the rest of the same matrix.
+    const Bound bound(with_noise(joined(torus(30, 20), steep_fans()), 0.3, 1));
+    const DeformationEnergy energy = bound.energy(Kernel::kFastest);
+    const Execution execution;
+    for (const double rigidity : {0.0, 15.0}) {
+        const SparseMatrix hessian = energy.constant_hessian(rigidity, 1, execution);
+        const FixedCoupling coupling = energy.fixed_coupling(rigidity, execution);
+        ASSERT_EQ(coupling.matrix.rows(), hessian.cols());
+        ASSERT_EQ(coupling.matrix.cols(), static_cast<Eigen::Index>(coupling.vertices.size()));
+        for (const Index v : coupling.vertices)
+            EXPECT_LT(bound.unknowns().slot[v], 0);
+        const Eigen::VectorXd ones = Eigen::VectorXd::Ones(hessian.cols());
+        const Eigen::VectorXd own = hessian.selfadjointView<Eigen::Lower>() * ones;
+        const Eigen::VectorXd fixed = coupling.matrix * Eigen::VectorXd::Ones(coupling.matrix.cols());
+        EXPECT_GT(fixed.norm(), 0.0);
+        EXPECT_LT((own + fixed).norm(), 1e-12 * hessian.diagonal().norm());
+    }
+}
+
 }  // namespace
 }  // namespace meanvalue::tests

@@ -2,6 +2,8 @@
 
 #include "tests/fast_poses.h"
 
+#include <random>
+
 #include "meanvalue/encoding/predictor.h"
 
 namespace meanvalue::tests {
@@ -60,6 +62,57 @@ TEST(FastDecoder, WithoutRigidityALongThinTubeIsBentToTheMinimum) {
     const Solution solution = solve(*deformer, pose.targets);
     EXPECT_TRUE(solution.converged);
     EXPECT_LT(solution.energy, 1.05 * solve(*deformer, pose.targets, {1e-5, 2000}).energy);
+}
+
+/// A ball with sharp tips and slivers, as models have at ears, nails and folds, and nine single vertices as anchors.
+Mesh spiky_ball() {
+    Mesh mesh = with_noise(sphere(5), 0.2, 3);
+    for (const Index v : spread_vertices(mesh, 60))
+        mesh.vertices.row(v) *= 1.03;
+    return mesh;
+}
+
+TEST(FastDecoder, ADraggedLoneAnchorIsFollowedInFewStepsHoweverSharpTheShapeIs) {
+    const Mesh mesh = spiky_ball();
+    const std::vector<Index> anchors = spread_vertices(mesh, 9);
+    const auto deformer = bound_to(mesh, anchors);
+    const Positions rest = rows_of(mesh.vertices, anchors);
+    Positions shape = mesh.vertices;
+    std::vector<int> iterations;
+    Solution last;
+    Positions targets = rest;
+    for (int frame = 1; frame <= 20; ++frame) {
+        targets.row(0) = rest.row(0) + frame * 0.0075 * mesh.diagonal() * Eigen::RowVector3d(0.6, 0.8, 0);
+        last = solve_from(*deformer, targets, shape);
+        shape = last.vertices;
+        EXPECT_TRUE(last.converged) << frame;
+        iterations.push_back(last.iterations);
+    }
+    std::nth_element(iterations.begin(), iterations.begin() + 10, iterations.end());
+    EXPECT_LE(iterations[10], 10);
+    EXPECT_LT(last.energy, 1.02 * solve(*deformer, targets).energy);
+}
+
+TEST(FastDecoder, AStartThatIsNoSolutionCostsNoMoreThanOneFromRestAndEndsAsLow) {
+    const Mesh mesh = spiky_ball();
+    const std::vector<Index> anchors = spread_vertices(mesh, 9);
+    const auto deformer = bound_to(mesh, anchors);
+    Positions targets = rows_of(mesh.vertices, anchors);
+    targets.row(0) *= 1.2;
+    const Solution cold = solve(*deformer, targets);
+    EXPECT_GT(cold.all_iterations, cold.iterations);
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal(0.0, 0.01 * mesh.diagonal());
+    Positions noisy = mesh.vertices;
+    for (const Index v : anchors) {
+        for (int c = 0; c < 3; ++c)
+            noisy(v, c) += normal(random);
+    }
+    const Solution found = solve_from(*deformer, targets, noisy);
+    EXPECT_TRUE(found.converged);
+    expect_energy_never_rises(found);
+    EXPECT_LT(found.energy, 1.02 * cold.energy);
+    EXPECT_LE(found.all_iterations, 2 * cold.all_iterations + 120);
 }
 
 // Sheared shapes have several minima side by side, and each start ends in its own.

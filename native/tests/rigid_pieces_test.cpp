@@ -113,6 +113,28 @@ TEST(RigidPieces, ClustersJoinedByEdgesFollowScrewsOfTheirOwn) {
     }
 }
 
+TEST(RigidPieces, AWayMayBeginAnywhere) {
+    const TwoEnds ends;
+    const Motion first({0, 1, 0}, 2.0, {1, 0, 3});
+    const Motion second({1, 0, 0}, 0.7, {0, 0.5, 0});
+    const Positions begin = ends.placed(first);
+    Positions end = begin;
+    for (const Index v : ends.right)
+        end.row(v) = second.apply(begin.row(v));
+    const RigidPieces pieces = ends.pieces();
+    const RigidPieces::Way way = pieces.way_between(begin, end);
+    EXPECT_NEAR(way.largest_angle_rad(), 0.7, 1e-9);
+    EXPECT_NEAR(way.largest_move(), largest_distance(begin, end), 1e-12);
+    Positions positions = begin;
+    way.place(0.5, positions);
+    const ScrewMotion screw = screw_of(second.rotation, second.translation);
+    for (const Index v : ends.right)
+        EXPECT_LT((Vector3(positions.row(v)) - screw.apply(begin.row(v), 0.5)).norm(), 1e-9) << v;
+    way.place(1.0, positions);
+    EXPECT_EQ(positions, end);
+    EXPECT_EQ(pieces.way_between(end, end).largest_move(), 0.0);
+}
+
 TEST(RigidPieces, FixedVerticesAreExactlyAtTheEndOfTheWay) {
     const TwoEnds ends;
     Positions placed = ends.placed({{1, 1, 0}, kPi, {0.1, 0.2, 0.3}});

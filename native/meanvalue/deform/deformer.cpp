@@ -284,6 +284,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     solution.initial_gradient = report.initial_gradient;
     solution.gradient = report.gradient;
     solution.iterations = report.iterations;
+    solution.all_iterations = std::max(report.iterations, report.all_iterations);
     solution.converged = report.converged;
     solution.stop_reason = report.stop_reason;
     solution.timings = std::move(report.timings);

@@ -75,7 +75,7 @@ struct SolveOptions {
     /// default. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in three
     /// steps on end.
     std::optional<double> tolerance;
-    int max_iterations = 500;
+    int max_iterations = 500;  ///< of each stage; stages before the last have limits of their own as well
     /// With a start: solve from rest as well, and keep whichever ends at the lower energy. For the end of a drag, so
     /// that what stays is at least as good as what the targets alone give.
     bool settle = false;
@@ -90,7 +90,8 @@ struct Solution {
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
     double gradient = 0.0;          ///< and at the end, or where it was last linearised
     std::vector<double> energies;   ///< at the start and after each iteration
-    int iterations = 0;
+    int iterations = 0;      ///< of the whole mesh, in the last stage: those of `energies`
+    int all_iterations = 0;  ///< with those of coarser levels and of the stages before the last
     bool converged = false;
     std::string stop_reason;
     Timings timings;  ///< seconds by stage

@@ -16,6 +16,7 @@ namespace {
 constexpr double kCoarseShare = 0.03;
 constexpr double kFewestCoarse = 1500;
 constexpr double kMostCoarse = 4000;
+constexpr Index kTooManyCoarse = 8000;
 // Of a level in between, where it has at least so many times the vertices of the coarse one: wrinkles that the coarse
 // level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
@@ -41,6 +42,8 @@ constexpr double kTurnOfResponse = 0.3;
 constexpr double kMoveOfResponse = 0.05;
 constexpr int kMostResponses = 24;
 constexpr int kMostStepsOfResponse = 5;
+// A start that is near a minimum takes fewer steps of the whole mesh.
+constexpr int kMostWarmSteps = 60;
 // On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
@@ -95,22 +98,24 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
             hierarchy_ = build_hierarchy(rings, region_.positions, region_.is_fixed, options, threads_, execution);
         }
         const StageTimer timer(bind_timings_, "coarse level");
-        const auto make = [&](const Level& level, CoarseSoftAnchors& soft) {
+        const auto make = [&](const Level& level) {
             std::vector<char> is_fixed = region_.is_fixed;
             for (std::size_t k = 0; k < level.removed_count; ++k)
                 is_fixed[hierarchy_.order[k]] = 1;
             Unknowns remaining = find_unknowns(level.encoding, is_fixed);
+            std::vector<SoftAnchor> soft;
             if (!soft_.empty()) {
                 const double scale = energy_unit(level.encoding, remaining, region_.positions, execution) /
                                      energy_unit(encoding_, unknowns, region_.positions, execution);
                 soft = coarse_soft_anchors(soft_, hierarchy_, level, region_.is_fixed.size(), scale);
             }
-            return make_level(level.encoding, std::move(remaining), soft.anchors, stages, execution);
+            return make_level(level.encoding, std::move(remaining), std::move(soft), stages, execution);
         };
-        coarse_ = make(hierarchy_.base(), coarse_soft_);
+        // A level that could not be made coarse is factored twice and not four times.
+        if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2) stages = {stages.front(), stages.back()};
+        coarse_ = make(hierarchy_.base());
         stages = {rigidity_};
-        CoarseSoftAnchors middle_soft;
-        if (hierarchy_.levels.size() > 1) middle_ = make(hierarchy_.levels.front(), middle_soft);
+        if (hierarchy_.levels.size() > 1) middle_ = make(hierarchy_.levels.front());
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
@@ -149,7 +154,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
 }
 
 QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
-                                        Positions& positions, Execution& execution) const {
+                                        Positions& positions, Execution& execution) {
     const double rigidity = level.stages[stage]->rigidity;
     const auto energy = [&](const Positions& at, Positions& gradient) {
         return level.energy->evaluate(at, rigidity, gradient, threads_, execution);
@@ -160,7 +165,10 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     options.energy_tolerance = rigidity > 0.0 ? kEnergyOfTolerance * tolerance * tolerance : 0.0;
     options.max_iterations = max_iterations;
     options.threads = threads_;
-    return level.minimiser.minimise(energy, level.stages[stage]->factor, options, positions, execution);
+    QuasiNewtonReport report =
+        level.minimiser.minimise(energy, level.stages[stage]->factor, options, positions, execution);
+    all_iterations_ += report.iterations();
+    return report;
 }
 
 DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positions, Execution& execution) {
@@ -169,31 +177,31 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     if (fine_->unknowns.free.empty()) return report;
     execution.begin_stage("solve");
     aim_springs(options);
+    all_iterations_ = 0;
+    const int warm_limit = std::min(options.max_iterations, kMostWarmSteps);
     if (options.previous == nullptr) {
-        {
-            const StageTimer timer(report.timings, "start");
-            start_from_rest(options.tolerance, options.max_iterations, positions, execution);
-        }
-        if (coarse_) {
-            const StageTimer timer(report.timings, "split");
-            int level = static_cast<int>(hierarchy_.levels.size()) - 1;
-            if (middle_) {
-                hierarchy_.split(level, 0, positions, threads_, execution);
-                level = 0;
-                minimise(*middle_, 0, std::max(options.tolerance, kStageTolerance), options.max_iterations, positions,
-                         execution);
-            }
-            hierarchy_.split(level, -1, positions, threads_, execution);
-        }
-    }
-    if (options.previous != nullptr) {
+        start_cold(options, positions, report.timings, execution);
+    } else {
         const StageTimer timer(report.timings, "follow");
         follow_from(*options.previous, positions, execution);
     }
-    const StageTimer timer(report.timings, "minimise");
+    const auto minimise_whole = [&](int limit) {
+        const StageTimer timer(report.timings, "minimise");
+        return minimise(*fine_, fine_->stages.size() - 1, options.tolerance, limit, positions, execution);
+    };
     QuasiNewtonReport minimised =
-        minimise(*fine_, fine_->stages.size() - 1, options.tolerance, options.max_iterations, positions, execution);
+        minimise_whole(options.previous == nullptr ? options.max_iterations : warm_limit);
+    if (options.previous != nullptr && minimised.at_limit && warm_limit < options.max_iterations) {
+        // The start was not near a minimum. One from rest costs less than what may still be before this one.
+        start_afresh_if_lower(options, minimised.energies.back(), positions, report.timings, execution);
+        const QuasiNewtonReport rest = minimise_whole(options.max_iterations - warm_limit);
+        minimised.energies.insert(minimised.energies.end(), rest.energies.begin() + 1, rest.energies.end());
+        minimised.gradient = rest.gradient;
+        minimised.converged = rest.converged;
+        minimised.at_limit = rest.at_limit;
+    }
     report.iterations = minimised.iterations();
+    report.all_iterations = all_iterations_;
     report.energies = std::move(minimised.energies);
     report.initial_gradient = minimised.initial_gradient;
     report.gradient = minimised.gradient;
@@ -202,6 +210,37 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
                          : minimised.at_limit ? "iteration limit"
                                               : "no step lowers the energy further";
     return report;
+}
+
+/// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimised.
+void FastDecoder::start_cold(const DecodeOptions& options, Positions& positions, Timings& timings,
+                             Execution& execution) {
+    {
+        const StageTimer timer(timings, "start");
+        start_from_rest(options.tolerance, options.max_iterations, positions, execution);
+    }
+    if (!coarse_) return;
+    const StageTimer timer(timings, "split");
+    int level = static_cast<int>(hierarchy_.levels.size()) - 1;
+    if (middle_) {
+        hierarchy_.split(level, 0, positions, threads_, execution);
+        level = 0;
+        minimise(*middle_, 0, std::max(options.tolerance, kStageTolerance), options.max_iterations, positions,
+                 execution);
+    }
+    hierarchy_.split(level, -1, positions, threads_, execution);
+}
+
+/// Starts from rest, and keeps that where it is below `energy`, that of `positions`.
+void FastDecoder::start_afresh_if_lower(const DecodeOptions& options, double energy, Positions& positions,
+                                        Timings& timings, Execution& execution) {
+    aim_springs(options);
+    Positions fresh = positions;
+    fine_->energy->springs().put_targets(fresh);
+    start_cold(options, fresh, timings, execution);
+    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
+    aim_springs(options);
+    if (fine_->energy->evaluate(fresh, rigidity_, gradient, threads_, execution) < energy) std::swap(positions, fresh);
 }
 
 void FastDecoder::aim_springs(const DecodeOptions& options) {

@@ -20,7 +20,8 @@ namespace meanvalue {
 /// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
 /// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance; in
 /// between a level of a fifth, where the mesh is large. From a start, as while dragging: the constant matrix' answer to
-/// what the fixed vertices have moved since, in several steps where that is far; then the whole mesh to the tolerance. Small meshes have no coarse level: theirs is the whole one. Deterministic for any number of threads.
+/// what the fixed vertices have moved since, in several steps where that is far; then the whole mesh to the tolerance, or where that takes many steps, from rest
+/// after all if that is lower. Small meshes have no coarse level: theirs is the whole one. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
     /// @param soft soft anchors, in the region's vertex numbers; none of them fixed. @param handles n of the region,
@@ -56,7 +57,10 @@ class FastDecoder : public Decoder {
     std::unique_ptr<SolverLevel> make_level(const Encoding& encoding, Unknowns unknowns, std::vector<SoftAnchor> soft,
                                             const std::vector<double>& rigidities, Execution& execution) const;
     QuasiNewtonReport minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
-                               Positions& positions, Execution& execution) const;
+                               Positions& positions, Execution& execution);
+    void start_cold(const DecodeOptions& options, Positions& positions, Timings& timings, Execution& execution);
+    void start_afresh_if_lower(const DecodeOptions& options, double energy, Positions& positions, Timings& timings,
+                               Execution& execution);
     void start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     void aim_springs(const DecodeOptions& options);
     void respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
@@ -73,8 +77,8 @@ class FastDecoder : public Decoder {
     double rigidity_;
     double size_;
     std::vector<SoftAnchor> soft_;   // by ascending vertex
-    CoarseSoftAnchors coarse_soft_;  // empty where there is no coarse level
     std::vector<double> hold_;       // n: what each vertex counts in carrying parts; empty where all anchors are hard
+    int all_iterations_ = 0;         // of the solve now running
     Timings bind_timings_;
     Components components_;
     Index detached_triangle_count_ = 0;

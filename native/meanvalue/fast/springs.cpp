@@ -87,25 +87,8 @@ std::size_t Springs::bytes() const {
            (static_cast<std::size_t>(targets_.size() + aside_.size()) + pieces_.capacity()) * sizeof(double);
 }
 
-void CoarseSoftAnchors::aim(const Springs& fine, const Unknowns& unknowns, const Positions& gradient,
-                            const Positions& previous, Springs& coarse) const {
-    // Each spring's target first collects the forces of all that it stands for, and their strengths.
-    std::vector<double> strengths(anchors.size(), 0.0);
-    for (std::size_t k = 0; k < anchors.size(); ++k)
-        coarse.aim_one(k, Eigen::RowVector3d::Zero());
-    for (std::size_t j = 0; j < stands_in.size(); ++j) {
-        const SoftAnchor& anchor = fine.anchors()[j];
-        const Index k = stands_in[j];
-        coarse.aim_one(k, coarse.targets().row(k) - gradient.row(unknowns.slot[anchor.vertex]));
-        strengths[k] += anchor.strength;
-    }
-    for (std::size_t k = 0; k < anchors.size(); ++k) {
-        coarse.aim_one(k, previous.row(anchors[k].vertex) + coarse.targets().row(k) / (2.0 * strengths[k]));
-    }
-}
-
-CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
-                                      const Level& level, std::size_t vertex_count, double scale) {
+std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
+                                            const Level& level, std::size_t vertex_count, double scale) {
     std::vector<Index> into(vertex_count);
     std::iota(into.begin(), into.end(), 0);
     std::vector<char> is_removed(vertex_count, 0);
@@ -115,18 +98,16 @@ CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, co
     for (auto merge = hierarchy.soft_merges.rbegin(); merge != hierarchy.soft_merges.rend(); ++merge) {
         if (is_removed[merge->removed]) into[merge->removed] = into[merge->into];
     }
-    CoarseSoftAnchors result;
+    std::vector<SoftAnchor> result;
     std::vector<Index> place(vertex_count, -1);
     for (const SoftAnchor& anchor : anchors) {
         if (into[anchor.vertex] != anchor.vertex) continue;
-        place[anchor.vertex] = static_cast<Index>(result.anchors.size());
-        result.anchors.push_back(anchor);
-        result.anchors.back().strength = 0.0;
+        place[anchor.vertex] = static_cast<Index>(result.size());
+        result.push_back(anchor);
+        result.back().strength = 0.0;
     }
-    for (const SoftAnchor& anchor : anchors) {
-        result.stands_in.push_back(place[into[anchor.vertex]]);
-        result.anchors[result.stands_in.back()].strength += scale * anchor.strength;
-    }
+    for (const SoftAnchor& anchor : anchors)
+        result[place[into[anchor.vertex]]].strength += scale * anchor.strength;
     return result;
 }
 

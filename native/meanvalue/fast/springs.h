@@ -34,13 +34,11 @@ class Springs {
 
     bool empty() const { return anchors_.empty(); }
     const std::vector<SoftAnchor>& anchors() const { return anchors_; }  ///< by ascending vertex
-    const Positions& targets() const { return targets_; }                ///< |anchors()| x 3
 
     /// @param targets k x 3, in the order of all anchors, the units of the positions.
     void aim_at_targets(const PositionsView& targets);
     /// @param positions n x 3: each spring's target is where its vertex is there.
     void aim_at_vertices(const PositionsView& positions);
-    void aim_one(std::size_t spring, const Eigen::RowVector3d& target) { targets_.row(spring) = target; }
     /// Puts soft anchors to their targets in `positions` (n x 3).
     void put_targets(Positions& positions) const;
     /// Remembers where soft anchors are in `positions` (n x 3), and puts them back to there.
@@ -65,22 +63,10 @@ class Springs {
     std::vector<double> pieces_;  // scratch: energy by piece
 };
 
-/// The soft anchors of a coarse level, and which of them stands for each of the whole mesh.
-struct CoarseSoftAnchors {
-    std::vector<SoftAnchor> anchors;  ///< by ascending vertex
-    std::vector<Index> stands_in;     ///< for each of the whole mesh, by ascending vertex: its place in `anchors`
-
-    /// Aims the springs of the coarse level as if `previous` had been in balance until the targets moved: each pulls
-    /// with the force that is left there on those that it stands for.
-    /// @param gradient of the whole mesh' energy at `previous` (n x 3) with the targets as they are now, |V'| x 3.
-    void aim(const Springs& fine, const Unknowns& unknowns, const Positions& gradient, const Positions& previous,
-             Springs& coarse) const;
-};
-
 /// Those removed on the way to `level` give their strengths to those that they were merged into, so that a handle's
-/// total spring is kept; then all are multiplied with `scale`. @param anchors by ascending vertex.
-CoarseSoftAnchors coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
-                                      const Level& level, std::size_t vertex_count, double scale);
+/// total spring is kept; then all are multiplied with `scale`. @param anchors by ascending vertex, as the result is.
+std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
+                                            const Level& level, std::size_t vertex_count, double scale);
 
 /// 1 / mean(1 / h_i^2), squared units, h_i the mean edge of row i at rest: what the energy of a given pose is
 /// proportional to, so that springs of two levels are in balance where their strengths are too. @param rest n x 3.

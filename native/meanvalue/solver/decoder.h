@@ -28,6 +28,7 @@ struct DecodeReport {
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start
     double gradient = 0.0;          ///< and at the end, or where it was last linearised
     int iterations = 0;
+    int all_iterations = 0;  ///< with those of coarser levels and of the stages before the last
     bool converged = true;
     std::string stop_reason;
     Timings timings;  ///< seconds by stage
