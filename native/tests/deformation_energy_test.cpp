@@ -10,7 +10,6 @@ namespace meanvalue::tests {
 namespace {
 
 using Kernel = DeformationEnergy::Kernel;
-using Weights = DeformationEnergy::Weights;
 
 constexpr double kPi = 3.14159265358979323846;
 
@@ -63,8 +62,8 @@ class Bound {
         unknowns_ = find_unknowns(encoding_, is_fixed);
     }
 
-    DeformationEnergy energy(Kernel kernel, Weights weights = Weights::kByLength) const {
-        return {encoding_, unknowns_, mesh_.vertices, mesh_.diagonal(), weights, execution_, kernel};
+    DeformationEnergy energy(Kernel kernel, double by_length = 1.0) const {
+        return {encoding_, unknowns_, mesh_.vertices, mesh_.diagonal(), by_length, execution_, kernel};
     }
 
     Evaluation evaluate(const Positions& pose, double rigidity, Kernel kernel = Kernel::kFastest,

@@ -115,6 +115,19 @@ TEST(FastDecoder, AStartThatIsNoSolutionCostsNoMoreThanOneFromRestAndEndsAsLow) 
     EXPECT_LE(found.all_iterations, 2 * cold.all_iterations + 120);
 }
 
+TEST(FastDecoder, RigidityGoesToZeroWithoutAJump) {
+    const Mesh mesh = with_noise(torus(40, 20), 0.2, 1);
+    const std::vector<Index> anchors = spread_vertices(mesh, 10);
+    Positions targets = rows_of(mesh.vertices, anchors);
+    targets.row(3) *= 1.2;
+    const SolveOptions fine{1e-8, 5000};
+    const Positions without = solve(*bound_to(mesh, anchors, 0.0), targets, fine).vertices;
+    const Positions hardly = solve(*bound_to(mesh, anchors, 1e-6), targets, fine).vertices;
+    EXPECT_LT(largest_distance(hardly, without), 1e-3 * mesh.diagonal());
+    EXPECT_GT(largest_distance(solve(*bound_to(mesh, anchors, 1.0), targets, fine).vertices, without),
+              2e-3 * mesh.diagonal());
+}
+
 // Sheared shapes have several minima side by side, and each start ends in its own.
 TEST(FastDecoder, SettlingKeepsTheBetterOfWarmAndCold) {
     const Pose pose = two_ends("", bar(18, 45), Vector3::UnitX(), 0.8, {0, 0.6, -0.3});

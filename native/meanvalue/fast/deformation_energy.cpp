@@ -16,13 +16,12 @@ constexpr std::size_t kRowsOfThread = 2048;
 }  // namespace
 
 DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
-                                     double size, Weights weights, const Execution& execution, Kernel kernel,
+                                     double size, double by_length, const Execution& execution, Kernel kernel,
                                      Springs springs)
     : encoding_(encoding),
       unknowns_(unknowns),
       springs_(std::move(springs)),
       kernel_(kernel == Kernel::kFastest ? fastest_energy_kernel() : portable_energy_kernel()) {
-    const bool by_length = weights == Weights::kByLength;
     rows_ = build_energy_patches(encoding, unknowns, rest, size, by_length, kernel != Kernel::kScalar,
                                  springs_.hardness(unknowns.slot.size()), execution);
     index_uses(execution);

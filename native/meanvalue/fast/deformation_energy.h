@@ -1,6 +1,7 @@
 // The energy that the fast method minimises: the paper's, with a term that keeps lengths.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -32,22 +33,22 @@ struct FixedCoupling {
 /// times more. The third sum is of soft anchors (Springs). docs/algorithm.md, "Rigidity" and "Soft anchors".
 class DeformationEnergy {
   public:
-    enum class Weights {
-        kPlain,    ///< all a_i are 1: with rigidity 0 the paper's G, equation 15
-        kByLength  ///< as above
-    };
-
     enum class Kernel {
         kFastest,   ///< that this processor has
         kPortable,  ///< that every processor has
         kScalar     ///< none, evaluate_row() for each row: what the others are held against
     };
 
+    /// @param by_length how far the weights above are taken, from 0 to 1, as their exponent. At 0 all are 1, and with
+    /// rigidity 0 E is the paper's G, equation 15; weights_for() says what belongs to a rigidity.
     /// @param rest n x 3; @param size D, in the same units. @param springs of soft anchors, or none.
     /// @pre encoding and unknowns outlive it. @throws Cancelled.
     DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double size,
-                      Weights weights, const Execution& execution, Kernel kernel = Kernel::kFastest,
+                      double by_length, const Execution& execution, Kernel kernel = Kernel::kFastest,
                       Springs springs = {});
+
+    /// 1 from rigidity 1 on, and down to 0 with it, so that results do not jump where the paper's energy begins.
+    static double weights_for(double rigidity) { return std::min(rigidity, 1.0); }
 
     /// E in squared units. The same bits for any number of threads. @param positions n x 3.
     /// @param gradient |V'| x 3, receives dE/dV'. @throws Cancelled.

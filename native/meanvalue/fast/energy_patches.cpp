@@ -31,6 +31,11 @@ constexpr double kShortestEdge = 1e-9;
 // Rows of a patch: the more, the fewer points are in several patches, and the fewer lanes are left over.
 constexpr std::size_t kPatchRows = 2048;
 
+/// A weight, of which the share of all weights is given: 1 at none of it, itself at all.
+double share_of(double weight, double by_length) {
+    return by_length == 1.0 ? weight : std::pow(weight, by_length);
+}
+
 /// How many times rigidity counts in a row. @param spokes `valence` of them.
 double rigidity_of(const Spoke* spokes, Index valence, double size) {
     Vector3 area = Vector3::Zero();
@@ -50,12 +55,12 @@ double rigidity_of(const Spoke* spokes, Index valence, double size) {
 class PatchBuilder {
   public:
     PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double size,
-                 bool weighted, EnergyPatches& result)
+                 double by_length, EnergyPatches& result)
         : encoding_(encoding),
           unknowns_(unknowns),
           rest_(rest),
           size_(size),
-          weighted_(weighted),
+          by_length_(by_length),
           result_(result),
           point_of_(unknowns.slot.size(), -1) {
         result_.bending.resize(unknowns_.rows.size());
@@ -166,8 +171,8 @@ class PatchBuilder {
         const double length = measure_spokes(ring, unknowns_.rows[row], rest_, spokes);
         const double mean = std::max(length, kShortestEdge * size_);
         result_.bending[row] = 1.0 / (mean * mean);
-        if (!weighted_) return;
-        const double rigidity = rigidity_of(spokes, ring.valence, size_);
+        if (by_length_ == 0.0) return;
+        const double rigidity = share_of(rigidity_of(spokes, ring.valence, size_), by_length_);
         for (Index k = 0; k < ring.valence; ++k) {
             spokes[k].spoke *= rigidity;
             spokes[k].rim *= rigidity;
@@ -219,7 +224,7 @@ class PatchBuilder {
     const Unknowns& unknowns_;
     const PositionsView& rest_;
     double size_;
-    bool weighted_;  // else all rows count alike
+    double by_length_;  // 0: all rows count alike
     EnergyPatches& result_;
     std::size_t first_point_ = 0;
     std::vector<Index> point_of_;  // n: in the current patch, or -1
@@ -242,7 +247,7 @@ double loneliness(const Encoding& encoding, const Unknowns& unknowns, const std:
 }
 
 /// From 1 / h_i^2 to a_i, once all are known.
-void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, bool by_length,
+void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, double by_length,
                    const std::vector<double>& hardness, const Execution& execution, EnergyPatches& rows) {
     if (rows.bending.empty()) return;
     double inverse_squares = 0.0;
@@ -251,10 +256,9 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     const double square = static_cast<double>(rows.bending.size()) / inverse_squares;
     for (std::size_t row = 0; row < rows.bending.size(); ++row) {
         execution.check_every(row);
-        rows.bending[row] = by_length ? rows.bending[row] * square : 1.0;
-        if (!by_length) continue;
         const double lonely = loneliness(encoding, unknowns, hardness, unknowns.rows[row]);
-        rows.bending[row] *= 1.0 + (kLoneAnchorWeight - 1.0) * lonely;
+        const double full = rows.bending[row] * square * (1.0 + (kLoneAnchorWeight - 1.0) * lonely);
+        rows.bending[row] = share_of(full, by_length);
     }
     rows.stretching = square / (size * size);
     for (std::size_t k = 0; k < rows.batches.size(); ++k) {
@@ -301,8 +305,8 @@ std::size_t bytes_of(const std::vector<T>& items) {
 }  // namespace
 
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
-                                   double size, bool by_length, bool in_batches, const std::vector<double>& hardness,
-                                   const Execution& execution) {
+                                   double size, double by_length, bool in_batches,
+                                   const std::vector<double>& hardness, const Execution& execution) {
     EnergyPatches result;
     PatchBuilder builder(encoding, unknowns, rest, size, by_length, result);
     builder.reserve(in_batches, execution);

@@ -59,11 +59,12 @@ struct EnergyPatches {
 };
 
 /// The same for any number of threads of those who evaluate it. @param rest n x 3; @param size D, in the same units.
-/// @param by_length a_i = h^2 / h_i^2, and rows that are curved at rest count more in the second sum; else all alike.
+/// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are curved
+/// at rest count more in the second sum; at 0 all are alike.
 /// @param in_batches false: all rows are single. @param hardness n, Springs::hardness(): soft anchors are as much of
 /// an anchor as that. @throws Cancelled.
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
-                                   double size, bool by_length, bool in_batches, const std::vector<double>& hardness,
-                                   const Execution& execution);
+                                   double size, double by_length, bool in_batches,
+                                   const std::vector<double>& hardness, const Execution& execution);
 
 }  // namespace meanvalue

@@ -128,8 +128,8 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
                                                                   Execution& execution) const {
     auto level = std::make_unique<SolverLevel>();
     level->unknowns = std::move(unknowns);
-    const auto weights = rigidity_ > 0.0 ? DeformationEnergy::Weights::kByLength : DeformationEnergy::Weights::kPlain;
-    level->energy = std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_, weights,
+    level->energy = std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_,
+                                                        DeformationEnergy::weights_for(rigidity_),
                                                         execution, DeformationEnergy::Kernel::kFastest,
                                                         Springs(std::move(soft), level->unknowns));
     level->minimiser = QuasiNewton(level->unknowns);
