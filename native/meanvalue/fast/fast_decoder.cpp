@@ -41,7 +41,10 @@ constexpr double kFollowTolerance = 1e-3;
 constexpr double kTurnOfResponse = 0.3;
 constexpr double kMoveOfResponse = 0.05;
 constexpr int kMostResponses = 24;
-constexpr int kMostStepsOfResponse = 5;
+constexpr int kStepsOfResponse = 5;
+// The same from rest, and what share of the other start's energy it has to be below.
+constexpr int kStepsOfWay = 3;
+constexpr double kFarBelow = 0.4;
 // A start that is near a minimum takes fewer steps of the whole mesh.
 constexpr int kMostWarmSteps = 60;
 // On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
@@ -183,7 +186,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
         start_cold(options, positions, report.timings, execution);
     } else {
         const StageTimer timer(report.timings, "follow");
-        follow_from(*options.previous, positions, execution);
+        follow_from(*options.previous, positions, kStepsOfResponse, execution);
     }
     const auto minimise_whole = [&](int limit) {
         const StageTimer timer(report.timings, "minimise");
@@ -229,6 +232,22 @@ void FastDecoder::start_cold(const DecodeOptions& options, Positions& positions,
                  execution);
     }
     hierarchy_.split(level, -1, positions, threads_, execution);
+    if (!middle_) start_along_way_if_lower(options, positions, execution);
+}
+
+/// On smaller meshes the coarse level may be too coarse for small parts, whose details the splits then fold. The whole
+/// mesh along the handles' way has them as they were: that start is taken where it is far below `positions`.
+void FastDecoder::start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution) {
+    Positions along = positions;
+    for (const Index v : fine_->unknowns.free)
+        along.row(v) = region_.positions.row(v);
+    aim_springs(options);
+    follow_from(region_.positions, along, kStepsOfWay, execution);
+    aim_springs(options);
+    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
+    const double split = fine_->energy->evaluate(positions, rigidity_, gradient, threads_, execution);
+    const double followed = fine_->energy->evaluate(along, rigidity_, gradient, threads_, execution);
+    if (followed < kFarBelow * split) std::swap(along, positions);
 }
 
 /// Starts from rest, and keeps that where it is below `energy`, that of `positions`.
@@ -269,7 +288,9 @@ void FastDecoder::respond(SolverLevel& level, std::size_t stage, const Positions
 
 /// Carries a shape that was near a minimum along with fixed vertices, and with the targets of springs, that have moved
 /// since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
-void FastDecoder::follow_from(const Positions& previous, Positions& positions, Execution& execution) {
+/// @param steps_between iterations of the whole mesh after each but the last.
+void FastDecoder::follow_from(const Positions& previous, Positions& positions, int steps_between,
+                              Execution& execution) {
     SolverLevel& level = *fine_;
     const std::size_t stage = level.stages.size() - 1;
     Springs& springs = level.energy->springs();
@@ -287,7 +308,7 @@ void FastDecoder::follow_from(const Positions& previous, Positions& positions, E
         springs.put_back(next);
         respond(level, stage, here, next, execution);
         here = std::move(next);
-        if (step < steps) minimise(level, stage, kFollowTolerance, kMostStepsOfResponse, here, execution);
+        if (step < steps) minimise(level, stage, kFollowTolerance, steps_between, here, execution);
     }
     for (const Index v : level.unknowns.free)
         positions.row(v) = here.row(v);

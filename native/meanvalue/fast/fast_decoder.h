@@ -65,7 +65,8 @@ class FastDecoder : public Decoder {
     void aim_springs(const DecodeOptions& options);
     void respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
                  const Execution& execution) const;
-    void follow_from(const Positions& previous, Positions& positions, Execution& execution);
+    void follow_from(const Positions& previous, Positions& positions, int steps_between, Execution& execution);
+    void start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution);
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
                   Execution& execution);
