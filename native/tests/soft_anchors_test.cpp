@@ -161,9 +161,8 @@ TEST_P(SoftPose, TheSolutionIsAMinimumOfAnEnergyWithTheSprings) {
     }
     const Unknowns unknowns = find_unknowns(encoding, is_fixed);
     Execution execution;
-    DeformationEnergy energy(encoding, unknowns, pose.mesh.vertices, pose.mesh.diagonal(),
-                             1.0, execution, DeformationEnergy::Kernel::kFastest,
-                             Springs(soft, unknowns));
+    DeformationEnergy energy(encoding, unknowns, pose.mesh.vertices, pose.mesh.diagonal(), 1.0, execution,
+                             DeformationEnergy::Kernel::kFastest, Springs(soft, unknowns));
     energy.springs().aim_at_targets(pose.targets);
     Positions gradient(static_cast<Eigen::Index>(unknowns.free.size()), 3);
     const auto energy_at = [&](const Positions& positions) {

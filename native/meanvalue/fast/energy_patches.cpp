@@ -325,9 +325,9 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
 }
 
 std::size_t EnergyPatches::bytes() const {
-    return bytes_of(bending) + bytes_of(stiff_spokes) + bytes_of(patches) + bytes_of(batches) + bytes_of(bending_lanes) +
-           bytes_of(stretching_lanes) + bytes_of(vertex_lanes) + bytes_of(singles) + bytes_of(single_spokes) +
-           bytes_of(single_points) + bytes_of(points) + bytes_of(rest);
+    return bytes_of(bending) + bytes_of(stiff_spokes) + bytes_of(patches) + bytes_of(batches) +
+           bytes_of(bending_lanes) + bytes_of(stretching_lanes) + bytes_of(vertex_lanes) + bytes_of(singles) +
+           bytes_of(single_spokes) + bytes_of(single_points) + bytes_of(points) + bytes_of(rest);
 }
 
 }  // namespace meanvalue

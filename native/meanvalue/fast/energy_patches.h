@@ -36,8 +36,8 @@ struct StiffSpoke {
 
 /// Memory is about 6 x 36 bytes for each row of six neighbours, 40 for the row, and 36 for each point.
 struct EnergyPatches {
-    std::vector<double> bending;  ///< a_i, |rows|
-    double stretching = 0.0;      ///< (h/D)^2
+    std::vector<double> bending;           ///< a_i, |rows|
+    double stretching = 0.0;               ///< (h/D)^2
     std::vector<StiffSpoke> stiff_spokes;  ///< by row, then by place
 
     std::vector<EnergyPatch> patches;  ///< and one more, where the last ends
@@ -59,8 +59,8 @@ struct EnergyPatches {
 };
 
 /// The same for any number of threads of those who evaluate it. @param rest n x 3; @param size D, in the same units.
-/// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are curved
-/// at rest count more in the second sum; at 0 all are alike.
+/// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are
+/// curved at rest count more in the second sum; at 0 all are alike.
 /// @param in_batches false: all rows are single. @param hardness n, Springs::hardness(): soft anchors are as much of
 /// an anchor as that. @throws Cancelled.
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,

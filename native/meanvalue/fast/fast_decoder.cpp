@@ -115,7 +115,8 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
             return make_level(level.encoding, std::move(remaining), std::move(soft), stages, execution);
         };
         // A level that could not be made coarse is factored twice and not four times.
-        if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2) stages = {stages.front(), stages.back()};
+        if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2)
+            stages = {stages.front(), stages.back()};
         coarse_ = make(hierarchy_.base());
         stages = {rigidity_};
         if (hierarchy_.levels.size() > 1) middle_ = make(hierarchy_.levels.front());
@@ -131,10 +132,9 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
                                                                   Execution& execution) const {
     auto level = std::make_unique<SolverLevel>();
     level->unknowns = std::move(unknowns);
-    level->energy = std::make_unique<DeformationEnergy>(encoding, level->unknowns, region_.positions, size_,
-                                                        DeformationEnergy::weights_for(rigidity_),
-                                                        execution, DeformationEnergy::Kernel::kFastest,
-                                                        Springs(std::move(soft), level->unknowns));
+    level->energy = std::make_unique<DeformationEnergy>(
+        encoding, level->unknowns, region_.positions, size_, DeformationEnergy::weights_for(rigidity_), execution,
+        DeformationEnergy::Kernel::kFastest, Springs(std::move(soft), level->unknowns));
     level->minimiser = QuasiNewton(level->unknowns);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
@@ -192,8 +192,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
         const StageTimer timer(report.timings, "minimise");
         return minimise(*fine_, fine_->stages.size() - 1, options.tolerance, limit, positions, execution);
     };
-    QuasiNewtonReport minimised =
-        minimise_whole(options.previous == nullptr ? options.max_iterations : warm_limit);
+    QuasiNewtonReport minimised = minimise_whole(options.previous == nullptr ? options.max_iterations : warm_limit);
     if (options.previous != nullptr && minimised.at_limit && warm_limit < options.max_iterations) {
         // The start was not near a minimum. One from rest costs less than what may still be before this one.
         start_afresh_if_lower(options, minimised.energies.back(), positions, report.timings, execution);
@@ -235,8 +234,8 @@ void FastDecoder::start_cold(const DecodeOptions& options, Positions& positions,
     if (!middle_) start_along_way_if_lower(options, positions, execution);
 }
 
-/// On smaller meshes the coarse level may be too coarse for small parts, whose details the splits then fold. The whole
-/// mesh along the handles' way has them as they were: that start is taken where it is far below `positions`.
+/// On smaller meshes the coarse level may be too coarse for small parts, whose details the splits then fold. The
+/// whole mesh along the handles' way has them as they were: that start is taken where it is far below `positions`.
 void FastDecoder::start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution) {
     Positions along = positions;
     for (const Index v : fine_->unknowns.free)
@@ -259,7 +258,8 @@ void FastDecoder::start_afresh_if_lower(const DecodeOptions& options, double ene
     start_cold(options, fresh, timings, execution);
     Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
     aim_springs(options);
-    if (fine_->energy->evaluate(fresh, rigidity_, gradient, threads_, execution) < energy) std::swap(positions, fresh);
+    if (fine_->energy->evaluate(fresh, rigidity_, gradient, threads_, execution) < energy)
+        std::swap(positions, fresh);
 }
 
 void FastDecoder::aim_springs(const DecodeOptions& options) {
@@ -269,8 +269,8 @@ void FastDecoder::aim_springs(const DecodeOptions& options) {
     }
 }
 
-/// Moves the free vertices by what the constant matrix answers to the moves of the fixed ones: the least energy of all
-/// displacements, as far as it is the same in every pose. Where an anchor moves alone, its surroundings are torn
+/// Moves the free vertices by what the constant matrix answers to the moves of the fixed ones: the least energy of
+/// all displacements, as far as it is the same in every pose. Where an anchor moves alone, its surroundings are torn
 /// instead, and minimising has to begin from a spike. @param previous where the fixed vertices were; in `positions`
 /// they are where they go, and free ones where they were.
 void FastDecoder::respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
@@ -286,8 +286,8 @@ void FastDecoder::respond(SolverLevel& level, std::size_t stage, const Positions
         positions.row(level.unknowns.free[k]) += answer.row(k);
 }
 
-/// Carries a shape that was near a minimum along with fixed vertices, and with the targets of springs, that have moved
-/// since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
+/// Carries a shape that was near a minimum along with fixed vertices, and with the targets of springs, that have
+/// moved since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
 /// @param steps_between iterations of the whole mesh after each but the last.
 void FastDecoder::follow_from(const Positions& previous, Positions& positions, int steps_between,
                               Execution& execution) {

@@ -19,9 +19,10 @@ namespace meanvalue {
 
 /// Minimises DeformationEnergy. From rest: on a coarse level, stiff first and then less and less, and along the
 /// handles' screws where they turn far, whichever ends lower; then splits; then the whole mesh, to the tolerance; in
-/// between a level of a fifth, where the mesh is large. From a start, as while dragging: the constant matrix' answer to
-/// what the fixed vertices have moved since, in several steps where that is far; then the whole mesh to the tolerance, or where that takes many steps, from rest
-/// after all if that is lower. Small meshes have no coarse level: theirs is the whole one. Deterministic for any number of threads.
+/// between a level of a fifth, where the mesh is large. From a start, as while dragging: the constant matrix' answer
+/// to what the fixed vertices have moved since, in several steps where that is far; then the whole mesh to the
+/// tolerance, or where that takes many steps, from rest after all if that is lower. Small meshes have no coarse
+/// level: theirs is the whole one. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
     /// @param soft soft anchors, in the region's vertex numbers; none of them fixed. @param handles n of the region,
@@ -77,9 +78,9 @@ class FastDecoder : public Decoder {
     int threads_;
     double rigidity_;
     double size_;
-    std::vector<SoftAnchor> soft_;   // by ascending vertex
-    std::vector<double> hold_;       // n: what each vertex counts in carrying parts; empty where all anchors are hard
-    int all_iterations_ = 0;         // of the solve now running
+    std::vector<SoftAnchor> soft_;  // by ascending vertex
+    std::vector<double> hold_;      // n: what each vertex counts in carrying parts; empty where all anchors are hard
+    int all_iterations_ = 0;        // of the solve now running
     Timings bind_timings_;
     Components components_;
     Index detached_triangle_count_ = 0;

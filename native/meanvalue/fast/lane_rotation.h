@@ -49,7 +49,6 @@ struct QuaternionLanes {
         t5 = k22 * k33 - i * i, t4 = f * k33 - g * i, t3 = f * i - g * k22;
         t2 = c * k33 - d * i, t1 = c * i - d * k22;
     }
-
 };
 
 /// The rotations that maximise trace(R^T M): the method of closest_rotation(), with one difference. The cofactors of
