@@ -7,10 +7,11 @@ import pathlib
 import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from native.benchmarks import reporting
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 BUILD = ROOT / "build" / "native"
 MODELS = ROOT.parent / "shared" / "data" / "models"
