@@ -86,7 +86,7 @@ Surface grid(Index side) {
 
 Surface read_surface(const std::string& path) {
     std::ifstream file(path);
-    const Surface surface = path.substr(path.size() - 4) == ".off" ? read_off(file) : read_obj(file);
+    Surface surface = path.substr(path.size() - 4) == ".off" ? read_off(file) : read_obj(file);
     if (surface.triangles.empty()) throw std::runtime_error("no faces could be read from " + path);
     return surface;
 }

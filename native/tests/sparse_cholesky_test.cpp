@@ -86,6 +86,7 @@ TEST(SparseCholesky, ManyAtOnceAreAsExactAsOne) {
     const Eigen::MatrixXd expected = solved(lower, right_hand_sides, 1);
     std::atomic<int> same{0};
     std::vector<std::thread> threads;
+    threads.reserve(6);
     for (int k = 0; k < 6; ++k)
         threads.emplace_back([&, k] { same += solved(lower, right_hand_sides, 1 + k % 3) == expected ? 1 : 0; });
     for (std::thread& thread : threads)

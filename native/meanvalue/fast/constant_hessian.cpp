@@ -118,17 +118,31 @@ class HessianAssembly {
             if (slot_a >= 0 && slot_b < 0) add(slot_a, b, value);
             if (slot_b >= 0 && slot_a < 0) add(slot_b, a, value);
         };
+        struct Member {
+            Index vertex;
+            double coefficient;  // in (I - W)
+        };
+        std::vector<Member> free;
+        std::vector<Member> fixed;
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
             execution_.check_every(row);
             const Index centre = unknowns_.rows[row];
             const EncodedRing ring = encoding_.ring_of(centre);
-            const auto is_fixed = [&](Index vertex) { return unknowns_.slot[vertex] < 0; };
-            if (!is_fixed(centre) && std::none_of(ring.ring, ring.ring + ring.valence, is_fixed)) continue;
+            free.clear();
+            fixed.clear();
+            const auto note = [&](Index vertex, double coefficient) {
+                (unknowns_.slot[vertex] < 0 ? fixed : free).push_back({vertex, coefficient});
+            };
+            note(centre, 1.0);
+            for (Index k = 0; k < ring.valence; ++k)
+                note(ring.ring[k], -ring.weights[k]);
+            if (free.empty() || fixed.empty()) continue;
+            for (const Member& a : free) {
+                execution_.check();
+                for (const Member& b : fixed)
+                    add_pair(a.vertex, b.vertex, energy_.bending[row] * a.coefficient * b.coefficient);
+            }
             for (Index k = 0; k < ring.valence; ++k) {
-                const double by_place = energy_.bending[row] * ring.weights[k];
-                add_pair(centre, ring.ring[k], -by_place);
-                for (Index l = 0; l < k; ++l)
-                    add_pair(ring.ring[l], ring.ring[k], by_place * ring.weights[l]);
                 const EdgeWeights& edge = edges_[row_start_[row] + k];
                 add_pair(centre, ring.ring[k], -edge.spoke);
                 add_pair(ring.ring[k], ring.ring[k + 1 == ring.valence ? 0 : k + 1], -edge.rim);

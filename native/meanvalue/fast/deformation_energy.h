@@ -19,6 +19,11 @@ namespace meanvalue {
 struct FixedCoupling {
     std::vector<Index> vertices;  ///< the fixed vertices that have any, ascending
     SparseMatrix matrix;          ///< |V'| x |vertices|, one number for each pair
+
+    std::size_t bytes() const {
+        return vertices.size() * sizeof(Index) +
+               static_cast<std::size_t>(matrix.nonZeros()) * (sizeof(double) + sizeof(SparseMatrix::StorageIndex));
+    }
 };
 
 /// E = 1/2 sum_i a_i |v_i - F_i(V)|^2 + rigidity/2 (h/D)^2 sum_i sum_(j,k) c_jk |(v_j - v_k) - R_i (p_j - p_k)|^2

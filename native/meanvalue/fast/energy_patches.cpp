@@ -25,6 +25,8 @@ constexpr double kMostRigidity = 2.4;
 // counts by the second number, since norms are large and signs differ. docs/decisions/0011-constant-matrix.md.
 constexpr double kLeastStiffness = 0.4;
 constexpr double kShareOfBound = 0.3;
+// A sum counts as no more than this: the factor in single precision must still tell what such springs do not hold.
+constexpr double kMostStiffness = 100.0;
 
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
 constexpr double kShortestEdge = 1e-9;
@@ -289,8 +291,9 @@ void find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const
             norms[k] = (blocks[k] - ring.weights[k] * Matrix3::Identity()).norm();
             sum += norms[k];
         }
-        if (!(sum > kLeastStiffness)) continue;
-        const double excess = sum - kLeastStiffness * kLeastStiffness / sum;
+        if (!(sum > kLeastStiffness) || !std::isfinite(sum)) continue;
+        const double counted = std::min(sum, kMostStiffness);
+        const double excess = (counted - kLeastStiffness * kLeastStiffness / counted) * counted / sum;
         for (Index k = 0; k < ring.valence; ++k)
             rows.stiff_spokes.push_back(
                 {static_cast<Index>(row), k, kShareOfBound * rows.bending[row] * excess * norms[k]});

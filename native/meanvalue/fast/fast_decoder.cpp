@@ -21,8 +21,9 @@ constexpr Index kTooManyCoarse = 8000;
 // level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
-// A tolerance of 1e-4 for moves goes with one of 0.05 % for the energy.
+// A tolerance of 1e-4 for moves goes with one of 0.02 % for the energy, and with the square of it for others.
 constexpr double kEnergyOfTolerance = 2e4;
+constexpr double kMostEnergyTolerance = 0.02;
 // Below this a coarse level is not worth its splits.
 constexpr std::size_t kSmallMesh = 3000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
@@ -47,6 +48,8 @@ constexpr int kStepsOfWay = 3;
 constexpr double kFarBelow = 0.4;
 // A start that is near a minimum takes fewer steps of the whole mesh.
 constexpr int kMostWarmSteps = 60;
+constexpr int kLookBack = 10;
+constexpr double kStillFalling = 0.95;
 // On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
@@ -124,6 +127,14 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
     fine_ = make_level(encoding_, std::move(unknowns), soft_, stages, execution);
+    if (fine_->stages.empty()) return;
+    couple_fixed(*fine_, *fine_->stages.back(), execution);
+    SolverLevel& starting = starting_level();
+    if (!starting.stages.empty()) couple_fixed(starting, *starting.stages.front(), execution);
+}
+
+void FastDecoder::couple_fixed(SolverLevel& level, Stage& stage, const Execution& execution) const {
+    stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
 }
 
 std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding& encoding, Unknowns unknowns,
@@ -146,7 +157,6 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
         }
         auto stage = std::make_unique<Stage>();
         stage->rigidity = rigidity;
-        stage->coupling = level->energy->fixed_coupling(rigidity, execution);
         stage->factor.analyse(hessian, execution, threads_);
         if (!stage->factor.factorise(hessian, execution, threads_)) {
             throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
@@ -165,7 +175,8 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     QuasiNewtonOptions options;
     options.step_tolerance = tolerance * size_;
     // Without rigidity there are long valleys where every step is small beside what is left.
-    options.energy_tolerance = rigidity > 0.0 ? kEnergyOfTolerance * tolerance * tolerance : 0.0;
+    options.energy_tolerance =
+        rigidity > 0.0 ? std::min(kEnergyOfTolerance * tolerance * tolerance, kMostEnergyTolerance) : 0.0;
     options.max_iterations = max_iterations;
     options.threads = threads_;
     QuasiNewtonReport report =
@@ -194,8 +205,11 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     };
     QuasiNewtonReport minimised = minimise_whole(options.previous == nullptr ? options.max_iterations : warm_limit);
     if (options.previous != nullptr && minimised.at_limit && warm_limit < options.max_iterations) {
-        // The start was not near a minimum. One from rest costs less than what may still be before this one.
-        start_afresh_if_lower(options, minimised.energies.back(), positions, report.timings, execution);
+        // Where the energy still falls, the start was not near a minimum, and one from rest costs less than what may
+        // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.
+        const std::vector<double>& energies = minimised.energies;
+        if (rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack])
+            start_afresh_if_lower(options, minimised.energies.back(), positions, report.timings, execution);
         const QuasiNewtonReport rest = minimise_whole(options.max_iterations - warm_limit);
         minimised.energies.insert(minimised.energies.end(), rest.energies.begin() + 1, rest.energies.end());
         minimised.gradient = rest.gradient;
@@ -255,7 +269,12 @@ void FastDecoder::start_afresh_if_lower(const DecodeOptions& options, double ene
     aim_springs(options);
     Positions fresh = positions;
     fine_->energy->springs().put_targets(fresh);
-    start_cold(options, fresh, timings, execution);
+    try {
+        start_cold(options, fresh, timings, execution);
+    } catch (const SolverFailure&) {
+        aim_springs(options);
+        return;  // what was found stays
+    }
     Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
     aim_springs(options);
     if (fine_->energy->evaluate(fresh, rigidity_, gradient, threads_, execution) < energy)
@@ -286,6 +305,26 @@ void FastDecoder::respond(SolverLevel& level, std::size_t stage, const Positions
         positions.row(level.unknowns.free[k]) += answer.row(k);
 }
 
+/// Puts soft anchors to where the targets were that they were in balance with at `previous`: behind them by as much
+/// as the rest of the energy pulls there. Not farther off than the present targets are, if it was no balance at all.
+void FastDecoder::put_balanced_targets(const Positions& previous, Positions& positions, Execution& execution) {
+    if (soft_.empty()) return;
+    Springs& springs = fine_->energy->springs();
+    Positions targets = previous;
+    springs.put_targets(targets);
+    springs.aim_at_vertices(previous);
+    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
+    fine_->energy->evaluate(previous, rigidity_, gradient, threads_, execution);
+    springs.aim_at_vertices(targets);
+    for (const SoftAnchor& anchor : soft_) {
+        const Index v = anchor.vertex;
+        const Eigen::RowVector3d lag = gradient.row(fine_->unknowns.slot[v]) / (2.0 * anchor.strength);
+        const double most = (targets.row(v) - previous.row(v)).norm();
+        const double length = lag.norm();
+        positions.row(v) = previous.row(v) + (length > most ? most / length : 1.0) * lag;
+    }
+}
+
 /// Carries a shape that was near a minimum along with fixed vertices, and with the targets of springs, that have
 /// moved since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
 /// @param steps_between iterations of the whole mesh after each but the last.
@@ -294,16 +333,20 @@ void FastDecoder::follow_from(const Positions& previous, Positions& positions, i
     SolverLevel& level = *fine_;
     const std::size_t stage = level.stages.size() - 1;
     Springs& springs = level.energy->springs();
+    Positions begins = previous;
+    put_balanced_targets(previous, begins, execution);
     Positions ends = positions;
     springs.put_targets(ends);
-    const RigidPieces::Way way = pieces_->way_between(previous, ends);
-    const int steps = static_cast<int>(std::ceil(
-        std::max({1.0, way.largest_angle_rad() / kTurnOfResponse, way.largest_move() / (kMoveOfResponse * size_)})));
+    const RigidPieces::Way way = pieces_->way_between(begins, ends);
+    const double far =
+        std::max(way.largest_angle_rad() / kTurnOfResponse, way.largest_move() / (kMoveOfResponse * size_));
+    // Written so that what is not a number is one step.
+    const int steps = far > 1.0 ? static_cast<int>(std::ceil(std::min<double>(far, kMostResponses))) : 1;
     Positions here = previous;
-    for (int step = 1; step <= std::min(steps, kMostResponses); ++step) {
+    for (int step = 1; step <= steps; ++step) {
         Positions next = here;
         springs.set_aside(here);
-        way.place(static_cast<double>(step) / std::min(steps, kMostResponses), next);
+        way.place(static_cast<double>(step) / steps, next);
         springs.aim_at_vertices(next);
         springs.put_back(next);
         respond(level, stage, here, next, execution);
@@ -397,7 +440,7 @@ std::size_t FastDecoder::bytes() const {
         if (level == nullptr) continue;
         sum += level->energy->bytes() + level->minimiser.bytes();
         for (const auto& stage : level->stages)
-            sum += stage->factor.bytes();
+            sum += stage->factor.bytes() + stage->coupling.bytes();
     }
     return sum;
 }

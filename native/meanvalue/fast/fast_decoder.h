@@ -45,7 +45,7 @@ class FastDecoder : public Decoder {
     struct Stage {
         double rigidity = 0.0;
         SupernodalFactor factor;
-        FixedCoupling coupling;
+        FixedCoupling coupling;  // where respond() needs it
     };
     /// One mesh of the hierarchy, with what minimises the energy on it at one or more rigidities.
     struct SolverLevel {
@@ -64,8 +64,10 @@ class FastDecoder : public Decoder {
                                Execution& execution);
     void start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     void aim_springs(const DecodeOptions& options);
+    void couple_fixed(SolverLevel& level, Stage& stage, const Execution& execution) const;
     void respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
                  const Execution& execution) const;
+    void put_balanced_targets(const Positions& previous, Positions& positions, Execution& execution);
     void follow_from(const Positions& previous, Positions& positions, int steps_between, Execution& execution);
     void start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution);
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);

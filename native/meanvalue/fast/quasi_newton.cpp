@@ -108,7 +108,7 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
         report.energies.push_back(value);
         // Half the slope is what the step lowers a quadratic by.
         const bool is_short =
-            length * longest < options.step_tolerance || -0.5 * length * slope < options.energy_tolerance * value;
+            length * longest < options.step_tolerance || -0.5 * slope < options.energy_tolerance * value;
         short_steps = is_short ? short_steps + 1 : 0;
         if (short_steps == kShortSteps) break;
     }
