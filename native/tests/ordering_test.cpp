@@ -180,6 +180,23 @@ TEST_P(FillOf, ColumnCountsAreThoseOfTheFilledMatrix) {
 INSTANTIATE_TEST_SUITE_P(Matrices, FillOf, testing::ValuesIn(small_matrices()),
                          [](const auto& item) { return std::to_string(item.index); });
 
+TEST(Supernodes, MergingAddsFewZerosHoweverManyAreMerged) {
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+        for (const Mesh& mesh :
+             {sphere(5), torus(70 + 3 * static_cast<Index>(seed), 40), capped_tube(12, 300, 40.0)}) {
+            const SparseMatrix lower = bilaplacian(mesh, seed);
+            const SupernodalPattern pattern = find_supernodes(lower, 2, Execution());
+            const Graph graph = graph_of(lower, Execution());
+            const EliminationOrder order(pattern.order);
+            const std::vector<Index> counts =
+                column_counts(graph, order, elimination_tree(graph, order, Execution()), Execution());
+            const std::int64_t entries = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
+            EXPECT_LE(entries, pattern.entry_count());
+            EXPECT_LE(pattern.entry_count(), entries + entries / 3) << mesh.name << ", " << seed;
+        }
+    }
+}
+
 TEST(NestedDissection, FillsLittle) {
     const SupernodalPattern pattern = find_supernodes(bilaplacian(grid(60, 60, 0.1)), 1, Execution());
     EXPECT_LT(pattern.entry_count(), 85 * pattern.size());

@@ -84,6 +84,8 @@ class SupernodeMerging {
         end_.resize(begin_.size());
         std::iota(end_.begin(), end_.end(), 1);
         zeros_.assign(begin_.size(), 0.0);
+        for (const Index begin : begin_)
+            rows_.push_back(elimination_.counts[begin]);
     }
 
     /// The limits are CHOLMOD's (Y. Chen, T. A. Davis, W. W. Hager, S. Rajamanickam, Algorithm 887, ACM Trans. Math.
@@ -91,8 +93,8 @@ class SupernodeMerging {
     bool worth_merging(Index s) {
         const double columns = columns_[s];
         const double merged = columns + columns_[s + 1];
-        const double rows_above = elimination_.counts[begin_[s + 1]];
-        const double new_zeros = columns * (rows_above + columns - elimination_.counts[begin_[s]]);
+        const double rows_above = rows_[s + 1];
+        const double new_zeros = columns * (rows_above + columns - rows_[s]);
         if (merged <= 4) {
             new_zeros_ = 0.0;
             return true;
@@ -107,6 +109,8 @@ class SupernodeMerging {
     /// s + 1, and what that was merged with, into s.
     void merge(Index s) {
         zeros_[s] = zeros_[s + 1] + new_zeros_;
+        // What s has is among what s + 1 has, with all that was merged into that.
+        rows_[s] = columns_[s] + rows_[s + 1];
         columns_[s] += columns_[s + 1];
         end_[s] = end_[s + 1];
     }
@@ -116,6 +120,7 @@ class SupernodeMerging {
     std::vector<Index> supernode_of_;
     std::vector<Index> end_;  // behind the last that is merged into each
     std::vector<double> columns_;
+    std::vector<double> rows_;  // with its columns
     std::vector<double> zeros_;
     double new_zeros_ = 0.0;
 };
