@@ -75,7 +75,7 @@ struct SolveOptions {
     /// default. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in three
     /// steps on end.
     std::optional<double> tolerance;
-    int max_iterations = 500;  ///< of each stage; stages before the last have limits of their own as well
+    int max_iterations = 1000;  ///< of each stage; stages before the last have limits of their own as well
     /// With a start: solve from rest as well, and keep whichever ends at the lower energy. For the end of a drag, so
     /// that what stays is at least as good as what the targets alone give.
     bool settle = false;
