@@ -206,8 +206,6 @@ void bind_deformer(py::module_& module) {
              "None for the rest shape.\n"
              "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
              "bounding-box diagonal; None: 1e-4 for method 'fast' (5e-5 at rigidity 0), 1e-6 for the others.\n"
-             "Method 'fast' with rigidity stops also when a step promises to lower the energy by less than\n"
-             "2e4 tolerance^2 of itself, twice on end: 2e-4 by default.\n"
              "max_iterations: of each stage of the solve; Solution.all_iterations counts those of all.\n"
              "Method 'full' stops also "
              "when the energy falls by less than 100 times it in three steps on end.\n"

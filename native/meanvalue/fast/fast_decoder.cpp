@@ -21,9 +21,6 @@ constexpr Index kTooManyCoarse = 8000;
 // level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
-// A tolerance of 1e-4 for moves goes with one of 0.02 % for the energy, and with the square of it for others.
-constexpr double kEnergyOfTolerance = 2e4;
-constexpr double kMostEnergyTolerance = 0.02;
 // Below this a coarse level is not worth its splits.
 constexpr std::size_t kSmallMesh = 3000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
@@ -174,9 +171,6 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     };
     QuasiNewtonOptions options;
     options.step_tolerance = tolerance * size_;
-    // Without rigidity there are long valleys where every step is small beside what is left.
-    options.energy_tolerance =
-        rigidity > 0.0 ? std::min(kEnergyOfTolerance * tolerance * tolerance, kMostEnergyTolerance) : 0.0;
     options.max_iterations = max_iterations;
     options.threads = threads_;
     QuasiNewtonReport report =

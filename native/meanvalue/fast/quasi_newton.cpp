@@ -106,10 +106,7 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
         std::swap(gradient_, trial_gradient_);
         value = trial_value;
         report.energies.push_back(value);
-        // Half the slope is what the step lowers a quadratic by.
-        const bool is_short =
-            length * longest < options.step_tolerance || -0.5 * slope < options.energy_tolerance * value;
-        short_steps = is_short ? short_steps + 1 : 0;
+        short_steps = length * longest < options.step_tolerance ? short_steps + 1 : 0;
         if (short_steps == kShortSteps) break;
     }
     report.converged = report.converged || short_steps == kShortSteps || gradient_.squaredNorm() == 0.0;

@@ -14,8 +14,6 @@ namespace meanvalue {
 struct QuasiNewtonOptions {
     /// Stop when no vertex has moved farther in a step, twice on end; in the units of the positions.
     double step_tolerance = 0.0;
-    /// Or when a step promises to lower the energy by less than this share of it, twice on end.
-    double energy_tolerance = 0.0;
     int max_iterations = 100;
     int threads = 1;
 };
