@@ -7,7 +7,6 @@
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
-#include "meanvalue/solver/carry_parts.h"
 
 namespace meanvalue {
 namespace {
@@ -25,24 +24,6 @@ constexpr double kMiddleOverCoarse = 3.0;
 constexpr std::size_t kSmallMesh = 3000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
 constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
-// Stages on the way, as shares of the size and in steps.
-constexpr double kStageTolerance = 2e-4;
-constexpr double kStiffTolerance = 5e-4;
-constexpr int kMostStageSteps = 40;
-// Handles that turn farther than this (120 degrees) are also followed along their way, in steps of at most the second
-// angle. Nearer ones are found as well from the stiff stages; docs/algorithm.md has the count.
-constexpr double kFarTurn = 2.1;
-constexpr double kTurnOfStep = 0.26;
-constexpr int kMostFollowSteps = 15;
-constexpr double kFollowTolerance = 1e-3;
-// With a start, handles that turn or move farther than this, the move as a share of the size, are followed in steps.
-constexpr double kTurnOfResponse = 0.3;
-constexpr double kMoveOfResponse = 0.05;
-constexpr int kMostResponses = 24;
-constexpr int kStepsOfResponse = 5;
-// The same from rest, and what share of the other start's energy it has to be below.
-constexpr int kStepsOfWay = 3;
-constexpr double kFarBelow = 0.4;
 // A start that is near a minimum takes fewer steps of the whole mesh.
 constexpr int kMostWarmSteps = 60;
 constexpr int kLookBack = 10;
@@ -164,7 +145,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
 }
 
 QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
-                                        Positions& positions, Execution& execution) {
+                                        Positions& positions, Execution& execution, bool keep_history) {
     const double rigidity = level.stages[stage]->rigidity;
     const auto energy = [&](const Positions& at, Positions& gradient) {
         return level.energy->evaluate(at, rigidity, gradient, threads_, execution);
@@ -173,6 +154,7 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     options.step_tolerance = tolerance * size_;
     options.max_iterations = max_iterations;
     options.threads = threads_;
+    options.keep_history = keep_history;
     QuasiNewtonReport report =
         level.minimiser.minimise(energy, level.stages[stage]->factor, options, positions, execution);
     all_iterations_ += report.iterations();
@@ -187,29 +169,33 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     aim_springs(options);
     all_iterations_ = 0;
     const int warm_limit = std::min(options.max_iterations, kMostWarmSteps);
+    bool keep_history = false;  // where steps before were of a shape nearby
     if (options.previous == nullptr) {
         start_cold(options, positions, report.timings, execution);
     } else {
         const StageTimer timer(report.timings, "follow");
-        follow_from(*options.previous, positions, kStepsOfResponse, execution);
+        keep_history = follow_drag(*options.previous, positions, execution);
     }
     const auto minimise_whole = [&](int limit) {
         const StageTimer timer(report.timings, "minimise");
-        return minimise(*fine_, fine_->stages.size() - 1, options.tolerance, limit, positions, execution);
+        return minimise(*fine_, fine_->stages.size() - 1, options.tolerance, limit, positions, execution,
+                        keep_history);
     };
     QuasiNewtonReport minimised = minimise_whole(options.previous == nullptr ? options.max_iterations : warm_limit);
     if (options.previous != nullptr && minimised.at_limit && warm_limit < options.max_iterations) {
         // Where the energy still falls, the start was not near a minimum, and one from rest costs less than what may
         // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.
         const std::vector<double>& energies = minimised.energies;
-        if (rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack])
-            start_afresh_if_lower(options, minimised.energies.back(), positions, report.timings, execution);
+        keep_history = !(rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
+        if (!keep_history) start_afresh_if_lower(options, energies.back(), positions, report.timings, execution);
         const QuasiNewtonReport rest = minimise_whole(options.max_iterations - warm_limit);
         minimised.energies.insert(minimised.energies.end(), rest.energies.begin() + 1, rest.energies.end());
         minimised.gradient = rest.gradient;
         minimised.converged = rest.converged;
         minimised.at_limit = rest.at_limit;
     }
+    if (options.previous != nullptr)
+        predictor_.note(positions, drivers_of(positions), minimised.energies.back());
     report.iterations = minimised.iterations();
     report.all_iterations = all_iterations_;
     report.energies = std::move(minimised.energies);
@@ -220,201 +206,6 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
                          : minimised.at_limit ? "iteration limit"
                                               : "no step lowers the energy further";
     return report;
-}
-
-/// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimised.
-void FastDecoder::start_cold(const DecodeOptions& options, Positions& positions, Timings& timings,
-                             Execution& execution) {
-    {
-        const StageTimer timer(timings, "start");
-        start_from_rest(options.tolerance, options.max_iterations, positions, execution);
-    }
-    if (!coarse_) return;
-    const StageTimer timer(timings, "split");
-    int level = static_cast<int>(hierarchy_.levels.size()) - 1;
-    if (middle_) {
-        hierarchy_.split(level, 0, positions, threads_, execution);
-        level = 0;
-        minimise(*middle_, 0, std::max(options.tolerance, kStageTolerance), options.max_iterations, positions,
-                 execution);
-    }
-    hierarchy_.split(level, -1, positions, threads_, execution);
-    if (!middle_) start_along_way_if_lower(options, positions, execution);
-}
-
-/// On smaller meshes the coarse level may be too coarse for small parts, whose details the splits then fold. The
-/// whole mesh along the handles' way has them as they were: that start is taken where it is far below `positions`.
-void FastDecoder::start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution) {
-    Positions along = positions;
-    for (const Index v : fine_->unknowns.free)
-        along.row(v) = region_.positions.row(v);
-    aim_springs(options);
-    follow_from(region_.positions, along, kStepsOfWay, execution);
-    aim_springs(options);
-    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
-    const double split = fine_->energy->evaluate(positions, rigidity_, gradient, threads_, execution);
-    const double followed = fine_->energy->evaluate(along, rigidity_, gradient, threads_, execution);
-    if (followed < kFarBelow * split) std::swap(along, positions);
-}
-
-/// Starts from rest, and keeps that where it is below `energy`, that of `positions`.
-void FastDecoder::start_afresh_if_lower(const DecodeOptions& options, double energy, Positions& positions,
-                                        Timings& timings, Execution& execution) {
-    aim_springs(options);
-    Positions fresh = positions;
-    fine_->energy->springs().put_targets(fresh);
-    try {
-        start_cold(options, fresh, timings, execution);
-    } catch (const SolverFailure&) {
-        aim_springs(options);
-        return;  // what was found stays
-    }
-    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
-    aim_springs(options);
-    if (fine_->energy->evaluate(fresh, rigidity_, gradient, threads_, execution) < energy)
-        std::swap(positions, fresh);
-}
-
-void FastDecoder::aim_springs(const DecodeOptions& options) {
-    for (SolverLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
-        if (level != nullptr && !level->energy->springs().empty())
-            level->energy->springs().aim_at_targets(*options.targets);
-    }
-}
-
-/// Moves the free vertices by what the constant matrix answers to the moves of the fixed ones: the least energy of
-/// all displacements, as far as it is the same in every pose. Where an anchor moves alone, its surroundings are torn
-/// instead, and minimising has to begin from a spike. @param previous where the fixed vertices were; in `positions`
-/// they are where they go, and free ones where they were.
-void FastDecoder::respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
-                          const Execution& execution) const {
-    const FixedCoupling& coupling = level.stages[stage]->coupling;
-    Positions moves(static_cast<Eigen::Index>(coupling.vertices.size()), 3);
-    for (std::size_t k = 0; k < coupling.vertices.size(); ++k)
-        moves.row(k) = positions.row(coupling.vertices[k]) - previous.row(coupling.vertices[k]);
-    if (moves.isZero(0.0)) return;
-    Positions answer = -(coupling.matrix * moves);
-    level.stages[stage]->factor.solve(answer, answer, threads_, execution);
-    for (std::size_t k = 0; k < level.unknowns.free.size(); ++k)
-        positions.row(level.unknowns.free[k]) += answer.row(k);
-}
-
-/// Puts soft anchors to where the targets were that they were in balance with at `previous`: behind them by as much
-/// as the rest of the energy pulls there. Not farther off than the present targets are, if it was no balance at all.
-void FastDecoder::put_balanced_targets(const Positions& previous, Positions& positions, Execution& execution) {
-    if (soft_.empty()) return;
-    Springs& springs = fine_->energy->springs();
-    Positions targets = previous;
-    springs.put_targets(targets);
-    springs.aim_at_vertices(previous);
-    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
-    fine_->energy->evaluate(previous, rigidity_, gradient, threads_, execution);
-    springs.aim_at_vertices(targets);
-    for (const SoftAnchor& anchor : soft_) {
-        const Index v = anchor.vertex;
-        const Eigen::RowVector3d lag = gradient.row(fine_->unknowns.slot[v]) / (2.0 * anchor.strength);
-        const double most = (targets.row(v) - previous.row(v)).norm();
-        const double length = lag.norm();
-        positions.row(v) = previous.row(v) + (length > most ? most / length : 1.0) * lag;
-    }
-}
-
-/// Carries a shape that was near a minimum along with fixed vertices, and with the targets of springs, that have
-/// moved since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
-/// @param steps_between iterations of the whole mesh after each but the last.
-void FastDecoder::follow_from(const Positions& previous, Positions& positions, int steps_between,
-                              Execution& execution) {
-    SolverLevel& level = *fine_;
-    const std::size_t stage = level.stages.size() - 1;
-    Springs& springs = level.energy->springs();
-    Positions begins = previous;
-    put_balanced_targets(previous, begins, execution);
-    Positions ends = positions;
-    springs.put_targets(ends);
-    const RigidPieces::Way way = pieces_->way_between(begins, ends);
-    const double far =
-        std::max(way.largest_angle_rad() / kTurnOfResponse, way.largest_move() / (kMoveOfResponse * size_));
-    // Written so that what is not a number is one step.
-    const int steps = far > 1.0 ? static_cast<int>(std::ceil(std::min<double>(far, kMostResponses))) : 1;
-    Positions here = previous;
-    for (int step = 1; step <= steps; ++step) {
-        Positions next = here;
-        springs.set_aside(here);
-        way.place(static_cast<double>(step) / steps, next);
-        springs.aim_at_vertices(next);
-        springs.put_back(next);
-        respond(level, stage, here, next, execution);
-        here = std::move(next);
-        if (step < steps) minimise(level, stage, kFollowTolerance, steps_between, here, execution);
-    }
-    for (const Index v : level.unknowns.free)
-        positions.row(v) = here.row(v);
-}
-
-/// From rest, carried along with the fixed vertices.
-void FastDecoder::start_from_rest(double tolerance, int max_iterations, Positions& positions, Execution& execution) {
-    const RigidPieces::Way way = pieces_->way_to(positions);
-    execution.check();
-    const Positions carried = carry_parts(components_, region_.positions, positions, hold_);
-    execution.check();
-    for (std::size_t v = 0; v < region_.is_fixed.size(); ++v) {
-        if (!region_.is_fixed[v]) positions.row(v) = carried.row(v);
-    }
-    SolverLevel& level = starting_level();
-    const std::size_t last = level.stages.size() - 1;
-    respond(level, 0, carried, positions, execution);
-    const Positions start = positions;
-    double energy = relax_stage_by_stage(tolerance, max_iterations, positions, execution);
-    const auto keep_if_lower = [&](Positions& other, double other_energy) {
-        if (!(other_energy < energy)) return;
-        energy = other_energy;
-        std::swap(positions, other);
-    };
-    // Stiff stages lead away from shapes that are perfect but larger or smaller.
-    Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
-    if (level.energy->evaluate(start, rigidity_, gradient, threads_, execution) < energy) {
-        Positions carried_on = start;
-        const QuasiNewtonReport report =
-            minimise(level, last, std::max(tolerance, kStageTolerance), max_iterations, carried_on, execution);
-        keep_if_lower(carried_on, report.energies.back());
-    }
-    if (way.largest_angle_rad() > kFarTurn) {
-        Positions followed = region_.positions;
-        const double followed_energy = follow(way, tolerance, max_iterations, followed, execution);
-        keep_if_lower(followed, followed_energy);
-    }
-}
-
-double FastDecoder::relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions,
-                                         Execution& execution) {
-    SolverLevel& level = starting_level();
-    for (std::size_t stage = 0; stage + 1 < level.stages.size(); ++stage)
-        minimise(level, stage, kStiffTolerance, kMostStageSteps, positions, execution);
-    return minimise(level, level.stages.size() - 1, std::max(tolerance, kStageTolerance), max_iterations, positions,
-                    execution)
-        .energies.back();
-}
-
-double FastDecoder::follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
-                           Execution& execution) {
-    SolverLevel& level = starting_level();
-    const int steps = static_cast<int>(std::ceil(way.largest_angle_rad() / kTurnOfStep));
-    // Springs are pulled along the way as the fixed vertices are.
-    const auto place = [&](double fraction) {
-        Springs& springs = level.energy->springs();
-        springs.set_aside(positions);
-        way.place(fraction, positions);
-        springs.aim_at_vertices(positions);
-        springs.put_back(positions);
-    };
-    for (int step = 1; step < steps; ++step) {
-        place(static_cast<double>(step) / steps);
-        minimise(level, level.stages.size() - 1, kFollowTolerance, kMostFollowSteps, positions, execution);
-    }
-    place(1.0);
-    return minimise(level, level.stages.size() - 1, std::max(tolerance, kStageTolerance), max_iterations, positions,
-                    execution)
-        .energies.back();
 }
 
 std::vector<Index> FastDecoder::level_sizes() const {
@@ -429,7 +220,7 @@ Index FastDecoder::longest_ring() const {
 }
 
 std::size_t FastDecoder::bytes() const {
-    std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0);
+    std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0) + predictor_.bytes();
     for (const SolverLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
         if (level == nullptr) continue;
         sum += level->energy->bytes() + level->minimiser.bytes();

@@ -7,6 +7,7 @@
 #include "meanvalue/fast/deformation_energy.h"
 #include "meanvalue/fast/quasi_newton.h"
 #include "meanvalue/fast/rigid_pieces.h"
+#include "meanvalue/fast/secant_predictor.h"
 #include "meanvalue/fast/springs.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/components.h"
@@ -58,7 +59,7 @@ class FastDecoder : public Decoder {
     std::unique_ptr<SolverLevel> make_level(const Encoding& encoding, Unknowns unknowns, std::vector<SoftAnchor> soft,
                                             const std::vector<double>& rigidities, Execution& execution) const;
     QuasiNewtonReport minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
-                               Positions& positions, Execution& execution);
+                               Positions& positions, Execution& execution, bool keep_history = false);
     void start_cold(const DecodeOptions& options, Positions& positions, Timings& timings, Execution& execution);
     void start_afresh_if_lower(const DecodeOptions& options, double energy, Positions& positions, Timings& timings,
                                Execution& execution);
@@ -69,6 +70,10 @@ class FastDecoder : public Decoder {
                  const Execution& execution) const;
     void put_balanced_targets(const Positions& previous, Positions& positions, Execution& execution);
     void follow_from(const Positions& previous, Positions& positions, int steps_between, Execution& execution);
+    bool follow_drag(const Positions& previous, Positions& positions, Execution& execution);
+    Positions drivers_in(const Positions& positions) const;
+    Positions drivers_of(const Positions& positions) const;
+    double energy_of(const Positions& positions, Execution& execution);
     void start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution);
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
@@ -89,6 +94,7 @@ class FastDecoder : public Decoder {
     Encoding encoding_;
     Hierarchy hierarchy_;  // empty where the mesh is small
     std::unique_ptr<RigidPieces> pieces_;
+    SecantPredictor predictor_;  // of the solves that each begin where the one before ended
     std::unique_ptr<SolverLevel> fine_;
     std::unique_ptr<SolverLevel> coarse_;
     std::unique_ptr<SolverLevel> middle_;  // between them where the mesh is large; for cold solves

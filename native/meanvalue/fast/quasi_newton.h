@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/fast/lbfgs_history.h"
 #include "meanvalue/solver/supernodal_factor.h"
 #include "meanvalue/solver/unknowns.h"
 
@@ -16,6 +17,8 @@ struct QuasiNewtonOptions {
     double step_tolerance = 0.0;
     int max_iterations = 100;
     int threads = 1;
+    /// Begin with the history of the last call: of the same factor, and near where that ended.
+    bool keep_history = false;
 };
 
 struct QuasiNewtonReport {
@@ -30,10 +33,8 @@ struct QuasiNewtonReport {
 
 /// The minimiser of one set of free vertices; holds all the memory that it needs.
 ///
-/// Each step is -H g, H being the L-BFGS update (Nocedal 1980) of the inverse of the constant matrix by the last few
-/// steps, and is halved until the energy falls. Products with the history are taken from its Gram matrix, so that
-/// each iteration reads the vectors four times, whatever their number, and in parallel. Deterministic for any number
-/// of threads.
+/// Each step is -H g, H being the inverse of the constant matrix updated by the last few steps (LbfgsHistory), and is
+/// halved until the energy falls. Deterministic for any number of threads.
 class QuasiNewton {
   public:
     /// Fills the gradient at the positions, |V'| x 3, and returns the energy.
@@ -52,24 +53,13 @@ class QuasiNewton {
     std::size_t bytes() const;
 
   private:
-    /// A step and the change of the gradient that it made.
-    struct Pair {
-        Positions step;
-        Positions change;
-    };
-
-    void find_direction(SupernodalFactor& factor, int threads, Execution& execution);
-    void remember(double length, int threads, const Execution& execution);
     void move_free(double length, const Positions& from, Positions& to, int threads,
                    const Execution& execution) const;
 
     const Unknowns* unknowns_ = nullptr;
     Positions gradient_, trial_gradient_, direction_;  // |V'| x 3
     Positions trial_;                                  // n x 3
-    std::vector<Pair> pairs_;                          // a ring buffer
-    std::vector<int> order_;                           // of pairs_ in use, the oldest first
-    Eigen::MatrixXd products_;                         // step of one pair times change of another
-    std::vector<double> sums_;                         // scratch: one row of partial sums a piece
+    LbfgsHistory history_;
 };
 
 }  // namespace meanvalue

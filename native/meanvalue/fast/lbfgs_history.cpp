@@ -1,0 +1,186 @@
+#include "meanvalue/fast/lbfgs_history.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "meanvalue/common/parallel.h"
+
+namespace meanvalue {
+namespace {
+
+// Kept from one solve of a drag to the next, so many halve its iterations beside six; more cost what they save:
+// docs/decisions/0012-predicted-drags.md.
+constexpr int kPairs = 12;
+// A pair is remembered where the energy curves upwards along it by more than rounding.
+constexpr double kLeastCurvature = 1e-6;
+// Rows of a partial sum: fixed, so that sums do not depend on the number of threads.
+constexpr Index kPiece = 2048;
+// Sums in one: as many as a compiler turns into vectors.
+constexpr std::int64_t kSums = 8;
+
+template <typename A, typename B>
+double dot(const A* a, const B* b, std::int64_t count) {
+    double sums[kSums] = {};
+    std::int64_t k = 0;
+    for (; k + kSums <= count; k += kSums) {
+        for (std::int64_t j = 0; j < kSums; ++j)
+            sums[j] += static_cast<double>(a[k + j]) * static_cast<double>(b[k + j]);
+    }
+    for (; k < count; ++k)
+        sums[0] += static_cast<double>(a[k]) * static_cast<double>(b[k]);
+    double sum = 0.0;
+    for (const double part : sums)
+        sum += part;
+    return sum;
+}
+
+/// to += factor * from
+void add_scaled(double factor, const float* from, std::int64_t count, double* to) {
+    for (std::int64_t k = 0; k < count; ++k)
+        to[k] += factor * static_cast<double>(from[k]);
+}
+
+/// sums[k] = sum over all rows of what `products` fills in for each piece: count numbers.
+template <typename Products>
+std::vector<double> sum_of_pieces(Index rows, int count, int threads, std::vector<double>& scratch,
+                                  const Execution& execution, const Products& products) {
+    const Index pieces = (rows + kPiece - 1) / kPiece;
+    scratch.assign(static_cast<std::size_t>(pieces) * count, 0.0);
+    const auto in_piece = [&](Index piece) {
+        products(piece * kPiece, std::min(rows, (piece + 1) * kPiece), scratch.data() + std::size_t(piece) * count);
+    };
+    parallel_for(rows, threads, execution, [&](Index begin, Index end) {
+        // Every piece belongs to whoever is given its first row.
+        for (Index piece = (begin + kPiece - 1) / kPiece; piece * kPiece < end; ++piece)
+            in_piece(piece);
+    });
+    std::vector<double> sums(count, 0.0);
+    for (Index piece = 0; piece < pieces; ++piece) {
+        for (int k = 0; k < count; ++k)
+            sums[k] += scratch[std::size_t(piece) * count + k];
+    }
+    return sums;
+}
+
+/// Calls body(first number, count of numbers) for rows [begin, end) in parts that stay in a core's cache.
+template <typename Body>
+void for_each_part(Index begin, Index end, const Body& body) {
+    for (Index part = begin; part < end; part += kPiece)
+        body(std::int64_t{3} * part, std::int64_t{3} * (std::min(end, part + kPiece) - part));
+}
+
+}  // namespace
+
+LbfgsHistory::LbfgsHistory(Index rows) : rows_(rows), pairs_(kPairs) {
+    order_.reserve(kPairs);
+    products_.setZero(kPairs, kPairs);
+}
+
+/// With s_k, y_k the pairs, oldest first, and the products s_k . y_l known, the two loops of the usual recursion need
+/// only s_k . g and y_k . (what comes out of the factor).
+void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& factor, int threads,
+                                  Execution& execution, Positions& direction) {
+    const auto count = static_cast<int>(order_.size());
+    const auto product = [&](int s, int y) { return products_(order_[s], order_[y]); };
+    const auto products_with = [&](std::vector<float> Pair::*of_pair, const Positions& vector) {
+        return sum_of_pieces(rows_, count, threads, sums_, execution, [&](Index begin, Index end, double* sums) {
+            const std::int64_t first = std::int64_t{3} * begin;
+            for (int k = 0; k < count; ++k) {
+                sums[k] = dot((pairs_[order_[k]].*of_pair).data() + first, vector.data() + first,
+                              std::int64_t{3} * (end - begin));
+            }
+        });
+    };
+    const std::vector<double> by_gradient = products_with(&Pair::step, gradient);
+    std::vector<double> alpha(count);
+    for (int k = count; k-- > 0;) {
+        double along = -by_gradient[k];
+        for (int later = k + 1; later < count; ++later)
+            along -= alpha[later] * product(k, later);
+        alpha[k] = along / product(k, k);
+    }
+    parallel_for(rows_, threads, execution, [&](Index begin, Index end) {
+        for_each_part(begin, end, [&](std::int64_t first, std::int64_t numbers) {
+            double* const to = direction.data() + first;
+            const double* const from = gradient.data() + first;
+            for (std::int64_t n = 0; n < numbers; ++n)
+                to[n] = -from[n];
+            for (int k = 0; k < count; ++k)
+                add_scaled(-alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
+        });
+    });
+    factor.solve(direction, direction, threads, execution);
+    const std::vector<double> by_direction = products_with(&Pair::change, direction);
+    std::vector<double> add(count);
+    for (int k = 0; k < count; ++k) {
+        double along = by_direction[k];
+        for (int earlier = 0; earlier < k; ++earlier)
+            along += add[earlier] * product(earlier, k);
+        add[k] = alpha[k] - along / product(k, k);
+    }
+    parallel_for(rows_, threads, execution, [&](Index begin, Index end) {
+        for_each_part(begin, end, [&](std::int64_t first, std::int64_t numbers) {
+            for (int k = 0; k < count; ++k)
+                add_scaled(add[k], pairs_[order_[k]].step.data() + first, numbers, direction.data() + first);
+        });
+    });
+}
+
+/// Of a pair that is not in use: the oldest's, where all are.
+int LbfgsHistory::free_place() {
+    if (order_.size() == pairs_.size()) {
+        const int place = order_.front();
+        order_.erase(order_.begin());
+        return place;
+    }
+    std::vector<char> taken(pairs_.size(), 0);
+    for (const int used : order_)
+        taken[used] = 1;
+    return static_cast<int>(std::find(taken.begin(), taken.end(), 0) - taken.begin());
+}
+
+void LbfgsHistory::remember(double length, const Positions& direction, const Positions& gradient,
+                            const Positions& next, int threads, const Execution& execution) {
+    const int place = free_place();
+    Pair& pair = pairs_[place];
+    const auto numbers = static_cast<std::size_t>(rows_) * 3;
+    pair.step.resize(numbers);
+    pair.change.resize(numbers);
+    const auto count = static_cast<int>(order_.size());
+    // With every pair kept: its step times the new change, and the new step times its change; then the new ones'.
+    const std::vector<double> sums =
+        sum_of_pieces(rows_, 2 * count + 3, threads, sums_, execution, [&](Index begin, Index end, double* out) {
+            const std::int64_t first = std::int64_t{3} * begin;
+            const std::int64_t size = std::int64_t{3} * (end - begin);
+            float* const step = pair.step.data() + first;
+            float* const change = pair.change.data() + first;
+            for (std::int64_t n = 0; n < size; ++n) {
+                step[n] = static_cast<float>(length * direction.data()[first + n]);
+                change[n] = static_cast<float>(next.data()[first + n] - gradient.data()[first + n]);
+            }
+            for (int k = 0; k < count; ++k) {
+                out[2 * k] = dot(pairs_[order_[k]].step.data() + first, change, size);
+                out[2 * k + 1] = dot(step, pairs_[order_[k]].change.data() + first, size);
+            }
+            out[2 * count] = dot(step, change, size);
+            out[2 * count + 1] = dot(step, step, size);
+            out[2 * count + 2] = dot(change, change, size);
+        });
+    // Written so that what is not a number is not kept.
+    if (!(sums[2 * count] > kLeastCurvature * std::sqrt(sums[2 * count + 1] * sums[2 * count + 2]))) return;
+    for (int k = 0; k < count; ++k) {
+        products_(order_[k], place) = sums[2 * k];
+        products_(place, order_[k]) = sums[2 * k + 1];
+    }
+    products_(place, place) = sums[2 * count];
+    order_.push_back(place);
+}
+
+std::size_t LbfgsHistory::bytes() const {
+    std::size_t numbers = 0;
+    for (const Pair& pair : pairs_)
+        numbers += pair.step.capacity() + pair.change.capacity();
+    return numbers * sizeof(float) + sums_.capacity() * sizeof(double);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,48 @@
+// What the last answers of a drag tell of the next: the predictor of a continuation method, by secants.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// How a shape answered to the last moves of its drivers (fixed vertices and the targets of soft anchors), solve after
+/// solve of a chain in which each begins where the one before ended. A move of the drivers that is nearly a
+/// combination of those is answered by the same combination of the changes of the shape: wrong by the square of the
+/// move only, where the constant matrix is wrong by a share of it. docs/decisions/0012-predicted-drags.md.
+class SecantPredictor {
+  public:
+    /// Before a solve that begins at `previous` (n x 3), with the drivers at `drivers` (d x 3).
+    /// @return whether that is the last answer; if not, all is forgotten.
+    bool begin(const Positions& previous, const Positions& drivers);
+
+    /// Moves `positions` (n x 3), which are where the solve begins, as the last changes tell for drivers that go to
+    /// `goal` (d x 3). @return false, and nothing moves, where they tell nothing of such a move.
+    bool predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
+
+    /// After the solve. @param answer n x 3; @param drivers d x 3; @param energy at the answer.
+    void note(const Positions& answer, const Positions& drivers, double energy);
+
+    /// At the last answer.
+    double energy() const { return energy_; }
+    std::size_t bytes() const;
+
+  private:
+    struct Change {
+        std::vector<float> shape;  // 3 n
+        Positions drivers;         // d x 3
+    };
+
+    std::vector<double> shares_of(const Positions& move) const;
+
+    std::deque<Change> changes_;  // the latest first
+    Positions answer_;            // n x 3
+    Positions drivers_;           // d x 3
+    double energy_ = 0.0;
+};
+
+}  // namespace meanvalue
