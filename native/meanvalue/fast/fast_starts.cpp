@@ -26,9 +26,6 @@ constexpr int kMostResponses = 24;
 constexpr int kStepsOfResponse = 5;
 // A predicted start may be so many times as high as the last answer; else the other start is looked at too.
 constexpr double kMostRise = 2.0;
-// Iterations at each step along the way from rest, and what share of the other start's energy it has to be below.
-constexpr int kStepsOfWay = 3;
-constexpr double kFarBelow = 0.4;
 
 }  // namespace
 
@@ -43,25 +40,12 @@ void FastDecoder::start_cold(const DecodeOptions& options, Positions& positions,
     const StageTimer timer(timings, "split");
     int level = static_cast<int>(hierarchy_.levels.size()) - 1;
     if (middle_) {
-        hierarchy_.split(level, 0, positions, threads_, execution);
+        hierarchy_.carry(level, 0, region_.positions, positions, threads_, execution);
         level = 0;
         minimise(*middle_, 0, std::max(options.tolerance, kStageTolerance), options.max_iterations, positions,
                  execution);
     }
-    hierarchy_.split(level, -1, positions, threads_, execution);
-    if (!middle_) start_along_way_if_lower(options, positions, execution);
-}
-
-/// On smaller meshes the coarse level may be too coarse for small parts, whose details the splits then fold. The
-/// whole mesh along the handles' way has them as they were: that start is taken where it is far below `positions`.
-void FastDecoder::start_along_way_if_lower(const DecodeOptions& options, Positions& positions, Execution& execution) {
-    Positions along = positions;
-    for (const Index v : fine_->unknowns.free)
-        along.row(v) = region_.positions.row(v);
-    aim_springs(options);
-    follow_from(region_.positions, along, kStepsOfWay, execution);
-    aim_springs(options);
-    if (energy_of(along, execution) < kFarBelow * energy_of(positions, execution)) std::swap(along, positions);
+    hierarchy_.carry(level, -1, region_.positions, positions, threads_, execution);
 }
 
 /// Starts from rest, and keeps that where it is below `energy`, that of `positions`.
@@ -126,9 +110,7 @@ void FastDecoder::put_balanced_targets(const Positions& previous, Positions& pos
 
 /// Carries a shape that was near a minimum along with fixed vertices, and with the targets of springs, that have
 /// moved since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
-/// @param steps_between iterations of the whole mesh after each but the last.
-void FastDecoder::follow_from(const Positions& previous, Positions& positions, int steps_between,
-                              Execution& execution) {
+void FastDecoder::follow_from(const Positions& previous, Positions& positions, Execution& execution) {
     SolverLevel& level = *fine_;
     const std::size_t stage = level.stages.size() - 1;
     Springs& springs = level.energy->springs();
@@ -150,7 +132,7 @@ void FastDecoder::follow_from(const Positions& previous, Positions& positions, i
         springs.put_back(next);
         respond(level, stage, here, next, execution);
         here = std::move(next);
-        if (step < steps) minimise(level, stage, kFollowTolerance, steps_between, here, execution);
+        if (step < steps) minimise(level, stage, kFollowTolerance, kStepsOfResponse, here, execution);
     }
     for (const Index v : level.unknowns.free)
         positions.row(v) = here.row(v);
@@ -164,15 +146,15 @@ bool FastDecoder::follow_drag(const Positions& previous, Positions& positions, E
     const bool goes_on = predictor_.begin(previous, drivers_in(begins));
     Positions predicted = previous;
     if (!goes_on || !predictor_.predict(drivers_of(positions), predicted, threads_, execution)) {
-        follow_from(previous, positions, kStepsOfResponse, execution);
+        follow_from(previous, positions, execution);
         return goes_on;
     }
     Positions answer = positions;
-    follow_from(predicted, answer, kStepsOfResponse, execution);
+    follow_from(predicted, answer, execution);
     const double energy = energy_of(answer, execution);
     // As it is where the last change was a jump into another minimum.
     if (!(energy <= kMostRise * predictor_.energy())) {
-        follow_from(previous, positions, kStepsOfResponse, execution);
+        follow_from(previous, positions, execution);
         if (!(energy < energy_of(positions, execution))) return goes_on;
     }
     std::swap(positions, answer);

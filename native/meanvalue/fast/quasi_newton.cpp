@@ -32,6 +32,8 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
     QuasiNewtonReport report;
     if (!options.keep_history) history_.clear();
     trial_ = positions;
+    farther_ = positions;
+    farther_gradient_.resize(gradient_.rows(), 3);
     double value = energy(positions, gradient_);
     if (!std::isfinite(value)) throw SolverFailure("the energy of the start is not finite");
     report.energies.push_back(value);
@@ -63,6 +65,20 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
             }
             history_.clear();  // it may be misleading: once more without it
             continue;
+        }
+        constexpr double kSteep = 0.3;
+        constexpr double kGrow = 4.0;
+        for (int once = 0; once < 1 && length >= 1.0; ++once) {
+            const double r = direction_.cwiseProduct(trial_gradient_).sum() / slope;
+            if (!(r > kSteep)) break;
+            const double longer = length * std::min(kGrow, r < 1.0 ? 1.0 / (1.0 - r) : kGrow);
+            move_free(longer, positions, farther_, options.threads, execution);
+            const double farther_value = energy(farther_, farther_gradient_);
+            if (!(farther_value < trial_value && farther_value <= value + kSufficientDecrease * longer * slope)) break;
+            length = longer;
+            trial_value = farther_value;
+            std::swap(trial_, farther_);
+            std::swap(trial_gradient_, farther_gradient_);
         }
         history_.remember(length, direction_, gradient_, trial_gradient_, options.threads, execution);
         std::swap(positions, trial_);

@@ -59,6 +59,7 @@ class QuasiNewton {
     const Unknowns* unknowns_ = nullptr;
     Positions gradient_, trial_gradient_, direction_;  // |V'| x 3
     Positions trial_;                                  // n x 3
+    Positions farther_, farther_gradient_;
     LbfgsHistory history_;
 };
 

@@ -284,6 +284,12 @@ void Hierarchy::split(int coarse, int fine, Positions& positions, int threads, c
         levels[level].splits.apply(positions, threads, execution);
 }
 
+void Hierarchy::carry(int coarse, int fine, const PositionsView& rest, Positions& positions, int threads,
+                      const Execution& execution) const {
+    for (int level = coarse; level > fine; --level)
+        levels[level].splits.carry(rest, positions, threads, execution);
+}
+
 Index Hierarchy::longest_ring() const {
     Index longest = 0;
     for (const Level& level : levels)

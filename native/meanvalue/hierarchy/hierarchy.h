@@ -58,6 +58,9 @@ struct Hierarchy {
     /// Places what was removed between two levels, which leads from `coarse` to `fine`, by equation 13. Numbers of
     /// levels are those of `levels`; -1 is the whole mesh.
     void split(int coarse, int fine, Positions& positions, int threads, const Execution& execution) const;
+    /// The same by Splits::carry(). @param rest n x 3.
+    void carry(int coarse, int fine, const PositionsView& rest, Positions& positions, int threads,
+               const Execution& execution) const;
     Index longest_ring() const;  ///< of all rings in `levels`
     std::size_t bytes() const;
 };

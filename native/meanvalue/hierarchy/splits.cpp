@@ -1,12 +1,42 @@
 #include "meanvalue/hierarchy/splits.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
+#include "meanvalue/solver/closest_rotation.h"
 
 namespace meanvalue {
+namespace {
+
+/// `point`, which is at rest, by the similarity that takes the ring nearest to where it is.
+Eigen::RowVector3d carried(const EncodedRing& ring, const Eigen::RowVector3d& point, const PositionsView& rest,
+                           const Positions& positions) {
+    Eigen::RowVector3d from = Eigen::RowVector3d::Zero();
+    Eigen::RowVector3d to = Eigen::RowVector3d::Zero();
+    for (Index k = 0; k < ring.valence; ++k) {
+        from += rest.row(ring.ring[k]);
+        to += positions.row(ring.ring[k]);
+    }
+    from /= ring.valence;
+    to /= ring.valence;
+    Matrix3 covariance = Matrix3::Zero();
+    double square_from = 0.0;
+    double square_to = 0.0;
+    for (Index k = 0; k < ring.valence; ++k) {
+        const Eigen::RowVector3d before = rest.row(ring.ring[k]) - from;
+        const Eigen::RowVector3d after = positions.row(ring.ring[k]) - to;
+        covariance += after.transpose() * before;
+        square_from += before.squaredNorm();
+        square_to += after.squaredNorm();
+    }
+    const double scale = square_from > 0.0 ? std::sqrt(square_to / square_from) : 1.0;
+    return to + scale * (point - from) * closest_rotation(covariance).transpose();
+}
+
+}  // namespace
 
 EncodedRing Splits::ring_of(Index split) const {
     const std::size_t begin = offsets[split];
@@ -20,6 +50,15 @@ void Splits::apply(Positions& positions, int threads, const Execution& execution
     parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k)
             positions.row(vertices[k]) = predict(ring_of(k), view);
+    });
+}
+
+void Splits::carry(const PositionsView& rest, Positions& positions, int threads, const Execution& execution) const {
+    parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            const EncodedRing ring = ring_of(k);
+            positions.row(vertices[k]) = carried(ring, rest.row(vertices[k]), rest, positions);
+        }
     });
 }
 
