@@ -13,7 +13,7 @@ namespace {
 
 // Free vertices of the coarse level: enough for the shape of limbs, few enough for hundreds of steps a second.
 constexpr double kCoarseShare = 0.03;
-constexpr double kFewestCoarse = 1500;
+constexpr double kFewestCoarse = 1000;
 constexpr double kMostCoarse = 4000;
 constexpr Index kTooManyCoarse = 8000;
 // Of a level in between, where it has at least so many times the vertices of the coarse one: wrinkles that the coarse
@@ -21,7 +21,7 @@ constexpr Index kTooManyCoarse = 8000;
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
 // Below this a coarse level is not worth its splits.
-constexpr std::size_t kSmallMesh = 3000;
+constexpr std::size_t kSmallMesh = 2000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
 constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
 // A start that is near a minimum takes fewer steps of the whole mesh.
@@ -151,7 +151,8 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
         return level.energy->evaluate(at, rigidity, gradient, threads_, execution);
     };
     QuasiNewtonOptions options;
-    static const double kCt = getenv("CT") ? atof(getenv("CT")) : 1.0; options.step_tolerance = tolerance * size_ * (&level == fine_.get() && !keep_history ? kCt : 1.0);
+    options.step_tolerance = tolerance * size_;
+    options.energy_tolerance = energy_tolerance_;
     options.max_iterations = max_iterations;
     options.threads = threads_;
     options.keep_history = keep_history;
@@ -168,6 +169,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     execution.begin_stage("solve");
     aim_springs(options);
     all_iterations_ = 0;
+    energy_tolerance_ = 0.0;
     const int warm_limit = std::min(options.max_iterations, kMostWarmSteps);
     bool keep_history = false;  // where steps before were of a shape nearby
     if (options.previous == nullptr) {

@@ -86,6 +86,7 @@ class FastDecoder : public Decoder {
     double size_;
     std::vector<SoftAnchor> soft_;  // by ascending vertex
     std::vector<double> hold_;      // n: what each vertex counts in carrying parts; empty where all anchors are hard
+    double energy_tolerance_ = 0.0;  // of the solve now running
     int all_iterations_ = 0;        // of the solve now running
     Timings bind_timings_;
     Components components_;

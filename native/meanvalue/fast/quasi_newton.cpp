@@ -12,8 +12,19 @@ namespace {
 // A step must lower the energy by this share of what its slope promises (Armijo).
 constexpr double kSufficientDecrease = 1e-4;
 constexpr int kMostHalvings = 20;
+// A step at whose end the slope is more than this share of that at its start is lengthened, so many times at most.
+constexpr double kSteep = 0.3;
+constexpr double kLongest = 4.0;
 // Steps this short on end tell the end of the way from a single bad step.
 constexpr int kShortSteps = 2;
+// With an energy tolerance: the iterations that it is about, and how short the last has to be, in step tolerances.
+constexpr int kSlowSteps = 4;
+constexpr double kNearlyShort = 4.0;
+
+/// Whether the last `steps` iterations together lowered the energy by more than `share` of it.
+bool falls(const std::vector<double>& energies, std::size_t steps, double share) {
+    return energies.size() <= steps || energies.back() < (1.0 - share) * energies[energies.size() - 1 - steps];
+}
 
 }  // namespace
 
@@ -21,7 +32,7 @@ QuasiNewton::QuasiNewton(const Unknowns& unknowns) : unknowns_(&unknowns) {
     const auto count = static_cast<Eigen::Index>(unknowns.free.size());
     // Without writing to them: filling hundreds of megabytes takes longer than a cancel may wait. All is written
     // before it is read.
-    for (Positions* vectors : {&gradient_, &trial_gradient_, &direction_})
+    for (Positions* vectors : {&gradient_, &trial_gradient_, &farther_gradient_, &direction_})
         vectors->resize(count, 3);
     history_ = LbfgsHistory(static_cast<Index>(count));
 }
@@ -33,7 +44,6 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
     if (!options.keep_history) history_.clear();
     trial_ = positions;
     farther_ = positions;
-    farther_gradient_.resize(gradient_.rows(), 3);
     double value = energy(positions, gradient_);
     if (!std::isfinite(value)) throw SolverFailure("the energy of the start is not finite");
     report.energies.push_back(value);
@@ -66,31 +76,41 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
             history_.clear();  // it may be misleading: once more without it
             continue;
         }
-        constexpr double kSteep = 0.3;
-        constexpr double kGrow = 4.0;
-        for (int once = 0; once < 1 && length >= 1.0; ++once) {
-            const double r = direction_.cwiseProduct(trial_gradient_).sum() / slope;
-            if (!(r > kSteep)) break;
-            const double longer = length * std::min(kGrow, r < 1.0 ? 1.0 / (1.0 - r) : kGrow);
-            move_free(longer, positions, farther_, options.threads, execution);
-            const double farther_value = energy(farther_, farther_gradient_);
-            if (!(farther_value < trial_value && farther_value <= value + kSufficientDecrease * longer * slope)) break;
-            length = longer;
-            trial_value = farther_value;
-            std::swap(trial_, farther_);
-            std::swap(trial_gradient_, farther_gradient_);
-        }
+        if (length == 1.0) lengthen(energy, options.threads, value, slope, positions, execution, length, trial_value);
         history_.remember(length, direction_, gradient_, trial_gradient_, options.threads, execution);
         std::swap(positions, trial_);
         std::swap(gradient_, trial_gradient_);
         value = trial_value;
         report.energies.push_back(value);
-        short_steps = length * longest < options.step_tolerance ? short_steps + 1 : 0;
-        if (short_steps == kShortSteps) break;
+        const double step = length * longest;
+        short_steps = step < options.step_tolerance ? short_steps + 1 : 0;
+        const double share = options.energy_tolerance;
+        if (short_steps >= kShortSteps && !(share > 0.0 && falls(report.energies, kShortSteps, share))) break;
+        if (share > 0.0 && step < kNearlyShort * options.step_tolerance && !falls(report.energies, kSlowSteps, share)) {
+            report.converged = true;
+            break;
+        }
     }
-    report.converged = report.converged || short_steps == kShortSteps || gradient_.squaredNorm() == 0.0;
+    report.converged = report.converged || short_steps >= kShortSteps || gradient_.squaredNorm() == 0.0;
     report.gradient = gradient_.norm();
     return report;
+}
+
+/// Goes on along a step on which the energy still falls nearly as steeply at its end as at its start: to where a
+/// parabola by both slopes has its minimum. The constant matrix is too stiff for limbs that turn as a whole, and this
+/// costs no solve. @param length, trial_value of the step in `trial_`; both change with it.
+void QuasiNewton::lengthen(const Energy& energy, int threads, double value, double slope, const Positions& positions,
+                           const Execution& execution, double& length, double& trial_value) {
+    const double steepness = direction_.cwiseProduct(trial_gradient_).sum() / slope;
+    if (!(steepness > kSteep)) return;
+    const double longer = steepness < 1.0 - 1.0 / kLongest ? 1.0 / (1.0 - steepness) : kLongest;
+    move_free(longer, positions, farther_, threads, execution);
+    const double farther_value = energy(farther_, farther_gradient_);
+    if (!(farther_value < trial_value && farther_value <= value + kSufficientDecrease * longer * slope)) return;
+    length = longer;
+    trial_value = farther_value;
+    std::swap(trial_, farther_);
+    std::swap(trial_gradient_, farther_gradient_);
 }
 
 void QuasiNewton::move_free(double length, const Positions& from, Positions& to, int threads,
@@ -104,7 +124,10 @@ void QuasiNewton::move_free(double length, const Positions& from, Positions& to,
 }
 
 std::size_t QuasiNewton::bytes() const {
-    std::size_t numbers = gradient_.size() + trial_gradient_.size() + direction_.size() + trial_.size();
+    std::size_t numbers = 0;
+    for (const Positions* vectors :
+         {&gradient_, &trial_gradient_, &farther_gradient_, &direction_, &trial_, &farther_})
+        numbers += vectors->size();
     return numbers * sizeof(double) + history_.bytes();
 }
 

@@ -15,6 +15,9 @@ namespace meanvalue {
 struct QuasiNewtonOptions {
     /// Stop when no vertex has moved farther in a step, twice on end; in the units of the positions.
     double step_tolerance = 0.0;
+    /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less than
+    /// this share of it; and not where it still falls faster.
+    double energy_tolerance = 0.0;
     int max_iterations = 100;
     int threads = 1;
     /// Begin with the history of the last call: of the same factor, and near where that ended.
@@ -53,13 +56,14 @@ class QuasiNewton {
     std::size_t bytes() const;
 
   private:
+    void lengthen(const Energy& energy, int threads, double value, double slope, const Positions& positions,
+                  const Execution& execution, double& length, double& trial_value);
     void move_free(double length, const Positions& from, Positions& to, int threads,
                    const Execution& execution) const;
 
     const Unknowns* unknowns_ = nullptr;
-    Positions gradient_, trial_gradient_, direction_;  // |V'| x 3
-    Positions trial_;                                  // n x 3
-    Positions farther_, farther_gradient_;
+    Positions gradient_, trial_gradient_, farther_gradient_, direction_;  // |V'| x 3
+    Positions trial_, farther_;                                           // n x 3
     LbfgsHistory history_;
 };
 
