@@ -15,31 +15,6 @@ constexpr int kPairs = 12;
 constexpr double kLeastCurvature = 1e-6;
 // Rows of a partial sum: fixed, so that sums do not depend on the number of threads.
 constexpr Index kPiece = 2048;
-// Sums in one: as many as a compiler turns into vectors.
-constexpr std::int64_t kSums = 8;
-
-template <typename A, typename B>
-double dot(const A* a, const B* b, std::int64_t count) {
-    double sums[kSums] = {};
-    std::int64_t k = 0;
-    for (; k + kSums <= count; k += kSums) {
-        for (std::int64_t j = 0; j < kSums; ++j)
-            sums[j] += static_cast<double>(a[k + j]) * static_cast<double>(b[k + j]);
-    }
-    for (; k < count; ++k)
-        sums[0] += static_cast<double>(a[k]) * static_cast<double>(b[k]);
-    double sum = 0.0;
-    for (const double part : sums)
-        sum += part;
-    return sum;
-}
-
-/// to += factor * from
-void add_scaled(double factor, const float* from, std::int64_t count, double* to) {
-    for (std::int64_t k = 0; k < count; ++k)
-        to[k] += factor * static_cast<double>(from[k]);
-}
-
 /// sums[k] = sum over all rows of what `products` fills in for each piece: count numbers.
 template <typename Products>
 std::vector<double> sum_of_pieces(Index rows, int count, int threads, std::vector<double>& scratch,
@@ -86,7 +61,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& f
         return sum_of_pieces(rows_, count, threads, sums_, execution, [&](Index begin, Index end, double* sums) {
             const std::int64_t first = std::int64_t{3} * begin;
             for (int k = 0; k < count; ++k) {
-                sums[k] = dot((pairs_[order_[k]].*of_pair).data() + first, vector.data() + first,
+                sums[k] = kernels_.dot((pairs_[order_[k]].*of_pair).data() + first, vector.data() + first,
                               std::int64_t{3} * (end - begin));
             }
         });
@@ -106,7 +81,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& f
             for (std::int64_t n = 0; n < numbers; ++n)
                 to[n] = -from[n];
             for (int k = 0; k < count; ++k)
-                add_scaled(-alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
+                kernels_.add_scaled(-alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
         });
     });
     factor.solve(direction, direction, threads, execution);
@@ -121,7 +96,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& f
     parallel_for(rows_, threads, execution, [&](Index begin, Index end) {
         for_each_part(begin, end, [&](std::int64_t first, std::int64_t numbers) {
             for (int k = 0; k < count; ++k)
-                add_scaled(add[k], pairs_[order_[k]].step.data() + first, numbers, direction.data() + first);
+                kernels_.add_scaled(add[k], pairs_[order_[k]].step.data() + first, numbers, direction.data() + first);
         });
     });
 }
@@ -149,7 +124,7 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
     const auto count = static_cast<int>(order_.size());
     // With every pair kept: its step times the new change, and the new step times its change; then the new ones'.
     const std::vector<double> sums =
-        sum_of_pieces(rows_, 2 * count + 3, threads, sums_, execution, [&](Index begin, Index end, double* out) {
+        sum_of_pieces(rows_, 2 * count + 4, threads, sums_, execution, [&](Index begin, Index end, double* out) {
             const std::int64_t first = std::int64_t{3} * begin;
             const std::int64_t size = std::int64_t{3} * (end - begin);
             float* const step = pair.step.data() + first;
@@ -159,20 +134,23 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
                 change[n] = static_cast<float>(next.data()[first + n] - gradient.data()[first + n]);
             }
             for (int k = 0; k < count; ++k) {
-                out[2 * k] = dot(pairs_[order_[k]].step.data() + first, change, size);
-                out[2 * k + 1] = dot(step, pairs_[order_[k]].change.data() + first, size);
+                const Pair& known = pairs_[order_[k]];
+                kernels_.cross_dots(known.step.data() + first, known.change.data() + first, step, change, size,
+                                    out + 2 * k);
             }
-            out[2 * count] = dot(step, change, size);
-            out[2 * count + 1] = dot(step, step, size);
-            out[2 * count + 2] = dot(change, change, size);
+            kernels_.cross_dots(step, change, step, step, size, out + 2 * count);
+            kernels_.cross_dots(change, change, change, change, size, out + 2 * count + 2);
         });
+    const double step_squared = sums[2 * count];
+    const double step_by_change = sums[2 * count + 1];
+    const double change_squared = sums[2 * count + 2];
     // Written so that what is not a number is not kept.
-    if (!(sums[2 * count] > kLeastCurvature * std::sqrt(sums[2 * count + 1] * sums[2 * count + 2]))) return;
+    if (!(step_by_change > kLeastCurvature * std::sqrt(step_squared * change_squared))) return;
     for (int k = 0; k < count; ++k) {
         products_(order_[k], place) = sums[2 * k];
         products_(place, order_[k]) = sums[2 * k + 1];
     }
-    products_(place, place) = sums[2 * count];
+    products_(place, place) = step_by_change;
     order_.push_back(place);
 }
 

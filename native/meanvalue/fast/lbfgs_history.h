@@ -5,6 +5,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/fast/history_kernels.h"
 #include "meanvalue/solver/supernodal_factor.h"
 
 namespace meanvalue {
@@ -42,6 +43,7 @@ class LbfgsHistory {
 
     int free_place();
 
+    HistoryKernels kernels_ = history_kernels();
     Index rows_ = 0;
     std::vector<Pair> pairs_;
     std::vector<int> order_;    // of pairs_ in use, the oldest first
