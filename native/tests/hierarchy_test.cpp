@@ -73,6 +73,20 @@ TEST_P(EveryKind, SplitsCommuteWithASimilarity) {
     EXPECT_LT(largest_distance(rebuilt, moved), 1e-9 * 2.0 * mesh.diagonal());
 }
 
+TEST_P(EveryKind, CarryingIsExactForASimilarity) {
+    const Mesh& mesh = GetParam();
+    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8));
+    const Positions moved = moved_by_similarity(mesh.vertices, 2.0, {1, 2, 3}, 2.5, {4, 5, 6});
+    const auto carried = [&](int threads) {
+        Positions positions = without_removed(hierarchy, moved);
+        const int coarsest = static_cast<int>(hierarchy.levels.size()) - 1;
+        hierarchy.carry(coarsest, -1, mesh.vertices, positions, threads, Execution());
+        return positions;
+    };
+    EXPECT_LT(largest_distance(carried(1), moved), 1e-9 * 2.0 * mesh.diagonal());
+    EXPECT_EQ(carried(1), carried(3));
+}
+
 TEST_P(EveryKind, RingsStayBoundedAndAnchorsStay) {
     const Mesh& mesh = GetParam();
     const std::vector<Index> anchors = spread_vertices(mesh, 8);

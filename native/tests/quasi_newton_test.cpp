@@ -153,6 +153,75 @@ TEST(QuasiNewton, TheHistoryIsWorthItsKeep) {
     expect_never_rises(report.energies);
 }
 
+TEST(QuasiNewton, AKeptHistorySavesTheStepsOfLearningItAgainAndCostsFewWhereItMisleads) {
+    Line line(900);
+    // In three vertices the matrix is too soft by that much.
+    const auto stiff = [&](double stiffness, const Positions& minimum) {
+        const auto plain = line.quadratic(minimum);
+        return [&line, plain, minimum, stiffness](const Positions& positions, Positions& gradient) {
+            double energy = plain(positions, gradient);
+            const Positions offset = line.free_of(positions) - minimum;
+            for (Index k = 0; k < 3; ++k) {
+                energy += stiffness * offset.row(k).squaredNorm();
+                gradient.row(k) += 2.0 * stiffness * offset.row(k);
+            }
+            return energy;
+        };
+    };
+    const auto iterations_of_second = [&](double stiffness, bool keep) {
+        QuasiNewton minimiser(line.unknowns);
+        Execution execution;
+        Positions positions = line.start;
+        QuasiNewtonOptions options = options_with(1e-6, 100);
+        minimiser.minimise(stiff(stiffness, Positions::Zero(line.size(), 3)), line.factor, options, positions,
+                           execution);
+        options.keep_history = keep;
+        const Positions near = Positions::Constant(line.size(), 3, 0.1);
+        const QuasiNewtonReport report =
+            minimiser.minimise(stiff(stiffness, near), line.factor, options, positions, execution);
+        EXPECT_TRUE(report.converged);
+        EXPECT_LT(largest_distance(line.free_of(positions), near), 1e-5);
+        return report.iterations();
+    };
+    EXPECT_LT(2 * iterations_of_second(1.0, true), iterations_of_second(1.0, false));
+    EXPECT_LT(iterations_of_second(50.0, true), iterations_of_second(50.0, false) + 6);
+}
+
+TEST(QuasiNewton, AnEnergyToleranceEndsTheLongTailAndNoFall) {
+    Line line(5000);
+    Positions exact = line.start, early = line.start;
+    QuasiNewtonOptions options = options_with(1e-7, 500);
+    const QuasiNewtonReport whole = line.minimise(line.steep_energy(), options, exact);
+    options.energy_tolerance = 1e-3;
+    options.step_tolerance = 1e-2;
+    const QuasiNewtonReport part = line.minimise(line.steep_energy(), options, early);
+    EXPECT_TRUE(part.converged);
+    EXPECT_LT(part.iterations(), whole.iterations());
+    EXPECT_LT(part.energies.back(), 1.01 * whole.energies.back());
+    // However short steps may be: not while the energy falls by more.
+    options.step_tolerance = 1e9;
+    Positions all_short = line.start;
+    EXPECT_LT(line.minimise(line.steep_energy(), options, all_short).energies.back(), 1.01 * whole.energies.back());
+    options.energy_tolerance = 0.0;
+    Positions two_steps = line.start;
+    EXPECT_EQ(line.minimise(line.steep_energy(), options, two_steps).iterations(), 2);
+}
+
+TEST(QuasiNewton, AMatrixThatIsTooStiffCostsNoMoreSteps) {
+    // Four times as stiff as the energy: a whole step is a quarter of the way.
+    Line line(1000);
+    const Positions minimum = 0.3 * Positions::Ones(line.size(), 3);
+    const auto plain = line.quadratic(minimum);
+    const auto soft = [&](const Positions& positions, Positions& gradient) {
+        const double energy = 0.25 * plain(positions, gradient);
+        gradient *= 0.25;
+        return energy;
+    };
+    Positions positions = line.start;
+    const QuasiNewtonReport report = line.minimise(soft, options_with(0.0, 1), positions);
+    EXPECT_LT(report.energies.back(), 1e-8 * report.energies.front());
+}
+
 TEST(QuasiNewton, GivesTheSameBitsForAnyNumberOfThreads) {
     Line line(30000);
     Positions one = line.start;

@@ -28,6 +28,10 @@ constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
 constexpr int kMostWarmSteps = 60;
 constexpr int kLookBack = 10;
 constexpr double kStillFalling = 0.95;
+// Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from rest,
+// and after so many iterations in a drag, whose next frames make up for what is left in a valley.
+constexpr double kEnergyTolerance = 50.0;
+constexpr int kPatience = 20;
 // On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
@@ -153,6 +157,7 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     QuasiNewtonOptions options;
     options.step_tolerance = tolerance * size_;
     options.energy_tolerance = energy_tolerance_;
+    options.patience = patience_;
     options.max_iterations = max_iterations;
     options.threads = threads_;
     options.keep_history = keep_history;
@@ -170,6 +175,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     aim_springs(options);
     all_iterations_ = 0;
     energy_tolerance_ = 0.0;
+    patience_ = 0;
     const int warm_limit = std::min(options.max_iterations, kMostWarmSteps);
     bool keep_history = false;  // where steps before were of a shape nearby
     if (options.previous == nullptr) {
@@ -177,6 +183,10 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     } else {
         const StageTimer timer(report.timings, "follow");
         keep_history = follow_drag(*options.previous, positions, execution);
+        if (keep_history) {
+            energy_tolerance_ = energy_tolerance_of(options);
+            patience_ = kPatience;
+        }
     }
     const auto minimise_whole = [&](int limit) {
         const StageTimer timer(report.timings, "minimise");
@@ -188,16 +198,17 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
         // Where the energy still falls, the start was not near a minimum, and one from rest costs less than what may
         // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.
         const std::vector<double>& energies = minimised.energies;
-        keep_history = !(rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
+        keep_history =
+            !(rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
         if (!keep_history) start_afresh_if_lower(options, energies.back(), positions, report.timings, execution);
         const QuasiNewtonReport rest = minimise_whole(options.max_iterations - warm_limit);
         minimised.energies.insert(minimised.energies.end(), rest.energies.begin() + 1, rest.energies.end());
         minimised.gradient = rest.gradient;
         minimised.converged = rest.converged;
         minimised.at_limit = rest.at_limit;
+        minimised.left_off = rest.left_off;
     }
-    if (options.previous != nullptr)
-        predictor_.note(positions, drivers_of(positions), minimised.energies.back());
+    if (options.previous != nullptr) predictor_.note(positions, drivers_of(positions), minimised.energies.back());
     report.iterations = minimised.iterations();
     report.all_iterations = all_iterations_;
     report.energies = std::move(minimised.energies);
@@ -206,8 +217,13 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     report.converged = minimised.converged;
     report.stop_reason = minimised.converged  ? "converged"
                          : minimised.at_limit ? "iteration limit"
+                         : minimised.left_off ? "left to the next solve"
                                               : "no step lowers the energy further";
     return report;
+}
+
+double FastDecoder::energy_tolerance_of(const DecodeOptions& options) const {
+    return rigidity_ > 0.0 ? kEnergyTolerance * options.tolerance : 0.0;
 }
 
 std::vector<Index> FastDecoder::level_sizes() const {

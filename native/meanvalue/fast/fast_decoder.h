@@ -60,6 +60,7 @@ class FastDecoder : public Decoder {
                                             const std::vector<double>& rigidities, Execution& execution) const;
     QuasiNewtonReport minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
                                Positions& positions, Execution& execution, bool keep_history = false);
+    double energy_tolerance_of(const DecodeOptions& options) const;
     void start_cold(const DecodeOptions& options, Positions& positions, Timings& timings, Execution& execution);
     void start_afresh_if_lower(const DecodeOptions& options, double energy, Positions& positions, Timings& timings,
                                Execution& execution);
@@ -84,10 +85,11 @@ class FastDecoder : public Decoder {
     int threads_;
     double rigidity_;
     double size_;
-    std::vector<SoftAnchor> soft_;  // by ascending vertex
-    std::vector<double> hold_;      // n: what each vertex counts in carrying parts; empty where all anchors are hard
-    double energy_tolerance_ = 0.0;  // of the solve now running
-    int all_iterations_ = 0;        // of the solve now running
+    std::vector<SoftAnchor> soft_;   // by ascending vertex
+    std::vector<double> hold_;       // n: what each vertex counts in carrying parts; empty where all anchors are hard
+    double energy_tolerance_ = 0.0;  // of the solve now running, see QuasiNewtonOptions
+    int patience_ = 0;
+    int all_iterations_ = 0;  // of the solve now running
     Timings bind_timings_;
     Components components_;
     Index detached_triangle_count_ = 0;

@@ -24,8 +24,6 @@ constexpr double kTurnOfResponse = 0.3;
 constexpr double kMoveOfResponse = 0.05;
 constexpr int kMostResponses = 24;
 constexpr int kStepsOfResponse = 5;
-// From rest, iterations that lower the energy by so many step tolerances, as a share, are few enough.
-constexpr double kEnergyTolerance = 50.0;
 // A predicted start may be so many times as high as the last answer; else the other start is looked at too.
 constexpr double kMostRise = 2.0;
 
@@ -34,8 +32,8 @@ constexpr double kMostRise = 2.0;
 /// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimised.
 void FastDecoder::start_cold(const DecodeOptions& options, Positions& positions, Timings& timings,
                              Execution& execution) {
-    // A drag makes up in its next frames for what is left in a valley; a solve from rest has none.
-    energy_tolerance_ = rigidity_ > 0.0 ? kEnergyTolerance * options.tolerance : 0.0;
+    energy_tolerance_ = energy_tolerance_of(options);
+    patience_ = 0;
     {
         const StageTimer timer(timings, "start");
         start_from_rest(options.tolerance, options.max_iterations, positions, execution);

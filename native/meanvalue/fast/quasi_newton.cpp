@@ -17,13 +17,24 @@ constexpr double kSteep = 0.3;
 constexpr double kLongest = 4.0;
 // Steps this short on end tell the end of the way from a single bad step.
 constexpr int kShortSteps = 2;
+// A step of an inherited history that has to be shortened to less ends it.
+constexpr double kMisled = 0.125;
 // With an energy tolerance: the iterations that it is about, and how short the last has to be, in step tolerances.
 constexpr int kSlowSteps = 4;
 constexpr double kNearlyShort = 4.0;
+// After twice the patience so many times as much may be left.
+constexpr double kLate = 20.0;
 
 /// Whether the last `steps` iterations together lowered the energy by more than `share` of it.
 bool falls(const std::vector<double>& energies, std::size_t steps, double share) {
     return energies.size() <= steps || energies.back() < (1.0 - share) * energies[energies.size() - 1 - steps];
+}
+
+/// The energy tolerance that counts at an iteration; 0: none.
+double energy_share(const QuasiNewtonOptions& options, int iteration) {
+    if (iteration < options.patience) return 0.0;
+    const bool is_late = options.patience > 0 && iteration >= 2 * options.patience;
+    return (is_late ? kLate : 1.0) * options.energy_tolerance;
 }
 
 }  // namespace
@@ -42,6 +53,7 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
                                         Execution& execution) {
     QuasiNewtonReport report;
     if (!options.keep_history) history_.clear();
+    bool is_inherited = !history_.empty();
     trial_ = positions;
     farther_ = positions;
     double value = energy(positions, gradient_);
@@ -67,6 +79,12 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
             // Written so that an energy that is not a number is refused.
             if (trial_value < value && trial_value <= value + kSufficientDecrease * length * slope) break;
         }
+        if (length < kMisled && is_inherited) {
+            // What was learnt elsewhere misleads here.
+            history_.clear();
+            is_inherited = false;
+            continue;
+        }
         if (length == 0.0) {
             if (history_.empty()) {
                 // At the minimum but for rounding, or stuck.
@@ -84,10 +102,12 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
         report.energies.push_back(value);
         const double step = length * longest;
         short_steps = step < options.step_tolerance ? short_steps + 1 : 0;
-        const double share = options.energy_tolerance;
+        const double share = energy_share(options, report.iterations());
         if (short_steps >= kShortSteps && !(share > 0.0 && falls(report.energies, kShortSteps, share))) break;
-        if (share > 0.0 && step < kNearlyShort * options.step_tolerance && !falls(report.energies, kSlowSteps, share)) {
-            report.converged = true;
+        if (share > 0.0 && step < kNearlyShort * options.step_tolerance &&
+            !falls(report.energies, kSlowSteps, share)) {
+            report.converged = share == options.energy_tolerance;
+            report.left_off = !report.converged;
             break;
         }
     }

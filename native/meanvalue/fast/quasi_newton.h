@@ -15,9 +15,12 @@ namespace meanvalue {
 struct QuasiNewtonOptions {
     /// Stop when no vertex has moved farther in a step, twice on end; in the units of the positions.
     double step_tolerance = 0.0;
-    /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less than
-    /// this share of it; and not where it still falls faster.
+    /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less
+    /// than this share of it; and not where it still falls faster.
     double energy_tolerance = 0.0;
+    /// The iterations before the energy tolerance counts; after twice as many, a larger one does, and the minimiser
+    /// leaves off.
+    int patience = 0;
     int max_iterations = 100;
     int threads = 1;
     /// Begin with the history of the last call: of the same factor, and near where that ended.
@@ -29,7 +32,8 @@ struct QuasiNewtonReport {
     double initial_gradient = 0.0;  ///< norm of dE/dV' at the start
     double gradient = 0.0;          ///< and at the end
     bool converged = false;
-    bool at_limit = false;  ///< of iterations; if neither, no step lowers the energy further
+    bool at_limit = false;  ///< of iterations
+    bool left_off = false;  ///< out of patience; if none of the three, no step lowers the energy further
 
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };

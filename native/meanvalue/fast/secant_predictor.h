@@ -10,8 +10,8 @@
 
 namespace meanvalue {
 
-/// How a shape answered to the last moves of its drivers (fixed vertices and the targets of soft anchors), solve after
-/// solve of a chain in which each begins where the one before ended. A move of the drivers that is nearly a
+/// How a shape answered to the last moves of its drivers (fixed vertices and the targets of soft anchors), solve
+/// after solve of a chain in which each begins where the one before ended. A move of the drivers that is nearly a
 /// combination of those is answered by the same combination of the changes of the shape: wrong by the square of the
 /// move only, where the constant matrix is wrong by a share of it. docs/decisions/0012-predicted-drags.md.
 class SecantPredictor {

@@ -1,0 +1,112 @@
+#include "meanvalue/fast/secant_predictor.h"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+/// A shape of some vertices that answers to two drivers: straight, but for `curvature` times the squares.
+struct Shape {
+    double curvature = 0.0;
+
+    static Positions drivers(double a, double b) {
+        Positions result = Positions::Zero(2, 3);
+        result(0, 0) = a;
+        result(1, 2) = b;
+        return result;
+    }
+    Positions at(double a, double b) const {
+        Positions result(5000, 3);
+        for (Index v = 0; v < result.rows(); ++v) {
+            result.row(v) << std::sin(v) * a + curvature * a * a, std::cos(v) * b, a - b + curvature * a * b;
+        }
+        return result;
+    }
+};
+
+/// What is predicted at (a, b) from the last of `way`, or nothing.
+std::optional<Positions> predicted(const Shape& shape, const std::vector<std::pair<double, double>>& way, double a,
+                                   double b, int threads = 1) {
+    SecantPredictor predictor;
+    Positions here = shape.at(way[0].first, way[0].second);
+    predictor.begin(here, Shape::drivers(way[0].first, way[0].second));
+    for (std::size_t k = 1; k < way.size(); ++k) {
+        EXPECT_TRUE(predictor.begin(here, Shape::drivers(0.0, 0.0)));
+        here = shape.at(way[k].first, way[k].second);
+        predictor.note(here, Shape::drivers(way[k].first, way[k].second), 1.0);
+    }
+    EXPECT_TRUE(predictor.begin(here, Shape::drivers(0.0, 0.0)));
+    if (!predictor.predict(Shape::drivers(a, b), here, threads, Execution())) return {};
+    return here;
+}
+
+// Changes are kept in single precision.
+constexpr double kRounding = 1e-6;
+
+TEST(SecantPredictor, WhatAnswersStraightIsPredictedExactly) {
+    const Shape shape;
+    const auto found = predicted(shape, {{0, 0}, {1, 0}, {1.5, 0.5}}, 2.0, 1.0);
+    ASSERT_TRUE(found);
+    EXPECT_LT(largest_distance(*found, shape.at(2.0, 1.0)), kRounding);
+}
+
+TEST(SecantPredictor, ADragThatComesBackIsPredictedToo) {
+    const Shape shape{0.3};
+    const auto found = predicted(shape, {{0, 0}, {0.2, 0}}, 0.0, 0.0);
+    ASSERT_TRUE(found);
+    EXPECT_LT(largest_distance(*found, shape.at(0.0, 0.0)), kRounding);
+}
+
+TEST(SecantPredictor, TheErrorFallsWithTheSquareOfTheMove) {
+    const Shape shape{0.5};
+    const auto error = [&](double step) {
+        return largest_distance(predicted(shape, {{1.0 - step, 0}, {1.0, 0}}, 1.0 + step, 0.0).value(),
+                                shape.at(1.0 + step, 0.0));
+    };
+    EXPECT_NEAR(error(0.2) / error(0.1), 4.0, 0.01);
+}
+
+TEST(SecantPredictor, MovesThatWereNeverSeenAreNotPredicted) {
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, 1.0, 1.0)) << "across";
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, 9.0, 0.0)) << "far";
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}}, 1.0, 0.0)) << "the first";
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, 1.0, 0.0)) << "none";
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, std::numeric_limits<double>::quiet_NaN(), 0.0));
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, std::numeric_limits<double>::infinity(), 0.0));
+}
+
+TEST(SecantPredictor, ChangesThatAreNearlyAlikeDoNotBlowUpTheirDifference) {
+    // Two changes a hair apart: their difference tells of b, with the rounding of both.
+    const Shape shape{0.5};
+    EXPECT_FALSE(predicted(shape, {{0, 0}, {1, 0}, {2, 1e-3}}, 2.0, 1.0));
+}
+
+TEST(SecantPredictor, AnotherStartBeginsAnotherChain) {
+    const Shape shape;
+    SecantPredictor predictor;
+    Positions here = shape.at(0, 0);
+    EXPECT_FALSE(predictor.begin(here, Shape::drivers(0, 0)));
+    here = shape.at(1, 0);
+    predictor.note(here, Shape::drivers(1, 0), 2.5);
+    EXPECT_EQ(predictor.energy(), 2.5);
+    Positions other = here;
+    other(17, 1) += 1e-12;
+    EXPECT_FALSE(predictor.begin(other, Shape::drivers(1, 0)));
+    EXPECT_FALSE(predictor.predict(Shape::drivers(2, 0), other, 1, Execution()));
+    EXPECT_FALSE(predictor.begin(here, Shape::drivers(1, 0))) << "it was forgotten";
+}
+
+TEST(SecantPredictor, GivesTheSameBitsForAnyNumberOfThreads) {
+    const Shape shape{0.2};
+    const auto one = predicted(shape, {{0, 0}, {1, 0}, {1.5, 0.5}}, 2.0, 1.0, 1);
+    EXPECT_EQ(one, predicted(shape, {{0, 0}, {1, 0}, {1.5, 0.5}}, 2.0, 1.0, 3));
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
