@@ -196,24 +196,28 @@ void bind_deformer(py::module_& module) {
              "threads: 0 for every core; results do not depend on it.\n"
              "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
              "among others), SolverFailure, Cancelled.")
-        .def("solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
-             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
-             "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
-             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
-             "bounding-box diagonals from where they rest.\n"
-             "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
-             "None for the rest shape.\n"
-             "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
-             "bounding-box diagonal; None: 1e-4 for method 'fast' (5e-5 at rigidity 0), 1e-6 for the others.\n"
-             "max_iterations: of each stage of the solve; Solution.all_iterations counts those of all.\n"
-             "Method 'full' stops also "
-             "when the energy falls by less than 100 times it in three steps on end.\n"
-             "settle: with a start, solve from rest as well and keep whichever ends at the lower energy: for the\n"
-             "end of a drag.\n"
-             "Returns a Solution.\n"
-             "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
-             "calls waits for the first. In a forked process, a deformer that was being solved raises SolverFailure.")
+        .def(
+            "solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
+            py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+            py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
+            "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
+            "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
+            "bounding-box diagonals from where they rest.\n"
+            "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
+            "None for the rest shape. Where it is the answer of the last solve, as in a drag, method 'fast' goes on\n"
+            "with what the solves before have told: the answer then depends on them, within the tolerance, and a\n"
+            "long way downhill may be left to the next solve (stop_reason says so; settle leaves nothing).\n"
+            "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
+            "bounding-box diagonal; None: 1e-4 for method 'fast' (5e-5 at rigidity 0), 1e-6 for the others.\n"
+            "From rest, method 'fast' stops also when the energy falls by less than 50 times it in four steps.\n"
+            "max_iterations: of each stage of the solve; Solution.all_iterations counts those of all.\n"
+            "Method 'full' stops also "
+            "when the energy falls by less than 100 times it in three steps on end.\n"
+            "settle: with a start, solve from rest as well and keep whichever ends at the lower energy: for the\n"
+            "end of a drag.\n"
+            "Returns a Solution.\n"
+            "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
+            "calls waits for the first. In a forked process, a deformer that was being solved raises SolverFailure.")
         .def("start_solve", &start_solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),

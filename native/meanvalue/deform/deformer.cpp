@@ -263,7 +263,8 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     {
         const StageTimer timer(total, "total");
         execution.begin_stage("solve");
-        DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr, &targets};
+        DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr, &targets,
+                                     options.settle};
         report = decoder_->decode(decode_options, positions, execution);
         if (start && options.settle) {
             Positions fresh = rows_of_region(place_anchors(targets, {}, execution), execution);

@@ -183,7 +183,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     } else {
         const StageTimer timer(report.timings, "follow");
         keep_history = follow_drag(*options.previous, positions, execution);
-        if (keep_history) {
+        if (keep_history && !options.is_last) {
             energy_tolerance_ = energy_tolerance_of(options);
             patience_ = kPatience;
         }

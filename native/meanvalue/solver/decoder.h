@@ -20,6 +20,8 @@ struct DecodeOptions {
     const Positions* previous = nullptr;
     /// k x 3, in the order of all anchors: where soft ones are pulled to. Decoders without any do not look at it.
     const PositionsView* targets = nullptr;
+    /// Nothing is to be left to a solve that goes on from the answer.
+    bool is_last = false;
 };
 
 struct DecodeReport {
