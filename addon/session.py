@@ -73,7 +73,8 @@ def solve_steps(binding, bind_input, targets, start=None, settle=False, executio
     """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary).
 
     targets: k x 3, in the order of `bind_input.anchors`; start: n x 3 float64, an earlier result to go on from;
-    settle: see the native Deformer. The result is the same for the same arguments.
+    settle: see the native Deformer. Without a start the result is the same for the same arguments; with one, within the
+    tolerance, since a drag goes on with what the solves before it told.
 
     @throws SolverError, CancelledError.
     """

@@ -7,7 +7,8 @@ from collections import OrderedDict
 class DeformerCache:
     """Keeps at most `capacity` entries and, but for the newest, at most `byte_limit` bytes.
 
-    Only a cache: whatever is dropped is built again on demand, with the same result.
+    Only a cache: whatever is dropped is built again on demand, with the same result
+    to the tolerance.
     """
 
     def __init__(self, capacity, byte_limit):

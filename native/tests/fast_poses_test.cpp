@@ -3,6 +3,7 @@
 #include "tests/fast_poses.h"
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include "meanvalue/encoding/predictor.h"
@@ -145,6 +146,50 @@ TEST(FastDecoder, AStartThatIsNotTheLastAnswerIsSolvedAsByAFreshDeformer) {
     const Solution fresh = solve_from(*bound_to(pose.mesh, pose.anchors), between(0.4), other);
     EXPECT_EQ(here.vertices, fresh.vertices);
     EXPECT_EQ(here.energies, fresh.energies);
+}
+
+TEST(FastDecoder, ASolveThatWasBrokenOffLeavesNothingBehind) {
+    const Pose pose = two_ends("", bar(6, 36), Vector3::UnitZ(), 0.8, {0, 0.3, 0});
+    const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
+    const auto between = [&](double share) { return Positions(rest + share * (pose.targets - rest)); };
+    const Solution fresh = solve_from(*bound_to(pose.mesh, pose.anchors), between(0.3), pose.mesh.vertices);
+    const auto deformer = bound_to(pose.mesh, pose.anchors);
+    int broken_off = 0;
+    for (const std::int64_t look : {2, 20, 60, 200, 600}) {
+        Execution execution;
+        execution.cancel_at_look(look);
+        try {
+            deformer->solve(between(0.1), PositionsView(pose.mesh.vertices), {}, execution);
+        } catch (const Cancelled&) {
+            ++broken_off;
+            EXPECT_EQ(solve_from(*deformer, between(0.3), pose.mesh.vertices).vertices, fresh.vertices) << look;
+        }
+        solve_from(*deformer, between(0.5), fresh.vertices);  // another chain
+    }
+    EXPECT_GT(broken_off, 2);
+}
+
+TEST(FastDecoder, ADragOfStiffSoftAnchorsTakesNoMoreStepsThanOneOfHardOnes) {
+    const Pose pose = two_ends("", bar(6, 36), Vector3::UnitZ(), 0.8, {0, 0.3, 0});
+    const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
+    const auto iterations_of_drag = [&](double strength) {
+        Execution execution;
+        Binding binding{pose.mesh.vertices, pose.mesh.faces, pose.anchors, {}, Method::kFast, 1, {}, {}};
+        binding.strengths.assign(pose.anchors.size(), strength);
+        Deformer deformer(binding, execution);
+        Positions shape = pose.mesh.vertices;
+        int iterations = 0;
+        for (int frame = 1; frame <= 12; ++frame) {
+            const Solution solution = solve_from(deformer, rest + frame / 24.0 * (pose.targets - rest), shape);
+            EXPECT_TRUE(solution.converged) << strength << " " << frame;
+            shape = solution.vertices;
+            iterations += solution.iterations;
+        }
+        return iterations;
+    };
+    const int hard = iterations_of_drag(std::numeric_limits<double>::infinity());
+    for (const double strength : {1e2, 1e4, 1e6, 1e9})
+        EXPECT_LE(iterations_of_drag(strength), 2 * hard) << strength;
 }
 
 TEST(FastDecoder, AnUnsteadyDragEndsWhereASteadyOneDoes) {

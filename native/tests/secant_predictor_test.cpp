@@ -35,13 +35,12 @@ std::optional<Positions> predicted(const Shape& shape, const std::vector<std::pa
                                    double b, int threads = 1) {
     SecantPredictor predictor;
     Positions here = shape.at(way[0].first, way[0].second);
-    predictor.begin(here, Shape::drivers(way[0].first, way[0].second));
     for (std::size_t k = 1; k < way.size(); ++k) {
-        EXPECT_TRUE(predictor.begin(here, Shape::drivers(0.0, 0.0)));
+        EXPECT_EQ(predictor.begin(here, Shape::drivers(way[k - 1].first, way[k - 1].second)), k > 1);
         here = shape.at(way[k].first, way[k].second);
         predictor.note(here, Shape::drivers(way[k].first, way[k].second), 1.0);
     }
-    EXPECT_TRUE(predictor.begin(here, Shape::drivers(0.0, 0.0)));
+    EXPECT_EQ(predictor.begin(here, Shape::drivers(way.back().first, way.back().second)), way.size() > 1);
     if (!predictor.predict(Shape::drivers(a, b), here, threads, Execution())) return {};
     return here;
 }
@@ -100,6 +99,30 @@ TEST(SecantPredictor, AnotherStartBeginsAnotherChain) {
     EXPECT_FALSE(predictor.begin(other, Shape::drivers(1, 0)));
     EXPECT_FALSE(predictor.predict(Shape::drivers(2, 0), other, 1, Execution()));
     EXPECT_FALSE(predictor.begin(here, Shape::drivers(1, 0))) << "it was forgotten";
+}
+
+TEST(SecantPredictor, WhatWasBrokenOffIsNoAnswer) {
+    const Shape shape;
+    SecantPredictor predictor;
+    const Positions here = shape.at(0, 0);
+    EXPECT_FALSE(predictor.begin(here, Shape::drivers(0, 0)));
+    EXPECT_FALSE(predictor.begin(here, Shape::drivers(0, 0))) << "there was no note()";
+    predictor.note(here, Shape::drivers(0, 0), 1.0);
+    EXPECT_TRUE(predictor.begin(here, Shape::drivers(0, 0)));
+    EXPECT_TRUE(predictor.begin(here, Shape::drivers(0, 0))) << "broken off, but it began at an answer";
+}
+
+TEST(SecantPredictor, AnySizeIsPredicted) {
+    const Shape shape;
+    for (const double size : {1e-50, 1e50}) {
+        SecantPredictor predictor(size);
+        Positions here = size * shape.at(0, 0);
+        predictor.begin(here, size * Shape::drivers(0, 0));
+        here = size * shape.at(1, 0);
+        predictor.note(here, size * Shape::drivers(1, 0), 1.0);
+        ASSERT_TRUE(predictor.predict(size * Shape::drivers(2, 0), here, 1, Execution()));
+        EXPECT_LT(largest_distance(here, size * shape.at(2, 0)), kRounding * size);
+    }
 }
 
 TEST(SecantPredictor, GivesTheSameBitsForAnyNumberOfThreads) {

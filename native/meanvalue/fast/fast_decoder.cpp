@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/encoder.h"
@@ -32,6 +33,8 @@ constexpr double kStillFalling = 0.95;
 // and after so many iterations in a drag, whose next frames make up for what is left in a valley.
 constexpr double kEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
+// Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
+constexpr double kMostStrengthKept = 1e3;
 // On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
@@ -44,7 +47,8 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
       threads_(threads),
       rigidity_(rigidity),
       size_(bounding_box_diagonal(region_.positions)),
-      soft_(std::move(soft)) {
+      soft_(std::move(soft)),
+      predictor_(size_) {
     std::sort(soft_.begin(), soft_.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
     std::vector<char> is_soft(soft_.empty() ? 0 : region_.is_fixed.size(), 0);
     std::vector<char> is_held = region_.is_fixed;
@@ -128,7 +132,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
     level->energy = std::make_unique<DeformationEnergy>(
         encoding, level->unknowns, region_.positions, size_, DeformationEnergy::weights_for(rigidity_), execution,
         DeformationEnergy::Kernel::kFastest, Springs(std::move(soft), level->unknowns));
-    level->minimiser = QuasiNewton(level->unknowns);
+    level->minimiser = QuasiNewton(level->unknowns, size_);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
         SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
@@ -177,13 +181,15 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     energy_tolerance_ = 0.0;
     patience_ = 0;
     const int warm_limit = std::min(options.max_iterations, kMostWarmSteps);
-    bool keep_history = false;  // where steps before were of a shape nearby
+    const bool has_history = std::exchange(keeps_history_, false);
+    bool keep_history = false;
     if (options.previous == nullptr) {
         start_cold(options, positions, report.timings, execution);
     } else {
         const StageTimer timer(report.timings, "follow");
-        keep_history = follow_drag(*options.previous, positions, execution);
-        if (keep_history && !options.is_last) {
+        const bool goes_on = follow_drag(*options.previous, positions, execution);
+        keep_history = goes_on && has_history && history_is_exact();
+        if (goes_on && !options.is_last) {
             energy_tolerance_ = energy_tolerance_of(options);
             patience_ = kPatience;
         }
@@ -208,7 +214,10 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
         minimised.at_limit = rest.at_limit;
         minimised.left_off = rest.left_off;
     }
-    if (options.previous != nullptr) predictor_.note(positions, drivers_of(positions), minimised.energies.back());
+    if (options.previous != nullptr && !options.is_last) {
+        predictor_.note(positions, drivers_of(positions), minimised.energies.back());
+        keeps_history_ = true;
+    }
     report.iterations = minimised.iterations();
     report.all_iterations = all_iterations_;
     report.energies = std::move(minimised.energies);
@@ -220,6 +229,12 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
                          : minimised.left_off ? "left to the next solve"
                                               : "no step lowers the energy further";
     return report;
+}
+
+/// Pairs in single precision tell nothing of the rest of the energy beside springs that are far stiffer.
+bool FastDecoder::history_is_exact() const {
+    return std::all_of(soft_.begin(), soft_.end(),
+                       [](const SoftAnchor& anchor) { return anchor.strength <= kMostStrengthKept; });
 }
 
 double FastDecoder::energy_tolerance_of(const DecodeOptions& options) const {
@@ -238,7 +253,8 @@ Index FastDecoder::longest_ring() const {
 }
 
 std::size_t FastDecoder::bytes() const {
-    std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0) + predictor_.bytes();
+    std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0);
+    sum += SecantPredictor::bytes(region_.is_fixed.size(), soft_.size());
     for (const SolverLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
         if (level == nullptr) continue;
         sum += level->energy->bytes() + level->minimiser.bytes();

@@ -60,6 +60,7 @@ class FastDecoder : public Decoder {
                                             const std::vector<double>& rigidities, Execution& execution) const;
     QuasiNewtonReport minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
                                Positions& positions, Execution& execution, bool keep_history = false);
+    bool history_is_exact() const;
     double energy_tolerance_of(const DecodeOptions& options) const;
     void start_cold(const DecodeOptions& options, Positions& positions, Timings& timings, Execution& execution);
     void start_afresh_if_lower(const DecodeOptions& options, double energy, Positions& positions, Timings& timings,
@@ -96,7 +97,8 @@ class FastDecoder : public Decoder {
     Encoding encoding_;
     Hierarchy hierarchy_;  // empty where the mesh is small
     std::unique_ptr<RigidPieces> pieces_;
-    SecantPredictor predictor_;  // of the solves that each begin where the one before ended
+    SecantPredictor predictor_;   // of the solves that each begin where the one before ended
+    bool keeps_history_ = false;  // fine_'s minimiser: of the last of those, which came to its end
     std::unique_ptr<SolverLevel> fine_;
     std::unique_ptr<SolverLevel> coarse_;
     std::unique_ptr<SolverLevel> middle_;  // between them where the mesh is large; for cold solves

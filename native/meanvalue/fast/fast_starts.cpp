@@ -1,6 +1,7 @@
 // Where FastDecoder begins: from rest, coarse to fine, or from a shape that is near the minimum.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/fast/fast_decoder.h"
@@ -141,7 +142,7 @@ void FastDecoder::follow_from(const Positions& previous, Positions& positions, E
 }
 
 /// Goes on from the answer of the last solve, if that is what `previous` is, as the answers before tell; or from
-/// another shape. @return whether the minimiser's history is of shapes nearby.
+/// another shape. @return whether it is.
 bool FastDecoder::follow_drag(const Positions& previous, Positions& positions, Execution& execution) {
     Positions begins = previous;
     put_balanced_targets(previous, begins, execution);
@@ -152,8 +153,13 @@ bool FastDecoder::follow_drag(const Positions& previous, Positions& positions, E
         return goes_on;
     }
     Positions answer = positions;
-    follow_from(predicted, answer, execution);
-    const double energy = energy_of(answer, execution);
+    double energy = std::numeric_limits<double>::infinity();
+    try {
+        follow_from(predicted, answer, execution);
+        energy = energy_of(answer, execution);
+    } catch (const SolverFailure&) {
+        // Then what was predicted is of no use.
+    }
     // As it is where the last change was a jump into another minimum.
     if (!(energy <= kMostRise * predictor_.energy())) {
         follow_from(previous, positions, execution);

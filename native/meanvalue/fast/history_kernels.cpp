@@ -62,8 +62,15 @@ MEANVALUE_INLINE void add_scaled(double factor, const float* from, std::int64_t 
         const Double4 result = load(to + k) + factor * load(from + k);
         std::memcpy(to + k, &result, sizeof result);
     }
-    for (; k < count; ++k)
-        to[k] += factor * static_cast<double>(from[k]);
+    // By the same instructions, since the number of threads decides which rows these are.
+    if (k < count) {
+        Double4 rest{};
+        Float4 added{};
+        std::memcpy(&rest, to + k, (count - k) * sizeof(double));
+        std::memcpy(&added, from + k, (count - k) * sizeof(float));
+        const Double4 result = rest + factor * __builtin_convertvector(added, Double4);
+        std::memcpy(to + k, &result, (count - k) * sizeof(double));
+    }
 }
 
 double dot_portable(const float* a, const double* b, std::int64_t count) {

@@ -8,9 +8,6 @@
 namespace meanvalue {
 namespace {
 
-// Kept from one solve of a drag to the next, so many halve its iterations beside six; more cost what they save:
-// docs/decisions/0012-predicted-drags.md.
-constexpr int kPairs = 12;
 // A pair is remembered where the energy curves upwards along it by more than rounding.
 constexpr double kLeastCurvature = 1e-6;
 // Rows of a partial sum: fixed, so that sums do not depend on the number of threads.
@@ -46,9 +43,9 @@ void for_each_part(Index begin, Index end, const Body& body) {
 
 }  // namespace
 
-LbfgsHistory::LbfgsHistory(Index rows) : rows_(rows), pairs_(kPairs) {
-    order_.reserve(kPairs);
-    products_.setZero(kPairs, kPairs);
+LbfgsHistory::LbfgsHistory(Index rows, double size) : rows_(rows), size_(size), pairs_(kPairs + 1) {
+    order_.reserve(pairs_.size());
+    products_.setZero(kPairs + 1, kPairs + 1);
 }
 
 /// With s_k, y_k the pairs, oldest first, and the products s_k . y_l known, the two loops of the usual recursion need
@@ -101,13 +98,8 @@ void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& f
     });
 }
 
-/// Of a pair that is not in use: the oldest's, where all are.
-int LbfgsHistory::free_place() {
-    if (order_.size() == pairs_.size()) {
-        const int place = order_.front();
-        order_.erase(order_.begin());
-        return place;
-    }
+/// Of a pair that is not in use.
+int LbfgsHistory::free_place() const {
     std::vector<char> taken(pairs_.size(), 0);
     for (const int used : order_)
         taken[used] = 1;
@@ -130,8 +122,8 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
             float* const step = pair.step.data() + first;
             float* const change = pair.change.data() + first;
             for (std::int64_t n = 0; n < size; ++n) {
-                step[n] = static_cast<float>(length * direction.data()[first + n]);
-                change[n] = static_cast<float>(next.data()[first + n] - gradient.data()[first + n]);
+                step[n] = static_cast<float>(length * direction.data()[first + n] / size_);
+                change[n] = static_cast<float>((next.data()[first + n] - gradient.data()[first + n]) / size_);
             }
             for (int k = 0; k < count; ++k) {
                 const Pair& known = pairs_[order_[k]];
@@ -152,13 +144,11 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
     }
     products_(place, place) = step_by_change;
     order_.push_back(place);
+    if (order_.size() > kPairs) order_.erase(order_.begin());
 }
 
 std::size_t LbfgsHistory::bytes() const {
-    std::size_t numbers = 0;
-    for (const Pair& pair : pairs_)
-        numbers += pair.step.capacity() + pair.change.capacity();
-    return numbers * sizeof(float) + sums_.capacity() * sizeof(double);
+    return pairs_.size() * 2 * 3 * static_cast<std::size_t>(rows_) * sizeof(float);
 }
 
 }  // namespace meanvalue

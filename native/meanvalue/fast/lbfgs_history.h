@@ -17,8 +17,13 @@ namespace meanvalue {
 class LbfgsHistory {
   public:
     LbfgsHistory() = default;
-    /// @param rows of the vectors, |V'|. All the memory that is needed is taken here.
-    explicit LbfgsHistory(Index rows);
+    /// Pairs at most. Kept from one solve of a drag to the next, so many halve its iterations beside six; more cost
+    /// what they save: docs/decisions/0012-predicted-drags.md.
+    static constexpr int kPairs = 12;
+
+    /// @param rows of the vectors, |V'|. @param size of the shape: what is kept in single precision is told in it.
+    /// Memory is taken as pairs come.
+    LbfgsHistory(Index rows, double size);
 
     bool empty() const { return order_.empty(); }
     void clear() { order_.clear(); }
@@ -28,24 +33,26 @@ class LbfgsHistory {
                         Positions& direction);
 
     /// Keeps the step length * direction, which led from `gradient` to `next`, in place of the oldest: unless the
-    /// energy does not curve upwards along it by more than rounding. @throws Cancelled.
+    /// energy does not curve upwards along it by more than rounding, which leaves all as it was. @throws Cancelled.
     void remember(double length, const Positions& direction, const Positions& gradient, const Positions& next,
                   int threads, const Execution& execution);
 
+    /// Once all pairs are in use.
     std::size_t bytes() const;
 
   private:
-    /// A step and the change of the gradient that it made: 3 |V'| numbers each.
+    /// A step and the change of the gradient that it made: 3 |V'| numbers each, in sizes.
     struct Pair {
         std::vector<float> step;
         std::vector<float> change;
     };
 
-    int free_place();
+    int free_place() const;
 
     HistoryKernels kernels_ = history_kernels();
     Index rows_ = 0;
-    std::vector<Pair> pairs_;
+    double size_ = 1.0;
+    std::vector<Pair> pairs_;   // one more than may be in use
     std::vector<int> order_;    // of pairs_ in use, the oldest first
     Eigen::MatrixXd products_;  // step of one pair times change of another
     std::vector<double> sums_;  // scratch: one row of partial sums a piece

@@ -39,13 +39,13 @@ double energy_share(const QuasiNewtonOptions& options, int iteration) {
 
 }  // namespace
 
-QuasiNewton::QuasiNewton(const Unknowns& unknowns) : unknowns_(&unknowns) {
+QuasiNewton::QuasiNewton(const Unknowns& unknowns, double size) : unknowns_(&unknowns) {
     const auto count = static_cast<Eigen::Index>(unknowns.free.size());
     // Without writing to them: filling hundreds of megabytes takes longer than a cancel may wait. All is written
     // before it is read.
     for (Positions* vectors : {&gradient_, &trial_gradient_, &farther_gradient_, &direction_})
         vectors->resize(count, 3);
-    history_ = LbfgsHistory(static_cast<Index>(count));
+    history_ = LbfgsHistory(static_cast<Index>(count), size);
 }
 
 QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& factor,
@@ -55,7 +55,6 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
     if (!options.keep_history) history_.clear();
     bool is_inherited = !history_.empty();
     trial_ = positions;
-    farther_ = positions;
     double value = energy(positions, gradient_);
     if (!std::isfinite(value)) throw SolverFailure("the energy of the start is not finite");
     report.energies.push_back(value);
@@ -79,6 +78,7 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
             // Written so that an energy that is not a number is refused.
             if (trial_value < value && trial_value <= value + kSufficientDecrease * length * slope) break;
         }
+        is_inherited = is_inherited && report.iterations() < LbfgsHistory::kPairs;
         if (length < kMisled && is_inherited) {
             // What was learnt elsewhere misleads here.
             history_.clear();
@@ -124,6 +124,7 @@ void QuasiNewton::lengthen(const Energy& energy, int threads, double value, doub
     const double steepness = direction_.cwiseProduct(trial_gradient_).sum() / slope;
     if (!(steepness > kSteep)) return;
     const double longer = steepness < 1.0 - 1.0 / kLongest ? 1.0 / (1.0 - steepness) : kLongest;
+    farther_ = positions;
     move_free(longer, positions, farther_, threads, execution);
     const double farther_value = energy(farther_, farther_gradient_);
     if (!(farther_value < trial_value && farther_value <= value + kSufficientDecrease * longer * slope)) return;

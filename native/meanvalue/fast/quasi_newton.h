@@ -38,7 +38,7 @@ struct QuasiNewtonReport {
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };
 
-/// The minimiser of one set of free vertices; holds all the memory that it needs.
+/// The minimiser of one set of free vertices; keeps the memory that it needs.
 ///
 /// Each step is -H g, H being the inverse of the constant matrix updated by the last few steps (LbfgsHistory), and is
 /// halved until the energy falls. Deterministic for any number of threads.
@@ -48,8 +48,8 @@ class QuasiNewton {
     using Energy = std::function<double(const Positions& positions, Positions& gradient)>;
 
     QuasiNewton() = default;
-    /// @pre unknowns outlive it.
-    explicit QuasiNewton(const Unknowns& unknowns);
+    /// @param size of the shape. @pre unknowns outlive it.
+    explicit QuasiNewton(const Unknowns& unknowns, double size = 1.0);
 
     /// Moves the free vertices in `positions` (n x 3) down to a minimum of the energy.
     /// @param factor of a symmetric positive definite matrix near the energy's Hessian, over the free vertices.

@@ -24,7 +24,8 @@ double dot(const Positions& a, const Positions& b) {
 }  // namespace
 
 bool SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
-    if (answer_.size() == previous.size() && answer_ == previous) return true;
+    if (is_answer_ && answer_.size() == previous.size() && answer_ == previous) return true;
+    is_answer_ = false;
     changes_.clear();
     answer_ = previous;
     drivers_ = drivers;
@@ -73,10 +74,11 @@ bool SecantPredictor::predict(const Positions& goal, Positions& positions, int t
         const std::size_t last = std::size_t{3} * end;
         double* const to = positions.data();
         for (std::size_t change = 0; change < shares.size(); ++change) {
-            if (shares[change] == 0.0) continue;
+            const double share = size_ * shares[change];
+            if (share == 0.0) continue;
             const float* const from = changes_[change].shape.data();
             for (std::size_t n = first; n < last; ++n)
-                to[n] += shares[change] * static_cast<double>(from[n]);
+                to[n] += share * static_cast<double>(from[n]);
         }
     });
     return true;
@@ -84,6 +86,7 @@ bool SecantPredictor::predict(const Positions& goal, Positions& positions, int t
 
 void SecantPredictor::note(const Positions& answer, const Positions& drivers, double energy) {
     energy_ = energy;
+    is_answer_ = true;
     if (drivers != drivers_) {
         Change change;
         if (changes_.size() == kMostChanges) {
@@ -93,7 +96,7 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers, do
         const auto numbers = static_cast<std::size_t>(answer.size());
         change.shape.resize(numbers);
         for (std::size_t n = 0; n < numbers; ++n)
-            change.shape[n] = static_cast<float>(answer.data()[n] - answer_.data()[n]);
+            change.shape[n] = static_cast<float>((answer.data()[n] - answer_.data()[n]) / size_);
         change.drivers = drivers - drivers_;
         changes_.push_front(std::move(change));
     }
@@ -101,13 +104,9 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers, do
     drivers_ = drivers;
 }
 
-std::size_t SecantPredictor::bytes() const {
-    std::size_t sum = static_cast<std::size_t>(answer_.size() + drivers_.size()) * sizeof(double);
-    for (const Change& change : changes_) {
-        sum += change.shape.capacity() * sizeof(float) +
-               static_cast<std::size_t>(change.drivers.size()) * sizeof(double);
-    }
-    return sum;
+std::size_t SecantPredictor::bytes(std::size_t vertices, std::size_t drivers) {
+    const std::size_t of_change = 3 * (vertices * sizeof(float) + drivers * sizeof(double));
+    return kMostChanges * of_change + 3 * (vertices + drivers) * sizeof(double);
 }
 
 }  // namespace meanvalue

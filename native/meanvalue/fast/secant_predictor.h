@@ -16,6 +16,10 @@ namespace meanvalue {
 /// move only, where the constant matrix is wrong by a share of it. docs/decisions/0012-predicted-drags.md.
 class SecantPredictor {
   public:
+    SecantPredictor() = default;
+    /// @param size of the shape: what is kept in single precision is told in it.
+    explicit SecantPredictor(double size) : size_(size) {}
+
     /// Before a solve that begins at `previous` (n x 3), with the drivers at `drivers` (d x 3).
     /// @return whether that is the last answer; if not, all is forgotten.
     bool begin(const Positions& previous, const Positions& drivers);
@@ -29,16 +33,19 @@ class SecantPredictor {
 
     /// At the last answer.
     double energy() const { return energy_; }
-    std::size_t bytes() const;
+    /// Of so many vertices and drivers, once all is in use.
+    static std::size_t bytes(std::size_t vertices, std::size_t drivers);
 
   private:
     struct Change {
-        std::vector<float> shape;  // 3 n
+        std::vector<float> shape;  // 3 n, in sizes
         Positions drivers;         // d x 3
     };
 
     std::vector<double> shares_of(const Positions& move) const;
 
+    double size_ = 1.0;
+    bool is_answer_ = false;      // what answer_ is, and not only where a solve began that was cancelled
     std::deque<Change> changes_;  // the latest first
     Positions answer_;            // n x 3
     Positions drivers_;           // d x 3

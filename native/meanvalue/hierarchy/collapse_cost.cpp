@@ -51,7 +51,7 @@ double CollapseCost::of(Index place, double limit) const {
     }
     const double squared_length = kept.squaredNorm();
     const double volume_part =
-        std::sqrt(squared_volumes) / 6.0 + kLengthShare * squared_length * std::sqrt(squared_length);
+        per_unit_ * (std::sqrt(squared_volumes) / 6.0 + kLengthShare * squared_length * std::sqrt(squared_length));
     if (volume_part * kLeastAngleFactor >= limit) return limit;
 
     for (Index k = 0; k < ring_.valence; ++k)
@@ -90,10 +90,24 @@ double CollapseCost::of(Index place, double limit) const {
 }
 
 double collapse_cost(const PositionsView& positions, Index from, Index to, const RingView& ring) {
-    CollapseCost cost(positions);
+    CollapseCost cost(positions, 1.0);
     cost.look_at(from, ring);
     const auto place = std::find(ring.begin(), ring.end(), to) - ring.begin();
     return cost.of(static_cast<Index>(place), std::numeric_limits<double>::infinity());
+}
+
+double cost_unit(const OneRings& rings, const PositionsView& positions, const Execution& execution) {
+    double squares = 0.0;
+    std::size_t edges = 0;
+    for (Index v = 0; v < rings.vertex_count(); ++v) {
+        execution.check_every(v);
+        for (const Index* neighbour = rings.begin(v); neighbour != rings.end(v); ++neighbour)
+            squares += (positions.row(*neighbour) - positions.row(v)).squaredNorm();
+        edges += rings.valence(v);
+    }
+    const double square = edges > 0 ? squares / static_cast<double>(edges) : 0.0;
+    const double unit = square * std::sqrt(square);
+    return unit > 0.0 && std::isfinite(1.0 / unit) ? unit : 1.0;
 }
 
 }  // namespace meanvalue

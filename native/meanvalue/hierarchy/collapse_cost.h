@@ -4,7 +4,9 @@
 #include <limits>
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/ring_mesh.h"
 
 namespace meanvalue {
@@ -22,8 +24,9 @@ struct Collapse {
 /// thread.
 class CollapseCost {
   public:
-    /// @param positions n x 3; must outlive this.
-    explicit CollapseCost(const PositionsView& positions) : positions_(positions) {}
+    /// @param positions n x 3; must outlive this. @param unit what costs are told in, a volume: with cost_unit() they
+    /// are the same numbers at any scale.
+    CollapseCost(const PositionsView& positions, double unit) : positions_(positions), per_unit_(1.0 / unit) {}
 
     /// Looks at a vertex. Linear in the valence.
     void look_at(Index vertex, const RingView& ring);
@@ -48,6 +51,7 @@ class CollapseCost {
     };
 
     const PositionsView& positions_;
+    double per_unit_;
     RingView ring_{};
     std::vector<Corner> corners_;
     mutable std::vector<double> squared_distance_;  // of the ring vertices from the one that is merged into
@@ -70,5 +74,8 @@ Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
     }
     return best;
 }
+
+/// The cube of the root mean square of all edges, or 1 where that is 0. @throws Cancelled.
+double cost_unit(const OneRings& rings, const PositionsView& positions, const Execution& execution);
 
 }  // namespace meanvalue

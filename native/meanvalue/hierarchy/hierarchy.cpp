@@ -71,7 +71,8 @@ class Coarsening {
           execution_(execution),
           classes_(options.exact_order ? kFineBits : kCoarseBits),
           work_(execution),
-          cost_(positions),
+          unit_(cost_unit(rings, positions, execution)),
+          cost_(positions, unit_),
           encoder_(positions),
           states_(is_fixed.size()),
           recorder_(rings.vertex_count()) {
@@ -80,7 +81,7 @@ class Coarsening {
             soft_parts_ = find_fixed_parts(rings, positions, options.is_soft, options.handles);
         std::vector<Candidate> candidates(is_fixed.size(), kNoClass << 32);
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
-            CollapseCost cost(positions_);
+            CollapseCost cost(positions_, unit_);
             for (Index v = begin; v < end; ++v) {
                 if (is_removable(v) && is_short(v) && look_at(v, cost)) {
                     states_[v].waits = true;
@@ -265,6 +266,7 @@ class Coarsening {
     const Execution& execution_;
     CostClasses classes_;
     WorkMeter work_;
+    double unit_;  // of costs
     CollapseCost cost_;
     RingEncoder encoder_;
     FixedParts parts_;       // empty where no fixed vertex may be removed

@@ -26,10 +26,11 @@ struct Splits {
 
     Index size() const { return static_cast<Index>(vertices.size()); }
     EncodedRing ring_of(Index split) const;
-    /// Places all vertices by equation 13. @param positions n x 3, those of all others given. The same bits for any `threads`.
+    /// Places all vertices by equation 13. @param positions n x 3, those of all others given. The same bits for any
+    /// `threads`.
     void apply(Positions& positions, int threads, const Execution& execution) const;
     /// Places all vertices by the similarities that take their rings nearest to where these are (Procrustes; Horn
-    /// 1987). Less exact than equation 13, but details never fold where a ring is a sliver. @param rest n x 3.
+    /// 1987). Less exact than equation 13, but details seldom fold where a ring is a sliver. @param rest n x 3.
     void carry(const PositionsView& rest, Positions& positions, int threads, const Execution& execution) const;
     Index longest_ring() const;
     std::size_t bytes() const;
