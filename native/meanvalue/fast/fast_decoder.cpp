@@ -162,6 +162,7 @@ QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, d
     options.step_tolerance = tolerance * size_;
     options.energy_tolerance = energy_tolerance_;
     options.patience = patience_;
+    options.highest_start = highest_start_;
     options.max_iterations = max_iterations;
     options.threads = threads_;
     options.keep_history = keep_history;
@@ -180,6 +181,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
     all_iterations_ = 0;
     energy_tolerance_ = 0.0;
     patience_ = 0;
+    highest_start_ = std::numeric_limits<double>::infinity();
     const int warm_limit = std::min(options.max_iterations, kMostWarmSteps);
     const bool has_history = std::exchange(keeps_history_, false);
     bool keep_history = false;
@@ -200,6 +202,12 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positi
                         keep_history);
     };
     QuasiNewtonReport minimised = minimise_whole(options.previous == nullptr ? options.max_iterations : warm_limit);
+    highest_start_ = std::numeric_limits<double>::infinity();
+    if (minimised.is_refused) {
+        const StageTimer timer(report.timings, "follow");
+        follow_otherwise(*options.previous, minimised.energies.front(), positions, execution);
+        minimised = minimise_whole(warm_limit);
+    }
     if (options.previous != nullptr && minimised.at_limit && warm_limit < options.max_iterations) {
         // Where the energy still falls, the start was not near a minimum, and one from rest costs less than what may
         // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.

@@ -1,6 +1,7 @@
 // The method for artists: at the minimum, without the false ones near it, at screen rate.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -73,6 +74,7 @@ class FastDecoder : public Decoder {
     void put_balanced_targets(const Positions& previous, Positions& positions, Execution& execution);
     void follow_from(const Positions& previous, Positions& positions, Execution& execution);
     bool follow_drag(const Positions& previous, Positions& positions, Execution& execution);
+    void follow_otherwise(const Positions& previous, double energy, Positions& positions, Execution& execution);
     Positions drivers_in(const Positions& positions) const;
     Positions drivers_of(const Positions& positions) const;
     double energy_of(const Positions& positions, Execution& execution);
@@ -86,9 +88,11 @@ class FastDecoder : public Decoder {
     int threads_;
     double rigidity_;
     double size_;
-    std::vector<SoftAnchor> soft_;   // by ascending vertex
-    std::vector<double> hold_;       // n: what each vertex counts in carrying parts; empty where all anchors are hard
-    double energy_tolerance_ = 0.0;  // of the solve now running, see QuasiNewtonOptions
+    std::vector<SoftAnchor> soft_;  // by ascending vertex
+    std::vector<double> hold_;      // n: what each vertex counts in carrying parts; empty where all anchors are hard
+    // Of the solve now running, see QuasiNewtonOptions.
+    double energy_tolerance_ = 0.0;
+    double highest_start_ = std::numeric_limits<double>::infinity();
     int patience_ = 0;
     int all_iterations_ = 0;  // of the solve now running
     Timings bind_timings_;

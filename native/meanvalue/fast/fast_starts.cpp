@@ -1,7 +1,6 @@
 // Where FastDecoder begins: from rest, coarse to fine, or from a shape that is near the minimum.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/fast/fast_decoder.h"
@@ -152,21 +151,24 @@ bool FastDecoder::follow_drag(const Positions& previous, Positions& positions, E
         follow_from(previous, positions, execution);
         return goes_on;
     }
-    Positions answer = positions;
-    double energy = std::numeric_limits<double>::infinity();
     try {
+        Positions answer = positions;
         follow_from(predicted, answer, execution);
-        energy = energy_of(answer, execution);
+        std::swap(positions, answer);
+        highest_start_ = kMostRise * predictor_.energy();
     } catch (const SolverFailure&) {
-        // Then what was predicted is of no use.
+        follow_from(previous, positions, execution);  // what was predicted is of no use
     }
-    // As it is where the last change was a jump into another minimum.
-    if (!(energy <= kMostRise * predictor_.energy())) {
-        follow_from(previous, positions, execution);
-        if (!(energy < energy_of(positions, execution))) return goes_on;
-    }
-    std::swap(positions, answer);
     return goes_on;
+}
+
+/// Where a prediction was refused, as where the last change was a jump into another minimum: the lower of it and of
+/// the start without it. @param energy of `positions`.
+void FastDecoder::follow_otherwise(const Positions& previous, double energy, Positions& positions,
+                                   Execution& execution) {
+    Positions other = positions;
+    follow_from(previous, other, execution);
+    if (!(energy <= energy_of(other, execution))) std::swap(positions, other);
 }
 
 /// What drives the shape: the fixed vertices next to free ones, and the soft anchors, where they are in `positions`.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -23,6 +24,8 @@ struct QuasiNewtonOptions {
     int patience = 0;
     int max_iterations = 100;
     int threads = 1;
+    /// A start that is not at or below this is refused, and nothing is done.
+    double highest_start = std::numeric_limits<double>::infinity();
     /// Begin with the history of the last call: of the same factor, and near where that ended.
     bool keep_history = false;
 };
@@ -32,8 +35,9 @@ struct QuasiNewtonReport {
     double initial_gradient = 0.0;  ///< norm of dE/dV' at the start
     double gradient = 0.0;          ///< and at the end
     bool converged = false;
-    bool at_limit = false;  ///< of iterations
-    bool left_off = false;  ///< out of patience; if none of the three, no step lowers the energy further
+    bool is_refused = false;  ///< the start
+    bool at_limit = false;    ///< of iterations
+    bool left_off = false;    ///< out of patience; if none of the three, no step lowers the energy further
 
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };
