@@ -73,8 +73,8 @@ struct BindReport {
 struct SolveOptions {
     /// Share of the rest shape's bounding-box diagonal that a vertex may still move in a step; none: the method's
     /// default. With Method::kFast from rest a solve also ends when the energy falls by less than 50 times this share
-    /// in four steps. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in three
-    /// steps on end.
+    /// in four steps. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in
+    /// three steps on end.
     std::optional<double> tolerance;
     int max_iterations = 1000;  ///< of each stage; stages before the last have limits of their own as well
     /// With a start: solve from rest as well, and keep whichever ends at the lower energy. For the end of a drag, so
