@@ -7,8 +7,7 @@ from collections import OrderedDict
 class DeformerCache:
     """Keeps at most `capacity` entries and, but for the newest, at most `byte_limit` bytes.
 
-    Only a cache: whatever is dropped is built again on demand, with the same result
-    to the tolerance.
+    Only a cache: whatever is dropped is built again on demand, with the same result to the tolerance.
     """
 
     def __init__(self, capacity, byte_limit):

@@ -77,7 +77,7 @@ class FastDecoder : public Decoder {
     void follow_otherwise(const Positions& previous, double energy, Positions& positions, Execution& execution);
     Positions drivers_in(const Positions& positions) const;
     Positions drivers_of(const Positions& positions) const;
-    double energy_of(const Positions& positions, Execution& execution);
+    double energy_of(SolverLevel& level, const Positions& positions, const Execution& execution) const;
     double relax_stage_by_stage(double tolerance, int max_iterations, Positions& positions, Execution& execution);
     double follow(const RigidPieces::Way& way, double tolerance, int max_iterations, Positions& positions,
                   Execution& execution);

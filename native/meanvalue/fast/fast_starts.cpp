@@ -27,6 +27,14 @@ constexpr int kStepsOfResponse = 5;
 // A predicted start may be so many times as high as the last answer; else the other start is looked at too.
 constexpr double kMostRise = 2.0;
 
+/// Puts the fixed vertices of `positions` to where they are at `fraction` of the way, and pulls springs along it.
+void place_along(const RigidPieces::Way& way, double fraction, Springs& springs, Positions& positions) {
+    springs.set_aside(positions);
+    way.place(fraction, positions);
+    springs.aim_at_vertices(positions);
+    springs.put_back(positions);
+}
+
 }  // namespace
 
 /// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimised.
@@ -63,7 +71,7 @@ void FastDecoder::start_afresh_if_lower(const DecodeOptions& options, double ene
     }
     energy_tolerance_ = 0.0;
     aim_springs(options);
-    if (energy_of(fresh, execution) < energy) std::swap(positions, fresh);
+    if (energy_of(*fine_, fresh, execution) < energy) std::swap(positions, fresh);
 }
 
 void FastDecoder::aim_springs(const DecodeOptions& options) {
@@ -128,10 +136,7 @@ void FastDecoder::follow_from(const Positions& previous, Positions& positions, E
     Positions here = previous;
     for (int step = 1; step <= steps; ++step) {
         Positions next = here;
-        springs.set_aside(here);
-        way.place(static_cast<double>(step) / steps, next);
-        springs.aim_at_vertices(next);
-        springs.put_back(next);
+        place_along(way, static_cast<double>(step) / steps, springs, next);
         respond(level, stage, here, next, execution);
         here = std::move(next);
         if (step < steps) minimise(level, stage, kFollowTolerance, kStepsOfResponse, here, execution);
@@ -143,9 +148,12 @@ void FastDecoder::follow_from(const Positions& previous, Positions& positions, E
 /// Goes on from the answer of the last solve, if that is what `previous` is, as the answers before tell; or from
 /// another shape. @return whether it is.
 bool FastDecoder::follow_drag(const Positions& previous, Positions& positions, Execution& execution) {
-    Positions begins = previous;
-    put_balanced_targets(previous, begins, execution);
-    const bool goes_on = predictor_.begin(previous, drivers_in(begins));
+    const bool goes_on = predictor_.goes_on_from(previous);
+    if (!goes_on) {
+        Positions begins = previous;
+        put_balanced_targets(previous, begins, execution);
+        predictor_.begin(previous, drivers_in(begins));
+    }
     Positions predicted = previous;
     if (!goes_on || !predictor_.predict(drivers_of(positions), predicted, threads_, execution)) {
         follow_from(previous, positions, execution);
@@ -168,7 +176,7 @@ void FastDecoder::follow_otherwise(const Positions& previous, double energy, Pos
                                    Execution& execution) {
     Positions other = positions;
     follow_from(previous, other, execution);
-    if (!(energy <= energy_of(other, execution))) std::swap(positions, other);
+    if (!(energy <= energy_of(*fine_, other, execution))) std::swap(positions, other);
 }
 
 /// What drives the shape: the fixed vertices next to free ones, and the soft anchors, where they are in `positions`.
@@ -191,9 +199,9 @@ Positions FastDecoder::drivers_of(const Positions& positions) const {
     return drivers_in(at_targets);
 }
 
-double FastDecoder::energy_of(const Positions& positions, Execution& execution) {
-    Positions gradient(static_cast<Eigen::Index>(fine_->unknowns.free.size()), 3);
-    return fine_->energy->evaluate(positions, rigidity_, gradient, threads_, execution);
+double FastDecoder::energy_of(SolverLevel& level, const Positions& positions, const Execution& execution) const {
+    Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
+    return level.energy->evaluate(positions, rigidity_, gradient, threads_, execution);
 }
 
 /// From rest, carried along with the fixed vertices.
@@ -216,8 +224,7 @@ void FastDecoder::start_from_rest(double tolerance, int max_iterations, Position
         std::swap(positions, other);
     };
     // Stiff stages lead away from shapes that are perfect but larger or smaller.
-    Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
-    if (level.energy->evaluate(start, rigidity_, gradient, threads_, execution) < energy) {
+    if (energy_of(level, start, execution) < energy) {
         Positions carried_on = start;
         const QuasiNewtonReport report =
             minimise(level, last, std::max(tolerance, kStageTolerance), max_iterations, carried_on, execution);
@@ -244,19 +251,12 @@ double FastDecoder::follow(const RigidPieces::Way& way, double tolerance, int ma
                            Execution& execution) {
     SolverLevel& level = starting_level();
     const int steps = static_cast<int>(std::ceil(way.largest_angle_rad() / kTurnOfStep));
-    // Springs are pulled along the way as the fixed vertices are.
-    const auto place = [&](double fraction) {
-        Springs& springs = level.energy->springs();
-        springs.set_aside(positions);
-        way.place(fraction, positions);
-        springs.aim_at_vertices(positions);
-        springs.put_back(positions);
-    };
+    Springs& springs = level.energy->springs();
     for (int step = 1; step < steps; ++step) {
-        place(static_cast<double>(step) / steps);
+        place_along(way, static_cast<double>(step) / steps, springs, positions);
         minimise(level, level.stages.size() - 1, kFollowTolerance, kMostFollowSteps, positions, execution);
     }
-    place(1.0);
+    place_along(way, 1.0, springs, positions);
     return minimise(level, level.stages.size() - 1, std::max(tolerance, kStageTolerance), max_iterations, positions,
                     execution)
         .energies.back();

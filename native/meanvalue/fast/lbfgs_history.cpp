@@ -12,10 +12,12 @@ namespace {
 constexpr double kLeastCurvature = 1e-6;
 // Rows of a partial sum: fixed, so that sums do not depend on the number of threads.
 constexpr Index kPiece = 2048;
+
 /// sums[k] = sum over all rows of what `products` fills in for each piece: count numbers.
 template <typename Products>
 std::vector<double> sum_of_pieces(Index rows, int count, int threads, std::vector<double>& scratch,
                                   const Execution& execution, const Products& products) {
+    if (count == 0) return {};  // before the first step
     const Index pieces = (rows + kPiece - 1) / kPiece;
     scratch.assign(static_cast<std::size_t>(pieces) * count, 0.0);
     const auto in_piece = [&](Index piece) {
@@ -82,6 +84,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& f
         });
     });
     factor.solve(direction, direction, threads, execution);
+    if (count == 0) return;
     const std::vector<double> by_direction = products_with(&Pair::change, direction);
     std::vector<double> add(count);
     for (int k = 0; k < count; ++k) {

@@ -23,13 +23,15 @@ double dot(const Positions& a, const Positions& b) {
 
 }  // namespace
 
-bool SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
-    if (is_answer_ && answer_.size() == previous.size() && answer_ == previous) return true;
+bool SecantPredictor::goes_on_from(const Positions& previous) const {
+    return is_answer_ && answer_.size() == previous.size() && answer_ == previous;
+}
+
+void SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
     is_answer_ = false;
     changes_.clear();
     answer_ = previous;
     drivers_ = drivers;
-    return false;
 }
 
 /// The share of each change in the combination of them that is nearest to `move` (d x 3): by Gram and Schmidt, the

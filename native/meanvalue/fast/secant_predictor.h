@@ -20,9 +20,11 @@ class SecantPredictor {
     /// @param size of the shape: what is kept in single precision is told in it.
     explicit SecantPredictor(double size) : size_(size) {}
 
-    /// Before a solve that begins at `previous` (n x 3), with the drivers at `drivers` (d x 3).
-    /// @return whether that is the last answer; if not, all is forgotten.
-    bool begin(const Positions& previous, const Positions& drivers);
+    /// Whether `previous` (n x 3) is the last answer.
+    bool goes_on_from(const Positions& previous) const;
+
+    /// Before a solve that begins at another shape, with the drivers at `drivers` (d x 3): all is forgotten.
+    void begin(const Positions& previous, const Positions& drivers);
 
     /// Moves `positions` (n x 3), which are where the solve begins, as the last changes tell for drivers that go to
     /// `goal` (d x 3). @return false, and nothing moves, where they tell nothing of such a move.
