@@ -7,33 +7,18 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/solver/closest_rotation.h"
+#include "meanvalue/solver/similarity.h"
 
 namespace meanvalue {
 namespace {
 
-/// `point`, which is at rest, by the similarity that takes the ring nearest to where it is.
-Eigen::RowVector3d carried(const EncodedRing& ring, const Eigen::RowVector3d& point, const PositionsView& rest,
-                           const Positions& positions) {
-    Eigen::RowVector3d from = Eigen::RowVector3d::Zero();
-    Eigen::RowVector3d to = Eigen::RowVector3d::Zero();
-    for (Index k = 0; k < ring.valence; ++k) {
-        from += rest.row(ring.ring[k]);
-        to += positions.row(ring.ring[k]);
-    }
-    from /= ring.valence;
-    to /= ring.valence;
-    Matrix3 covariance = Matrix3::Zero();
-    double square_from = 0.0;
-    double square_to = 0.0;
-    for (Index k = 0; k < ring.valence; ++k) {
-        const Eigen::RowVector3d before = rest.row(ring.ring[k]) - from;
-        const Eigen::RowVector3d after = positions.row(ring.ring[k]) - to;
-        covariance += after.transpose() * before;
-        square_from += before.squaredNorm();
-        square_to += after.squaredNorm();
-    }
-    const double scale = square_from > 0.0 ? std::sqrt(square_to / square_from) : 1.0;
-    return to + scale * (point - from) * closest_rotation(covariance).transpose();
+/// `point`, which is at rest, by the similarity that takes the ring nearest to where it is. For every vertex of a
+/// cold solve: fit_similarity() would take several times as long, and shrink what is bent.
+Vector3 carried(const EncodedRing& ring, const Vector3& point, const PositionsView& rest,
+                const PositionsView& positions) {
+    const Correlation sums = correlate(rest, positions, ring.ring, static_cast<std::size_t>(ring.valence));
+    const double scale = sums.from_spread > 0.0 ? std::sqrt(sums.to_spread / sums.from_spread) : 1.0;
+    return sums.to_centre + closest_rotation(sums.covariance) * (scale * (point - sums.from_centre));
 }
 
 }  // namespace
@@ -54,10 +39,11 @@ void Splits::apply(Positions& positions, int threads, const Execution& execution
 }
 
 void Splits::carry(const PositionsView& rest, Positions& positions, int threads, const Execution& execution) const {
+    const PositionsView view(positions);  // sees what is written
     parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {
             const EncodedRing ring = ring_of(k);
-            positions.row(vertices[k]) = carried(ring, rest.row(vertices[k]), rest, positions);
+            positions.row(vertices[k]) = carried(ring, rest.row(vertices[k]), rest, view).transpose();
         }
     });
 }

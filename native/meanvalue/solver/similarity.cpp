@@ -25,32 +25,37 @@ Matrix3 fit_rotation(const Matrix3& covariance) {
     return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
+Correlation correlate(const PositionsView& from, const PositionsView& to, const Index* points, std::size_t count,
+                      const std::vector<double>& weights) {
+    const auto weight_of = [&](Index v) { return weights.empty() ? 1.0 : weights[v]; };
+    Correlation sums;
+    double total = 0.0;
+    for (const Index* v = points; v != points + count; ++v) {
+        total += weight_of(*v);
+        sums.from_centre += weight_of(*v) * Vector3(from.row(*v));
+        sums.to_centre += weight_of(*v) * Vector3(to.row(*v));
+    }
+    sums.from_centre /= total;
+    sums.to_centre /= total;
+    for (const Index* v = points; v != points + count; ++v) {
+        const Vector3 before = Vector3(from.row(*v)) - sums.from_centre;
+        const Vector3 after = Vector3(to.row(*v)) - sums.to_centre;
+        sums.covariance += weight_of(*v) * after * before.transpose();
+        sums.from_spread += weight_of(*v) * before.squaredNorm();
+        sums.to_spread += weight_of(*v) * after.squaredNorm();
+    }
+    return sums;
+}
+
 Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points,
                           const std::vector<double>& weights) {
-    const auto weight_of = [&](Index v) { return weights.empty() ? 1.0 : weights[v]; };
-    double total = 0.0;
-    Vector3 from_centre = Vector3::Zero();
-    Vector3 to_centre = Vector3::Zero();
-    for (const Index v : points) {
-        total += weight_of(v);
-        from_centre += weight_of(v) * Vector3(from.row(v));
-        to_centre += weight_of(v) * Vector3(to.row(v));
-    }
-    from_centre /= total;
-    to_centre /= total;
-
-    Matrix3 covariance = Matrix3::Zero();
-    double spread = 0.0;
-    for (const Index v : points) {
-        const Vector3 offset = Vector3(from.row(v)) - from_centre;
-        covariance += weight_of(v) * (Vector3(to.row(v)) - to_centre) * offset.transpose();
-        spread += weight_of(v) * offset.squaredNorm();
-    }
+    const Correlation sums = correlate(from, to, points.data(), points.size(), weights);
     Similarity result;
-    result.rotation = fit_rotation(covariance);
-    const double scale = spread > 0.0 ? (result.rotation.transpose() * covariance).trace() / spread : 1.0;
+    result.rotation = fit_rotation(sums.covariance);
+    const double scale =
+        sums.from_spread > 0.0 ? (result.rotation.transpose() * sums.covariance).trace() / sums.from_spread : 1.0;
     if (scale > kLeastScale) result.scale = scale;
-    result.translation = to_centre - result.scale * result.rotation * from_centre;
+    result.translation = sums.to_centre - result.scale * result.rotation * sums.from_centre;
     return result;
 }
 

@@ -1,6 +1,7 @@
 // The similarity that best carries one set of points to another.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "meanvalue/common/types.h"
@@ -15,6 +16,20 @@ struct Similarity {
 
     Vector3 apply(const Vector3& point) const { return scale * rotation * point + translation; }
 };
+
+/// Two sets of points about their centres: all that a fit needs to know.
+struct Correlation {
+    Vector3 from_centre = Vector3::Zero();
+    Vector3 to_centre = Vector3::Zero();
+    Matrix3 covariance = Matrix3::Zero();  ///< sum of to * from^T, both from their centres
+    double from_spread = 0.0;              ///< sum of squared distances from the centre
+    double to_spread = 0.0;
+};
+
+/// @param from, to n x 3 each; @param points `count` row numbers, at least one. @param weights as of
+/// fit_similarity().
+Correlation correlate(const PositionsView& from, const PositionsView& to, const Index* points, std::size_t count,
+                      const std::vector<double>& weights = {});
 
 /// The rotation R that maximises trace(R^T covariance); the smallest one where directions are missing.
 /// @param covariance sum of to * from^T.
