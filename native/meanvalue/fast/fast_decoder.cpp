@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/encoder.h"
+#include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 
@@ -46,7 +47,7 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
     : region_(std::move(region)),
       threads_(threads),
       rigidity_(rigidity),
-      size_(bounding_box_diagonal(region_.positions)),
+      size_(mean_diagonal(region_.positions, threads, execution)),
       soft_(std::move(soft)),
       predictor_(size_) {
     std::sort(soft_.begin(), soft_.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });

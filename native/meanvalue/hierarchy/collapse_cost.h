@@ -62,6 +62,8 @@ double collapse_cost(const PositionsView& positions, Index from, Index to, const
 
 // Collapses that turn a triangle over or leave a needle are put off until nothing better is left.
 constexpr double kPutOff = 1e6;
+// Nearer costs are equal, as across the mirror plane of a symmetric model, whatever rounding makes of them.
+constexpr double kClearlyLess = 1.0 - 1e-9;
 
 template <typename Allowed>
 Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
@@ -70,7 +72,7 @@ Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
         const Index to = ring_.vertices[place];
         if (!allowed(to)) continue;
         const double cost = of(place, best.cost);
-        if (cost < best.cost) best = {cost, to};
+        if (cost < kClearlyLess * best.cost) best = {cost, to};
     }
     return best;
 }

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "meanvalue/mesh/extent.h"
+
 namespace meanvalue {
 namespace {
 
@@ -90,15 +92,16 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
 Region in_spatial_order(const Region& region, const Execution& execution) {
     const std::size_t count = region.vertices.size();
     if (count == 0) return region;
-    const Eigen::RowVector3d low = region.positions.colwise().minCoeff();
-    const double extent = (region.positions.colwise().maxCoeff() - low).maxCoeff();
+    const Positions along = region.positions * principal_axes(region.positions, execution);
+    const Eigen::RowVector3d low = along.colwise().minCoeff();
+    const double extent = (along.colwise().maxCoeff() - low).maxCoeff();
     const double scale = extent > 0.0 ? static_cast<double>((1 << 21) - 1) / extent : 0.0;
     std::vector<PlaceOnCurve> order(count);
     for (std::size_t v = 0; v < count; ++v) {
         execution.check_every(v);
         std::uint64_t code = 0;
         for (int c = 0; c < 3; ++c) {
-            code |= spread_bits(static_cast<std::uint64_t>((region.positions(v, c) - low(c)) * scale)) << c;
+            code |= spread_bits(static_cast<std::uint64_t>((along(v, c) - low(c)) * scale)) << c;
         }
         order[v] = {code, static_cast<Index>(v)};
     }
