@@ -68,10 +68,11 @@ class Bound {
 
     Evaluation evaluate(const Positions& pose, double rigidity, Kernel kernel = Kernel::kFastest,
                         int threads = 1) const {
-        DeformationEnergy energy = this->energy(kernel);
+        const DeformationEnergy energy = this->energy(kernel);
+        auto workspace = energy.make_workspace();
         Evaluation result;
         result.gradient.setConstant(static_cast<Eigen::Index>(unknowns_.free.size()), 3, std::nan(""));
-        result.energy = energy.evaluate(pose, rigidity, result.gradient, threads, execution_);
+        result.energy = energy.evaluate(pose, rigidity, result.gradient, threads, execution_, workspace);
         return result;
     }
 
@@ -222,7 +223,8 @@ TEST(DeformationEnergy, IsCancelled) {
     Positions gradient(bound.unknowns().free.size(), 3);
     Execution execution;
     execution.cancel();
-    EXPECT_THROW(energy.evaluate(bound.mesh().vertices, 1.0, gradient, 1, execution), Cancelled);
+    auto workspace = energy.make_workspace();
+    EXPECT_THROW(energy.evaluate(bound.mesh().vertices, 1.0, gradient, 1, execution, workspace), Cancelled);
 }
 
 TEST(DeformationEnergy, HasNothingToDoWithoutFreeVertices) {
@@ -256,6 +258,7 @@ TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
     std::normal_distribution<double> normal;
     const Positions& rest = bound.mesh().vertices;
     Positions gradient(bound.unknowns().free.size(), 3);
+    auto workspace = energy.make_workspace();
     for (int k = 0; k < 5; ++k) {
         Positions moved = rest;
         Positions step(gradient.rows(), 3);
@@ -264,7 +267,7 @@ TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
                 step(slot, c) = 1e-5 * normal(random);
             moved.row(bound.unknowns().free[slot]) += step.row(slot);
         }
-        const double found = energy.evaluate(moved, 50.0, gradient, 1, execution);
+        const double found = energy.evaluate(moved, 50.0, gradient, 1, execution, workspace);
         double bending_and_stretching = 0.0;
         for (int c = 0; c < 3; ++c) {
             const Eigen::VectorXd column = step.col(c);

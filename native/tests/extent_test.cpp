@@ -15,9 +15,9 @@ Positions turned(const Positions& positions, double angle_rad) {
 Mesh lopsided() {
     Mesh mesh = capped_tube(12, 20, 5.0);
     for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
-        mesh.vertices.row(v) = Eigen::RowVector3d(std::exp(0.5 * mesh.vertices(v, 0)),
-                                                  2.0 * std::exp(0.3 * mesh.vertices(v, 1)),
-                                                  std::exp(0.2 * mesh.vertices(v, 2)) + mesh.vertices(v, 2));
+        mesh.vertices.row(v) =
+            Eigen::RowVector3d(std::exp(0.5 * mesh.vertices(v, 0)), 2.0 * std::exp(0.3 * mesh.vertices(v, 1)),
+                               std::exp(0.2 * mesh.vertices(v, 2)) + mesh.vertices(v, 2));
     return mesh;
 }
 

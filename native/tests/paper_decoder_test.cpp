@@ -201,15 +201,16 @@ TEST(PaperDecoder, RefusesPositionsWhoseEnergyOverflows) {
         region.vertices.push_back(v);
     for (const Index v : bend.anchors)
         region.is_fixed[v] = 1;
-    PaperDecoder decoder(std::move(region), 1, execution);
+    const PaperDecoder decoder(std::move(region), 1, execution);
+    const auto workspace = decoder.make_workspace(execution);
     for (const double far : {1e160, 1e300}) {
         Positions positions = bend.mesh.vertices;
         positions(bend.anchors[1], 2) = far;
-        const auto decode = [&] { decoder.decode({}, positions, execution); };
+        const auto decode = [&] { decoder.decode({}, *workspace, positions, execution); };
         EXPECT_TRUE(contains(message_of<SolverFailure>(decode), "not finite")) << far;
     }
     Positions positions = bend.mesh.vertices;
-    decoder.decode({}, positions, execution);
+    decoder.decode({}, *workspace, positions, execution);
     EXPECT_TRUE(positions.allFinite());
 }
 
@@ -226,10 +227,12 @@ TEST(PaperDecoder, DoesNotCallALineSearchThatFailedConverged) {
     fixed[0] = fixed[1] = 1;
     const Unknowns unknowns = find_unknowns(encoding, fixed);
     Execution execution;
-    GaussNewtonSystem system(encoding, unknowns, execution);
+    const GaussNewtonSystem system(encoding, unknowns, execution);
+    auto at = system.make_workspace(execution);
     Positions positions = mesh.vertices;
     positions(0, 0) = 1e200;
-    const MinimiseReport failed = GaussNewtonCg(system, unknowns, execution).minimise(0.0, 1, positions, execution);
+    const MinimiseReport failed =
+        GaussNewtonCg(system, unknowns, execution).minimise(0.0, 1, positions, execution, at);
     EXPECT_EQ(failed.stop_reason, StopReason::kNoDescent);
     EXPECT_FALSE(failed.converged());
 }
@@ -242,17 +245,19 @@ TEST(GaussNewtonCg, EnergyNeverRisesAndTheGradientVanishes) {
         fixed[v] = fixed[11 * 12 + v] = 1;
     const Unknowns unknowns = find_unknowns(encoding, fixed);
     Execution execution;
-    GaussNewtonSystem system(encoding, unknowns, execution);
+    const GaussNewtonSystem system(encoding, unknowns, execution);
+    auto at = system.make_workspace(execution);
     Positions positions = mesh.vertices;
     for (Index v = 0; v < 12; ++v)
         positions(v, 0) += 1.5;
-    system.linearise(positions, nullptr, 1, execution);
-    const double start = system.gradient().norm();
-    const MinimiseReport report = GaussNewtonCg(system, unknowns, execution).minimise(0.0, 1, positions, execution);
+    system.linearise(positions, nullptr, 1, execution, at);
+    const double start = at.gradient.norm();
+    const MinimiseReport report =
+        GaussNewtonCg(system, unknowns, execution).minimise(0.0, 1, positions, execution, at);
     for (std::size_t k = 1; k < report.energies.size(); ++k)
         EXPECT_LT(report.energies[k], report.energies[k - 1]);
-    system.linearise(positions, nullptr, 1, execution);
-    EXPECT_LT(system.gradient().norm(), 1e-2 * start);
+    system.linearise(positions, nullptr, 1, execution, at);
+    EXPECT_LT(at.gradient.norm(), 1e-2 * start);
 }
 
 TEST(GaussSeidel, LeavesAVertexThatItsRowsDoNotDetermineWhereItIs) {

@@ -15,6 +15,7 @@ struct Line {
     Unknowns unknowns;
     SparseMatrix matrix;  // lower triangle; tridiagonal, positive definite
     SupernodalFactor factor;
+    SupernodalFactor::Workspace workspace;
     Positions start;
 
     explicit Line(Index count, bool with_fixed = true) {
@@ -71,7 +72,7 @@ struct Line {
     QuasiNewtonReport minimise(const QuasiNewton::Energy& energy, const QuasiNewtonOptions& options,
                                Positions& positions) {
         Execution execution;
-        return QuasiNewton(unknowns).minimise(energy, factor, options, positions, execution);
+        return QuasiNewton(unknowns).minimise(energy, factor, workspace, options, positions, execution);
     }
 };
 
@@ -173,12 +174,12 @@ TEST(QuasiNewton, AKeptHistoryEndsInTheSamePlaceAndCostsFewStepsWhereItMisleads)
         Execution execution;
         Positions positions = line.start;
         QuasiNewtonOptions options = options_with(1e-3, 100);
-        minimiser.minimise(stiff(stiffness, Positions::Zero(line.size(), 3)), line.factor, options, positions,
-                           execution);
+        minimiser.minimise(stiff(stiffness, Positions::Zero(line.size(), 3)), line.factor, line.workspace, options,
+                           positions, execution);
         options.keep_history = keep;
         const Positions near = Positions::Constant(line.size(), 3, 0.1);
         const QuasiNewtonReport report =
-            minimiser.minimise(stiff(stiffness, near), line.factor, options, positions, execution);
+            minimiser.minimise(stiff(stiffness, near), line.factor, line.workspace, options, positions, execution);
         EXPECT_TRUE(report.converged);
         EXPECT_LT(largest_distance(line.free_of(positions), near), 1e-2);
         return report.iterations();
@@ -240,10 +241,10 @@ TEST(QuasiNewton, NothingOfAnEarlierCallIsLeft) {
     Execution execution;
     QuasiNewton minimiser(line.unknowns);
     Positions first = line.start, again = line.start, other = 2.0 * line.start;
-    minimiser.minimise(line.steep_energy(), line.factor, options_with(1e-8, 40), first, execution);
-    minimiser.minimise(line.quadratic(line.free_of(line.start)), line.factor, options_with(1e-8, 5), other,
-                       execution);
-    minimiser.minimise(line.steep_energy(), line.factor, options_with(1e-8, 40), again, execution);
+    minimiser.minimise(line.steep_energy(), line.factor, line.workspace, options_with(1e-8, 40), first, execution);
+    minimiser.minimise(line.quadratic(line.free_of(line.start)), line.factor, line.workspace, options_with(1e-8, 5),
+                       other, execution);
+    minimiser.minimise(line.steep_energy(), line.factor, line.workspace, options_with(1e-8, 40), again, execution);
     EXPECT_EQ(first, again);
 }
 
@@ -322,8 +323,9 @@ TEST(QuasiNewton, ACancelLeavesAStateThatIsNotWorseThanTheStart) {
         };
         Positions positions = line.start;
         QuasiNewton minimiser(line.unknowns);
-        EXPECT_THROW(minimiser.minimise(energy, line.factor, options_with(1e-12, 100), positions, execution),
-                     Cancelled);
+        EXPECT_THROW(
+            minimiser.minimise(energy, line.factor, line.workspace, options_with(1e-12, 100), positions, execution),
+            Cancelled);
         EXPECT_EQ(done, evaluations) << "goes on after a cancel";
         const double energy_left = line.steep(positions, scratch);
         EXPECT_LE(energy_left, at_start);

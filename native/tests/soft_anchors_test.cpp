@@ -161,12 +161,13 @@ TEST_P(SoftPose, TheSolutionIsAMinimumOfAnEnergyWithTheSprings) {
     }
     const Unknowns unknowns = find_unknowns(encoding, is_fixed);
     Execution execution;
-    DeformationEnergy energy(encoding, unknowns, pose.mesh.vertices, pose.mesh.diagonal(), 1.0, execution,
-                             DeformationEnergy::Kernel::kFastest, Springs(soft, unknowns));
-    energy.springs().aim_at_targets(pose.targets);
+    const DeformationEnergy energy(encoding, unknowns, pose.mesh.vertices, pose.mesh.diagonal(), 1.0, execution,
+                                   DeformationEnergy::Kernel::kFastest, Springs(soft, unknowns));
+    auto workspace = energy.make_workspace();
+    workspace.spring_targets = energy.springs().targets_of(pose.targets);
     Positions gradient(static_cast<Eigen::Index>(unknowns.free.size()), 3);
     const auto energy_at = [&](const Positions& positions) {
-        return energy.evaluate(positions, kDefaultRigidity, gradient, 1, execution);
+        return energy.evaluate(positions, kDefaultRigidity, gradient, 1, execution, workspace);
     };
     const double least = energy_at(solution.vertices);
     EXPECT_NEAR(solution.energy, least, 1e-6 * least);

@@ -14,9 +14,10 @@
 namespace meanvalue::tests {
 namespace {
 
-Positions solved(SupernodalFactor& factor, const Positions& right_hand_sides, int threads) {
+Positions solved(const SupernodalFactor& factor, const Positions& right_hand_sides, int threads) {
     Positions solution(right_hand_sides.rows(), 3);
-    factor.solve(right_hand_sides, solution, threads, Execution());
+    SupernodalFactor::Workspace workspace;
+    factor.solve(right_hand_sides, solution, threads, Execution(), workspace);
     return solution;
 }
 
@@ -76,7 +77,8 @@ class LargeSystem : public testing::Test {
 
 TEST_F(LargeSystem, SolvesInPlace) {
     Positions positions = right_hand_sides_;
-    factor_.solve(positions, positions, 2, Execution());
+    SupernodalFactor::Workspace workspace;
+    factor_.solve(positions, positions, 2, Execution(), workspace);
     EXPECT_EQ(positions, solved(factor_, right_hand_sides_, 1));
 }
 
@@ -92,9 +94,12 @@ TEST_F(LargeSystem, ACancelledSolveLeavesTheFactorAsItWas) {
     Execution cancelled;
     cancelled.cancel();
     Positions solution(lower_.cols(), 3);
-    for (const int threads : {1, 2})
-        EXPECT_THROW(factor_.solve(right_hand_sides_, solution, threads, cancelled), Cancelled);
-    EXPECT_EQ(solved(factor_, right_hand_sides_, 2), expected);
+    SupernodalFactor::Workspace workspace;
+    for (const int threads : {1, 2}) {
+        EXPECT_THROW(factor_.solve(right_hand_sides_, solution, threads, cancelled, workspace), Cancelled);
+        factor_.solve(right_hand_sides_, solution, threads, Execution(), workspace);
+        EXPECT_EQ(solution, expected);
+    }
 }
 
 TEST_F(LargeSystem, ACancelledFactorisationCanBeRepeated) {

@@ -110,6 +110,23 @@ void parallel_for(Index count, int threads, const Execution& execution,
     run_workers(workers, [&](int worker) { run_pieces(share(worker), share(worker + 1), execution, body); });
 }
 
+Index piece_count(Index count) {
+    return (count + kPiece - 1) / kPiece;
+}
+
+void parallel_pieces(Index count, int threads, const Execution& execution,
+                     const std::function<void(Index, Index, Index)>& body) {
+    const Index pieces = piece_count(count);
+    const int workers = std::max(1, std::min<int>(threads, pieces));
+    run_workers(workers, [&](int worker) {
+        const auto share = [&](int k) { return static_cast<Index>(std::int64_t{pieces} * k / workers); };
+        for (Index piece = share(worker); piece < share(worker + 1); ++piece) {
+            execution.check();
+            body(piece, piece * kPiece, std::min(count, (piece + 1) * kPiece));
+        }
+    });
+}
+
 void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execution& execution,
                       const std::function<void(Index, Index)>& body) {
     if (bounds.empty()) return;

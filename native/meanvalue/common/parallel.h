@@ -22,6 +22,12 @@ int thread_count(int requested);
 void parallel_for(Index count, int threads, const Execution& execution,
                   const std::function<void(Index begin, Index end)>& body);
 
+/// For sums: the same with pieces that are always the same ones, numbered from 0 to piece_count(count). A sum over
+/// pieces of sums over each, in order, has the same bits for any number of threads.
+void parallel_pieces(Index count, int threads, const Execution& execution,
+                     const std::function<void(Index piece, Index begin, Index end)>& body);
+Index piece_count(Index count);
+
 /// Calls body(worker) once for each worker in [0, workers), all at the same time where the system has the threads,
 /// else some after others: no call may wait for another to begin. Returns when all have; then throws the first
 /// exception (in order of workers) again. Starting a thread takes some 20 microseconds.

@@ -28,8 +28,6 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
 }
 
 void DeformationEnergy::index_uses(const Execution& execution) {
-    shares_.resize(rows_.points.size());
-    patch_energy_.resize(rows_.patch_count());
     use_start_.assign(unknowns_.free.size() + 1, 0);
     for (std::size_t point = 0; point < rows_.points.size(); ++point) {
         execution.check_every(point);
@@ -49,17 +47,26 @@ void DeformationEnergy::index_uses(const Execution& execution) {
     }
 }
 
+DeformationEnergy::Workspace DeformationEnergy::make_workspace() const {
+    Workspace workspace;
+    workspace.shares.resize(rows_.points.size());
+    workspace.patch_energy.resize(rows_.patch_count());
+    return workspace;
+}
+
 double DeformationEnergy::evaluate(const PositionsView& positions, double rigidity, Positions& gradient, int threads,
-                                   const Execution& execution) {
+                                   const Execution& execution, Workspace& workspace) const {
     const double stretching = rigidity * rows_.stretching;
     const std::size_t worth = (unknowns_.rows.size() + kRowsOfThread - 1) / kRowsOfThread;
     const int workers = std::max(1, static_cast<int>(std::min<std::size_t>(threads, worth)));
-    if (scratch_.size() < static_cast<std::size_t>(workers)) scratch_.resize(workers);
+    if (workspace.scratch.size() < static_cast<std::size_t>(workers)) workspace.scratch.resize(workers);
     std::atomic<std::size_t> next{0};
     run_workers(workers, [&](int worker) {
         for (std::size_t patch = next++; patch < rows_.patch_count(); patch = next++) {
             execution.check();
-            patch_energy_[patch] = evaluate_patch(patch, positions, stretching, scratch_[worker]);
+            workspace.patch_energy[patch] =
+                evaluate_patch(patch, positions, stretching,
+                               workspace.shares.data() + rows_.patches[patch].first_point, workspace.scratch[worker]);
         }
     });
     parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
@@ -67,25 +74,25 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
             double sum[3] = {0.0, 0.0, 0.0};
             for (Index k = use_start_[slot]; k < use_start_[slot + 1]; ++k) {
                 for (int c = 0; c < 3; ++c)
-                    sum[c] += shares_[uses_[k]].value[c];
+                    sum[c] += workspace.shares[uses_[k]].value[c];
             }
             gradient.row(slot) << sum[0], sum[1], sum[2];
         }
     });
     double sum = 0.0;
-    for (const double share : patch_energy_)
+    for (const double share : workspace.patch_energy)
         sum += share;
-    if (!springs_.empty()) sum += springs_.add_energy(positions, gradient, threads, execution);
+    if (!springs_.empty())
+        sum += springs_.add_energy(positions, workspace.spring_targets, gradient, threads, execution);
     return sum;
 }
 
 double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching,
-                                         Scratch& scratch) {
+                                         PaddedPoint* shares, Workspace::Scratch& scratch) const {
     const EnergyPatch& begin = rows_.patches[patch];
     const EnergyPatch& end = rows_.patches[patch + 1];
     scratch.positions.resize(rows_.largest_patch);
     const Index* const points = rows_.points.data() + begin.first_point;
-    PaddedPoint* const shares = shares_.data() + begin.first_point;
     for (std::int64_t k = 0; k < end.first_point - begin.first_point; ++k) {
         const double* const position = positions.data() + positions.outerStride() * points[k];
         scratch.positions[k] = {{position[0], position[1], position[2], 0.0}};
@@ -115,12 +122,14 @@ double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView&
 }
 
 std::size_t DeformationEnergy::bytes() const {
-    std::size_t sum = rows_.bytes() + shares_.capacity() * sizeof(PaddedPoint) +
-                      patch_energy_.capacity() * sizeof(double) +
-                      (use_start_.capacity() + uses_.capacity()) * sizeof(Index) + springs_.bytes();
-    for (const Scratch& scratch : scratch_) {
-        sum += scratch.positions.capacity() * sizeof(PaddedPoint) + scratch.by_ring.capacity() * sizeof(Vector3);
-    }
+    return rows_.bytes() + (use_start_.capacity() + uses_.capacity()) * sizeof(Index) + springs_.bytes();
+}
+
+std::size_t DeformationEnergy::Workspace::bytes() const {
+    std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + patch_energy.capacity() * sizeof(double) +
+                      static_cast<std::size_t>(spring_targets.size()) * sizeof(double);
+    for (const Scratch& of_thread : scratch)
+        sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.by_ring.capacity() * sizeof(Vector3);
     return sum;
 }
 

@@ -38,6 +38,21 @@ struct FixedCoupling {
 /// times more. The third sum is of soft anchors (Springs). docs/algorithm.md, "Rigidity" and "Soft anchors".
 class DeformationEnergy {
   public:
+    /// What an evaluation writes besides its result, and where springs pull to: one for each solve that runs.
+    struct Workspace {
+        /// Of one thread.
+        struct Scratch {
+            std::vector<PaddedPoint> positions;  // of a patch
+            std::vector<Vector3> by_ring;        // of a single row
+        };
+        std::vector<PaddedPoint> shares;   ///< of dE/dV, by each point of each patch
+        std::vector<double> patch_energy;  ///< of E, by each patch
+        std::vector<Scratch> scratch;
+        Positions spring_targets;  ///< |soft anchors| x 3: to be set before anything is evaluated
+
+        std::size_t bytes() const;
+    };
+
     enum class Kernel {
         kFastest,   ///< that this processor has
         kPortable,  ///< that every processor has
@@ -58,7 +73,8 @@ class DeformationEnergy {
     /// E in squared units. The same bits for any number of threads. @param positions n x 3.
     /// @param gradient |V'| x 3, receives dE/dV'. @throws Cancelled.
     double evaluate(const PositionsView& positions, double rigidity, Positions& gradient, int threads,
-                    const Execution& execution);
+                    const Execution& execution, Workspace& workspace) const;
+    Workspace make_workspace() const;
 
     /// What of E's Hessian does not depend on the pose, one number for each pair of free vertices (lower triangle):
     /// (I - W)^T a (I - W) + rigidity (h/D)^2 times the Laplacian with weights c. It bounds the second part, whose
@@ -71,30 +87,20 @@ class DeformationEnergy {
     /// @throws Cancelled.
     FixedCoupling fixed_coupling(double rigidity, const Execution& execution) const;
 
-    /// To aim them: a solve sets the targets before it evaluates anything.
-    Springs& springs() { return springs_; }
+    const Springs& springs() const { return springs_; }
 
     std::size_t bytes() const;
 
   private:
-    /// Of one thread.
-    struct Scratch {
-        std::vector<PaddedPoint> positions;  // of a patch
-        std::vector<Vector3> by_ring;        // of a single row
-    };
-
     void index_uses(const Execution& execution);
-    double evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching, Scratch& scratch);
+    double evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching, PaddedPoint* shares,
+                          Workspace::Scratch& scratch) const;
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
     Springs springs_;
     EnergyKernel kernel_;
     EnergyPatches rows_;
-    // Scratch of evaluate(): shares of dE/dV by each point of each patch, and of E by each patch.
-    std::vector<PaddedPoint> shares_;
-    std::vector<double> patch_energy_;
-    std::vector<Scratch> scratch_;
     // Where each free vertex' shares are, in the order of the patches.
     std::vector<Index> use_start_;  // |V'| + 1
     std::vector<Index> uses_;

@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/encoder.h"
+#include "meanvalue/fast/fast_solve.h"
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
@@ -26,16 +27,6 @@ constexpr double kMiddleOverCoarse = 3.0;
 constexpr std::size_t kSmallMesh = 2000;
 // Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
 constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
-// A start that is near a minimum takes fewer steps of the whole mesh.
-constexpr int kMostWarmSteps = 60;
-constexpr int kLookBack = 10;
-constexpr double kStillFalling = 0.95;
-// Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from rest,
-// and after so many iterations in a drag, whose next frames make up for what is left in a valley.
-constexpr double kEnergyTolerance = 50.0;
-constexpr int kPatience = 20;
-// Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
-constexpr double kMostStrengthKept = 1e3;
 // On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
@@ -48,8 +39,7 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
       threads_(threads),
       rigidity_(rigidity),
       size_(mean_diagonal(region_.positions, threads, execution)),
-      soft_(std::move(soft)),
-      predictor_(size_) {
+      soft_(std::move(soft)) {
     std::sort(soft_.begin(), soft_.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
     std::vector<char> is_soft(soft_.empty() ? 0 : region_.is_fixed.size(), 0);
     std::vector<char> is_held = region_.is_fixed;
@@ -116,24 +106,23 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
     fine_ = make_level(encoding_, std::move(unknowns), soft_, stages, execution);
     if (fine_->stages.empty()) return;
     couple_fixed(*fine_, *fine_->stages.back(), execution);
-    SolverLevel& starting = starting_level();
+    FastLevel& starting = coarse_ ? *coarse_ : *fine_;
     if (!starting.stages.empty()) couple_fixed(starting, *starting.stages.front(), execution);
 }
 
-void FastDecoder::couple_fixed(SolverLevel& level, Stage& stage, const Execution& execution) const {
+void FastDecoder::couple_fixed(FastLevel& level, FastStage& stage, const Execution& execution) const {
     stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
 }
 
-std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding& encoding, Unknowns unknowns,
-                                                                  std::vector<SoftAnchor> soft,
-                                                                  const std::vector<double>& rigidities,
-                                                                  Execution& execution) const {
-    auto level = std::make_unique<SolverLevel>();
+std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Unknowns unknowns,
+                                                   std::vector<SoftAnchor> soft,
+                                                   const std::vector<double>& rigidities,
+                                                   Execution& execution) const {
+    auto level = std::make_unique<FastLevel>();
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
         encoding, level->unknowns, region_.positions, size_, DeformationEnergy::weights_for(rigidity_), execution,
         DeformationEnergy::Kernel::kFastest, Springs(std::move(soft), level->unknowns));
-    level->minimiser = QuasiNewton(level->unknowns, size_);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
         SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
@@ -142,7 +131,7 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
             double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
             diagonal = diagonal > 0.0 ? diagonal * (1.0 + kLeastDiagonal) : 1.0;  // no row reaches this vertex
         }
-        auto stage = std::make_unique<Stage>();
+        auto stage = std::make_unique<FastStage>();
         stage->rigidity = rigidity;
         stage->factor.analyse(hessian, execution, threads_);
         if (!stage->factor.factorise(hessian, execution, threads_)) {
@@ -153,101 +142,25 @@ std::unique_ptr<FastDecoder::SolverLevel> FastDecoder::make_level(const Encoding
     return level;
 }
 
-QuasiNewtonReport FastDecoder::minimise(SolverLevel& level, std::size_t stage, double tolerance, int max_iterations,
-                                        Positions& positions, Execution& execution, bool keep_history) {
-    const double rigidity = level.stages[stage]->rigidity;
-    const auto energy = [&](const Positions& at, Positions& gradient) {
-        return level.energy->evaluate(at, rigidity, gradient, threads_, execution);
+std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& execution) const {
+    auto workspace = std::make_unique<FastWorkspace>();
+    const auto prepare = [&](const std::unique_ptr<FastLevel>& level, FastWorkspace::OfLevel& of_level) {
+        if (!level) return;
+        execution.check();
+        of_level.energy = level->energy->make_workspace();
+        of_level.minimiser = QuasiNewton(level->unknowns, size_);
     };
-    QuasiNewtonOptions options;
-    options.step_tolerance = tolerance * size_;
-    options.energy_tolerance = energy_tolerance_;
-    options.patience = patience_;
-    options.highest_start = highest_start_;
-    options.max_iterations = max_iterations;
-    options.threads = threads_;
-    options.keep_history = keep_history;
-    QuasiNewtonReport report =
-        level.minimiser.minimise(energy, level.stages[stage]->factor, options, positions, execution);
-    all_iterations_ += report.iterations();
-    return report;
+    prepare(fine_, workspace->fine);
+    prepare(coarse_, workspace->coarse);
+    prepare(middle_, workspace->middle);
+    workspace->predictor = SecantPredictor(size_);
+    workspace->predictor_bytes = SecantPredictor::bytes(region_.is_fixed.size(), soft_.size());
+    return workspace;
 }
 
-DecodeReport FastDecoder::decode(const DecodeOptions& options, Positions& positions, Execution& execution) {
-    DecodeReport report;
-    report.stop_reason = "no free vertices";
-    if (fine_->unknowns.free.empty()) return report;
-    execution.begin_stage("solve");
-    aim_springs(options);
-    all_iterations_ = 0;
-    energy_tolerance_ = 0.0;
-    patience_ = 0;
-    highest_start_ = std::numeric_limits<double>::infinity();
-    const int warm_limit = std::min(options.max_iterations, kMostWarmSteps);
-    const bool has_history = std::exchange(keeps_history_, false);
-    bool keep_history = false;
-    if (options.previous == nullptr) {
-        start_cold(options, positions, report.timings, execution);
-    } else {
-        const StageTimer timer(report.timings, "follow");
-        const bool goes_on = follow_drag(*options.previous, positions, execution);
-        keep_history = goes_on && has_history && history_is_exact();
-        if (goes_on && !options.is_last) {
-            energy_tolerance_ = energy_tolerance_of(options);
-            patience_ = kPatience;
-        }
-    }
-    const auto minimise_whole = [&](int limit) {
-        const StageTimer timer(report.timings, "minimise");
-        return minimise(*fine_, fine_->stages.size() - 1, options.tolerance, limit, positions, execution,
-                        keep_history);
-    };
-    QuasiNewtonReport minimised = minimise_whole(options.previous == nullptr ? options.max_iterations : warm_limit);
-    highest_start_ = std::numeric_limits<double>::infinity();
-    if (minimised.is_refused) {
-        const StageTimer timer(report.timings, "follow");
-        follow_otherwise(*options.previous, minimised.energies.front(), positions, execution);
-        minimised = minimise_whole(warm_limit);
-    }
-    if (options.previous != nullptr && minimised.at_limit && warm_limit < options.max_iterations) {
-        // Where the energy still falls, the start was not near a minimum, and one from rest costs less than what may
-        // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.
-        const std::vector<double>& energies = minimised.energies;
-        keep_history =
-            !(rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
-        if (!keep_history) start_afresh_if_lower(options, energies.back(), positions, report.timings, execution);
-        const QuasiNewtonReport rest = minimise_whole(options.max_iterations - warm_limit);
-        minimised.energies.insert(minimised.energies.end(), rest.energies.begin() + 1, rest.energies.end());
-        minimised.gradient = rest.gradient;
-        minimised.converged = rest.converged;
-        minimised.at_limit = rest.at_limit;
-        minimised.left_off = rest.left_off;
-    }
-    if (options.previous != nullptr && !options.is_last) {
-        predictor_.note(positions, drivers_of(positions), minimised.energies.back());
-        keeps_history_ = true;
-    }
-    report.iterations = minimised.iterations();
-    report.all_iterations = all_iterations_;
-    report.energies = std::move(minimised.energies);
-    report.initial_gradient = minimised.initial_gradient;
-    report.gradient = minimised.gradient;
-    report.converged = minimised.converged;
-    report.stop_reason = minimised.converged  ? "converged"
-                         : minimised.at_limit ? "iteration limit"
-                         : minimised.left_off ? "left to the next solve"
-                                              : "no step lowers the energy further";
-    return report;
-}
-
-/// Pairs in single precision tell nothing of the rest of the energy beside springs that are far stiffer.
-bool FastDecoder::history_is_exact() const {
-    return std::all_of(soft_.begin(), soft_.end(),
-                       [](const SoftAnchor& anchor) { return anchor.strength <= kMostStrengthKept; });
-}
-
-double FastDecoder::energy_tolerance_of(const DecodeOptions& options) const {
-    return rigidity_ > 0.0 ? kEnergyTolerance * options.tolerance : 0.0;
+DecodeReport FastDecoder::decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                                 Execution& execution) const {
+    return FastSolve(*this, static_cast<FastWorkspace&>(workspace), options, execution).run(positions);
 }
 
 std::vector<Index> FastDecoder::level_sizes() const {
@@ -263,13 +176,19 @@ Index FastDecoder::longest_ring() const {
 
 std::size_t FastDecoder::bytes() const {
     std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0);
-    sum += SecantPredictor::bytes(region_.is_fixed.size(), soft_.size());
-    for (const SolverLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
+    for (const FastLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
         if (level == nullptr) continue;
-        sum += level->energy->bytes() + level->minimiser.bytes();
+        sum += level->energy->bytes();
         for (const auto& stage : level->stages)
             sum += stage->factor.bytes() + stage->coupling.bytes();
     }
+    return sum;
+}
+
+std::size_t FastWorkspace::bytes() const {
+    std::size_t sum = factor.bytes() + predictor_bytes;
+    for (const OfLevel* level : {&fine, &coarse, &middle})
+        sum += level->energy.bytes() + level->minimiser.bytes();
     return sum;
 }
 

@@ -10,23 +10,18 @@ namespace {
 
 // A pair is remembered where the energy curves upwards along it by more than rounding.
 constexpr double kLeastCurvature = 1e-6;
-// Rows of a partial sum: fixed, so that sums do not depend on the number of threads.
-constexpr Index kPiece = 2048;
+// Rows that stay in a core's cache.
+constexpr Index kPart = 2048;
 
 /// sums[k] = sum over all rows of what `products` fills in for each piece: count numbers.
 template <typename Products>
 std::vector<double> sum_of_pieces(Index rows, int count, int threads, std::vector<double>& scratch,
                                   const Execution& execution, const Products& products) {
     if (count == 0) return {};  // before the first step
-    const Index pieces = (rows + kPiece - 1) / kPiece;
+    const Index pieces = piece_count(rows);
     scratch.assign(static_cast<std::size_t>(pieces) * count, 0.0);
-    const auto in_piece = [&](Index piece) {
-        products(piece * kPiece, std::min(rows, (piece + 1) * kPiece), scratch.data() + std::size_t(piece) * count);
-    };
-    parallel_for(rows, threads, execution, [&](Index begin, Index end) {
-        // Every piece belongs to whoever is given its first row.
-        for (Index piece = (begin + kPiece - 1) / kPiece; piece * kPiece < end; ++piece)
-            in_piece(piece);
+    parallel_pieces(rows, threads, execution, [&](Index piece, Index begin, Index end) {
+        products(begin, end, scratch.data() + std::size_t(piece) * count);
     });
     std::vector<double> sums(count, 0.0);
     for (Index piece = 0; piece < pieces; ++piece) {
@@ -39,8 +34,8 @@ std::vector<double> sum_of_pieces(Index rows, int count, int threads, std::vecto
 /// Calls body(first number, count of numbers) for rows [begin, end) in parts that stay in a core's cache.
 template <typename Body>
 void for_each_part(Index begin, Index end, const Body& body) {
-    for (Index part = begin; part < end; part += kPiece)
-        body(std::int64_t{3} * part, std::int64_t{3} * (std::min(end, part + kPiece) - part));
+    for (Index part = begin; part < end; part += kPart)
+        body(std::int64_t{3} * part, std::int64_t{3} * (std::min(end, part + kPart) - part));
 }
 
 }  // namespace
@@ -52,8 +47,9 @@ LbfgsHistory::LbfgsHistory(Index rows, double size) : rows_(rows), size_(size), 
 
 /// With s_k, y_k the pairs, oldest first, and the products s_k . y_l known, the two loops of the usual recursion need
 /// only s_k . g and y_k . (what comes out of the factor).
-void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& factor, int threads,
-                                  Execution& execution, Positions& direction) {
+void LbfgsHistory::find_direction(const Positions& gradient, const SupernodalFactor& factor,
+                                  SupernodalFactor::Workspace& workspace, int threads, Execution& execution,
+                                  Positions& direction) {
     const auto count = static_cast<int>(order_.size());
     const auto product = [&](int s, int y) { return products_(order_[s], order_[y]); };
     const auto products_with = [&](std::vector<float> Pair::*of_pair, const Positions& vector) {
@@ -83,7 +79,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, SupernodalFactor& f
                 kernels_.add_scaled(-alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
         });
     });
-    factor.solve(direction, direction, threads, execution);
+    factor.solve(direction, direction, threads, execution, workspace);
     if (count == 0) return;
     const std::vector<double> by_direction = products_with(&Pair::change, direction);
     std::vector<double> add(count);

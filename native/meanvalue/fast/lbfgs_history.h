@@ -29,7 +29,8 @@ class LbfgsHistory {
     void clear() { order_.clear(); }
 
     /// direction = -H gradient, both |V'| x 3. @throws Cancelled.
-    void find_direction(const Positions& gradient, SupernodalFactor& factor, int threads, Execution& execution,
+    void find_direction(const Positions& gradient, const SupernodalFactor& factor,
+                        SupernodalFactor::Workspace& workspace, int threads, Execution& execution,
                         Positions& direction);
 
     /// Keeps the step length * direction, which led from `gradient` to `next`, in place of the oldest: unless the

@@ -48,9 +48,9 @@ QuasiNewton::QuasiNewton(const Unknowns& unknowns, double size) : unknowns_(&unk
     history_ = LbfgsHistory(static_cast<Index>(count), size);
 }
 
-QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& factor,
-                                        const QuasiNewtonOptions& options, Positions& positions,
-                                        Execution& execution) {
+QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, const SupernodalFactor& factor,
+                                        SupernodalFactor::Workspace& workspace, const QuasiNewtonOptions& options,
+                                        Positions& positions, Execution& execution) {
     QuasiNewtonReport report;
     if (!options.keep_history) history_.clear();
     bool is_inherited = !history_.empty();
@@ -73,7 +73,7 @@ QuasiNewtonReport QuasiNewton::minimise(const Energy& energy, SupernodalFactor& 
         }
         execution.check();
         execution.set_progress(static_cast<double>(report.iterations()) / options.max_iterations);
-        history_.find_direction(gradient_, factor, options.threads, execution, direction_);
+        history_.find_direction(gradient_, factor, workspace, options.threads, execution, direction_);
         const double slope = (direction_.cwiseProduct(gradient_)).sum();
         const double longest = std::sqrt(direction_.rowwise().squaredNorm().maxCoeff());
         double length = slope < 0.0 ? 1.0 : 0.0;

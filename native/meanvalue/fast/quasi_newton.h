@@ -42,7 +42,7 @@ struct QuasiNewtonReport {
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };
 
-/// The minimiser of one set of free vertices; keeps the memory that it needs.
+/// The minimiser of one set of free vertices; keeps the memory that it needs: one for each solve that runs.
 ///
 /// Each step is -H g, H being the inverse of the constant matrix updated by the last few steps (LbfgsHistory), and is
 /// halved until the energy falls. Deterministic for any number of threads.
@@ -58,7 +58,8 @@ class QuasiNewton {
     /// Moves the free vertices in `positions` (n x 3) down to a minimum of the energy.
     /// @param factor of a symmetric positive definite matrix near the energy's Hessian, over the free vertices.
     /// @throws Cancelled, with `positions` at the last step taken; SolverFailure where the start is not finite.
-    QuasiNewtonReport minimise(const Energy& energy, SupernodalFactor& factor, const QuasiNewtonOptions& options,
+    QuasiNewtonReport minimise(const Energy& energy, const SupernodalFactor& factor,
+                               SupernodalFactor::Workspace& workspace, const QuasiNewtonOptions& options,
                                Positions& positions, Execution& execution);
 
     std::size_t bytes() const;

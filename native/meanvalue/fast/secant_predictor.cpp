@@ -27,9 +27,13 @@ bool SecantPredictor::goes_on_from(const Positions& previous) const {
     return is_answer_ && answer_.size() == previous.size() && answer_ == previous;
 }
 
-void SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
+void SecantPredictor::forget() {
     is_answer_ = false;
     changes_.clear();
+}
+
+void SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
+    forget();
     answer_ = previous;
     drivers_ = drivers;
 }

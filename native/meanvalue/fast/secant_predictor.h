@@ -20,6 +20,7 @@ class SecantPredictor {
     /// @param size of the shape: what is kept in single precision is told in it.
     explicit SecantPredictor(double size) : size_(size) {}
 
+    bool has_answer() const { return is_answer_; }
     /// Whether `previous` (n x 3) is the last answer.
     bool goes_on_from(const Positions& previous) const;
 
@@ -29,6 +30,8 @@ class SecantPredictor {
     /// Moves `positions` (n x 3), which are where the solve begins, as the last changes tell for drivers that go to
     /// `goal` (d x 3). @return false, and nothing moves, where they tell nothing of such a move.
     bool predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
+
+    void forget();
 
     /// After the solve. @param answer n x 3; @param drivers d x 3; @param energy at the answer.
     void note(const Positions& answer, const Positions& drivers, double energy);

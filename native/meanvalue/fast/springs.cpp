@@ -8,9 +8,6 @@
 namespace meanvalue {
 namespace {
 
-// Springs of a partial sum: fixed, so that sums do not depend on the number of threads.
-constexpr Index kPiece = 2048;
-
 bool lower_vertex(const SoftAnchor& a, const SoftAnchor& b) {
     return a.vertex < b.vertex;
 }
@@ -21,52 +18,42 @@ Springs::Springs(std::vector<SoftAnchor> anchors, const Unknowns& unknowns) : an
     std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
     for (const SoftAnchor& anchor : anchors_)
         slots_.push_back(unknowns.slot[anchor.vertex]);
-    targets_.setZero(static_cast<Eigen::Index>(anchors_.size()), 3);
-    aside_.setZero(static_cast<Eigen::Index>(anchors_.size()), 3);
-    pieces_.resize((anchors_.size() + kPiece - 1) / kPiece);
 }
 
-void Springs::aim_at_targets(const PositionsView& targets) {
+Positions Springs::targets_of(const PositionsView& targets) const {
+    Positions rows(static_cast<Eigen::Index>(anchors_.size()), 3);
     for (std::size_t k = 0; k < anchors_.size(); ++k)
-        targets_.row(k) = targets.row(anchors_[k].anchor);
+        rows.row(k) = targets.row(anchors_[k].anchor);
+    return rows;
 }
 
-void Springs::put_targets(Positions& positions) const {
+Positions Springs::rows_of(const PositionsView& positions) const {
+    Positions rows(static_cast<Eigen::Index>(anchors_.size()), 3);
     for (std::size_t k = 0; k < anchors_.size(); ++k)
-        positions.row(anchors_[k].vertex) = targets_.row(k);
+        rows.row(k) = positions.row(anchors_[k].vertex);
+    return rows;
 }
 
-void Springs::aim_at_vertices(const PositionsView& positions) {
+void Springs::put(const Positions& rows, Positions& positions) const {
     for (std::size_t k = 0; k < anchors_.size(); ++k)
-        targets_.row(k) = positions.row(anchors_[k].vertex);
+        positions.row(anchors_[k].vertex) = rows.row(k);
 }
 
-void Springs::set_aside(const Positions& positions) {
-    for (std::size_t k = 0; k < anchors_.size(); ++k)
-        aside_.row(k) = positions.row(anchors_[k].vertex);
-}
-
-void Springs::put_back(Positions& positions) const {
-    for (std::size_t k = 0; k < anchors_.size(); ++k)
-        positions.row(anchors_[k].vertex) = aside_.row(k);
-}
-
-double Springs::add_energy(const PositionsView& positions, Positions& gradient, int threads,
-                           const Execution& execution) {
+double Springs::add_energy(const PositionsView& positions, const Positions& targets, Positions& gradient, int threads,
+                           const Execution& execution) const {
     const auto count = static_cast<Index>(anchors_.size());
-    parallel_for(static_cast<Index>(pieces_.size()), threads, execution, [&](Index first, Index last) {
-        for (Index piece = first; piece < last; ++piece) {
-            double sum = 0.0;
-            for (Index k = piece * kPiece; k < std::min(count, (piece + 1) * kPiece); ++k) {
-                const double strength = anchors_[k].strength;
-                const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets_.row(k);
-                sum += strength * stretch.squaredNorm();
-                gradient.row(slots_[k]) += 2.0 * strength * stretch;
-            }
-            pieces_[piece] = sum;
+    std::vector<double> energies(piece_count(count));
+    parallel_pieces(count, threads, execution, [&](Index piece, Index begin, Index end) {
+        double sum = 0.0;
+        for (Index k = begin; k < end; ++k) {
+            const double strength = anchors_[k].strength;
+            const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets.row(k);
+            sum += strength * stretch.squaredNorm();
+            gradient.row(slots_[k]) += 2.0 * strength * stretch;
         }
+        energies[piece] = sum;
     });
-    return std::accumulate(pieces_.begin(), pieces_.end(), 0.0);
+    return std::accumulate(energies.begin(), energies.end(), 0.0);
 }
 
 void Springs::add_hessian(SparseMatrix& hessian) const {
@@ -83,8 +70,7 @@ std::vector<double> Springs::hardness(std::size_t vertex_count) const {
 }
 
 std::size_t Springs::bytes() const {
-    return anchors_.capacity() * sizeof(SoftAnchor) + slots_.capacity() * sizeof(Index) +
-           (static_cast<std::size_t>(targets_.size() + aside_.size()) + pieces_.capacity()) * sizeof(double);
+    return anchors_.capacity() * sizeof(SoftAnchor) + slots_.capacity() * sizeof(Index);
 }
 
 std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,

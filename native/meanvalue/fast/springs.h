@@ -24,8 +24,8 @@ inline double hardness_of(double strength) {
     return strength / (strength + 1.0);
 }
 
-/// sum_k s_k |v_k - t_k|^2 over the soft anchors of one level, at any rigidity. Targets may change at any time;
-/// nothing is allocated after construction.
+/// sum_k s_k |v_k - t_k|^2 over the soft anchors of one level, at any rigidity. The targets t, one row for each in
+/// their order, belong to whoever solves.
 class Springs {
   public:
     Springs() = default;
@@ -35,19 +35,17 @@ class Springs {
     bool empty() const { return anchors_.empty(); }
     const std::vector<SoftAnchor>& anchors() const { return anchors_; }  ///< by ascending vertex
 
-    /// @param targets k x 3, in the order of all anchors, the units of the positions.
-    void aim_at_targets(const PositionsView& targets);
-    /// @param positions n x 3: each spring's target is where its vertex is there.
-    void aim_at_vertices(const PositionsView& positions);
-    /// Puts soft anchors to their targets in `positions` (n x 3).
-    void put_targets(Positions& positions) const;
-    /// Remembers where soft anchors are in `positions` (n x 3), and puts them back to there.
-    void set_aside(const Positions& positions);
-    void put_back(Positions& positions) const;
+    /// |anchors| x 3. @param targets k x 3, in the order of all anchors, the units of the positions.
+    Positions targets_of(const PositionsView& targets) const;
+    /// |anchors| x 3: where the soft anchors are in `positions` (n x 3).
+    Positions rows_of(const PositionsView& positions) const;
+    /// Puts soft anchors to `rows` (|anchors| x 3) in `positions` (n x 3).
+    void put(const Positions& rows, Positions& positions) const;
 
-    /// Their energy, in squared units. Adds its derivative to `gradient` (|V'| x 3). The same bits for any number of
-    /// threads. @throws Cancelled.
-    double add_energy(const PositionsView& positions, Positions& gradient, int threads, const Execution& execution);
+    /// Their energy, in squared units. Adds its derivative to `gradient` (|V'| x 3). @param targets |anchors| x 3.
+    /// The same bits for any number of threads. @throws Cancelled.
+    double add_energy(const PositionsView& positions, const Positions& targets, Positions& gradient, int threads,
+                      const Execution& execution) const;
     /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
     void add_hessian(SparseMatrix& hessian) const;
 
@@ -58,9 +56,6 @@ class Springs {
   private:
     std::vector<SoftAnchor> anchors_;
     std::vector<Index> slots_;
-    Positions targets_;           // |anchors| x 3
-    Positions aside_;             // |anchors| x 3
-    std::vector<double> pieces_;  // scratch: energy by piece
 };
 
 /// Those removed on the way to `level` give their strengths to those that they were merged into, so that a handle's

@@ -37,6 +37,21 @@ std::string describe_end(const MinimiseReport& base, const MinimiseReport& coars
 
 }  // namespace
 
+struct PaperDecoder::PaperWorkspace : Workspace {
+    PaperWorkspace(GaussNewtonSystem::Workspace of_coarse, GaussNewtonSystem::Workspace of_base, std::size_t held)
+        : coarse(std::move(of_coarse)), base(std::move(of_base)), held_bytes(held) {}
+    std::size_t bytes() const override { return held_bytes; }
+
+    GaussNewtonSystem::Workspace coarse;
+    GaussNewtonSystem::Workspace base;
+    std::size_t held_bytes;
+};
+
+std::unique_ptr<Workspace> PaperDecoder::make_workspace(const Execution& execution) const {
+    return std::make_unique<PaperWorkspace>(coarse_->make_workspace(execution), base_->make_workspace(execution),
+                                            coarse_->workspace_bytes() + base_->workspace_bytes());
+}
+
 PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
     : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
     components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
@@ -68,7 +83,9 @@ Unknowns PaperDecoder::unknowns_of(const Level& level) const {
     return find_unknowns(level.encoding, is_fixed);
 }
 
-DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Execution& execution) {
+DecodeReport PaperDecoder::decode(const DecodeOptions&, Workspace& given, Positions& positions,
+                                  Execution& execution) const {
+    auto& workspace = static_cast<PaperWorkspace&>(given);
     DecodeReport report;
     execution.begin_stage("solve");
     report.energies = {fine_energy(positions, execution)};
@@ -76,7 +93,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
     MinimiseReport base;
     {
         const StageTimer timer(report.timings, "base");
-        base = solve_base(positions, execution);
+        base = solve_base(workspace, positions, execution);
     }
     {
         const StageTimer timer(report.timings, "split");
@@ -85,7 +102,8 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Positions& positions, Ex
     {
         const StageTimer timer(report.timings, "optimise");
         const double negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
-        const MinimiseReport coarse = coarse_minimiser_->minimise(negligible_energy, threads_, positions, execution);
+        const MinimiseReport coarse =
+            coarse_minimiser_->minimise(negligible_energy, threads_, positions, execution, workspace.coarse);
         report.iterations = coarse.iterations;
         report.initial_gradient = coarse.initial_gradient;
         report.gradient = coarse.gradient;
@@ -127,7 +145,7 @@ std::vector<Index> PaperDecoder::level_sizes() const {
     return sizes;
 }
 
-MinimiseReport PaperDecoder::solve_base(Positions& positions, Execution& execution) {
+MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, Positions& positions, Execution& execution) const {
     if (base_unknowns_.free.empty()) return {};
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
@@ -136,7 +154,8 @@ MinimiseReport PaperDecoder::solve_base(Positions& positions, Execution& executi
     Positions carried = positions;
     for (const Index v : base_unknowns_.free)
         carried.row(v) = all_carried.row(v);
-    if (base_->energy(carried, threads_, execution) <= base_->energy(positions, threads_, execution)) {
+    if (base_->energy(carried, threads_, execution, workspace.base) <=
+        base_->energy(positions, threads_, execution, workspace.base)) {
         positions = std::move(carried);
     }
     MinimiseOptions options;
@@ -144,7 +163,7 @@ MinimiseReport PaperDecoder::solve_base(Positions& positions, Execution& executi
     options.negligible_energy = energy_of(base_unknowns_, kBaseRounding * diagonal_);
     options.threads = threads_;
     SparseCholesky cholesky;
-    return minimise(*base_, cholesky, base_unknowns_, options, positions, execution);
+    return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
 }
 
 std::size_t PaperDecoder::bytes() const {

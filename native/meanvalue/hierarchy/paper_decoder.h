@@ -30,7 +30,9 @@ class PaperDecoder : public Decoder {
     /// not matter. Report: energies of the rest pose with the anchors in place and of the result; iterations and
     /// gradients of the coarse level; converged where both the base mesh and the coarse level did.
     /// @throws also SolverFailure where the energy of the start or the result is not finite.
-    DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) override;
+    DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                        Execution& execution) const override;
+    std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
     const Encoding& encoding() const override { return encoding_; }
     Index row_count() const override { return static_cast<Index>(fine_.rows.size()); }
     Index detached_triangle_count() const override { return detached_triangle_count_; }
@@ -42,9 +44,10 @@ class PaperDecoder : public Decoder {
     const Hierarchy& hierarchy() const { return hierarchy_; }
 
   private:
+    struct PaperWorkspace;
     /// The unknowns of one level: removable vertices still there.
     Unknowns unknowns_of(const Level& level) const;
-    MinimiseReport solve_base(Positions& positions, Execution& execution);
+    MinimiseReport solve_base(PaperWorkspace& workspace, Positions& positions, Execution& execution) const;
     double fine_energy(const Positions& positions, const Execution& execution) const;
 
     Region region_;

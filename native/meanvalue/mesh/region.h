@@ -22,7 +22,8 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
                             const std::vector<char>& is_fixed, const Execution& execution);
 
 /// The same region with its vertices along a Z-order curve (Morton 1966): neighbours on the surface are mostly
-/// neighbours in memory, whatever order the mesh came in and however it was turned. @throws Cancelled. Cost: that of sorting.
+/// neighbours in memory, whatever order the mesh came in and however it was turned. @throws Cancelled. Cost: that of
+/// sorting.
 Region in_spatial_order(const Region& region, const Execution& execution);
 
 }  // namespace meanvalue

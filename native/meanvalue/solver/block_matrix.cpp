@@ -17,22 +17,36 @@ SymmetricBlocks<Size>::SymmetricBlocks(const std::vector<std::vector<Index>>& co
         block_row_.insert(block_row_.end(), column.begin(), column.end());
         block_start_.push_back(static_cast<std::int64_t>(block_row_.size()));
     }
-    const std::int64_t size = Size * static_cast<std::int64_t>(columns.size());
+    take_room(execution);
+}
+
+template <int Size>
+void SymmetricBlocks<Size>::take_room(const Execution& execution) {
+    const std::int64_t size = Size * static_cast<std::int64_t>(block_column_count());
     matrix_.resize(size, size);
     matrix_.resizeNonZeros(Size * Size * block_start_.back());
     std::int64_t* outer = matrix_.outerIndexPtr();
     std::int64_t* inner = matrix_.innerIndexPtr();
-    for (std::size_t column = 0; column < columns.size(); ++column) {
+    for (Index column = 0; column < block_column_count(); ++column) {
         execution.check_every(column);
         for (int c = 0; c < Size; ++c) {
             *outer++ = inner - matrix_.innerIndexPtr();
-            for (const Index row : columns[column]) {
+            for (std::int64_t position = block_start_[column]; position < block_start_[column + 1]; ++position) {
                 for (int r = 0; r < Size; ++r)
-                    *inner++ = Size * std::int64_t{row} + r;
+                    *inner++ = Size * std::int64_t{block_row_[position]} + r;
             }
         }
     }
     *outer = inner - matrix_.innerIndexPtr();
+}
+
+template <int Size>
+SymmetricBlocks<Size> SymmetricBlocks<Size>::with_same_pattern(const Execution& execution) const {
+    SymmetricBlocks result;
+    result.block_start_ = block_start_;
+    result.block_row_ = block_row_;
+    result.take_room(execution);
+    return result;
 }
 
 template <int Size>
@@ -91,7 +105,12 @@ SparseMatrix SymmetricBlocks<Size>::with_numbers(const std::vector<double>& valu
 
 template <int Size>
 std::size_t SymmetricBlocks<Size>::bytes() const {
-    return static_cast<std::size_t>(matrix_.nonZeros()) * (sizeof(double) + sizeof(std::int64_t)) +
+    return pattern_bytes() + static_cast<std::size_t>(matrix_.nonZeros()) * sizeof(double);
+}
+
+template <int Size>
+std::size_t SymmetricBlocks<Size>::pattern_bytes() const {
+    return static_cast<std::size_t>(matrix_.nonZeros()) * sizeof(std::int64_t) +
            block_row_.capacity() * sizeof(Index) + block_start_.capacity() * sizeof(std::int64_t);
 }
 

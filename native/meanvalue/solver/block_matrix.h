@@ -44,6 +44,8 @@ class SymmetricBlocks {
     void add_to_diagonal(double amount);
     double largest_on_diagonal() const;
 
+    /// A matrix with the same blocks, of which none is set. @throws Cancelled.
+    SymmetricBlocks with_same_pattern(const Execution& execution) const;
     /// A matrix with one number where this one has a block. @param values one number a block.
     SparseMatrix with_numbers(const std::vector<double>& values) const;
 
@@ -51,8 +53,11 @@ class SymmetricBlocks {
     std::int64_t block_count() const { return block_start_.back(); }
     Index block_column_count() const { return static_cast<Index>(block_start_.size()) - 1; }
     std::size_t bytes() const;
+    std::size_t pattern_bytes() const;  ///< of one whose numbers are never set
 
   private:
+    void take_room(const Execution& execution);
+
     std::vector<std::int64_t> block_start_ = {0};  // per block column, then the total
     std::vector<Index> block_row_;
     SparseMatrix matrix_;

@@ -1,6 +1,7 @@
 // What every way of finding the free vertices has in common.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,24 @@ struct DecodeReport {
     Timings timings;  ///< seconds by stage
 };
 
-/// A region bound for decoding, in its own vertex numbers. Expensive to make, cheap to use again.
+/// What a solve writes besides its result. One solve at a time uses it; kept for the next, it spares taking memory
+/// and may remember the last answer, from which a drag goes on in fewer iterations.
+class Workspace {
+  public:
+    Workspace() = default;
+    Workspace(const Workspace&) = delete;
+    Workspace& operator=(const Workspace&) = delete;
+    virtual ~Workspace() = default;
+
+    /// Whether it remembers an answer that a solve may go on from.
+    virtual bool has_answer() const { return false; }
+    /// Whether that is `positions`, n x 3 of the region.
+    virtual bool goes_on_from(const Positions&) const { return false; }
+    virtual std::size_t bytes() const = 0;  ///< once all of it is in use
+};
+
+/// A region bound for decoding, in its own vertex numbers. Expensive to make, cheap to use; never written to once it
+/// is made, so that any number of threads may decode with it, each with a workspace of its own.
 class Decoder {
   public:
     Decoder() = default;
@@ -44,16 +62,21 @@ class Decoder {
     Decoder& operator=(const Decoder&) = delete;
     virtual ~Decoder() = default;
 
+    /// @throws Cancelled, std::bad_alloc.
+    virtual std::unique_ptr<Workspace> make_workspace(const Execution& execution) const = 0;
+
     /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start,
-    /// soft anchors then at their targets if there is no earlier shape;
-    /// receives the
-    ///        result. Left in any state on an exception. @throws Cancelled, SolverFailure; the decoder stays usable.
-    virtual DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) = 0;
+    /// soft anchors then at their targets if there is no earlier shape; receives the result. Left in any state on an
+    /// exception. @param workspace made by this decoder; after an exception it remembers no answer.
+    /// The same bits for any number of threads; they depend on what the workspace remembers only where that is the
+    /// answer that options.previous holds. @throws Cancelled, SolverFailure.
+    virtual DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                                Execution& execution) const = 0;
 
     virtual const Encoding& encoding() const = 0;  ///< of the region at full resolution
     virtual Index row_count() const = 0;           ///< residuals that take part
     virtual Index detached_triangle_count() const = 0;
-    virtual std::size_t bytes() const = 0;               ///< held, without factors
+    virtual std::size_t bytes() const = 0;               ///< held, without workspaces
     virtual std::vector<Index> level_sizes() const = 0;  ///< free vertices in each level, finest first
     virtual Index longest_ring() const = 0;              ///< in any level, and of any vertex when it was removed
     virtual const Timings& bind_timings() const = 0;

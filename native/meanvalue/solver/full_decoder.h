@@ -19,7 +19,9 @@ class FullDecoder : public Decoder {
     /// @throws Cancelled, SolverFailure.
     FullDecoder(Region region, int threads, Execution& execution);
 
-    DecodeReport decode(const DecodeOptions& options, Positions& positions, Execution& execution) override;
+    std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
+    DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                        Execution& execution) const override;
     const Encoding& encoding() const override { return encoding_; }
     Index row_count() const override { return static_cast<Index>(unknowns_.rows.size()); }
     Index detached_triangle_count() const override { return detached_triangle_count_; }
@@ -29,8 +31,10 @@ class FullDecoder : public Decoder {
     const Timings& bind_timings() const override { return bind_timings_; }
 
   private:
+    struct FullWorkspace;
     /// The better of two starts: the free vertices left where they are, or carried along with the fixed ones.
-    void choose_start(const MinimiseOptions& options, Positions& positions, Execution& execution);
+    void choose_start(const MinimiseOptions& options, FullWorkspace& workspace, Positions& positions,
+                      Execution& execution) const;
 
     Region region_;
     int threads_;
@@ -41,7 +45,7 @@ class FullDecoder : public Decoder {
     Encoding encoding_;
     Unknowns unknowns_;
     std::optional<GaussNewtonSystem> system_;
-    SparseCholesky cholesky_;
+    SparseCholesky analysed_;
 };
 
 }  // namespace meanvalue

@@ -20,10 +20,10 @@ constexpr int kMostRounds = 500;
 
 }  // namespace
 
-GaussNewtonCg::GaussNewtonCg(GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution)
+GaussNewtonCg::GaussNewtonCg(const GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution)
     : system_(system), unknowns_(unknowns) {
     if (unknowns_.free.empty()) return;
-    SparseMatrix metric = system_.matrix().with_numbers(system_.smoothness_metric());
+    SparseMatrix metric = system_.pattern().with_numbers(system_.smoothness_metric());
     for (Eigen::Index k = 0; k < metric.cols(); ++k)
         metric.coeffRef(k, k) += kLeastDiagonal;
     preconditioner_.analyse(metric, execution);
@@ -40,10 +40,10 @@ Eigen::VectorXd GaussNewtonCg::precondition(const Eigen::VectorXd& residual, con
 }
 
 /// H direction = -J (equation 19), as far as kCgTolerance.
-Eigen::VectorXd GaussNewtonCg::solve_step(const Execution& execution) const {
-    const auto matrix = system_.matrix().matrix().selfadjointView<Eigen::Lower>();
-    Eigen::VectorXd direction = Eigen::VectorXd::Zero(system_.gradient().size());
-    Eigen::VectorXd residual = -system_.gradient();
+Eigen::VectorXd GaussNewtonCg::solve_step(const GaussNewtonSystem::Workspace& at, const Execution& execution) const {
+    const auto matrix = at.matrix.matrix().selfadjointView<Eigen::Lower>();
+    Eigen::VectorXd direction = Eigen::VectorXd::Zero(at.gradient.size());
+    Eigen::VectorXd residual = -at.gradient;
     Eigen::VectorXd preconditioned = precondition(residual, execution);
     Eigen::VectorXd search = preconditioned;
     double product = residual.dot(preconditioned);
@@ -64,13 +64,13 @@ Eigen::VectorXd GaussNewtonCg::solve_step(const Execution& execution) const {
 }
 
 MinimiseReport GaussNewtonCg::minimise(double negligible_energy, int threads, Positions& positions,
-                                       Execution& execution) {
+                                       Execution& execution, GaussNewtonSystem::Workspace& workspace) const {
     MinimiseReport report;
     if (unknowns_.free.empty()) {
         report.energies.push_back(0.0);
         return report;
     }
-    double energy = system_.energy(positions, threads, execution);
+    double energy = system_.energy(positions, threads, execution, workspace);
     report.energies.push_back(energy);
     report.stop_reason = StopReason::kConverged;
     if (energy <= negligible_energy) return report;
@@ -78,22 +78,22 @@ MinimiseReport GaussNewtonCg::minimise(double negligible_energy, int threads, Po
     Positions trial = positions;
     for (int step = 0; step < kMostSteps; ++step) {
         execution.set_progress(static_cast<double>(step) / kMostSteps);
-        system_.linearise(positions, nullptr, threads, execution);
-        report.gradient = system_.gradient().norm();
+        system_.linearise(positions, nullptr, threads, execution, workspace);
+        report.gradient = workspace.gradient.norm();
         if (step == 0) report.initial_gradient = report.gradient;
         if (report.gradient == 0.0) {
             report.stop_reason = StopReason::kConverged;
             break;
         }
-        system_.matrix().add_to_diagonal(kLeastDiagonal);
-        const Eigen::VectorXd direction = solve_step(execution);
-        report.promised_share = -0.5 * direction.dot(system_.gradient()) / energy;
+        workspace.matrix.add_to_diagonal(kLeastDiagonal);
+        const Eigen::VectorXd direction = solve_step(workspace, execution);
+        report.promised_share = -0.5 * direction.dot(workspace.gradient) / energy;
 
         double length = 1.0;
         double trial_energy = energy;
         for (int bisection = 0; bisection <= kMostBisections; ++bisection, length *= 0.5) {
             move_free(unknowns_, positions, direction, length, trial);
-            trial_energy = system_.energy(trial, threads, execution);
+            trial_energy = system_.energy(trial, threads, execution, workspace);
             if (trial_energy < energy) break;
         }
         if (!(trial_energy < energy)) {

@@ -15,19 +15,20 @@ namespace meanvalue {
 class GaussNewtonCg {
   public:
     /// @pre system and unknowns outlive it. @throws Cancelled, SolverFailure.
-    GaussNewtonCg(GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution);
+    GaussNewtonCg(const GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution);
 
     /// Moves the free vertices in `positions` towards a minimum of G: equations 16 to 19, with the exact derivative.
     /// Ends when the energy falls by less than 1e-4 of itself, when no step lowers it, or after 30 steps.
     /// @param negligible_energy an energy not above it is rounding, and there is nothing to do.
     /// @param positions n x 3; left in any state on an exception. @throws Cancelled.
-    MinimiseReport minimise(double negligible_energy, int threads, Positions& positions, Execution& execution);
+    MinimiseReport minimise(double negligible_energy, int threads, Positions& positions, Execution& execution,
+                            GaussNewtonSystem::Workspace& workspace) const;
 
   private:
-    Eigen::VectorXd solve_step(const Execution& execution) const;
+    Eigen::VectorXd solve_step(const GaussNewtonSystem::Workspace& at, const Execution& execution) const;
     Eigen::VectorXd precondition(const Eigen::VectorXd& residual, const Execution& execution) const;
 
-    GaussNewtonSystem& system_;
+    const GaussNewtonSystem& system_;
     const Unknowns& unknowns_;
     SparseCholesky preconditioner_;
 };

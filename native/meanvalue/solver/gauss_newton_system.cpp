@@ -25,15 +25,12 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
         term_offsets_.push_back(static_cast<std::int64_t>(term_columns_.size()));
     }
     room.require();
-    term_blocks_.resize(term_columns_.size());
-    residuals_.resize(unknowns_.rows.size());
-    gradient_.resize(3 * static_cast<Eigen::Index>(unknowns_.free.size()));
     find_pattern(execution);
     fill_smoothness_metric(execution);
 }
 
 void GaussNewtonSystem::find_pattern(const Execution& execution) {
-    matrix_ = BlockMatrix(
+    pattern_ = BlockMatrix(
         product_pattern(term_offsets_, term_columns_, static_cast<Index>(unknowns_.free.size()), execution),
         execution);
 
@@ -44,7 +41,7 @@ void GaussNewtonSystem::find_pattern(const Execution& execution) {
             execution.check_every(a);
             for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
                 if (term_columns_[a] < term_columns_[b]) continue;
-                pair_positions_.push_back(matrix_.find(term_columns_[a], term_columns_[b]));
+                pair_positions_.push_back(pattern_.find(term_columns_[a], term_columns_[b]));
             }
         }
         pair_offsets_.push_back(static_cast<std::int64_t>(pair_positions_.size()));
@@ -52,7 +49,7 @@ void GaussNewtonSystem::find_pattern(const Execution& execution) {
 }
 
 void GaussNewtonSystem::fill_smoothness_metric(const Execution& execution) {
-    smoothness_metric_.assign(matrix_.block_count(), 0.0);
+    smoothness_metric_.assign(pattern_.block_count(), 0.0);
     std::vector<double> coefficients;
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
         execution.check_every(row);
@@ -73,21 +70,28 @@ void GaussNewtonSystem::fill_smoothness_metric(const Execution& execution) {
     }
 }
 
-double GaussNewtonSystem::energy(const PositionsView& positions, int threads, const Execution& execution) {
+GaussNewtonSystem::Workspace GaussNewtonSystem::make_workspace(const Execution& execution) const {
+    return {pattern_.with_same_pattern(execution),
+            Eigen::VectorXd(3 * static_cast<Eigen::Index>(unknowns_.free.size())),
+            std::vector<Matrix3>(term_columns_.size()), std::vector<Vector3>(unknowns_.rows.size())};
+}
+
+double GaussNewtonSystem::energy(const PositionsView& positions, int threads, const Execution& execution,
+                                 Workspace& workspace) const {
     parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
         for (Index row = begin; row < end; ++row) {
             const Index i = unknowns_.rows[row];
-            residuals_[row] = Vector3(positions.row(i)) - predict(encoding_.ring_of(i), positions);
+            workspace.residuals[row] = Vector3(positions.row(i)) - predict(encoding_.ring_of(i), positions);
         }
     });
     double sum = 0.0;
-    for (const Vector3& residual : residuals_)
+    for (const Vector3& residual : workspace.residuals)
         sum += residual.squaredNorm();
     return 0.5 * sum;
 }
 
 void GaussNewtonSystem::linearise(const PositionsView& positions, const Positions* fixed_moves, int threads,
-                                  const Execution& execution) {
+                                  const Execution& execution, Workspace& workspace) const {
     parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
         std::vector<Matrix3> blocks;
         for (Index row = begin; row < end; ++row) {
@@ -98,7 +102,7 @@ void GaussNewtonSystem::linearise(const PositionsView& positions, const Position
             std::int64_t term = term_offsets_[row];
             const auto add_term = [&](Index vertex, const Matrix3& block) {
                 if (unknowns_.slot[vertex] >= 0) {
-                    term_blocks_[term++] = block;
+                    workspace.term_blocks[term++] = block;
                 } else if (fixed_moves != nullptr) {
                     residual += block * fixed_moves->row(vertex).transpose();
                 }
@@ -106,31 +110,37 @@ void GaussNewtonSystem::linearise(const PositionsView& positions, const Position
             add_term(i, Matrix3::Identity());
             for (Index k = 0; k < ring.valence; ++k)
                 add_term(ring.ring[k], -blocks[k]);
-            residuals_[row] = residual;
+            workspace.residuals[row] = residual;
         }
     });
-    assemble(execution);
+    assemble(execution, workspace);
 }
 
-void GaussNewtonSystem::assemble(const Execution& execution) {
-    matrix_.set_zero(execution);
-    gradient_.setZero();
+void GaussNewtonSystem::assemble(const Execution& execution, Workspace& workspace) const {
+    const std::vector<Matrix3>& blocks = workspace.term_blocks;
+    workspace.matrix.set_zero(execution);
+    workspace.gradient.setZero();
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
         execution.check_every(row);
         std::int64_t pair = pair_offsets_[row];
         for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
-            gradient_.segment<3>(3 * term_columns_[a]) += term_blocks_[a].transpose() * residuals_[row];
+            workspace.gradient.segment<3>(3 * term_columns_[a]) += blocks[a].transpose() * workspace.residuals[row];
             for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
                 if (term_columns_[a] < term_columns_[b]) continue;
-                matrix_.add(pair_positions_[pair++], term_columns_[b], term_blocks_[a].transpose() * term_blocks_[b]);
+                workspace.matrix.add(pair_positions_[pair++], term_columns_[b], blocks[a].transpose() * blocks[b]);
             }
         }
     }
 }
 
 std::size_t GaussNewtonSystem::bytes() const {
-    return matrix_.bytes() + term_blocks_.capacity() * sizeof(Matrix3) + term_columns_.capacity() * sizeof(Index) +
-           pair_positions_.capacity() * sizeof(std::int64_t);
+    return pattern_.pattern_bytes() + term_columns_.capacity() * sizeof(Index) +
+           pair_positions_.capacity() * sizeof(std::int64_t) + smoothness_metric_.capacity() * sizeof(double);
+}
+
+std::size_t GaussNewtonSystem::workspace_bytes() const {
+    return pattern_.bytes() + term_columns_.size() * sizeof(Matrix3) + unknowns_.rows.size() * sizeof(Vector3) +
+           3 * unknowns_.free.size() * sizeof(double);
 }
 
 }  // namespace meanvalue

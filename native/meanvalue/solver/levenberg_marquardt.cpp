@@ -32,20 +32,21 @@ constexpr int kMostHalvings = 3;
 constexpr int kSettledSteps = 3;
 
 /// Solves H direction = -J (equation 19). @return whether H could be factored and the direction is finite.
-bool solve_step(GaussNewtonSystem& system, SparseCholesky& cholesky, int threads, const Execution& execution,
-                Eigen::VectorXd& direction) {
-    if (!cholesky.analysed()) cholesky.analyse(system.matrix().matrix(), execution, threads);
-    if (!cholesky.factorise(system.matrix().matrix(), execution, threads)) return false;
-    direction = -cholesky.solve(system.gradient(), execution);
+bool solve_step(const GaussNewtonSystem::Workspace& at, SparseCholesky& cholesky, int threads,
+                const Execution& execution, Eigen::VectorXd& direction) {
+    if (!cholesky.analysed()) cholesky.analyse(at.matrix.matrix(), execution, threads);
+    if (!cholesky.factorise(at.matrix.matrix(), execution, threads)) return false;
+    direction = -cholesky.solve(at.gradient, execution);
     return direction.allFinite();
 }
 
 /// One descent from a start; holds what its steps share.
 class Descent {
   public:
-    Descent(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
-            const MinimiseOptions& options, Positions& positions, Execution& execution)
+    Descent(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace, SparseCholesky& cholesky,
+            const Unknowns& unknowns, const MinimiseOptions& options, Positions& positions, Execution& execution)
         : system_(system),
+          workspace_(workspace),
           cholesky_(cholesky),
           unknowns_(unknowns),
           options_(options),
@@ -70,7 +71,7 @@ class Descent {
   private:
     double evaluate(const Positions& positions) {
         const StageTimer timer(report_.timings, "energy");
-        return system_.energy(positions, options_.threads, execution_);
+        return system_.energy(positions, options_.threads, execution_, workspace_);
     }
 
     /// One accepted step. @return whether another one is wanted.
@@ -120,19 +121,19 @@ class Descent {
 
     void linearise() {
         const StageTimer timer(report_.timings, "linearise");
-        system_.linearise(positions_, nullptr, options_.threads, execution_);
-        report_.gradient = system_.gradient().norm();
+        system_.linearise(positions_, nullptr, options_.threads, execution_, workspace_);
+        report_.gradient = workspace_.gradient.norm();
         if (report_.iterations == 0) report_.initial_gradient = report_.gradient;
-        system_.matrix().add_to_diagonal(kLeastDiagonal);
+        workspace_.matrix.add_to_diagonal(kLeastDiagonal);
         applied_damping_ = 0.0;
     }
 
     /// Solves (H + damping * metric) direction = -J.
     bool find_direction() {
         const StageTimer timer(report_.timings, "factor");
-        system_.matrix().add_identity_multiples(system_.smoothness_metric(), damping_ - applied_damping_);
+        workspace_.matrix.add_identity_multiples(system_.smoothness_metric(), damping_ - applied_damping_);
         applied_damping_ = damping_;
-        return solve_step(system_, cholesky_, options_.threads, execution_, direction_);
+        return solve_step(workspace_, cholesky_, options_.threads, execution_, direction_);
     }
 
     double longest_move() const {
@@ -145,7 +146,7 @@ class Descent {
 
     /// Halves the step until the energy falls enough. @return the share of it taken, 0 where none was.
     double search_line(int most_halvings) {
-        const double slope = direction_.dot(system_.gradient());
+        const double slope = direction_.dot(workspace_.gradient);
         promised_decrease_ = -0.5 * slope;
         double length = 1.0;
         for (int halving = 0; halving <= most_halvings; ++halving, length *= 0.5) {
@@ -161,7 +162,8 @@ class Descent {
         return 0.0;
     }
 
-    GaussNewtonSystem& system_;
+    const GaussNewtonSystem& system_;
+    GaussNewtonSystem::Workspace& workspace_;
     SparseCholesky& cholesky_;
     const Unknowns& unknowns_;
     const MinimiseOptions& options_;
@@ -195,21 +197,22 @@ const char* describe(StopReason reason) {
     return "";
 }
 
-MinimiseReport minimise(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
-                        const MinimiseOptions& options, Positions& positions, Execution& execution) {
+MinimiseReport minimise(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
+                        SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
+                        Positions& positions, Execution& execution) {
     execution.begin_stage("solve");
     if (unknowns.free.empty()) return {};
-    return Descent(system, cholesky, unknowns, options, positions, execution).run();
+    return Descent(system, workspace, cholesky, unknowns, options, positions, execution).run();
 }
 
-Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
-                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
-                             Execution& execution) {
-    system.linearise(base, &fixed_moves, options.threads, execution);
-    system.matrix().add_to_diagonal(kLeastDiagonal);
+Positions follow_fixed_moves(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
+                             SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
+                             const Positions& base, const Positions& fixed_moves, Execution& execution) {
+    system.linearise(base, &fixed_moves, options.threads, execution, workspace);
+    workspace.matrix.add_to_diagonal(kLeastDiagonal);
     Eigen::VectorXd direction;
     Positions result = base + fixed_moves;
-    if (solve_step(system, cholesky, options.threads, execution, direction)) {
+    if (solve_step(workspace, cholesky, options.threads, execution, direction)) {
         move_free(unknowns, base, direction, 1.0, result);
     } else {
         for (const Index v : unknowns.free)

@@ -56,18 +56,19 @@ struct MinimiseReport {
 };
 
 /// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.
-/// @param cholesky analysed for the system's pattern; analysed again here where it is not.
+/// @param workspace of the system. @param cholesky analysed for its pattern; analysed here where it is not.
 /// @param positions n x 3, finite. Left in any state on an exception.
 /// @throws Cancelled, SolverFailure.
-MinimiseReport minimise(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
-                        const MinimiseOptions& options, Positions& positions, Execution& execution);
+MinimiseReport minimise(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
+                        SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
+                        Positions& positions, Execution& execution);
 
 /// One Gauss-Newton step away from `base` that moves the fixed vertices by `fixed_moves` at the same time, so that
 /// the free ones follow smoothly instead of being left behind.
 /// @param base n x 3; @param fixed_moves n x 3, of which the fixed vertices' rows are read.
 /// @return n x 3, fixed vertices at base + fixed_moves. @throws Cancelled, SolverFailure.
-Positions follow_fixed_moves(GaussNewtonSystem& system, SparseCholesky& cholesky, const Unknowns& unknowns,
-                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
-                             Execution& execution);
+Positions follow_fixed_moves(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
+                             SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
+                             const Positions& base, const Positions& fixed_moves, Execution& execution);
 
 }  // namespace meanvalue

@@ -98,32 +98,39 @@ void throw_too_large(const SparseMatrix& lower, const char* action) {
 }
 
 void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution, int threads) {
-    pattern_.reset();
+    analysis_.reset();
     values_.reset();
     try {
-        auto pattern = std::make_unique<const SupernodalPattern>(find_supernodes(lower, threads, execution));
-        first_value_.assign(1, 0);
-        for (Index s = 0; s < pattern->count(); ++s)
-            first_value_.push_back(first_value_.back() + pattern->panel_size(s));
-        pattern_ = std::move(pattern);
+        auto analysis = std::make_shared<Analysis>();
+        analysis->pattern = find_supernodes(lower, threads, execution);
+        for (Index s = 0; s < analysis->pattern.count(); ++s)
+            analysis->first_value.push_back(analysis->first_value.back() + analysis->pattern.panel_size(s));
+        analysis_ = std::move(analysis);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "analyse");
     }
 }
 
+SparseCholesky SparseCholesky::of_same_pattern() const {
+    SparseCholesky other;
+    other.analysis_ = analysis_;
+    return other;
+}
+
 bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
     try {
         // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
-        if (!values_) values_.reset(new double[first_value_.back()]);
-        const PanelSink sink{[&](Index s, int) { return values_.get() + first_value_[s]; }, [](Index, int) {}};
-        return factor_fronts(*pattern_, lower, front_kernels(), threads, sink, execution);
+        if (!values_) values_.reset(new double[analysis_->first_value.back()]);
+        const PanelSink sink{[&](Index s, int) { return values_.get() + analysis_->first_value[s]; },
+                             [](Index, int) {}};
+        return factor_fronts(analysis_->pattern, lower, front_kernels(), threads, sink, execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "factor");
     }
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides, const Execution& execution) const {
-    const std::vector<Index>& order = pattern_->order;
+    const std::vector<Index>& order = pattern().order;
     const Eigen::Index size = right_hand_sides.rows();
     Eigen::MatrixXd x(size, right_hand_sides.cols());
     const auto each_number = [&](const auto& action) {
@@ -135,7 +142,7 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right_hand_sides, c
         }
     };
     each_number([&](Eigen::Index k, Eigen::Index side) { x(k, side) = right_hand_sides(order[k], side); });
-    Substitution(*pattern_, first_value_, values_.get()).solve(x, execution);
+    Substitution(analysis_->pattern, analysis_->first_value, values_.get()).solve(x, execution);
     Eigen::MatrixXd solution(size, x.cols());
     each_number([&](Eigen::Index k, Eigen::Index side) { solution(order[k], side) = x(k, side); });
     return solution;

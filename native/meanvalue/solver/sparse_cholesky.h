@@ -21,7 +21,9 @@ class SparseCholesky {
     /// @param threads as given by thread_count().
     /// @throws Cancelled, SolverFailure where memory is short; then analysed() is false.
     void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1);
-    bool analysed() const { return pattern_ != nullptr; }
+    bool analysed() const { return analysis_ != nullptr; }
+    /// Another one for matrices of the pattern that was analysed, for another thread; not factored yet.
+    SparseCholesky of_same_pattern() const;
 
     /// @param lower with the pattern that was analysed. @param threads as given by thread_count().
     /// @return false where the matrix is not positive definite to working precision.
@@ -34,11 +36,15 @@ class SparseCholesky {
     Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides, const Execution& execution) const;
 
     /// @pre analysed().
-    const SupernodalPattern& pattern() const { return *pattern_; }
+    const SupernodalPattern& pattern() const { return analysis_->pattern; }
 
   private:
-    std::unique_ptr<const SupernodalPattern> pattern_;
-    std::vector<std::int64_t> first_value_;  // of each supernode's panel: row_count x width by columns
+    struct Analysis {
+        SupernodalPattern pattern;
+        std::vector<std::int64_t> first_value = {0};  // of each supernode's panel: row_count x width by columns
+    };
+
+    std::shared_ptr<const Analysis> analysis_;
     std::unique_ptr<double[]> values_;
 };
 

@@ -40,7 +40,7 @@ void SupernodalFactor::build_supernodes(const SupernodalPattern& pattern, const 
     supernodes_.resize(pattern.count());
     std::vector<std::int64_t> weights(pattern.count());
     std::int64_t below = 0;
-    Index blocks = 0;
+    most_blocks_ = 0;
     value_count_ = 0;
     for (Index s = 0; s < pattern.count(); ++s) {
         execution.check_every(s);
@@ -49,12 +49,10 @@ void SupernodalFactor::build_supernodes(const SupernodalPattern& pattern, const 
         supernodes_[s] = {pattern.first_column[s], width, row_count, below, value_count_};
         below += row_count - width;
         value_count_ += lanes_of(width, row_count);
-        blocks = std::max(blocks, block_count(row_count));
+        most_blocks_ = std::max(most_blocks_, block_count(row_count));
         weights[s] = pattern.panel_size(s);
     }
     below_.resize(below);
-    scratch_size_ = 3 * static_cast<std::size_t>(blocks);
-    scratch_.clear();
     tasks_ = cut_into_tasks(pattern.parents, weights);
 }
 
@@ -98,7 +96,7 @@ void SupernodalFactor::place_rows(const SupernodalPattern& pattern, const Execut
                                     : outside_[parent].place + static_cast<Index>(found - rows[parent].begin()));
         }
     }
-    work_.assign(static_cast<std::size_t>(next_place) * kStride, 0.0F);
+    row_count_ = next_place;
 }
 
 bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
@@ -123,34 +121,38 @@ bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& exe
 }
 
 void SupernodalFactor::solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
-                             const Execution& execution) {
+                             const Execution& execution, Workspace& workspace) const {
     const auto worthwhile = static_cast<int>(std::min<std::int64_t>(1 + value_count_ / kLanesPerThread, 1024));
     const int workers = std::min({threads, worthwhile, std::max(1, static_cast<int>(tasks_.size()))});
-    while (scratch_.size() < static_cast<std::size_t>(workers))
-        scratch_.emplace_back(scratch_size_);
-    scale_ = scale_of(right_hand_sides);
-    runner_.run(
+    const std::size_t numbers = static_cast<std::size_t>(row_count_) * kStride;
+    if (workspace.rows.size() < numbers) workspace.rows.resize(numbers);
+    if (workspace.blocks.size() < static_cast<std::size_t>(workers)) workspace.blocks.resize(workers);
+    for (std::vector<Lanes>& blocks : workspace.blocks) {
+        if (blocks.size() < 3 * static_cast<std::size_t>(most_blocks_)) blocks.resize(3 * most_blocks_);
+    }
+    workspace.scale = scale_of(right_hand_sides);
+    workspace.runner.run(
         tasks_, workers, execution,
-        [&](Index task, int worker) { forward(right_hand_sides, task, worker, execution); },
-        [&](Index task, int worker) { backward(solution, task, worker, execution); });
+        [&](Index task, int worker) { forward(right_hand_sides, task, worker, execution, workspace); },
+        [&](Index task, int worker) { backward(solution, task, worker, execution, workspace); });
 }
 
 void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task, int worker,
-                               const Execution& execution) {
+                               const Execution& execution, Workspace& workspace) const {
     const FlushDenormals flush;
     const EliminationTask& nodes = tasks_[task];
     const Supernode& last = supernodes_[nodes.end - 1];
     for (Index k = supernodes_[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
         for (int side = 0; side < 3; ++side)
-            row(k)[side] = static_cast<float>(scale_ * right_hand_sides(order_[k], side));
+            workspace.row(k)[side] = static_cast<float>(workspace.scale * right_hand_sides(order_[k], side));
     }
     const Outside& outside = outside_[task];
-    std::fill_n(row(outside.place), outside.in_parent.size() * kStride, 0.0F);
+    std::fill_n(workspace.row(outside.place), outside.in_parent.size() * kStride, 0.0F);
     for (const Index child : nodes.children) {
-        const float* from = row(outside_[child].place);
+        const float* from = workspace.row(outside_[child].place);
         for (const Index place : outside_[child].in_parent) {
             for (int side = 0; side < 3; ++side)
-                row(place)[side] += from[side];
+                workspace.row(place)[side] += from[side];
             from += kStride;
         }
     }
@@ -158,36 +160,46 @@ void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task
     for (Index s = nodes.begin; s < nodes.end; ++s) {
         execution.check();
         const Supernode& node = supernodes_[s];
-        kernel(node, &values_[node.values], below_.data() + node.first_below, scratch_[worker].data(), work_.data());
+        kernel(node, &values_[node.values], below_.data() + node.first_below, workspace.blocks[worker].data(),
+               workspace.rows.data());
     }
 }
 
-void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution) {
+void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
+                                Workspace& workspace) const {
     const FlushDenormals flush;
     const EliminationTask& nodes = tasks_[task];
-    float* to = row(outside_[task].place);
+    float* to = workspace.row(outside_[task].place);
     for (const Index place : outside_[task].in_parent) {
-        std::copy_n(row(place), kStride, to);
+        std::copy_n(workspace.row(place), kStride, to);
         to += kStride;
     }
     const auto kernel = supernode_kernels().backward;
     for (Index s = nodes.end - 1; s >= nodes.begin; --s) {
         execution.check();
         const Supernode& node = supernodes_[s];
-        kernel(node, &values_[node.values], below_.data() + node.first_below, scratch_[worker].data(), work_.data());
+        kernel(node, &values_[node.values], below_.data() + node.first_below, workspace.blocks[worker].data(),
+               workspace.rows.data());
     }
     const Supernode& last = supernodes_[nodes.end - 1];
     for (Index k = supernodes_[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
         for (int side = 0; side < 3; ++side)
-            solution(order_[k], side) = row(k)[side] / scale_;
+            solution(order_[k], side) = workspace.row(k)[side] / workspace.scale;
     }
 }
 
 std::size_t SupernodalFactor::bytes() const {
     std::size_t bytes = value_count_ * sizeof(Lanes) + supernodes_.size() * sizeof(Supernode) +
-                        (order_.size() + below_.size()) * sizeof(Index) + work_.size() * sizeof(float);
+                        (order_.size() + below_.size()) * sizeof(Index);
     for (const Outside& outside : outside_)
         bytes += outside.in_parent.size() * sizeof(Index);
+    return bytes;
+}
+
+std::size_t SupernodalFactor::Workspace::bytes() const {
+    std::size_t bytes = rows.capacity() * sizeof(float);
+    for (const std::vector<Lanes>& scratch : blocks)
+        bytes += scratch.capacity() * sizeof(Lanes);
     return bytes;
 }
 

@@ -19,9 +19,25 @@ namespace meanvalue {
 /// (docs/decisions/0006-single-precision-factor.md). Only the lower triangle of a matrix is read.
 ///
 /// The bits of a solution do not depend on the number of threads. They may differ between processors, of which some
-/// round less often.
+/// round less often. Once factored it is not written to: any number of threads may solve with it, each with a
+/// Workspace of its own.
 class SupernodalFactor {
   public:
+    /// What a solve writes besides its result; for factors of any sizes, one after another.
+    class Workspace {
+      public:
+        std::size_t bytes() const;
+
+      private:
+        friend class SupernodalFactor;
+        float* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
+
+        TaskRunner runner;
+        std::vector<float> rows;
+        std::vector<std::vector<Lanes>> blocks;  // one a worker
+        double scale = 1.0;                      // of the right-hand sides
+    };
+
     /// Fill-reducing order, symbolic analysis and the division into tasks; once for each pattern.
     /// @param threads as given by thread_count().
     /// @throws Cancelled, SolverFailure; then analysed() is false.
@@ -33,12 +49,13 @@ class SupernodalFactor {
     /// @throws Cancelled, SolverFailure; then it may be called again. @pre analysed().
     bool factorise(const SparseMatrix& lower, const Execution& execution, int threads = 1);
 
-    /// x in matrix * x = right_hand_sides, for three right-hand sides; nothing is allocated but the threads.
+    /// x in matrix * x = right_hand_sides, for three right-hand sides; a workspace that was used before allocates
+    /// nothing.
     /// @param right_hand_sides n x 3. @param solution n x 3; may be the same memory.
     /// @param threads as given by thread_count(); small systems take fewer.
     /// @throws Cancelled; `solution` is then half written. @pre factorise() returned true, the last time.
     void solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
-               const Execution& execution);
+               const Execution& execution, Workspace& workspace) const;
 
     Index size() const { return static_cast<Index>(order_.size()); }
     /// What it keeps, without what the analysis keeps for factorising again.
@@ -54,9 +71,10 @@ class SupernodalFactor {
 
     void build_supernodes(const SupernodalPattern& pattern, const Execution& execution);
     void place_rows(const SupernodalPattern& pattern, const Execution& execution);
-    void forward(const PositionsView& right_hand_sides, Index task, int worker, const Execution& execution);
-    void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution);
-    float* row(Index place) { return work_.data() + static_cast<std::size_t>(place) * kStride; }
+    void forward(const PositionsView& right_hand_sides, Index task, int worker, const Execution& execution,
+                 Workspace& workspace) const;
+    void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
+                  Workspace& workspace) const;
 
     std::unique_ptr<const SupernodalPattern> pattern_;
     std::vector<Index> order_;  // the row of the matrix that is row k of the factor
@@ -66,12 +84,8 @@ class SupernodalFactor {
     std::vector<Outside> outside_;
     std::int64_t value_count_ = 0;  // lanes
     std::unique_ptr<Lanes[]> values_;
-
-    TaskRunner runner_;
-    std::vector<float> work_;
-    std::vector<std::vector<Lanes>> scratch_;  // one a worker
-    std::size_t scratch_size_ = 0;
-    double scale_ = 1.0;  // of the right-hand sides now being solved for
+    Index row_count_ = 0;    // of the work vector
+    Index most_blocks_ = 0;  // of a supernode
 };
 
 }  // namespace meanvalue
