@@ -14,12 +14,13 @@ ALLOWED = {
     "common": set(),
     "mesh": {"common"},
     "encoding": {"common", "mesh"},
-    "solver": {"common", "mesh", "encoding"},
-    "hierarchy": {"common", "mesh", "encoding", "solver"},
-    "fast": {"common", "mesh", "encoding", "solver", "hierarchy"},
-    "deform": {"common", "mesh", "encoding", "solver", "hierarchy", "fast"},
+    "linalg": {"common"},
+    "hierarchy": {"common", "mesh", "encoding", "linalg"},
+    "optimise": {"common", "mesh", "encoding", "linalg"},
+    "decode": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise"},
+    "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
     # What we are compared with; nothing of the product depends on it.
-    "baselines": {"common", "mesh", "encoding", "solver", "hierarchy"},
+    "baselines": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
 }
 
 

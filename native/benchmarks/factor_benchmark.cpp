@@ -7,9 +7,9 @@
 #include <string>
 
 #include "benchmarks/factor_cases.h"
-#include "meanvalue/solver/graph.h"
-#include "meanvalue/solver/nested_dissection.h"
-#include "meanvalue/solver/sparse_cholesky.h"
+#include "meanvalue/linalg/graph.h"
+#include "meanvalue/linalg/nested_dissection.h"
+#include "meanvalue/linalg/sparse_cholesky.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meanvalue/solver/block_matrix.h"
+#include "meanvalue/linalg/block_matrix.h"
 
 namespace meanvalue::benchmarks {
 

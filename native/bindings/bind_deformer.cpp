@@ -56,7 +56,7 @@ std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::ob
     const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return bind_abandonable(*owned->binding, held);
+    return bind_detached(*owned->binding, held);
 }
 
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
@@ -66,7 +66,7 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
     const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
     const SharedExecution held = execution_or_new(execution);
     return {held, [owned, held]() -> Task::Deliver {
-                const std::shared_ptr<Deformer> deformer = bind_abandonable(*owned->binding, held);
+                const std::shared_ptr<Deformer> deformer = bind_detached(*owned->binding, held);
                 return [deformer] { return py::cast(deformer); };
             }};
 }
@@ -159,9 +159,22 @@ void bind_reports(py::module_& module) {
         .def_readonly("iterations", &Solution::iterations, "int: of the whole mesh, in the last stage.")
         .def_readonly("all_iterations", &Solution::all_iterations,
                       "int: with those of coarser levels and of the stages before the last.")
-        .def_readonly("converged", &Solution::converged,
-                      "bool: a minimum is near; method 'paper': of its base mesh and its coarse level.")
-        .def_readonly("stop_reason", &Solution::stop_reason)
+        .def_readonly(
+            "converged", &Solution::converged,
+            "bool: a minimum is near: steps were as short as asked for, or lowered the energy by too little\n"
+            "to go on; method 'paper': of its base mesh and its coarse level.")
+        .def_readonly(
+            "stop_reason", &Solution::stop_reason,
+            "str: why the solve ended.\n"
+            "'converged': a minimum is near.\n"
+            "'iteration limit': at max_iterations; a solve from this shape goes on.\n"
+            "'left to the next solve': method 'fast', with a start: in a long flat valley, which the next\n"
+            "frame of the drag goes on along; settle=True goes to its end.\n"
+            "'no step lowers the energy further': at the limit of rounding; converged tells whether near a\n"
+            "minimum.\n"
+            "'the energy no longer falls': method 'full': in a long flat valley.\n"
+            "'converged at the coarse level', 'base mesh: ...': method 'paper', whose last stages are sweeps.\n"
+            "'no free vertices': nothing may move.")
         .def_readonly("timings", &Solution::timings, "dict: stage -> seconds, and 'total'.");
 }
 
@@ -210,14 +223,17 @@ void bind_deformer(py::module_& module) {
             "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
             "bounding-box diagonal; None: 1e-4 for method 'fast' (5e-5 at rigidity 0), 1e-6 for the others.\n"
             "From rest, method 'fast' stops also when the energy falls by less than 50 times it in four steps.\n"
-            "max_iterations: of each stage of the solve; Solution.all_iterations counts those of all.\n"
+            "max_iterations: the most of each stage of the solve (the whole mesh, and the coarser levels before "
+            "it);\n"
+            "at the limit, the best shape so far is returned. Solution.all_iterations counts those of all stages.\n"
             "Method 'full' stops also "
             "when the energy falls by less than 100 times it in three steps on end.\n"
             "settle: with a start, solve from rest as well and keep whichever ends at the lower energy: for the\n"
             "end of a drag.\n"
+            "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
             "Returns a Solution.\n"
-            "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. A second thread that\n"
-            "calls waits for the first. In a forked process, a deformer that was being solved raises SolverFailure.")
+            "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. Threads may solve on one\n"
+            "deformer side by side, each with the bits that it has alone.")
         .def("start_solve", &start_solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),

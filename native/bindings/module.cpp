@@ -1,6 +1,6 @@
 #include "bindings/bind.h"
 #include "bindings/task.h"
-#include "meanvalue/common/abandon.h"
+#include "meanvalue/common/detached_job.h"
 
 PYBIND11_MODULE(meanvalue, module) {
     module.doc() =
@@ -10,7 +10,7 @@ PYBIND11_MODULE(meanvalue, module) {
     // No thread may run on while the process takes its libraries down.
     const auto stop_all = [] {
         meanvalue::bindings::cancel_tasks();
-        meanvalue::wait_for_abandoned();
+        meanvalue::wait_for_detached();
     };
     pybind11::module_::import("atexit").attr("register")(
         pybind11::cpp_function(stop_all, pybind11::call_guard<pybind11::gil_scoped_release>()));

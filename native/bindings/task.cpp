@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <system_error>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "bindings/bind.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/fork.h"
+#include "meanvalue/common/thread_pool.h"
 
 namespace meanvalue::bindings {
 namespace {
@@ -47,7 +46,7 @@ Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work) 
     state_->execution = std::move(execution);
     running().add(state_->execution);
     try {
-        std::thread([state = state_, work = std::move(work)]() mutable {
+        start_on_pool([state = state_, work = std::move(work)]() mutable {
             Deliver deliver;
             std::exception_ptr failure;
             try {
@@ -66,10 +65,7 @@ Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work) 
             const auto execution = state->execution;
             state = nullptr;
             running().remove(execution);
-        }).detach();
-    } catch (const std::system_error& error) {
-        running().remove(state_->execution);
-        throw ::meanvalue::SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
+        });
     } catch (...) {
         running().remove(state_->execution);
         throw;

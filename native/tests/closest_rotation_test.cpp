@@ -1,10 +1,10 @@
-#include "meanvalue/solver/closest_rotation.h"
+#include "meanvalue/linalg/closest_rotation.h"
 
 #include <cmath>
 #include <limits>
 #include <random>
 
-#include "meanvalue/solver/similarity.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

@@ -1,4 +1,4 @@
-#include "meanvalue/fast/deformation_energy.h"
+#include "meanvalue/decode/fast/deformation_energy.h"
 
 #include <cmath>
 #include <random>

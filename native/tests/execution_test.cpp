@@ -6,7 +6,7 @@
 #include <memory>
 #include <thread>
 
-#include "meanvalue/common/abandon.h"
+#include "meanvalue/common/detached_job.h"
 #include "meanvalue/common/errors.h"
 #include "tests/support.h"
 
@@ -45,9 +45,9 @@ TEST(WorkMeter, LooksByTheWorkDone) {
 
 TEST(Abandon, ReturnsWhatTheWorkDidAndThrowsWhatItThrew) {
     const auto done = std::make_shared<bool>(false);
-    run_abandonable([done] { *done = true; }, Execution());
+    run_detached([done] { *done = true; }, Execution());
     EXPECT_TRUE(*done);
-    EXPECT_THROW(run_abandonable([] { throw SolverFailure("no"); }, Execution()), SolverFailure);
+    EXPECT_THROW(run_detached([] { throw SolverFailure("no"); }, Execution()), SolverFailure);
 }
 
 /// Work that goes on until it is released, and a cancel that comes once it has begun.
@@ -70,7 +70,7 @@ struct EndlessWork {
                 std::this_thread::yield();
             *ended = true;
         };
-        EXPECT_THROW(run_abandonable(work, execution), Cancelled);  // would hang where it waited
+        EXPECT_THROW(run_detached(work, execution), Cancelled);  // would hang where it waited
         canceller.join();
     }
 };
@@ -80,7 +80,7 @@ TEST(Abandon, ACancelDoesNotWaitForTheWork) {
     work.leave_behind();
     EXPECT_FALSE(*work.ended);
     *work.release = true;
-    wait_for_abandoned();
+    wait_for_detached();
     EXPECT_TRUE(*work.ended);
 }
 
@@ -94,12 +94,12 @@ TEST(Abandon, LeavesNoMoreThanOnePieceOfWorkBehind) {
         std::this_thread::sleep_for(std::chrono::milliseconds(30));
         execution.cancel();
     });
-    EXPECT_THROW(run_abandonable([begun] { *begun = true; }, execution), Cancelled);
+    EXPECT_THROW(run_detached([begun] { *begun = true; }, execution), Cancelled);
     canceller.join();
     EXPECT_FALSE(*begun);
     *work.release = true;
-    wait_for_abandoned();
-    run_abandonable([begun] { *begun = true; }, Execution());
+    wait_for_detached();
+    run_detached([begun] { *begun = true; }, Execution());
     EXPECT_TRUE(*begun);
 }
 
@@ -118,13 +118,13 @@ TEST(Abandon, WorkMayItselfLeaveWorkBehind) {
                 std::this_thread::yield();
             *ended = true;
         };
-        run_abandonable(endless, *execution);
+        run_detached(endless, *execution);
     };
-    EXPECT_THROW(run_abandonable(outer, *execution), Cancelled);
+    EXPECT_THROW(run_detached(outer, *execution), Cancelled);
     canceller.join();
     EXPECT_FALSE(*inner.ended);
     *inner.release = true;
-    wait_for_abandoned();
+    wait_for_detached();
     EXPECT_TRUE(*inner.ended);
 }
 
@@ -154,12 +154,12 @@ TEST(Abandon, WorkLeftBehindFreesWhatItOwnsBeforeItIsDone) {
                 std::this_thread::yield();
             execution.cancel();
         });
-        EXPECT_THROW(run_abandonable(work, execution), Cancelled);
+        EXPECT_THROW(run_detached(work, execution), Cancelled);
         canceller.join();
     }
     EXPECT_FALSE(freed);
     *endless.release = true;
-    wait_for_abandoned();
+    wait_for_detached();
     EXPECT_TRUE(freed);
 }
 

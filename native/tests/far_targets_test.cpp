@@ -7,7 +7,7 @@
 #include "meanvalue/baselines/arap.h"
 #include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/deform/deformer.h"
-#include "meanvalue/solver/levenberg_marquardt.h"
+#include "meanvalue/optimise/levenberg_marquardt.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

@@ -1,4 +1,4 @@
-#include "meanvalue/fast/fast_decoder.h"
+#include "meanvalue/decode/fast/fast_decoder.h"
 
 #include <algorithm>
 #include <chrono>

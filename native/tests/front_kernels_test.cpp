@@ -1,4 +1,4 @@
-#include "meanvalue/solver/front_kernels.h"
+#include "meanvalue/linalg/front_kernels.h"
 
 #include <cmath>
 #include <limits>

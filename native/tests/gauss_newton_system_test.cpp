@@ -1,4 +1,4 @@
-#include "meanvalue/solver/gauss_newton_system.h"
+#include "meanvalue/optimise/gauss_newton_system.h"
 
 #include "tests/support.h"
 

@@ -23,7 +23,8 @@ OneRings rings_of(const Mesh& mesh) {
 Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<char>& is_fixed, const CoarseningOptions& options,
                        int threads = 1) {
     Execution execution;
-    return build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, threads, execution);
+    return encode_along(find_removal_order(rings_of(mesh), mesh.vertices, is_fixed, options, threads, execution),
+                        mesh.vertices, SplitBy::kEncoding, threads, execution);
 }
 
 std::vector<char> flags_of(const Mesh& mesh, const std::vector<Index>& vertices) {
@@ -370,7 +371,9 @@ TEST(Hierarchy, Cancels) {
     Execution execution;
     execution.cancel();
     const std::vector<char> is_fixed(mesh.vertex_count(), 0);
-    EXPECT_THROW(build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, {}, 1, execution), Cancelled);
+    EXPECT_THROW(encode_along(find_removal_order(rings_of(mesh), mesh.vertices, is_fixed, {}, 1, execution),
+                              mesh.vertices, SplitBy::kEncoding, 1, execution),
+                 Cancelled);
     Positions positions = mesh.vertices;
     const Hierarchy hierarchy = hierarchy_of(mesh, {0, 1, 2, 3});
     EXPECT_THROW(hierarchy.split(0, -1, positions, 1, execution), Cancelled);
@@ -383,7 +386,8 @@ TEST(Hierarchy, CancelsAtAnyPlaceOfCoarseningAndSplits) {
     CoarseningOptions options;
     options.level_sizes = {400};
     const auto build = [&](Execution& execution) {
-        return build_hierarchy(rings, mesh.vertices, is_fixed, options, 2, execution);
+        return encode_along(find_removal_order(rings, mesh.vertices, is_fixed, options, 2, execution), mesh.vertices,
+                            SplitBy::kEncoding, 2, execution);
     };
     EXPECT_EQ(cancelled_everywhere(build), (std::vector<std::string>{"", "build hierarchy", "encode"}));
     Execution execution;
@@ -417,7 +421,9 @@ TEST(Hierarchy, ACancelDoesNotWaitForAHub) {
         asked = std::chrono::steady_clock::now();
         execution.cancel();
     });
-    EXPECT_THROW(build_hierarchy(rings, mesh.vertices, is_fixed, {}, 1, execution), Cancelled);
+    EXPECT_THROW(encode_along(find_removal_order(rings, mesh.vertices, is_fixed, {}, 1, execution), mesh.vertices,
+                              SplitBy::kEncoding, 1, execution),
+                 Cancelled);
     const auto returned = std::chrono::steady_clock::now();
     canceller.join();
     EXPECT_LT(returned - asked, std::chrono::seconds(5));  // some milliseconds

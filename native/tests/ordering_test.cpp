@@ -5,12 +5,12 @@
 #include <set>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/solver/elimination_tree.h"
-#include "meanvalue/solver/graph.h"
-#include "meanvalue/solver/minimum_degree.h"
-#include "meanvalue/solver/nested_dissection.h"
-#include "meanvalue/solver/separator.h"
-#include "meanvalue/solver/supernodal_pattern.h"
+#include "meanvalue/linalg/elimination_tree.h"
+#include "meanvalue/linalg/graph.h"
+#include "meanvalue/linalg/minimum_degree.h"
+#include "meanvalue/linalg/nested_dissection.h"
+#include "meanvalue/linalg/separator.h"
+#include "meanvalue/linalg/supernodal_pattern.h"
 #include "tests/matrices.h"
 #include "tests/support.h"
 

@@ -1,4 +1,4 @@
-#include "meanvalue/hierarchy/paper_decoder.h"
+#include "meanvalue/decode/paper_decoder.h"
 
 #include <cmath>
 #include <memory>
@@ -6,7 +6,7 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/solver/gauss_newton_cg.h"
+#include "meanvalue/optimise/gauss_newton_cg.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

@@ -1,4 +1,4 @@
-#include "meanvalue/solver/ring_room.h"
+#include "meanvalue/optimise/ring_room.h"
 
 #include <cmath>
 #include <optional>

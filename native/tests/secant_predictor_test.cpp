@@ -1,4 +1,4 @@
-#include "meanvalue/fast/secant_predictor.h"
+#include "meanvalue/decode/fast/secant_predictor.h"
 
 #include <cmath>
 #include <limits>

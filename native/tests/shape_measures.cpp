@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meanvalue/solver/similarity.h"
+#include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue::tests {
 namespace {

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "meanvalue/fast/deformation_energy.h"
+#include "meanvalue/decode/fast/deformation_energy.h"
+#include "meanvalue/mesh/extent.h"
 #include "tests/fast_poses.h"
 
 namespace meanvalue::tests {
@@ -161,10 +162,11 @@ TEST_P(SoftPose, TheSolutionIsAMinimumOfAnEnergyWithTheSprings) {
     }
     const Unknowns unknowns = find_unknowns(encoding, is_fixed);
     Execution execution;
-    const DeformationEnergy energy(encoding, unknowns, pose.mesh.vertices, pose.mesh.diagonal(), 1.0, execution,
-                                   DeformationEnergy::Kernel::kFastest, Springs(soft, unknowns));
+    const DeformationEnergy energy(encoding, unknowns, pose.mesh.vertices,
+                                   mean_diagonal(pose.mesh.vertices, 1, execution), 1.0, execution,
+                                   DeformationEnergy::Kernel::kFastest, SoftConstraints(soft, unknowns));
     auto workspace = energy.make_workspace();
-    workspace.spring_targets = energy.springs().targets_of(pose.targets);
+    workspace.soft_targets = energy.soft_constraints().targets_of(pose.targets);
     Positions gradient(static_cast<Eigen::Index>(unknowns.free.size()), 3);
     const auto energy_at = [&](const Positions& positions) {
         return energy.evaluate(positions, kDefaultRigidity, gradient, 1, execution, workspace);
@@ -252,7 +254,9 @@ TEST(SoftAnchors, DenseOnesAreThinnedOutOnTheCoarseLevelAndTheirTotalIsKept) {
         is_fixed[v] = mesh.vertices(v, 2) < -0.8 ? 1 : 0;
         if (options.is_soft[v]) soft.push_back({v, static_cast<Index>(soft.size()), 0.25 + 0.5 * (v % 3)});
     }
-    const Hierarchy hierarchy = build_hierarchy(rings, mesh.vertices, is_fixed, options, 1, execution);
+    const Hierarchy hierarchy =
+        encode_along(find_removal_order(rings, mesh.vertices, is_fixed, options, 1, execution), mesh.vertices,
+                     SplitBy::kEncoding, 1, execution);
     EXPECT_EQ(hierarchy.base().free_count, 1000);
     const std::vector<SoftAnchor> coarse =
         coarse_soft_anchors(soft, hierarchy, hierarchy.base(), mesh.vertex_count(), 2.0);

@@ -1,4 +1,4 @@
-#include "meanvalue/solver/sparse_cholesky.h"
+#include "meanvalue/linalg/sparse_cholesky.h"
 
 #include <atomic>
 #include <chrono>
@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/solver/multifrontal.h"
+#include "meanvalue/linalg/multifrontal.h"
 #include "tests/matrices.h"
 #include "tests/support.h"
 

@@ -1,4 +1,4 @@
-#include "meanvalue/solver/supernodal_factor.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 
 #include <atomic>
 #include <chrono>
@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/solver/sparse_cholesky.h"
+#include "meanvalue/linalg/sparse_cholesky.h"
 #include "tests/matrices.h"
 #include "tests/support.h"
 

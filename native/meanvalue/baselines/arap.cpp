@@ -7,8 +7,8 @@
 #include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/solver/similarity.h"
-#include "meanvalue/solver/sparse_cholesky.h"
+#include "meanvalue/linalg/procrustes.h"
+#include "meanvalue/linalg/sparse_cholesky.h"
 
 namespace meanvalue::baselines {
 namespace {

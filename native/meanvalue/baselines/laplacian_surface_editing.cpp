@@ -7,7 +7,7 @@
 #include "meanvalue/common/cross_matrix.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/solver/similarity.h"
+#include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue::baselines {
 namespace {

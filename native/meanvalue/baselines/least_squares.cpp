@@ -1,9 +1,9 @@
 #include "meanvalue/baselines/least_squares.h"
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/solver/block_matrix.h"
-#include "meanvalue/solver/product_pattern.h"
-#include "meanvalue/solver/ring_room.h"
+#include "meanvalue/linalg/block_matrix.h"
+#include "meanvalue/linalg/product_pattern.h"
+#include "meanvalue/optimise/ring_room.h"
 
 namespace meanvalue::baselines {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/solver/sparse_cholesky.h"
-#include "meanvalue/solver/unknowns.h"
+#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue::baselines {
 

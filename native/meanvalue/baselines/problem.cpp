@@ -2,9 +2,9 @@
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/triangle_mesh.h"
-#include "meanvalue/solver/carry_parts.h"
 
 namespace meanvalue::baselines {
 

@@ -8,7 +8,7 @@
 #include "meanvalue/common/types.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/one_ring.h"
-#include "meanvalue/solver/unknowns.h"
+#include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue::baselines {
 

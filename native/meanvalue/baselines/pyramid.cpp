@@ -78,12 +78,13 @@ Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution
     const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed, execution);
     const Index vertex_count = static_cast<Index>(region.vertices.size());
     const TriangleMesh mesh(vertex_count, region.faces, execution);
-    const Hierarchy hierarchy = build_hierarchy(collect_one_rings(mesh, execution), region.positions, region.is_fixed,
-                                                {}, setup.threads, execution);
+    const Hierarchy hierarchy = encode_along(find_removal_order(collect_one_rings(mesh, execution), region.positions,
+                                                                region.is_fixed, {}, setup.threads, execution),
+                                             region.positions, SplitBy::kEncoding, setup.threads, execution);
     const OneRings rings = removal_rings(hierarchy.base().splits, vertex_count, execution);
     const Encoding encoding =
-        encode_along(rings, region.positions, face_normals(rings, region.positions, setup.threads, execution),
-                     setup.threads, execution);
+        encode_with_normals(rings, region.positions, face_normals(rings, region.positions, setup.threads, execution),
+                            setup.threads, execution);
 
     Positions positions(vertex_count, 3);
     for (Index v = 0; v < vertex_count; ++v)
@@ -112,9 +113,9 @@ Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution
 Positions pyramid(const Problem& problem, const PyramidOptions& options, Execution& execution) {
     if (options.sweeps < 0) throw InvalidInput(message("sweeps is ", options.sweeps, "; give 0 or more"));
     const Setup setup = set_up(problem, execution);
-    const Encoding encoding =
-        encode_along(setup.rings, problem.vertices,
-                     face_normals(setup.rings, problem.vertices, setup.threads, execution), setup.threads, execution);
+    const Encoding encoding = encode_with_normals(
+        setup.rings, problem.vertices, face_normals(setup.rings, problem.vertices, setup.threads, execution),
+        setup.threads, execution);
     Positions positions = decode_hierarchy(problem, setup, execution);
     execution.begin_stage("solve");
     Positions next = positions;

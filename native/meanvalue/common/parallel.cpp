@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
-#include <memory>
-#include <system_error>
 #include <thread>
 #include <vector>
 
-#include "meanvalue/common/crew.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/thread_pool.h"
 
 namespace meanvalue {
 namespace {
@@ -30,11 +28,9 @@ constexpr Index kShared = 512;
 /// Lets no thread of a team pass before all have come.
 class Barrier {
   public:
-    explicit Barrier(int members) : members_(members) {}
-
-    void wait() {
+    void wait(int members) {
         const int round = round_.load(std::memory_order_acquire);
-        if (waiting_.fetch_add(1, std::memory_order_acq_rel) + 1 == members_) {
+        if (waiting_.fetch_add(1, std::memory_order_acq_rel) + 1 == members) {
             waiting_.store(0, std::memory_order_relaxed);
             round_.store(round + 1, std::memory_order_release);
             return;
@@ -47,10 +43,15 @@ class Barrier {
 
   private:
     static constexpr int kPatience = 1000;
-    int members_;
     std::atomic<int> waiting_{0};
     std::atomic<int> round_{0};
 };
+
+void rethrow_first(const std::vector<std::exception_ptr>& failures) {
+    for (const std::exception_ptr& failure : failures) {
+        if (failure) std::rethrow_exception(failure);
+    }
+}
 
 }  // namespace
 
@@ -62,28 +63,6 @@ int thread_count(int requested) {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-namespace {
-
-/// Where the crew is not to be had.
-void run_on_new_threads(int workers, const std::function<void(int)>& work) {
-    std::vector<std::thread> others;
-    others.reserve(workers - 1);
-    int started = 1;
-    try {
-        for (; started < workers; ++started)
-            others.emplace_back(work, started);
-    } catch (const std::system_error&) {
-        // The system has no thread to spare: what is left over is done here instead.
-    }
-    work(0);
-    for (int worker = started; worker < workers; ++worker)
-        work(worker);
-    for (std::thread& other : others)
-        other.join();
-}
-
-}  // namespace
-
 void run_workers(int workers, const std::function<void(int)>& body) {
     std::vector<std::exception_ptr> failures(workers);
     const auto work = [&](int worker) {
@@ -93,10 +72,8 @@ void run_workers(int workers, const std::function<void(int)>& body) {
             failures[worker] = std::current_exception();
         }
     };
-    if (workers <= 1 || !run_on_crew(workers, work)) run_on_new_threads(workers, work);
-    for (const std::exception_ptr& failure : failures) {
-        if (failure) std::rethrow_exception(failure);
-    }
+    run_on_pool(workers, work);
+    rethrow_first(failures);
 }
 
 void parallel_for(Index count, int threads, const Execution& execution,
@@ -138,12 +115,8 @@ void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execu
     }
     std::vector<std::exception_ptr> failures(workers);
     std::atomic<bool> failed{false};
-    std::atomic<int> team{0};  // how many take part, once it is known
-    std::unique_ptr<Barrier> barrier;
-    const auto work = [&](int worker) {
-        int members = 0;
-        while ((members = team.load(std::memory_order_acquire)) == 0)
-            std::this_thread::yield();
+    Barrier barrier;
+    run_team_on_pool(workers, [&](int member, int members) {
         for (std::size_t k = 0; k + 1 < bounds.size(); ++k) {
             const Index begin = bounds[k];
             const Index count = bounds[k + 1] - begin;
@@ -153,36 +126,20 @@ void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execu
             };
             // Whoever fails still comes to every barrier, or the others would wait for ever.
             try {
-                if (!failed && (shared || worker == 0)) {
-                    run_pieces(shared ? share(worker) : begin, shared ? share(worker + 1) : bounds[k + 1], execution,
+                if (!failed && (shared || member == 0)) {
+                    run_pieces(shared ? share(member) : begin, shared ? share(member + 1) : bounds[k + 1], execution,
                                body);
                 }
             } catch (...) {
-                failures[worker] = std::current_exception();
+                failures[member] = std::current_exception();
                 failed = true;
             }
             // The first thread goes through short ranges alone, and the others meet it at the next that is shared.
             const bool next_shared = k + 2 < bounds.size() && bounds[k + 2] - bounds[k + 1] >= kShared;
-            if (shared || next_shared) barrier->wait();
+            if (shared || next_shared) barrier.wait(members);
         }
-    };
-    std::vector<std::thread> others;
-    others.reserve(workers - 1);
-    int started = 1;
-    try {
-        for (; started < workers; ++started)
-            others.emplace_back(work, started);
-    } catch (const std::system_error&) {
-        // The system has no thread to spare: fewer do it.
-    }
-    barrier = std::make_unique<Barrier>(started);
-    team.store(started, std::memory_order_release);
-    work(0);
-    for (std::thread& other : others)
-        other.join();
-    for (const std::exception_ptr& failure : failures) {
-        if (failure) std::rethrow_exception(failure);
-    }
+    });
+    rethrow_first(failures);
 }
 
 }  // namespace meanvalue

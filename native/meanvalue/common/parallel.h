@@ -30,7 +30,7 @@ Index piece_count(Index count);
 
 /// Calls body(worker) once for each worker in [0, workers), all at the same time where the system has the threads,
 /// else some after others: no call may wait for another to begin. Returns when all have; then throws the first
-/// exception (in order of workers) again. Starting a thread takes some 20 microseconds.
+/// exception (in order of workers) again.
 void run_workers(int workers, const std::function<void(int worker)>& body);
 
 /// The same for one range after another: [bounds[0], bounds[1]), then [bounds[1], bounds[2]), and so on, where later

@@ -6,13 +6,13 @@
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/fast/fast_decoder.h"
-#include "meanvalue/hierarchy/paper_decoder.h"
+#include "meanvalue/decode/fast/fast_decoder.h"
+#include "meanvalue/decode/full_decoder.h"
+#include "meanvalue/decode/paper_decoder.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
-#include "meanvalue/solver/full_decoder.h"
-#include "meanvalue/solver/ring_room.h"
+#include "meanvalue/optimise/ring_room.h"
 
 namespace meanvalue {
 namespace {

@@ -10,8 +10,8 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/decode/decoder.h"
 #include "meanvalue/mesh/components.h"
-#include "meanvalue/solver/decoder.h"
 
 namespace meanvalue {
 

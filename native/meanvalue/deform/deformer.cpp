@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "meanvalue/common/abandon.h"
+#include "meanvalue/common/detached_job.h"
 #include "meanvalue/common/errors.h"
 
 namespace meanvalue {
@@ -61,7 +61,7 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     return solution;
 }
 
-std::unique_ptr<Deformer> bind_abandonable(const Binding& binding, const std::shared_ptr<Execution>& execution) {
+std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution) {
     struct Bind {
         Positions vertices;
         Triangles faces;
@@ -73,8 +73,8 @@ std::unique_ptr<Deformer> bind_abandonable(const Binding& binding, const std::sh
     bind->binding =
         std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi, binding.method,
                                           binding.threads, binding.handles, binding.rigidity, binding.strengths});
-    run_abandonable([bind] { bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution); },
-                    *execution);
+    run_detached([bind] { bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution); },
+                 *execution);
     return std::move(bind->deformer);
 }
 

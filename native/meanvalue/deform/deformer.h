@@ -65,8 +65,8 @@ class Deformer {
 };
 
 /// Makes a Deformer on a thread of its own, so that a cancel waits neither for a look nor until all is freed that
-/// bind has made so far: see run_abandonable(), which is why it copies the mesh and holds the execution.
+/// bind has made so far: see run_detached(), which is why it copies the mesh and holds the execution.
 /// @throws as the constructor of Deformer.
-std::unique_ptr<Deformer> bind_abandonable(const Binding& binding, const std::shared_ptr<Execution>& execution);
+std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution);
 
 }  // namespace meanvalue

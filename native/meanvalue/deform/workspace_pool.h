@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/solver/decoder.h"
+#include "meanvalue/decode/decoder.h"
 
 namespace meanvalue {
 

@@ -141,8 +141,8 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
     return encode_rings(rings, positions, nullptr, threads, execution);
 }
 
-Encoding encode_along(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
-                      int threads, Execution& execution) {
+Encoding encode_with_normals(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
+                             int threads, Execution& execution) {
     return encode_rings(rings, positions, &normals, threads, execution);
 }
 

@@ -17,7 +17,7 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
 
 /// The same in planes across normals that the caller chose; to be decoded by predict_along().
 /// @param normals n x 3 of unit length, or zero where a vertex has none: it is not predictable then.
-Encoding encode_along(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
-                      int threads, Execution& execution);
+Encoding encode_with_normals(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
+                             int threads, Execution& execution);
 
 }  // namespace meanvalue

@@ -75,6 +75,7 @@ class Coarsening {
           cost_(positions, unit_),
           encoder_(positions),
           states_(is_fixed.size()),
+          needs_good_stencils_(options.good_stencils),
           recorder_(rings.vertex_count()) {
         if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
         if (!options.is_soft.empty())
@@ -217,7 +218,7 @@ class Coarsening {
             if (to < 0) return false;
         }
         if (!is_fixed_[vertex]) {
-            recorder_.add(vertex, ring, encoder_);
+            recorder_.add(vertex, ring);
             --remaining_;
         }
         neighbours_.assign(ring.begin(), ring.end());
@@ -252,9 +253,9 @@ class Coarsening {
         enqueue(vertex);
     }
 
-    /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors. Leaves its encoding in
-    /// `encoder_`.
+    /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
     bool has_good_stencil(Index vertex, const RingView& ring) {
+        if (!needs_good_stencils_) return true;
         if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
         return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
     }
@@ -275,6 +276,7 @@ class Coarsening {
     std::vector<State> states_;
     Queue candidates_;
     std::vector<Index> neighbours_;
+    bool needs_good_stencils_;
     SplitRecorder recorder_;
     Index remaining_ = 0;
 };
@@ -306,27 +308,39 @@ std::size_t Hierarchy::bytes() const {
     return sum;
 }
 
-Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
-                          const CoarseningOptions& options, int threads, Execution& execution) {
+RemovalOrder find_removal_order(const OneRings& rings, const PositionsView& positions,
+                                const std::vector<char>& is_fixed, const CoarseningOptions& options, int threads,
+                                Execution& execution) {
     execution.begin_stage("build hierarchy");
-    Hierarchy hierarchy;
+    RemovalOrder result;
     Coarsening coarsening(rings, positions, is_fixed, options, threads, execution);
     const auto add_level = [&](Index size) {
-        coarsening.coarsen_to(size, hierarchy.order);
-        Level level;
-        level.removed_count = hierarchy.order.size();
-        level.free_count = coarsening.remaining();
-        level.splits = coarsening.take_splits();
-        level.encoding = encode(coarsening.present_rings(), positions, threads, execution);
-        hierarchy.levels.push_back(std::move(level));
+        coarsening.coarsen_to(size, result.order);
+        result.levels.push_back(
+            {result.order.size(), coarsening.remaining(), coarsening.present_rings(), coarsening.take_splits()});
     };
     for (const Index size : options.level_sizes)
         add_level(size);
     if (options.down_to_base || options.level_sizes.empty()) add_level(0);
-    hierarchy.soft_merges = coarsening.soft_merges();
+    result.soft_merges = coarsening.soft_merges();
     for (Index v = 0; v < rings.vertex_count(); ++v) {
-        if (!is_fixed[v] && !coarsening.is_removed(v)) hierarchy.base_unknowns.push_back(v);
+        if (!is_fixed[v] && !coarsening.is_removed(v)) result.base_unknowns.push_back(v);
     }
+    return result;
+}
+
+Hierarchy encode_along(RemovalOrder order, const PositionsView& positions, SplitBy split_by, int threads,
+                       Execution& execution) {
+    Hierarchy hierarchy;
+    for (RemovalLevel& removal : order.levels) {
+        Level level{removal.removed_count, removal.free_count, encode(removal.rings, positions, threads, execution),
+                    std::move(removal.splits)};
+        if (split_by == SplitBy::kEncoding) level.splits.encode(positions, threads, execution);
+        hierarchy.levels.push_back(std::move(level));
+    }
+    hierarchy.order = std::move(order.order);
+    hierarchy.soft_merges = std::move(order.soft_merges);
+    hierarchy.base_unknowns = std::move(order.base_unknowns);
     return hierarchy;
 }
 

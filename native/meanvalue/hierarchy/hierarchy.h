@@ -1,5 +1,5 @@
-// The multiresolution encoding: vertices removed one by one, each with its encoding at that time (paper,
-// section 3.1).
+// The multiresolution encoding (paper, section 3.1) in two steps: an order in which vertices are removed one by one,
+// and the encoding of a shape along it, each vertex by its ring at that time. Shapes of one mesh may share the order.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
-#include "meanvalue/hierarchy/splits.h"
+#include "meanvalue/hierarchy/vertex_splits.h"
 #include "meanvalue/mesh/one_ring.h"
 
 namespace meanvalue {
@@ -30,6 +30,9 @@ struct CoarseningOptions {
     /// n flags, or empty: free vertices with springs. They are thinned out in the same way, apart from the fixed
     /// ones.
     std::vector<char> is_soft;
+    /// Only vertices that equation 13 puts back without amplifying errors are removed. Hierarchy::carry() does not
+    /// need that.
+    bool good_stencils = true;
 };
 
 /// A soft vertex that was merged into one of its own kind.
@@ -38,13 +41,32 @@ struct SoftMerge {
     Index into;
 };
 
-/// The mesh at one moment of the coarsening.
+/// The mesh at one moment of the coarsening, whatever its shape.
+struct RemovalLevel {
+    std::size_t removed_count = 0;  ///< how many of RemovalOrder::order were gone
+    Index free_count = 0;           ///< free vertices that were left
+    OneRings rings;                 ///< n: of every vertex that was still there, as they were then
+    Splits splits;                  ///< not encoded: to the next finer level, or from the finest to the whole mesh
+};
+
+/// Which vertices are removed, in what order, and by what rings they are put back.
+struct RemovalOrder {
+    std::vector<Index> order;            ///< removed vertices, first removed first
+    std::vector<RemovalLevel> levels;    ///< finest first; at least one
+    std::vector<SoftMerge> soft_merges;  ///< in the order of removal
+    std::vector<Index> base_unknowns;    ///< free vertices of the coarsest level, ascending
+};
+
+/// The same moment of one shape.
 struct Level {
     std::size_t removed_count = 0;  ///< how many of Hierarchy::order were gone
     Index free_count = 0;           ///< free vertices that were left
     Encoding encoding;              ///< n rows: every vertex that was still there, by its ring then
     Splits splits;                  ///< from here to the next finer level, or from the finest to the whole mesh
 };
+
+/// What Hierarchy puts removed vertices back by.
+enum class SplitBy { kEncoding, kCarrying };
 
 /// A removal order with all that is needed to undo it for other positions. Vertex numbers stay those of the mesh.
 struct Hierarchy {
@@ -72,7 +94,16 @@ struct Hierarchy {
 /// @param is_fixed n flags: their positions are always given.
 /// @param threads the result is the same for any number.
 /// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; the removals are serial.
-Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
-                          const CoarseningOptions& options, int threads, Execution& execution);
+RemovalOrder find_removal_order(const OneRings& rings, const PositionsView& positions,
+                                const std::vector<char>& is_fixed, const CoarseningOptions& options, int threads,
+                                Execution& execution);
+
+/// Encodes a shape along an order that was found for it or for another shape of the same mesh. Where a stencil of
+/// this shape is worse than that of the one that the order was found for, equation 13 may amplify errors there.
+/// @param order is moved from where the caller has no more use for it. @param positions n x 3.
+/// @param split_by kCarrying: splits are not encoded, and Hierarchy::split() must not be called.
+/// @param threads the result is the same for any number. @throws Cancelled. Cost: linear, in parallel.
+Hierarchy encode_along(RemovalOrder order, const PositionsView& positions, SplitBy split_by, int threads,
+                       Execution& execution);
 
 }  // namespace meanvalue

@@ -1,0 +1,206 @@
+#include "meanvalue/common/thread_pool.h"
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/fork.h"
+
+namespace meanvalue {
+namespace {
+
+// Looks so often before it sleeps, some 50 microseconds: parallel calls follow close upon another within an
+// iteration, and waking a sleeping thread takes as long.
+constexpr int kPatience = 4000;
+
+void relax() {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#endif
+}
+
+/// Work for several threads, on its caller's stack.
+struct Call {
+    const std::function<void(int)>& work;  // of a member, numbered from 1; the caller is 0
+    std::atomic<int> unfinished{0};
+};
+
+class ThreadPool {
+  public:
+    /// Threads that work on a call beside its caller, for as long as this lives.
+    class Helpers {
+      public:
+        /// Sends up to `most` of those that have nothing to do, and new ones while there may be more.
+        Helpers(ThreadPool& pool, Call& call, int most) : pool_(pool), call_(call) { count_ = pool.send(call, most); }
+        Helpers(const Helpers&) = delete;
+        Helpers& operator=(const Helpers&) = delete;
+        ~Helpers() {
+            for (int turn = 0; call_.unfinished.load(std::memory_order_acquire) > 0; ++turn) {
+                if (turn < kPatience) {
+                    relax();
+                } else {
+                    std::this_thread::yield();
+                }
+            }
+            pool_.working_.fetch_sub(1, std::memory_order_relaxed);
+        }
+
+        int count() const { return count_; }
+
+      private:
+        ThreadPool& pool_;
+        Call& call_;
+        int count_;
+    };
+
+    void start(std::function<void()> work) {
+        auto member = std::make_unique<Member>();
+        member->detached = std::move(work);
+        try {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            if (idle_.empty()) {
+                start_thread(std::move(member));
+            } else {
+                Member* const known = idle_.back();
+                idle_.pop_back();
+                known->detached = std::move(member->detached);
+                known->wake_up(1, nullptr);
+            }
+        } catch (const std::exception& error) {
+            throw SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
+        }
+    }
+
+  private:
+    /// A thread, from its own side.
+    struct Member {
+        std::mutex mutex;
+        std::condition_variable awake;
+        std::atomic<int> number{0};  // in the call that it is sent to; 0: there is none
+        Call* call = nullptr;        // none: `detached` is meant
+        std::function<void()> detached;
+
+        void wake_up(int number_in_call, Call* of_call) {
+            call = of_call;
+            {
+                const std::lock_guard<std::mutex> lock(mutex);
+                number.store(number_in_call, std::memory_order_release);
+            }
+            awake.notify_one();
+        }
+
+        /// Waits to be sent.
+        int wait() {
+            int sent = 0;
+            for (int turn = 0; turn < kPatience; ++turn) {
+                if ((sent = number.load(std::memory_order_acquire)) != 0) return sent;
+                relax();
+            }
+            std::unique_lock<std::mutex> lock(mutex);
+            awake.wait(lock, [&] { return (sent = number.load(std::memory_order_acquire)) != 0; });
+            return sent;
+        }
+    };
+
+    int send(Call& call, int most) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        cores_ = std::max(cores_, most + 1);
+        // With this caller. Detached work counts only while it makes calls of its own.
+        const int working = working_.fetch_add(1, std::memory_order_relaxed) + 1;
+        const int count = std::clamp(cores_ - working, 0, most);
+        int sent = 0;
+        while (sent < count) {
+            try {
+                if (idle_.empty()) idle_.push_back(start_thread(std::make_unique<Member>()));
+            } catch (const std::exception&) {
+                break;  // the system has no thread or no memory to spare: fewer do it
+            }
+            Member* const member = idle_.back();
+            idle_.pop_back();
+            working_.fetch_add(1, std::memory_order_relaxed);
+            call.unfinished.fetch_add(1, std::memory_order_relaxed);
+            member->wake_up(++sent, &call);
+        }
+        return sent;
+    }
+
+    /// Under the mutex. A member with detached work begins with that.
+    Member* start_thread(std::unique_ptr<Member> member) {
+        idle_.reserve(++threads_);  // so that a thread that is done always has a place
+        Member* const known = member.get();
+        if (known->detached) known->number.store(1, std::memory_order_relaxed);
+        // Detached: they sleep until the process ends, and neither they nor the pool are ever destroyed.
+        std::thread([this, known] { serve(*known); }).detach();
+        return member.release();
+    }
+
+    void serve(Member& member) {
+        for (;;) {
+            const int number = member.wait();
+            Call* const call = member.call;
+            if (call == nullptr) {
+                member.detached();
+                member.detached = nullptr;
+            } else {
+                call->work(number);
+                working_.fetch_sub(1, std::memory_order_relaxed);
+            }
+            member.number.store(0, std::memory_order_relaxed);
+            {
+                const std::lock_guard<std::mutex> lock(mutex_);
+                idle_.push_back(&member);
+            }
+            if (call != nullptr) call->unfinished.fetch_sub(1, std::memory_order_release);
+        }
+    }
+
+    std::mutex mutex_;
+    std::vector<Member*> idle_;  // the last to be done first: its memory is warm
+    std::size_t threads_ = 0;
+    int cores_ = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    std::atomic<int> working_{0};  // callers, and the threads that help them
+};
+
+}  // namespace
+
+void run_on_pool(int workers, const std::function<void(int)>& work) {
+    if (workers <= 1) {
+        if (workers == 1) work(0);
+        return;
+    }
+    std::atomic<int> next{1};
+    const std::function<void(int)> take = [&](int) {
+        for (int worker = next++; worker < workers; worker = next++)
+            work(worker);
+    };
+    Call call{take};
+    const ThreadPool::Helpers helpers(of_this_process<ThreadPool>(), call, workers - 1);
+    work(0);
+    take(0);
+}
+
+void run_team_on_pool(int most, const std::function<void(int, int)>& work) {
+    std::atomic<int> members{0};  // once it is known
+    const std::function<void(int)> join = [&](int member) {
+        while (members.load(std::memory_order_acquire) == 0)
+            relax();
+        work(member, members.load(std::memory_order_relaxed));
+    };
+    Call call{join};
+    const ThreadPool::Helpers helpers(of_this_process<ThreadPool>(), call, most - 1);
+    members.store(helpers.count() + 1, std::memory_order_release);
+    join(0);
+}
+
+void start_on_pool(std::function<void()> work) {
+    of_this_process<ThreadPool>().start(std::move(work));
+}
+
+}  // namespace meanvalue

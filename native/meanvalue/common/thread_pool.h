@@ -1,0 +1,25 @@
+// The threads of the core, all of them: for loops, for tasks of a graph, and for work that nobody waits for.
+#pragma once
+
+#include <functional>
+
+namespace meanvalue {
+
+/// Calls work(0), work(1), ... work(workers - 1), each once, on this thread and as many others as there is work and
+/// room for; returns when all have returned. Calls may come one after another on the same thread: none may wait for
+/// another to begin. @pre work does not throw.
+///
+/// Threads stay, and are shared by all callers of the process: no more of them work at a time than there are cores,
+/// or than the largest number of workers asked for, whichever is more. A thread that the system refuses is done
+/// without. A forked child begins with none.
+void run_on_pool(int workers, const std::function<void(int worker)>& work);
+
+/// Calls work(0, members) to work(members - 1, members), all at the same time, so that they may wait for each other.
+/// @param most members; there are fewer where threads are short.
+void run_team_on_pool(int most, const std::function<void(int member, int members)>& work);
+
+/// Runs `work` on a thread of its own, whatever else runs, and waits for nothing. @pre work does not throw.
+/// @throws SolverFailure where the system has no thread to spare.
+void start_on_pool(std::function<void()> work);
+
+}  // namespace meanvalue

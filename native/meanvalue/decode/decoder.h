@@ -1,0 +1,85 @@
+// What all methods of finding the free vertices have in common.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/stage_timer.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
+
+namespace meanvalue {
+
+struct DecodeOptions {
+    /// Share of the bounding-box diagonal that a vertex may still move, for decoders that stop by tolerance.
+    double tolerance = 1e-6;
+    int max_iterations = 100;
+    /// Where to start, or nullptr: an earlier shape of the region, n x 3, with its fixed vertices where they were
+    /// then.
+    const Positions* previous = nullptr;
+    /// k x 3, in the order of all anchors: where soft ones are pulled to. Decoders without any do not look at it.
+    const PositionsView* targets = nullptr;
+    /// Nothing is to be left to a solve that goes on from the answer.
+    bool is_last = false;
+};
+
+struct DecodeReport {
+    std::vector<double> energies = {
+        0.0};                       ///< G over the rows that depend on free vertices: at the start, ..., at the end
+    double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start
+    double gradient = 0.0;          ///< and at the end, or where it was last linearised
+    int iterations = 0;
+    int all_iterations = 0;  ///< with those of coarser levels and of the stages before the last
+    bool converged = true;
+    std::string stop_reason;
+    Timings timings;  ///< seconds by stage
+};
+
+/// What a solve writes besides its result. One solve at a time uses it; kept for the next, it spares taking memory
+/// and may remember the last answer, from which a drag goes on in fewer iterations.
+class Workspace {
+  public:
+    Workspace() = default;
+    Workspace(const Workspace&) = delete;
+    Workspace& operator=(const Workspace&) = delete;
+    virtual ~Workspace() = default;
+
+    /// Whether it remembers an answer that a solve may go on from.
+    virtual bool has_answer() const { return false; }
+    /// Whether that is `positions`, n x 3 of the region.
+    virtual bool goes_on_from(const Positions&) const { return false; }
+    virtual std::size_t bytes() const = 0;  ///< once all of it is in use
+};
+
+/// A region bound for decoding, in its own vertex numbers. Expensive to make, cheap to use; never written to once it
+/// is made, so that any number of threads may decode with it, each with a workspace of its own.
+class Decoder {
+  public:
+    Decoder() = default;
+    Decoder(const Decoder&) = delete;
+    Decoder& operator=(const Decoder&) = delete;
+    virtual ~Decoder() = default;
+
+    /// @throws Cancelled, std::bad_alloc.
+    virtual std::unique_ptr<Workspace> make_workspace(const Execution& execution) const = 0;
+
+    /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start,
+    /// soft anchors then at their targets if there is no earlier shape; receives the result. Left in any state on an
+    /// exception. @param workspace made by this decoder; after an exception it remembers no answer.
+    /// The same bits for any number of threads; they depend on what the workspace remembers only where that is the
+    /// answer that options.previous holds. @throws Cancelled, SolverFailure.
+    virtual DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                                Execution& execution) const = 0;
+
+    virtual const Encoding& encoding() const = 0;  ///< of the region at full resolution
+    virtual Index row_count() const = 0;           ///< residuals that take part
+    virtual Index detached_triangle_count() const = 0;
+    virtual std::size_t bytes() const = 0;               ///< held, without workspaces
+    virtual std::vector<Index> level_sizes() const = 0;  ///< free vertices in each level, finest first
+    virtual Index longest_ring() const = 0;              ///< in any level, and of any vertex when it was removed
+    virtual const Timings& bind_timings() const = 0;
+};
+
+}  // namespace meanvalue

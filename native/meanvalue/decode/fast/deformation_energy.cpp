@@ -1,0 +1,136 @@
+#include "meanvalue/decode/fast/deformation_energy.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/fast/energy_patches.h"
+
+namespace meanvalue {
+namespace {
+
+// Fewer rows than this are not worth a thread.
+constexpr std::size_t kRowsOfThread = 2048;
+
+}  // namespace
+
+DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                                     double size, double by_length, const Execution& execution, Kernel kernel,
+                                     SoftConstraints soft_constraints)
+    : encoding_(encoding),
+      unknowns_(unknowns),
+      soft_constraints_(std::move(soft_constraints)),
+      kernel_(kernel == Kernel::kFastest ? fastest_energy_kernel() : portable_energy_kernel()) {
+    rows_ = build_energy_patches(encoding, unknowns, rest, size, by_length, kernel != Kernel::kScalar,
+                                 soft_constraints_.hardness(unknowns.slot.size()), execution);
+    index_uses(execution);
+}
+
+void DeformationEnergy::index_uses(const Execution& execution) {
+    use_start_.assign(unknowns_.free.size() + 1, 0);
+    for (std::size_t point = 0; point < rows_.points.size(); ++point) {
+        execution.check_every(point);
+        const Index slot = unknowns_.slot[rows_.points[point]];
+        if (slot >= 0) ++use_start_[slot + 1];
+    }
+    for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
+        execution.check_every(slot);
+        use_start_[slot + 1] += use_start_[slot];
+    }
+    uses_.resize(use_start_.back());
+    std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
+    for (std::size_t point = 0; point < rows_.points.size(); ++point) {
+        execution.check_every(point);
+        const Index slot = unknowns_.slot[rows_.points[point]];
+        if (slot >= 0) uses_[next[slot]++] = static_cast<Index>(point);
+    }
+}
+
+DeformationEnergy::Workspace DeformationEnergy::make_workspace() const {
+    Workspace workspace;
+    workspace.shares.resize(rows_.points.size());
+    workspace.patch_energy.resize(rows_.patch_count());
+    return workspace;
+}
+
+double DeformationEnergy::evaluate(const PositionsView& positions, double rigidity, Positions& gradient, int threads,
+                                   const Execution& execution, Workspace& workspace) const {
+    const double stretching = rigidity * rows_.stretching;
+    const std::size_t worth = (unknowns_.rows.size() + kRowsOfThread - 1) / kRowsOfThread;
+    const int workers = std::max(1, static_cast<int>(std::min<std::size_t>(threads, worth)));
+    if (workspace.scratch.size() < static_cast<std::size_t>(workers)) workspace.scratch.resize(workers);
+    std::atomic<std::size_t> next{0};
+    run_workers(workers, [&](int worker) {
+        for (std::size_t patch = next++; patch < rows_.patch_count(); patch = next++) {
+            execution.check();
+            workspace.patch_energy[patch] =
+                evaluate_patch(patch, positions, stretching,
+                               workspace.shares.data() + rows_.patches[patch].first_point, workspace.scratch[worker]);
+        }
+    });
+    parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index slot = begin; slot < end; ++slot) {
+            double sum[3] = {0.0, 0.0, 0.0};
+            for (Index k = use_start_[slot]; k < use_start_[slot + 1]; ++k) {
+                for (int c = 0; c < 3; ++c)
+                    sum[c] += workspace.shares[uses_[k]].value[c];
+            }
+            gradient.row(slot) << sum[0], sum[1], sum[2];
+        }
+    });
+    double sum = 0.0;
+    for (const double share : workspace.patch_energy)
+        sum += share;
+    if (!soft_constraints_.empty())
+        sum += soft_constraints_.add_energy(positions, workspace.soft_targets, gradient, threads, execution);
+    return sum;
+}
+
+double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching,
+                                         PaddedPoint* shares, Workspace::Scratch& scratch) const {
+    const EnergyPatch& begin = rows_.patches[patch];
+    const EnergyPatch& end = rows_.patches[patch + 1];
+    scratch.positions.resize(rows_.largest_patch);
+    const Index* const points = rows_.points.data() + begin.first_point;
+    for (std::int64_t k = 0; k < end.first_point - begin.first_point; ++k) {
+        const double* const position = positions.data() + positions.outerStride() * points[k];
+        scratch.positions[k] = {{position[0], position[1], position[2], 0.0}};
+        shares[k] = {};
+    }
+    double energy =
+        kernel_(rows_.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
+                rows_.rings(), scratch.positions.data(), rows_.rest.data() + begin.first_point, stretching, shares);
+    scratch.by_ring.resize(rows_.longest_single);
+    for (std::int64_t k = begin.first_single; k < end.first_single; ++k) {
+        const SingleRow& single = rows_.singles[k];
+        const Index centre = unknowns_.rows[single.row];
+        const EncodedRing ring = encoding_.ring_of(centre);
+        const RowEnergy row = evaluate_row(ring, centre, positions, rows_.single_spokes.data() + single.first_spoke,
+                                           rows_.bending[single.row], stretching, scratch.by_ring.data());
+        const auto add = [&](Index point, const Vector3& share) {
+            for (int c = 0; c < 3; ++c)
+                shares[point].value[c] += share(c);
+        };
+        const Index* const of_ring = rows_.single_points.data() + single.first_spoke;
+        add(single.centre, row.by_centre);
+        for (Index j = 0; j < ring.valence; ++j)
+            add(of_ring[j], scratch.by_ring[j]);
+        energy += row.energy;
+    }
+    return energy;
+}
+
+std::size_t DeformationEnergy::bytes() const {
+    return rows_.bytes() + (use_start_.capacity() + uses_.capacity()) * sizeof(Index) + soft_constraints_.bytes();
+}
+
+std::size_t DeformationEnergy::Workspace::bytes() const {
+    std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + patch_energy.capacity() * sizeof(double) +
+                      static_cast<std::size_t>(soft_targets.size()) * sizeof(double);
+    for (const Scratch& of_thread : scratch)
+        sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.by_ring.capacity() * sizeof(Vector3);
+    return sum;
+}
+
+}  // namespace meanvalue

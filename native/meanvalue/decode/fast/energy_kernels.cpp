@@ -1,0 +1,185 @@
+#include "meanvalue/decode/fast/energy_kernels.h"
+
+#include <cmath>
+
+#include "meanvalue/decode/fast/lane_rotation.h"
+#include "meanvalue/decode/fast/lanes.h"
+
+namespace meanvalue {
+namespace {
+
+/// What pulling the residual back to the ring needs, the same for all of its vertices.
+struct PullBack {
+    LaneVector by_weight;  // of w_k
+    Lane by_height;        // of h_k and the direction in which its length grows
+    LaneVector by_area;
+    Lane by_spread;
+    LaneVector mean;
+};
+
+/// The rows' residuals. As in RingLinearisation, of which this is the image in lanes: all about the first vertex of
+/// each ring, so that nothing is lost far from the origin.
+/// @param ring v_k - v_0; @param own v_i - v_0; @param directions receives dl_k / dD_k.
+MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const BendingLanes* coefficients,
+                                          const LaneVector* ring, const LaneVector& own, LaneVector* directions,
+                                          PullBack& back) {
+    const Index valence = batch.valence;
+    LaneVector area{}, sum{}, centre{};
+    Lane squares{};
+    for (Index k = 1; k < valence; ++k) {
+        area += cross(ring[k - 1], ring[k]);
+        sum += ring[k];
+        squares += dot(ring[k], ring[k]);
+        centre += lanes(coefficients[k].weight) * ring[k];
+    }
+    const Lane share = all_lanes(1.0 / valence);
+    const Lane spread = squares - share * dot(sum, sum);
+    const Lane softening = lanes(batch.softening);
+    const Lane floor = softening * spread;
+    const Lane inverse_length = inverse_or_zero(square_root(dot(area, area) + floor * floor));
+    const LaneVector normal = inverse_length * area;
+
+    Lane offset{};
+    LaneVector pull{}, tilt{};
+    for (Index k = 0; k < valence; ++k) {
+        const Lane height = lanes(coefficients[k].height);
+        const LaneVector difference = centre - ring[k];
+        const Lane along = dot(normal, difference);
+        const LaneVector tangential = difference - along * normal;
+        const Lane length = square_root(dot(tangential, tangential));
+        const LaneVector direction = inverse_or_zero(length) * tangential;
+        const Lane lean = dot(direction, normal);
+        directions[k] = direction - lean * normal;
+        offset += height * length;
+        pull += height * directions[k];
+        tilt += (height * along) * direction + (height * lean) * difference;
+    }
+    const LaneVector residual = own - centre - offset * normal;
+    const LaneVector covector = -lanes(batch.bending) * residual;
+    const Lane along = dot(normal, covector);
+    const LaneVector by_normal = offset * covector - along * tilt;
+    const Lane length_change = dot(normal, by_normal);
+    const Lane softened = softening * inverse_length;
+    back.by_weight = covector + along * pull;
+    back.by_height = along;
+    back.by_area = inverse_length * (by_normal - length_change * normal);
+    back.by_spread = -2.0 * length_change * softened * softened * spread;
+    back.mean = share * sum;
+    return residual;
+}
+
+MEANVALUE_INLINE LaneVector pull_back(const PullBack& back, const BendingLanes& coefficients,
+                                      const LaneVector& direction, const LaneVector& previous, const LaneVector& here,
+                                      const LaneVector& next) {
+    return lanes(coefficients.weight) * back.by_weight - (back.by_height * lanes(coefficients.height)) * direction +
+           cross(back.by_area, previous - next) + back.by_spread * (here - back.mean);
+}
+
+/// @param spokes v_i - v_k; @param rest p_i - p_k, replaced by what the best rotation leaves of the spokes.
+MEANVALUE_INLINE void find_strains(Index valence, const StretchingLanes* coefficients, const LaneVector* spokes,
+                                   LaneVector* rest) {
+    LaneMatrix covariance{};
+    for (Index k = 0; k < valence; ++k) {
+        const Index next = k + 1 == valence ? 0 : k + 1;
+        covariance.add_product(spokes[k], lanes(coefficients[k].spoke) * rest[k]);
+        covariance.add_product(spokes[k] - spokes[next], lanes(coefficients[k].rim) * (rest[k] - rest[next]));
+    }
+    const LaneMatrix rotation = closest_rotations(covariance);
+    for (Index k = 0; k < valence; ++k)
+        rest[k] = spokes[k] - rotation * rest[k];
+}
+
+template <bool kStretching>
+MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rings, const PaddedPoint* positions,
+                                     const PaddedPoint* rest, double stretching, PaddedPoint* gradient) {
+    const Index valence = batch.valence;
+    const VertexLanes* vertices = rings.vertices + batch.first;
+    const BendingLanes* bending = rings.bending + batch.first;
+    LaneVector ring[kLongestLaneRing];
+    LaneVector directions[kLongestLaneRing];
+    const LaneVector first = load(positions, vertices[0].vertex);
+    const LaneVector own = load(positions, batch.centre) - first;
+    ring[0] = LaneVector{};
+    for (Index k = 1; k < valence; ++k)
+        ring[k] = load(positions, vertices[k].vertex) - first;
+    PullBack back;
+    const LaneVector residual = find_residual(batch, bending, ring, own, directions, back);
+    LaneVector by_centre = lanes(batch.bending) * residual;
+    Lane energy = lanes(batch.bending) * dot(residual, residual);
+    LaneVector previous = ring[valence - 1];
+    if constexpr (!kStretching) {
+        for (Index k = 0; k < valence; ++k) {
+            const LaneVector& next = ring[k + 1 == valence ? 0 : k + 1];
+            add_to(gradient, vertices[k].vertex, pull_back(back, bending[k], directions[k], previous, ring[k], next));
+            previous = ring[k];
+        }
+    } else {
+        const StretchingLanes* coefficients = rings.stretching + batch.first;
+        LaneVector spokes[kLongestLaneRing];
+        LaneVector strains[kLongestLaneRing];
+        const LaneVector own_rest = load(rest, batch.centre);
+        for (Index k = 0; k < valence; ++k) {
+            spokes[k] = own - ring[k];
+            strains[k] = own_rest - load(rest, vertices[k].vertex);
+        }
+        find_strains(valence, coefficients, spokes, strains);
+        const Lane factor = all_lanes(stretching);
+        LaneVector rim_before = (factor * lanes(coefficients[valence - 1].rim)) * (strains[valence - 1] - strains[0]);
+        for (Index k = 0; k < valence; ++k) {
+            const Index after = k + 1 == valence ? 0 : k + 1;
+            const LaneVector rim_strain = strains[k] - strains[after];
+            const LaneVector by_spoke = (factor * lanes(coefficients[k].spoke)) * strains[k];
+            const LaneVector by_rim = (factor * lanes(coefficients[k].rim)) * rim_strain;
+            energy += dot(by_spoke, strains[k]) + dot(by_rim, rim_strain);
+            by_centre += by_spoke;
+            const LaneVector bent = pull_back(back, bending[k], directions[k], previous, ring[k], ring[after]);
+            add_to(gradient, vertices[k].vertex, bent - by_spoke - by_rim + rim_before);
+            rim_before = by_rim;
+            previous = ring[k];
+        }
+    }
+    add_to(gradient, batch.centre, by_centre);
+    return 0.5 * energy;
+}
+
+MEANVALUE_INLINE double evaluate(const RowBatch* batches, Index count, const RingLanes& rings,
+                                 const PaddedPoint* positions, const PaddedPoint* rest, double stretching,
+                                 PaddedPoint* gradient) {
+    Lane sum{};
+    if (stretching > 0.0) {
+        for (Index b = 0; b < count; ++b)
+            sum += evaluate_batch<true>(batches[b], rings, positions, rest, stretching, gradient);
+    } else {
+        for (Index b = 0; b < count; ++b)
+            sum += evaluate_batch<false>(batches[b], rings, positions, rest, stretching, gradient);
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+double evaluate_portable(const RowBatch* batches, Index count, const RingLanes& rings, const PaddedPoint* positions,
+                         const PaddedPoint* rest, double stretching, PaddedPoint* gradient) {
+    return evaluate(batches, count, rings, positions, rest, stretching, gradient);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2,fma"))) double evaluate_avx2(const RowBatch* batches, Index count, const RingLanes& rings,
+                                                         const PaddedPoint* positions, const PaddedPoint* rest,
+                                                         double stretching, PaddedPoint* gradient) {
+    return evaluate(batches, count, rings, positions, rest, stretching, gradient);
+}
+#endif
+
+}  // namespace
+
+EnergyKernel portable_energy_kernel() {
+    return evaluate_portable;
+}
+
+EnergyKernel fastest_energy_kernel() {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return evaluate_avx2;
+#endif
+    return evaluate_portable;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,80 @@
+// The method for artists: at the minimum, without the false ones near it, at screen rate.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "meanvalue/decode/decoder.h"
+#include "meanvalue/decode/fast/deformation_energy.h"
+#include "meanvalue/decode/fast/handle_paths.h"
+#include "meanvalue/decode/fast/soft_constraints.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/mesh/region.h"
+#include "meanvalue/optimise/unknowns.h"
+
+namespace meanvalue {
+
+/// A rigidity, and the energy's constant matrix with it: its factor, and its block of the fixed vertices.
+struct FastStage {
+    double rigidity = 0.0;
+    SupernodalFactor factor;
+    FixedCoupling coupling;  // where FastSolve::respond() needs it
+};
+
+/// One mesh of the hierarchy, with the energy on it at one or more rigidities.
+struct FastLevel {
+    Unknowns unknowns;
+    std::unique_ptr<DeformationEnergy> energy;
+    std::vector<std::unique_ptr<FastStage>> stages;  // stiffest first; the last has the rigidity asked for
+};
+
+/// Minimises DeformationEnergy: makes what FastSolve solves with. Small meshes have no coarse level: theirs is the
+/// whole one. Deterministic for any number of threads.
+class FastDecoder : public Decoder {
+  public:
+    /// @param soft soft anchors, in the region's vertex numbers; none of them fixed. @param handles n of the region,
+    /// the handle of each fixed vertex and soft anchor or -1; or empty. @param rigidity 0 or more.
+    /// @throws Cancelled, SolverFailure.
+    FastDecoder(Region region, std::vector<SoftAnchor> soft, const std::vector<Index>& handles, double rigidity,
+                int threads, Execution& execution);
+
+    std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
+    DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                        Execution& execution) const override;
+    const Encoding& encoding() const override { return encoding_; }
+    Index row_count() const override { return static_cast<Index>(fine_->unknowns.rows.size()); }
+    Index detached_triangle_count() const override { return detached_triangle_count_; }
+    std::size_t bytes() const override;
+    std::vector<Index> level_sizes() const override;
+    Index longest_ring() const override;
+    const Timings& bind_timings() const override { return bind_timings_; }
+
+  private:
+    friend class FastSolve;
+
+    std::unique_ptr<FastLevel> make_level(const Encoding& encoding, Unknowns unknowns, std::vector<SoftAnchor> soft,
+                                          const std::vector<double>& rigidities, Execution& execution) const;
+    void couple_fixed(FastLevel& level, FastStage& stage, const Execution& execution) const;
+    /// Where cold solves are made: the coarse level, or the only one.
+    const FastLevel& starting_level() const { return coarse_ ? *coarse_ : *fine_; }
+
+    Region region_;
+    int threads_;
+    double rigidity_;
+    double size_;
+    std::vector<SoftAnchor> soft_;  // by ascending vertex
+    std::vector<double> hold_;      // n: what each vertex counts in carrying parts; empty where all anchors are hard
+    Timings bind_timings_;
+    Components components_;
+    Index detached_triangle_count_ = 0;
+    Encoding encoding_;
+    Hierarchy hierarchy_;  // empty where the mesh is small
+    std::unique_ptr<HandlePaths> pieces_;
+    std::unique_ptr<FastLevel> fine_;
+    std::unique_ptr<FastLevel> coarse_;
+    std::unique_ptr<FastLevel> middle_;  // between them where the mesh is large; for cold solves
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,162 @@
+#include "meanvalue/decode/fast/fast_solve.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace meanvalue {
+namespace {
+
+// A start that is near a minimum takes fewer steps of the whole mesh.
+constexpr int kMostWarmSteps = 60;
+constexpr int kLookBack = 10;
+constexpr double kStillFalling = 0.95;
+// Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from rest,
+// and after so many iterations in a drag, whose next frames make up for what is left in a valley.
+constexpr double kEnergyTolerance = 50.0;
+constexpr int kPatience = 20;
+// Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
+constexpr double kMostStrengthKept = 1e3;
+
+}  // namespace
+
+DecodeReport FastSolve::run(Positions& positions) {
+    DecodeReport report;
+    report.stop_reason = "no free vertices";
+    if (bound_.fine_->unknowns.free.empty()) return report;
+    execution_.begin_stage("solve");
+    set_soft_targets();
+    const bool is_cold = options_.previous == nullptr;
+    const int warm_limit = std::min(options_.max_iterations, kMostWarmSteps);
+    const bool has_history = std::exchange(work_.keeps_history, false);
+    bool keep_history = false;
+    StopRule rule;
+    if (is_cold) {
+        rule = cold_rule();
+        start_cold(positions);
+    } else {
+        const StageTimer timer(timings_, "follow");
+        const bool goes_on = follow_drag(*options_.previous, positions);
+        keep_history = goes_on && has_history && history_is_exact();
+        if (goes_on && !options_.is_last) rule = drag_rule();
+    }
+    const auto minimise_whole = [&](int limit) {
+        const StageTimer timer(timings_, "minimise");
+        LbfgsOptions options;
+        options.step_tolerance = options_.tolerance * bound_.size_;
+        options.energy_tolerance = rule.energy_tolerance;
+        options.patience = rule.patience;
+        options.max_iterations = limit;
+        options.highest_start = std::exchange(highest_start_, std::numeric_limits<double>::infinity());
+        options.keep_history = keep_history;
+        return minimise(fine(), bound_.fine_->stages.size() - 1, options, positions);
+    };
+    LbfgsReport minimised = minimise_whole(is_cold ? options_.max_iterations : warm_limit);
+    if (minimised.is_refused) {
+        const StageTimer timer(timings_, "follow");
+        follow_otherwise(*options_.previous, minimised.energies.front(), positions);
+        minimised = minimise_whole(warm_limit);
+    }
+    if (!is_cold && minimised.at_limit && warm_limit < options_.max_iterations) {
+        // Where the energy still falls, the start was not near a minimum, and one from rest costs less than what may
+        // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.
+        const std::vector<double>& energies = minimised.energies;
+        keep_history =
+            !(bound_.rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
+        if (!keep_history) {
+            start_afresh_if_lower(energies.back(), positions);
+            rule = {};
+        }
+        const LbfgsReport rest = minimise_whole(options_.max_iterations - warm_limit);
+        minimised.energies.insert(minimised.energies.end(), rest.energies.begin() + 1, rest.energies.end());
+        minimised.gradient = rest.gradient;
+        minimised.converged = rest.converged;
+        minimised.at_limit = rest.at_limit;
+        minimised.left_off = rest.left_off;
+    }
+    if (!is_cold && !options_.is_last) {
+        work_.predictor.note(positions, drivers_of(positions), minimised.energies.back());
+        work_.keeps_history = true;
+    }
+    if (options_.is_last) work_.predictor.forget();
+    report.iterations = minimised.iterations();
+    report.all_iterations = all_iterations_;
+    report.energies = std::move(minimised.energies);
+    report.initial_gradient = minimised.initial_gradient;
+    report.gradient = minimised.gradient;
+    report.converged = minimised.converged;
+    report.stop_reason = minimised.converged  ? "converged"
+                         : minimised.at_limit ? "iteration limit"
+                         : minimised.left_off ? "left to the next solve"
+                                              : "no step lowers the energy further";
+    report.timings = std::move(timings_);
+    return report;
+}
+
+FastSolve::StopRule FastSolve::cold_rule() const {
+    return {bound_.rigidity_ > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0, 0};
+}
+
+FastSolve::StopRule FastSolve::drag_rule() const {
+    return {cold_rule().energy_tolerance, kPatience};
+}
+
+/// Pairs in single precision tell nothing of the rest of the energy beside soft constraints that are far stiffer.
+bool FastSolve::history_is_exact() const {
+    return std::all_of(bound_.soft_.begin(), bound_.soft_.end(),
+                       [](const SoftAnchor& anchor) { return anchor.strength <= kMostStrengthKept; });
+}
+
+LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions) {
+    const FastStage& at = *level.bound.stages[stage];
+    const auto energy = [&](const Positions& positions_then, Positions& gradient) {
+        return level.bound.energy->evaluate(positions_then, at.rigidity, gradient, bound_.threads_, execution_,
+                                            level.work.energy);
+    };
+    options.threads = bound_.threads_;
+    LbfgsReport report =
+        level.work.minimiser.minimise(energy, at.factor, work_.factor, options, positions, execution_);
+    all_iterations_ += report.iterations();
+    return report;
+}
+
+LbfgsReport FastSolve::minimise(Level level, std::size_t stage, double tolerance, int max_iterations,
+                                const StopRule& rule, Positions& positions) {
+    LbfgsOptions options;
+    options.step_tolerance = tolerance * bound_.size_;
+    options.energy_tolerance = rule.energy_tolerance;
+    options.patience = rule.patience;
+    options.max_iterations = max_iterations;
+    return minimise(level, stage, options, positions);
+}
+
+double FastSolve::energy_of(Level level, const Positions& positions) {
+    Positions gradient(static_cast<Eigen::Index>(level.bound.unknowns.free.size()), 3);
+    return level.bound.energy->evaluate(positions, bound_.rigidity_, gradient, bound_.threads_, execution_,
+                                        level.work.energy);
+}
+
+void FastSolve::set_soft_targets() {
+    const auto set = [&](const std::unique_ptr<FastLevel>& level, FastWorkspace::OfLevel& work) {
+        if (level && !level->energy->soft_constraints().empty())
+            work.energy.soft_targets = level->energy->soft_constraints().targets_of(*options_.targets);
+    };
+    set(bound_.fine_, work_.fine);
+    set(bound_.middle_, work_.middle);
+    set(bound_.coarse_, work_.coarse);
+}
+
+void FastSolve::put_targets(Positions& positions) const {
+    bound_.fine_->energy->soft_constraints().put(work_.fine.energy.soft_targets, positions);
+}
+
+/// Puts the fixed vertices of `positions` to where they are at `fraction` of the path, and moves the targets of soft
+/// constraints along it.
+void FastSolve::place_along(const HandlePaths::Path& path, double fraction, Level level, Positions& positions) {
+    const SoftConstraints& constraints = level.bound.energy->soft_constraints();
+    const Positions soft = constraints.rows_of(positions);
+    path.place(fraction, positions);
+    level.work.energy.soft_targets = constraints.rows_of(positions);
+    constraints.put(soft, positions);
+}
+
+}  // namespace meanvalue

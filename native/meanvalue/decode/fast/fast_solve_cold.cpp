@@ -1,0 +1,115 @@
+// FastSolve from rest, coarse to fine.
+#include <algorithm>
+#include <cmath>
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/decode/carry_parts.h"
+#include "meanvalue/decode/fast/fast_solve.h"
+
+namespace meanvalue {
+namespace {
+
+// Stages on the path, as shares of the size and in steps.
+constexpr double kStageTolerance = 2e-4;
+constexpr double kStiffTolerance = 5e-4;
+constexpr int kMostStageSteps = 40;
+// Handles that turn farther than this (120 degrees) are also followed along their path, in steps of at most the
+// second angle. Nearer ones are found as well from the stiff stages; docs/algorithm.md has the count.
+constexpr double kFarTurn = 2.1;
+constexpr double kTurnOfStep = 0.26;
+constexpr int kMostFollowSteps = 15;
+constexpr double kFollowTolerance = 1e-3;
+
+}  // namespace
+
+/// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimised.
+void FastSolve::start_cold(Positions& positions) {
+    {
+        const StageTimer timer(timings_, "start");
+        start_from_rest(positions);
+    }
+    if (!bound_.coarse_) return;
+    const StageTimer timer(timings_, "split");
+    int coarse = static_cast<int>(bound_.hierarchy_.levels.size()) - 1;
+    const auto split_to = [&](int fine) {
+        bound_.hierarchy_.carry(coarse, fine, bound_.region_.positions, positions, bound_.threads_, execution_);
+        coarse = fine;
+    };
+    if (bound_.middle_) {
+        split_to(0);
+        relax({*bound_.middle_, work_.middle}, positions);
+    }
+    split_to(-1);
+}
+
+/// To a minimum at the rigidity asked for, as exactly as a stage on the way needs. @return the energy.
+double FastSolve::relax(Level level, Positions& positions) {
+    return minimise(level, level.bound.stages.size() - 1, std::max(options_.tolerance, kStageTolerance),
+                    options_.max_iterations, cold_rule(), positions)
+        .energies.back();
+}
+
+/// Starts from rest, and keeps that where it is below `energy`, that of `positions`.
+void FastSolve::start_afresh_if_lower(double energy, Positions& positions) {
+    set_soft_targets();
+    Positions fresh = positions;
+    put_targets(fresh);
+    try {
+        start_cold(fresh);
+    } catch (const SolverFailure&) {
+        fresh = positions;  // what was found stays
+    }
+    set_soft_targets();
+    if (energy_of(fine(), fresh) < energy) std::swap(positions, fresh);
+}
+
+/// From rest, carried along with the fixed vertices.
+void FastSolve::start_from_rest(Positions& positions) {
+    const HandlePaths::Path path = bound_.pieces_->path_to(positions);
+    execution_.check();
+    const Positions carried = carry_parts(bound_.components_, bound_.region_.positions, positions, bound_.hold_);
+    execution_.check();
+    for (std::size_t v = 0; v < bound_.region_.is_fixed.size(); ++v) {
+        if (!bound_.region_.is_fixed[v]) positions.row(v) = carried.row(v);
+    }
+    const Level level = starting_level();
+    respond(level, 0, carried, positions);
+    const Positions start = positions;
+    double energy = relax_stage_by_stage(positions);
+    const auto keep_if_lower = [&](Positions& other, double other_energy) {
+        if (!(other_energy < energy)) return;
+        energy = other_energy;
+        std::swap(positions, other);
+    };
+    // Stiff stages lead away from shapes that are perfect but larger or smaller.
+    if (energy_of(level, start) < energy) {
+        Positions carried_on = start;
+        const double carried_on_energy = relax(level, carried_on);
+        keep_if_lower(carried_on, carried_on_energy);
+    }
+    if (path.largest_angle_rad() > kFarTurn) {
+        Positions followed = bound_.region_.positions;
+        const double followed_energy = follow(path, followed);
+        keep_if_lower(followed, followed_energy);
+    }
+}
+
+double FastSolve::relax_stage_by_stage(Positions& positions) {
+    const Level level = starting_level();
+    for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
+        minimise(level, stage, kStiffTolerance, kMostStageSteps, cold_rule(), positions);
+    return relax(level, positions);
+}
+
+double FastSolve::follow(const HandlePaths::Path& path, Positions& positions) {
+    const Level level = starting_level();
+    const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kTurnOfStep));
+    for (int step = 1; step < steps; ++step) {
+        place_along(path, static_cast<double>(step) / steps, level, positions);
+        minimise(level, level.bound.stages.size() - 1, kFollowTolerance, kMostFollowSteps, cold_rule(), positions);
+    }
+    place_along(path, 1.0, level, positions);
+    return relax(level, positions);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,32 @@
+// What a solve by the fast method writes besides its result.
+#pragma once
+
+#include "meanvalue/decode/decoder.h"
+#include "meanvalue/decode/fast/deformation_energy.h"
+#include "meanvalue/decode/fast/secant_predictor.h"
+#include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/optimise/lbfgs.h"
+
+namespace meanvalue {
+
+struct FastWorkspace : Workspace {
+    /// For one level.
+    struct OfLevel {
+        DeformationEnergy::Workspace energy;
+        Lbfgs minimiser;
+    };
+
+    bool has_answer() const override { return predictor.has_answer(); }
+    bool goes_on_from(const Positions& positions) const override { return predictor.goes_on_from(positions); }
+    std::size_t bytes() const override;
+
+    OfLevel fine;
+    OfLevel coarse;
+    OfLevel middle;
+    SupernodalFactor::Workspace factor;
+    SecantPredictor predictor;        // of the solves that each begin where the one before ended
+    bool keeps_history = false;       // fine's minimiser: of the last of those, which came to its end
+    std::size_t predictor_bytes = 0;  // once it is all in use
+};
+
+}  // namespace meanvalue

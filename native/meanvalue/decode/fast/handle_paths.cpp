@@ -1,0 +1,153 @@
+#include "meanvalue/decode/fast/handle_paths.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "meanvalue/linalg/procrustes.h"
+
+namespace meanvalue {
+namespace {
+
+// A piece is rigid where its vertices end within this share of the size from where a rigid motion takes them.
+constexpr double kRigid = 1e-3;
+// Turns smaller than this are translations: their axis would be lost in rounding.
+constexpr double kLeastAngle = 1e-6;
+// Three points span a plane; fewer leave the turn open.
+constexpr std::size_t kFewestForTurn = 3;
+
+/// The rotation and translation nearest to a similarity fit.
+Similarity rigid_fit(const Positions& from, const Positions& to) {
+    std::vector<Index> all(from.rows());
+    std::iota(all.begin(), all.end(), 0);
+    Similarity fit = fit_similarity(from, to, all);
+    fit.scale = 1.0;
+    fit.translation = to.colwise().mean().transpose() - fit.rotation * Vector3(from.colwise().mean().transpose());
+    return fit;
+}
+
+}  // namespace
+
+Vector3 ScrewMotion::apply(const Vector3& point, double fraction) const {
+    return centre + Eigen::AngleAxisd(fraction * angle_rad, axis) * (point - centre) + fraction * translation;
+}
+
+ScrewMotion screw_of(const Matrix3& rotation, const Vector3& translation) {
+    const Eigen::AngleAxisd turn(rotation);
+    ScrewMotion screw;
+    if (turn.angle() < kLeastAngle) {
+        screw.translation = translation;
+        return screw;
+    }
+    screw.axis = turn.axis();
+    screw.angle_rad = turn.angle();
+    screw.translation = translation.dot(screw.axis) * screw.axis;
+    const Vector3 across = translation - screw.translation;
+    screw.centre = 0.5 * (across + screw.axis.cross(across) / std::tan(0.5 * screw.angle_rad));
+    return screw;
+}
+
+HandlePaths::HandlePaths(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
+                         const std::vector<Index>& handles, double size, const Execution& execution)
+    : size_(size) {
+    const auto count = static_cast<Index>(is_fixed.size());
+    std::vector<Index> piece(count);
+    std::iota(piece.begin(), piece.end(), 0);
+    const auto find = [&](Index v) {
+        while (piece[v] != v)
+            v = piece[v] = piece[piece[v]];
+        return v;
+    };
+    // The lower number names the piece, so that the order does not depend on the order of joining.
+    const auto join = [&](Index a, Index b) {
+        a = find(a);
+        b = find(b);
+        piece[std::max(a, b)] = std::min(a, b);
+    };
+    std::map<Index, Index> first_of_handle;
+    for (Index v = 0; v < count; ++v) {
+        execution.check_every(v);
+        if (!is_fixed[v]) continue;
+        if (!handles.empty() && handles[v] >= 0) join(first_of_handle.try_emplace(handles[v], v).first->second, v);
+        for (Index k = encoding.ring_offsets[v]; k < encoding.ring_offsets[v + 1]; ++k) {
+            const Index other = encoding.ring[k];
+            if (is_fixed[other] && (handles.empty() || handles[other] == handles[v])) join(v, other);
+        }
+    }
+    for (Index v = 0; v < count; ++v) {
+        execution.check_every(v);
+        if (is_fixed[v]) vertices_.push_back(v);
+    }
+    execution.check();
+    std::stable_sort(vertices_.begin(), vertices_.end(), [&](Index a, Index b) { return find(a) < find(b); });
+    rest_.resize(static_cast<Eigen::Index>(vertices_.size()), 3);
+    for (std::size_t k = 0; k < vertices_.size(); ++k) {
+        execution.check_every(k);
+        rest_.row(k) = rest.row(vertices_[k]);
+        if (k + 1 == vertices_.size() || find(vertices_[k + 1]) != find(vertices_[k])) starts_.push_back(k + 1);
+    }
+}
+
+Positions HandlePaths::rows_of(const PositionsView& positions) const {
+    Positions rows(rest_.rows(), 3);
+    for (std::size_t k = 0; k < vertices_.size(); ++k)
+        rows.row(k) = positions.row(vertices_[k]);
+    return rows;
+}
+
+HandlePaths::Path HandlePaths::path_to(const PositionsView& placed) const {
+    return path_of(rest_, rows_of(placed));
+}
+
+HandlePaths::Path HandlePaths::path_between(const PositionsView& from, const PositionsView& to) const {
+    return path_of(rows_of(from), rows_of(to));
+}
+
+HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends) const {
+    Path path;
+    path.pieces_ = this;
+    path.begins_ = std::move(begins);
+    path.ends_ = std::move(ends);
+    for (std::size_t piece = 0; piece + 1 < starts_.size(); ++piece) {
+        const auto first = static_cast<Eigen::Index>(starts_[piece]);
+        const auto length = static_cast<Eigen::Index>(starts_[piece + 1]) - first;
+        ScrewMotion motion;
+        bool rigid = false;
+        if (length >= static_cast<Eigen::Index>(kFewestForTurn)) {
+            const Positions from = path.begins_.middleRows(first, length);
+            const Positions to = path.ends_.middleRows(first, length);
+            const Similarity fit = rigid_fit(from, to);
+            // About its middle: where the mesh is far from the origin, the axis would be lost in rounding.
+            const Vector3 middle = from.colwise().mean();
+            motion = screw_of(fit.rotation, fit.apply(middle) - middle);
+            motion.centre += middle;
+            const Positions missed = to - ((from * fit.rotation.transpose()).rowwise() + fit.translation.transpose());
+            rigid = missed.rowwise().norm().maxCoeff() < kRigid * size_;
+        }
+        path.is_rigid_.push_back(rigid);
+        path.motions_.push_back(motion);
+        if (rigid) path.largest_angle_rad_ = std::max(path.largest_angle_rad_, motion.angle_rad);
+    }
+    return path;
+}
+
+double HandlePaths::Path::largest_move() const {
+    return ends_.rows() == 0 ? 0.0 : std::sqrt((ends_ - begins_).rowwise().squaredNorm().maxCoeff());
+}
+
+void HandlePaths::Path::place(double fraction, Positions& positions) const {
+    for (std::size_t piece = 0; piece < motions_.size(); ++piece) {
+        for (std::size_t k = pieces_->starts_[piece]; k < pieces_->starts_[piece + 1]; ++k) {
+            const Vector3 begin = begins_.row(k);
+            const Vector3 end = ends_.row(k);
+            Vector3 point = end;  // exact at the end
+            if (fraction < 1.0)
+                point = is_rigid_[piece] ? motions_[piece].apply(begin, fraction)
+                                         : Vector3(begin + fraction * (end - begin));
+            positions.row(pieces_->vertices_[k]) = point;
+        }
+    }
+}
+
+}  // namespace meanvalue

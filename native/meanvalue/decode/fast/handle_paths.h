@@ -1,0 +1,67 @@
+// The rigid motions of handles, and how far along them a solve is.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
+
+namespace meanvalue {
+
+/// A screw motion: x -> centre + R(angle) (x - centre) + translation, R about `axis`. A fraction of it is a fraction
+/// of both the angle and the translation, so that a handle on a bend goes along the arc and not through it.
+struct ScrewMotion {
+    Vector3 axis = Vector3::UnitX();
+    double angle_rad = 0.0;  ///< 0 to pi
+    Vector3 centre = Vector3::Zero();
+    Vector3 translation = Vector3::Zero();
+
+    Vector3 apply(const Vector3& point, double fraction) const;
+};
+
+/// The screw that the rigid motion x -> rotation x + translation is.
+ScrewMotion screw_of(const Matrix3& rotation, const Vector3& translation);
+
+/// The fixed vertices of a mesh, divided into pieces that move rigidly.
+class HandlePaths {
+  public:
+    /// @param rest n x 3; @param is_fixed n flags. @param handles n, the handle of each fixed vertex, -1 for none;
+    ///        or empty: fixed vertices joined by edges make a piece. @param size of the shape.
+    HandlePaths(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
+                const std::vector<Index>& handles, double size, const Execution& execution);
+
+    /// The path of the fixed vertices from one place to another: rigid pieces along their screws, others straight.
+    class Path {
+      public:
+        /// The largest angle that any piece turns by.
+        double largest_angle_rad() const { return largest_angle_rad_; }
+        /// The farthest that any vertex moves, from its first place to its last.
+        double largest_move() const;
+        /// Puts every fixed vertex to where it is at `fraction` of the path; the others are not touched.
+        void place(double fraction, Positions& positions) const;
+
+      private:
+        friend class HandlePaths;
+        const HandlePaths* pieces_ = nullptr;
+        std::vector<ScrewMotion> motions_;
+        std::vector<char> is_rigid_;
+        Positions begins_;  // of the fixed vertices, piece by piece
+        Positions ends_;
+        double largest_angle_rad_ = 0.0;
+    };
+    Path path_between(const PositionsView& from, const PositionsView& to) const;
+    /// From rest.
+    Path path_to(const PositionsView& placed) const;
+
+  private:
+    Positions rows_of(const PositionsView& positions) const;
+    Path path_of(Positions begins, Positions ends) const;
+
+    Positions rest_;  // of the fixed vertices, piece by piece
+    std::vector<Index> vertices_;
+    std::vector<std::size_t> starts_ = {0};  // of the pieces in vertices_, then the total
+    double size_ = 0.0;
+};
+
+}  // namespace meanvalue

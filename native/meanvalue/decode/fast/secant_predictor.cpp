@@ -1,0 +1,118 @@
+#include "meanvalue/decode/fast/secant_predictor.h"
+
+#include <cmath>
+
+#include "meanvalue/common/parallel.h"
+
+namespace meanvalue {
+namespace {
+
+// A handle that is carried and turned has six ways to go.
+constexpr std::size_t kMostChanges = 6;
+// A change adds a direction where so much of it is not in later ones: less is what rounding and the stop of a solve
+// leave, blown up.
+constexpr double kLeastNew = 0.3;
+// Along each direction, no farther than so many times what it was seen to go.
+constexpr double kFarthest = 3.0;
+// Of a move, the most that may be left over, or the constant matrix tells more.
+constexpr double kMostLeft = 0.5;
+
+double dot(const Positions& a, const Positions& b) {
+    return a.cwiseProduct(b).sum();
+}
+
+}  // namespace
+
+bool SecantPredictor::goes_on_from(const Positions& previous) const {
+    return is_answer_ && answer_.size() == previous.size() && answer_ == previous;
+}
+
+void SecantPredictor::forget() {
+    is_answer_ = false;
+    changes_.clear();
+}
+
+void SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
+    forget();
+    answer_ = previous;
+    drivers_ = drivers;
+}
+
+/// The share of each change in the combination of them that is nearest to `move` (d x 3): by Gram and Schmidt, the
+/// latest first. Empty where none is near.
+std::vector<double> SecantPredictor::shares_of(const Positions& move) const {
+    struct Direction {
+        Positions drivers;           // what is new in a change
+        std::vector<double> shares;  // of the changes in it
+    };
+    std::vector<Direction> directions;
+    std::vector<double> shares(changes_.size(), 0.0);
+    Positions left = move;
+    for (std::size_t k = 0; k < changes_.size(); ++k) {
+        Direction next{changes_[k].drivers, std::vector<double>(changes_.size(), 0.0)};
+        next.shares[k] = 1.0;
+        for (const Direction& known : directions) {
+            const double share = dot(known.drivers, next.drivers) / known.drivers.squaredNorm();
+            next.drivers -= share * known.drivers;
+            for (std::size_t j = 0; j <= k; ++j)
+                next.shares[j] -= share * known.shares[j];
+        }
+        if (!(next.drivers.norm() > kLeastNew * changes_[k].drivers.norm())) continue;
+        const double times = dot(next.drivers, left) / next.drivers.squaredNorm();
+        if (!(std::abs(times) < kFarthest)) continue;
+        left -= times * next.drivers;
+        for (std::size_t j = 0; j <= k; ++j)
+            shares[j] += times * next.shares[j];
+        directions.push_back(std::move(next));
+    }
+    // Written so that what is not a number is not near.
+    if (!(left.norm() < kMostLeft * move.norm())) shares.clear();
+    return shares;
+}
+
+bool SecantPredictor::predict(const Positions& goal, Positions& positions, int threads,
+                              const Execution& execution) const {
+    if (changes_.empty()) return false;
+    const std::vector<double> shares = shares_of(goal - drivers_);
+    if (shares.empty()) return false;
+    parallel_for(static_cast<Index>(positions.rows()), threads, execution, [&](Index begin, Index end) {
+        const std::size_t first = std::size_t{3} * begin;
+        const std::size_t last = std::size_t{3} * end;
+        double* const to = positions.data();
+        for (std::size_t change = 0; change < shares.size(); ++change) {
+            const double share = size_ * shares[change];
+            if (share == 0.0) continue;
+            const float* const from = changes_[change].shape.data();
+            for (std::size_t n = first; n < last; ++n)
+                to[n] += share * static_cast<double>(from[n]);
+        }
+    });
+    return true;
+}
+
+void SecantPredictor::note(const Positions& answer, const Positions& drivers, double energy) {
+    energy_ = energy;
+    is_answer_ = true;
+    if (drivers != drivers_) {
+        Change change;
+        if (changes_.size() == kMostChanges) {
+            change = std::move(changes_.back());
+            changes_.pop_back();
+        }
+        const auto numbers = static_cast<std::size_t>(answer.size());
+        change.shape.resize(numbers);
+        for (std::size_t n = 0; n < numbers; ++n)
+            change.shape[n] = static_cast<float>((answer.data()[n] - answer_.data()[n]) / size_);
+        change.drivers = drivers - drivers_;
+        changes_.push_front(std::move(change));
+    }
+    answer_ = answer;
+    drivers_ = drivers;
+}
+
+std::size_t SecantPredictor::bytes(std::size_t vertices, std::size_t drivers) {
+    const std::size_t of_change = 3 * (vertices * sizeof(float) + drivers * sizeof(double));
+    return kMostChanges * of_change + 3 * (vertices + drivers) * sizeof(double);
+}
+
+}  // namespace meanvalue

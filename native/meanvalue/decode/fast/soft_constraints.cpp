@@ -1,0 +1,116 @@
+#include "meanvalue/decode/fast/soft_constraints.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "meanvalue/common/parallel.h"
+
+namespace meanvalue {
+namespace {
+
+bool lower_vertex(const SoftAnchor& a, const SoftAnchor& b) {
+    return a.vertex < b.vertex;
+}
+
+}  // namespace
+
+SoftConstraints::SoftConstraints(std::vector<SoftAnchor> anchors, const Unknowns& unknowns)
+    : anchors_(std::move(anchors)) {
+    std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
+    for (const SoftAnchor& anchor : anchors_)
+        slots_.push_back(unknowns.slot[anchor.vertex]);
+}
+
+Positions SoftConstraints::targets_of(const PositionsView& targets) const {
+    Positions rows(static_cast<Eigen::Index>(anchors_.size()), 3);
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        rows.row(k) = targets.row(anchors_[k].anchor);
+    return rows;
+}
+
+Positions SoftConstraints::rows_of(const PositionsView& positions) const {
+    Positions rows(static_cast<Eigen::Index>(anchors_.size()), 3);
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        rows.row(k) = positions.row(anchors_[k].vertex);
+    return rows;
+}
+
+void SoftConstraints::put(const Positions& rows, Positions& positions) const {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        positions.row(anchors_[k].vertex) = rows.row(k);
+}
+
+double SoftConstraints::add_energy(const PositionsView& positions, const Positions& targets, Positions& gradient,
+                                   int threads, const Execution& execution) const {
+    const auto count = static_cast<Index>(anchors_.size());
+    std::vector<double> energies(piece_count(count));
+    parallel_pieces(count, threads, execution, [&](Index piece, Index begin, Index end) {
+        double sum = 0.0;
+        for (Index k = begin; k < end; ++k) {
+            const double strength = anchors_[k].strength;
+            const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets.row(k);
+            sum += strength * stretch.squaredNorm();
+            gradient.row(slots_[k]) += 2.0 * strength * stretch;
+        }
+        energies[piece] = sum;
+    });
+    return std::accumulate(energies.begin(), energies.end(), 0.0);
+}
+
+void SoftConstraints::add_hessian(SparseMatrix& hessian) const {
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        hessian.valuePtr()[hessian.outerIndexPtr()[slots_[k]]] += 2.0 * anchors_[k].strength;
+}
+
+std::vector<double> SoftConstraints::hardness(std::size_t vertex_count) const {
+    if (empty()) return {};
+    std::vector<double> result(vertex_count, 0.0);
+    for (const SoftAnchor& anchor : anchors_)
+        result[anchor.vertex] = hardness_of(anchor.strength);
+    return result;
+}
+
+std::size_t SoftConstraints::bytes() const {
+    return anchors_.capacity() * sizeof(SoftAnchor) + slots_.capacity() * sizeof(Index);
+}
+
+std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
+                                            const Level& level, std::size_t vertex_count, double scale) {
+    std::vector<Index> into(vertex_count);
+    std::iota(into.begin(), into.end(), 0);
+    std::vector<char> is_removed(vertex_count, 0);
+    for (std::size_t k = 0; k < level.removed_count; ++k)
+        is_removed[hierarchy.order[k]] = 1;
+    // Backwards, so that what a vertex was merged into is known by where that went.
+    for (auto merge = hierarchy.soft_merges.rbegin(); merge != hierarchy.soft_merges.rend(); ++merge) {
+        if (is_removed[merge->removed]) into[merge->removed] = into[merge->into];
+    }
+    std::vector<SoftAnchor> result;
+    std::vector<Index> place(vertex_count, -1);
+    for (const SoftAnchor& anchor : anchors) {
+        if (into[anchor.vertex] != anchor.vertex) continue;
+        place[anchor.vertex] = static_cast<Index>(result.size());
+        result.push_back(anchor);
+        result.back().strength = 0.0;
+    }
+    for (const SoftAnchor& anchor : anchors)
+        result[place[into[anchor.vertex]]].strength += scale * anchor.strength;
+    return result;
+}
+
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                   const Execution& execution) {
+    double inverse_squares = 0.0;
+    for (const Index i : unknowns.rows) {
+        execution.check_every(i);
+        const EncodedRing ring = encoding.ring_of(i);
+        double length = 0.0;
+        for (Index k = 0; k < ring.valence; ++k)
+            length += (rest.row(i) - rest.row(ring.ring[k])).norm();
+        length /= ring.valence;
+        if (length > 0.0) inverse_squares += 1.0 / (length * length);
+    }
+    return inverse_squares > 0.0 ? static_cast<double>(unknowns.rows.size()) / inverse_squares : 1.0;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,72 @@
+// Soft constraints: free vertices that springs pull to their targets.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/linalg/block_matrix.h"
+#include "meanvalue/optimise/unknowns.h"
+
+namespace meanvalue {
+
+/// An anchor that is pulled instead of fixed.
+struct SoftAnchor {
+    Index vertex = 0;       ///< a free one
+    Index anchor = 0;       ///< its place among all anchors, in whose order targets come
+    double strength = 1.0;  ///< s > 0, finite, without unit: its spring has the energy s |v - target|^2
+};
+
+/// How near to a fixed vertex a soft anchor is, from 0 to 1. Rows of free vertices have diagonals of about 1.
+inline double hardness_of(double strength) {
+    return strength / (strength + 1.0);
+}
+
+/// sum_k s_k |v_k - t_k|^2 over the soft anchors of one level, at any rigidity. The targets t, one row for each in
+/// their order, belong to whoever solves.
+class SoftConstraints {
+  public:
+    SoftConstraints() = default;
+    /// @param anchors their order does not matter. @pre all of them are free.
+    SoftConstraints(std::vector<SoftAnchor> anchors, const Unknowns& unknowns);
+
+    bool empty() const { return anchors_.empty(); }
+    const std::vector<SoftAnchor>& anchors() const { return anchors_; }  ///< by ascending vertex
+
+    /// |anchors| x 3. @param targets k x 3, in the order of all anchors, the units of the positions.
+    Positions targets_of(const PositionsView& targets) const;
+    /// |anchors| x 3: where the soft anchors are in `positions` (n x 3).
+    Positions rows_of(const PositionsView& positions) const;
+    /// Puts soft anchors to `rows` (|anchors| x 3) in `positions` (n x 3).
+    void put(const Positions& rows, Positions& positions) const;
+
+    /// Their energy, in squared units. Adds its derivative to `gradient` (|V'| x 3). @param targets |anchors| x 3.
+    /// The same bits for any number of threads. @throws Cancelled.
+    double add_energy(const PositionsView& positions, const Positions& targets, Positions& gradient, int threads,
+                      const Execution& execution) const;
+    /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
+    void add_hessian(SparseMatrix& hessian) const;
+
+    /// n numbers: hardness_of() each soft anchor, 0 elsewhere; empty where there are none.
+    std::vector<double> hardness(std::size_t vertex_count) const;
+    std::size_t bytes() const;
+
+  private:
+    std::vector<SoftAnchor> anchors_;
+    std::vector<Index> slots_;
+};
+
+/// Those removed on the way to `level` give their strengths to those that they were merged into, so that a handle's
+/// total spring is kept; then all are multiplied with `scale`. @param anchors by ascending vertex, as the result is.
+std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
+                                            const Level& level, std::size_t vertex_count, double scale);
+
+/// 1 / mean(1 / h_i^2), squared units, h_i the mean edge of row i at rest: what the energy of a given pose is
+/// proportional to, so that springs of two levels are in balance where their strengths are too. @param rest n x 3.
+/// @throws Cancelled.
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                   const Execution& execution);
+
+}  // namespace meanvalue

@@ -1,0 +1,98 @@
+#include "meanvalue/decode/full_decoder.h"
+
+#include <cmath>
+
+#include "meanvalue/decode/carry_parts.h"
+#include "meanvalue/encoding/encoder.h"
+#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/mesh/triangle_mesh.h"
+
+namespace meanvalue {
+namespace {
+
+// A position's error goes with the root of the energy's, so the energy may settle much earlier than the vertices.
+constexpr double kSettledPerTolerance = 100.0;
+// Residuals below this share of the diagonal are rounding.
+constexpr double kRounding = 1e-13;
+// Fixed vertices that a similarity carries to within this share of the diagonal leave nothing to follow.
+constexpr double kNegligibleMove = 1e-12;
+
+}  // namespace
+
+struct FullDecoder::FullWorkspace : Workspace {
+    FullWorkspace(GaussNewtonSystem::Workspace of_system, SparseCholesky of_factor, std::size_t held)
+        : system(std::move(of_system)), cholesky(std::move(of_factor)), held_bytes(held) {}
+    std::size_t bytes() const override { return held_bytes; }
+
+    GaussNewtonSystem::Workspace system;
+    SparseCholesky cholesky;
+    std::size_t held_bytes;
+};
+
+std::unique_ptr<Workspace> FullDecoder::make_workspace(const Execution& execution) const {
+    return std::make_unique<FullWorkspace>(system_->make_workspace(execution), analysed_.of_same_pattern(),
+                                           system_->workspace_bytes());
+}
+
+FullDecoder::FullDecoder(Region region, int threads, Execution& execution)
+    : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
+    {
+        const StageTimer timer(bind_timings_, "encode");
+        const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
+        detached_triangle_count_ = mesh.detached_count();
+        encoding_ = encode(collect_one_rings(mesh, execution), region_.positions, threads_, execution);
+    }
+    execution.begin_stage("analyse");
+    const StageTimer timer(bind_timings_, "analyse");
+    unknowns_ = find_unknowns(encoding_, region_.is_fixed);
+    system_.emplace(encoding_, unknowns_, execution, region_.vertices);
+    if (!unknowns_.free.empty()) analysed_.analyse(system_->pattern().matrix(), execution, threads_);
+}
+
+DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given, Positions& positions,
+                                 Execution& execution) const {
+    auto& workspace = static_cast<FullWorkspace&>(given);
+    MinimiseOptions minimise_options;
+    minimise_options.step_tolerance = options.tolerance * diagonal_;
+    minimise_options.settled_decrease = kSettledPerTolerance * options.tolerance;
+    minimise_options.negligible_energy =
+        0.5 * static_cast<double>(unknowns_.rows.size()) * std::pow(kRounding * diagonal_, 2);
+    minimise_options.max_iterations = options.max_iterations;
+    minimise_options.threads = threads_;
+    if (options.previous == nullptr) choose_start(minimise_options, workspace, positions, execution);
+    const MinimiseReport minimised =
+        minimise(*system_, workspace.system, workspace.cholesky, unknowns_, minimise_options, positions, execution);
+    DecodeReport report;
+    if (!minimised.energies.empty()) report.energies = minimised.energies;
+    report.initial_gradient = minimised.initial_gradient;
+    report.gradient = minimised.gradient;
+    report.iterations = minimised.iterations;
+    report.converged = minimised.converged();
+    report.stop_reason = describe(minimised.stop_reason);
+    report.timings = minimised.timings;
+    return report;
+}
+
+void FullDecoder::choose_start(const MinimiseOptions& options, FullWorkspace& workspace, Positions& positions,
+                               Execution& execution) const {
+    if (unknowns_.free.empty()) return;
+    Positions carried = carry_parts(components_, region_.positions, positions);
+    Positions fixed_moves = positions - carried;
+    for (const Index v : unknowns_.free) {
+        fixed_moves.row(v).setZero();
+    }
+    if (fixed_moves.cwiseAbs().maxCoeff() > kNegligibleMove * diagonal_) {
+        carried = follow_fixed_moves(*system_, workspace.system, workspace.cholesky, unknowns_, options, carried,
+                                     fixed_moves, execution);
+    }
+    for (Index v = 0; v < carried.rows(); ++v) {
+        if (unknowns_.slot[v] < 0) carried.row(v) = positions.row(v);
+    }
+    if (system_->energy(carried, threads_, execution, workspace.system) <
+        system_->energy(positions, threads_, execution, workspace.system)) {
+        positions = std::move(carried);
+    }
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,175 @@
+#include "meanvalue/decode/paper_decoder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/carry_parts.h"
+#include "meanvalue/encoding/encoder.h"
+#include "meanvalue/encoding/predictor.h"
+#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/mesh/one_ring.h"
+
+namespace meanvalue {
+namespace {
+
+// "About 3 % of the vertices": of the free ones, since in the paper's own table the fixed ones alone are more.
+constexpr double kCoarseShare = 0.03;
+// "Several Gauss-Seidel iterations, typically four."
+constexpr int kSweeps = 4;
+// The base mesh is solved to this share of the diagonal.
+constexpr double kBaseTolerance = 1e-9;
+// Residuals below these shares of the diagonal are rounding; the splits that lead to the coarse level add to it.
+constexpr double kBaseRounding = 1e-13;
+constexpr double kCoarseRounding = 1e-11;
+
+/// Of residuals of `length` in all rows.
+double energy_of(const Unknowns& unknowns, double length) {
+    return 0.5 * static_cast<double>(unknowns.rows.size()) * length * length;
+}
+
+std::string describe_end(const MinimiseReport& base, const MinimiseReport& coarse) {
+    if (!base.converged()) return message("base mesh: ", describe(base.stop_reason));
+    return coarse.converged() ? "converged at the coarse level" : describe(coarse.stop_reason);
+}
+
+}  // namespace
+
+struct PaperDecoder::PaperWorkspace : Workspace {
+    PaperWorkspace(GaussNewtonSystem::Workspace of_coarse, GaussNewtonSystem::Workspace of_base, std::size_t held)
+        : coarse(std::move(of_coarse)), base(std::move(of_base)), held_bytes(held) {}
+    std::size_t bytes() const override { return held_bytes; }
+
+    GaussNewtonSystem::Workspace coarse;
+    GaussNewtonSystem::Workspace base;
+    std::size_t held_bytes;
+};
+
+std::unique_ptr<Workspace> PaperDecoder::make_workspace(const Execution& execution) const {
+    return std::make_unique<PaperWorkspace>(coarse_->make_workspace(execution), base_->make_workspace(execution),
+                                            coarse_->workspace_bytes() + base_->workspace_bytes());
+}
+
+PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
+    : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
+    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
+    const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
+    detached_triangle_count_ = mesh.detached_count();
+    OneRings rings;
+    {
+        const StageTimer timer(bind_timings_, "encode");
+        rings = collect_one_rings(mesh, execution);
+        encoding_ = encode(rings, region_.positions, threads_, execution);
+        fine_ = find_unknowns(encoding_, region_.is_fixed);
+        relaxation_.emplace(encoding_, fine_, execution);
+    }
+    const StageTimer timer(bind_timings_, "hierarchy");
+    CoarseningOptions coarsening;
+    coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
+    hierarchy_ =
+        encode_along(find_removal_order(rings, region_.positions, region_.is_fixed, coarsening, threads_, execution),
+                     region_.positions, SplitBy::kEncoding, threads_, execution);
+    coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
+    coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution, region_.vertices);
+    coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution);
+    base_unknowns_ = unknowns_of(hierarchy_.base());
+    base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution, region_.vertices);
+}
+
+Unknowns PaperDecoder::unknowns_of(const Level& level) const {
+    std::vector<char> is_fixed = region_.is_fixed;
+    for (std::size_t k = 0; k < level.removed_count; ++k)
+        is_fixed[hierarchy_.order[k]] = 1;
+    return find_unknowns(level.encoding, is_fixed);
+}
+
+DecodeReport PaperDecoder::decode(const DecodeOptions&, Workspace& given, Positions& positions,
+                                  Execution& execution) const {
+    auto& workspace = static_cast<PaperWorkspace&>(given);
+    DecodeReport report;
+    execution.begin_stage("solve");
+    report.energies = {fine_energy(positions, execution)};
+    if (!std::isfinite(report.energies.front())) throw SolverFailure("the energy of the start is not finite");
+    MinimiseReport base;
+    {
+        const StageTimer timer(report.timings, "base");
+        base = solve_base(workspace, positions, execution);
+    }
+    {
+        const StageTimer timer(report.timings, "split");
+        hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, 0, positions, threads_, execution);
+    }
+    {
+        const StageTimer timer(report.timings, "optimise");
+        const double negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
+        const MinimiseReport coarse =
+            coarse_minimiser_->minimise(negligible_energy, threads_, positions, execution, workspace.coarse);
+        report.iterations = coarse.iterations;
+        report.initial_gradient = coarse.initial_gradient;
+        report.gradient = coarse.gradient;
+        report.converged = base.converged() && coarse.converged();
+        report.stop_reason = describe_end(base, coarse);
+    }
+    {
+        const StageTimer timer(report.timings, "split");
+        hierarchy_.split(0, -1, positions, threads_, execution);
+    }
+    {
+        const StageTimer timer(report.timings, "relax");
+        for (int sweep = 0; sweep < kSweeps; ++sweep)
+            relaxation_->sweep(positions, threads_, execution);
+    }
+    report.energies.push_back(fine_energy(positions, execution));
+    if (!std::isfinite(report.energies.back()) || !positions.allFinite()) {
+        throw SolverFailure(message("the result is not finite; energy of the start: ", report.energies.front()));
+    }
+    return report;
+}
+
+double PaperDecoder::fine_energy(const Positions& positions, const Execution& execution) const {
+    std::vector<double> squares(fine_.rows.size());
+    parallel_for(static_cast<Index>(squares.size()), threads_, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            const Index row = fine_.rows[k];
+            squares[k] = (Vector3(positions.row(row)) - predict(encoding_.ring_of(row), positions)).squaredNorm();
+        }
+    });
+    return 0.5 * std::accumulate(squares.begin(), squares.end(), 0.0);
+}
+
+std::vector<Index> PaperDecoder::level_sizes() const {
+    std::vector<Index> sizes = {static_cast<Index>(fine_.free.size())};
+    for (const Level& level : hierarchy_.levels) {
+        sizes.push_back(level.free_count);
+    }
+    return sizes;
+}
+
+MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, Positions& positions, Execution& execution) const {
+    if (base_unknowns_.free.empty()) return {};
+    // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
+    // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
+    // Where the base mesh has no residuals at all, what follows the anchors is taken.
+    const Positions all_carried = carry_parts(components_, region_.positions, positions);
+    Positions carried = positions;
+    for (const Index v : base_unknowns_.free)
+        carried.row(v) = all_carried.row(v);
+    if (base_->energy(carried, threads_, execution, workspace.base) <=
+        base_->energy(positions, threads_, execution, workspace.base)) {
+        positions = std::move(carried);
+    }
+    MinimiseOptions options;
+    options.step_tolerance = kBaseTolerance * diagonal_;
+    options.negligible_energy = energy_of(base_unknowns_, kBaseRounding * diagonal_);
+    options.threads = threads_;
+    SparseCholesky cholesky;
+    return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
+}
+
+std::size_t PaperDecoder::bytes() const {
+    return encoding_.bytes() + hierarchy_.bytes() + coarse_->bytes() + base_->bytes() + relaxation_->bytes();
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,70 @@
+// The paper's hierarchical decoding, to the letter: section 3.2.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/decode/decoder.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/mesh/region.h"
+#include "meanvalue/optimise/gauss_newton_cg.h"
+#include "meanvalue/optimise/gauss_newton_system.h"
+#include "meanvalue/optimise/gauss_seidel.h"
+#include "meanvalue/optimise/levenberg_marquardt.h"
+#include "meanvalue/optimise/unknowns.h"
+
+namespace meanvalue {
+
+/// Anchors placed; splits by equation 13; Gauss-Newton on the level with 3 % of the free vertices; the remaining
+/// splits; four Gauss-Seidel sweeps. Deterministic for any number of threads.
+class PaperDecoder : public Decoder {
+  public:
+    /// Builds the hierarchy. @throws Cancelled, SolverFailure.
+    PaperDecoder(Region region, int threads, Execution& execution);
+
+    /// The free vertices' positions are read only where no legal collapse could remove them; options but for those do
+    /// not matter. Report: energies of the rest pose with the anchors in place and of the result; iterations and
+    /// gradients of the coarse level; converged where both the base mesh and the coarse level did.
+    /// @throws also SolverFailure where the energy of the start or the result is not finite.
+    DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                        Execution& execution) const override;
+    std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
+    const Encoding& encoding() const override { return encoding_; }
+    Index row_count() const override { return static_cast<Index>(fine_.rows.size()); }
+    Index detached_triangle_count() const override { return detached_triangle_count_; }
+    std::size_t bytes() const override;
+    std::vector<Index> level_sizes() const override;
+    Index longest_ring() const override { return std::max(encoding_.longest_ring(), hierarchy_.longest_ring()); }
+    const Timings& bind_timings() const override { return bind_timings_; }
+
+    const Hierarchy& hierarchy() const { return hierarchy_; }
+
+  private:
+    struct PaperWorkspace;
+    /// The unknowns of one level: removable vertices still there.
+    Unknowns unknowns_of(const Level& level) const;
+    MinimiseReport solve_base(PaperWorkspace& workspace, Positions& positions, Execution& execution) const;
+    double fine_energy(const Positions& positions, const Execution& execution) const;
+
+    Region region_;
+    int threads_;
+    double diagonal_;
+    Timings bind_timings_;
+    Components components_;
+    Index detached_triangle_count_ = 0;
+    Encoding encoding_;
+    Unknowns fine_;
+    Hierarchy hierarchy_;
+    Unknowns coarse_unknowns_;
+    Unknowns base_unknowns_;
+    std::optional<GaussNewtonSystem> coarse_;
+    std::optional<GaussNewtonCg> coarse_minimiser_;
+    std::optional<GaussNewtonSystem> base_;
+    std::optional<GaussSeidel> relaxation_;
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,176 @@
+#include "meanvalue/hierarchy/vertex_splits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/predictor.h"
+#include "meanvalue/encoding/ring_encoder.h"
+#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
+
+namespace meanvalue {
+namespace {
+
+/// `point`, which is at rest, by the similarity that takes the ring nearest to where it is. For every vertex of a
+/// cold solve: fit_similarity() would take several times as long, and shrink what is bent.
+Vector3 carried(const Index* ring, std::size_t valence, const Vector3& point, const PositionsView& rest,
+                const PositionsView& positions) {
+    const Correlation sums = correlate(rest, positions, ring, valence);
+    const double scale = sums.from_spread > 0.0 ? std::sqrt(sums.to_spread / sums.from_spread) : 1.0;
+    return sums.to_centre + closest_rotation(sums.covariance) * (scale * (point - sums.from_centre));
+}
+
+}  // namespace
+
+EncodedRing Splits::ring_of(Index split) const {
+    const std::size_t begin = offsets[split];
+    return {ring.data() + begin,    weights.data() + begin,
+            heights.data() + begin, nullptr,
+            softening[split],       static_cast<Index>(offsets[split + 1] - begin)};
+}
+
+void Splits::encode(const PositionsView& positions, int threads, const Execution& execution) {
+    weights.resize(ring.size());
+    heights.resize(ring.size());
+    softening.resize(vertices.size());
+    parallel_for(size(), threads, execution, [&](Index begin, Index end) {
+        RingEncoder encoder(positions);
+        for (Index k = begin; k < end; ++k) {
+            const std::size_t first = offsets[k];
+            encoder.encode(vertices[k], ring.data() + first, static_cast<Index>(offsets[k + 1] - first));
+            std::copy(encoder.weights().begin(), encoder.weights().end(), weights.begin() + first);
+            std::copy(encoder.heights().begin(), encoder.heights().end(), heights.begin() + first);
+            softening[k] = encoder.softening();
+        }
+    });
+}
+
+void Splits::apply(Positions& positions, int threads, const Execution& execution) const {
+    const PositionsView view(positions);  // sees what is written
+    parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            positions.row(vertices[k]) = predict(ring_of(k), view);
+    });
+}
+
+void Splits::carry(const PositionsView& rest, Positions& positions, int threads, const Execution& execution) const {
+    const PositionsView view(positions);  // sees what is written
+    parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            positions.row(vertices[k]) =
+                carried(ring.data() + offsets[k], offsets[k + 1] - offsets[k], rest.row(vertices[k]), rest, view)
+                    .transpose();
+        }
+    });
+}
+
+Index Splits::longest_ring() const {
+    std::size_t longest = 0;
+    for (Index k = 0; k < size(); ++k)
+        longest = std::max(longest, offsets[k + 1] - offsets[k]);
+    return static_cast<Index>(longest);
+}
+
+std::size_t Splits::bytes() const {
+    return (vertices.capacity() + ring.capacity() + batches.capacity()) * sizeof(Index) +
+           offsets.capacity() * sizeof(std::size_t) + closed.capacity() +
+           (weights.capacity() + heights.capacity() + softening.capacity()) * sizeof(double);
+}
+
+OneRings removal_rings(const Splits& splits, Index vertex_count, const Execution& execution) {
+    std::vector<Index> number(vertex_count, -1);
+    for (Index k = 0; k < splits.size(); ++k)
+        number[splits.vertices[k]] = k;
+    OneRings rings;
+    for (Index v = 0; v < vertex_count; ++v) {
+        execution.check_every(v);
+        if (number[v] < 0) {
+            rings.append(nullptr, nullptr, RingKind::kAbsent, false);
+            continue;
+        }
+        const Index* const ring = splits.ring.data();
+        const bool closed = splits.closed[number[v]] != 0;
+        rings.append(ring + splits.offsets[number[v]], ring + splits.offsets[number[v] + 1],
+                     closed ? RingKind::kClosed : RingKind::kOpen, closed);
+    }
+    return rings;
+}
+
+SplitRecorder::SplitRecorder(Index vertex_count) : depth_(vertex_count, 0) {
+    // Enough for most meshes, so that it need not be copied while it grows; what stays unused costs nothing.
+    constexpr std::size_t kUsualRing = 6;
+    const auto count = static_cast<std::size_t>(vertex_count);
+    taken_.vertices.reserve(count);
+    taken_.offsets.reserve(count + 1);
+    taken_.closed.reserve(count);
+    taken_.ring.reserve(kUsualRing * count);
+}
+
+void SplitRecorder::add(Index vertex, const RingView& ring) {
+    taken_.vertices.push_back(vertex);
+    taken_.ring.insert(taken_.ring.end(), ring.begin(), ring.end());
+    taken_.offsets.push_back(taken_.ring.size());
+    taken_.closed.push_back(ring.closed ? 1 : 0);
+}
+
+Splits SplitRecorder::take(int threads, const Execution& execution) {
+    const Index count = taken_.size();
+    Index deepest = 0;
+    for (Index k = count; k-- > 0;) {
+        execution.check_every(k);
+        Index depth = 0;
+        for (std::size_t j = taken_.offsets[k]; j < taken_.offsets[k + 1]; ++j)
+            depth = std::max(depth, depth_[taken_.ring[j]]);
+        depth_[taken_.vertices[k]] = depth + 1;
+        deepest = std::max(deepest, depth + 1);
+    }
+    Splits sorted;
+    sorted.batches.assign(deepest + 1, 0);
+    for (Index k = 0; k < count; ++k) {
+        execution.check_every(k);
+        ++sorted.batches[depth_[taken_.vertices[k]]];
+    }
+    for (Index depth = 0; depth < deepest; ++depth)
+        sorted.batches[depth + 1] += sorted.batches[depth];
+    execution.check();
+    // In a batch by ascending vertex number: neighbours in the caller's order are mostly neighbours in space.
+    std::vector<Index> number(depth_.size(), -1);  // in `taken_`
+    for (Index k = 0; k < count; ++k) {
+        execution.check_every(k);
+        number[taken_.vertices[k]] = k;
+    }
+    std::vector<Index> place(sorted.batches.begin(), sorted.batches.end() - 1);
+    std::vector<Index> source(count);
+    for (std::size_t v = 0; v < number.size(); ++v) {
+        execution.check_every(v);
+        if (number[v] >= 0) source[place[depth_[v] - 1]++] = number[v];
+    }
+    execution.check();
+    sorted.vertices.resize(count);
+    sorted.closed.resize(count);
+    sorted.offsets.resize(count + 1);
+    for (Index k = 0; k < count; ++k) {
+        execution.check_every(k);
+        sorted.offsets[k + 1] = sorted.offsets[k] + taken_.offsets[source[k] + 1] - taken_.offsets[source[k]];
+    }
+    sorted.ring.resize(taken_.ring.size());
+    parallel_for(count, threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            const Index from = source[k];
+            const std::size_t first = taken_.offsets[from];
+            const std::size_t valence = taken_.offsets[from + 1] - first;
+            sorted.vertices[k] = taken_.vertices[from];
+            sorted.closed[k] = taken_.closed[from];
+            std::copy_n(taken_.ring.data() + first, valence, sorted.ring.data() + sorted.offsets[k]);
+        }
+    });
+    // Coarser levels count from the bottom again: what is placed there is given here.
+    for (const Index v : taken_.vertices)
+        depth_[v] = 0;
+    taken_ = Splits{};
+    return sorted;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,185 @@
+#include "meanvalue/linalg/elimination_tasks.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+
+#include "meanvalue/common/parallel.h"
+
+namespace meanvalue {
+namespace {
+
+// Tasks are at most this part of all: enough of them for some sixteen threads, few enough to cost nothing.
+constexpr std::int64_t kParts = 64;
+// Tasks of less are not worth handing over: some ten microseconds.
+constexpr std::int64_t kLeastWeight = 30000;
+
+struct Subtrees {
+    std::vector<std::int64_t> weight;
+    std::vector<Index> first;  // node of the subtree
+    std::int64_t total = 0;
+};
+
+Subtrees subtrees_of(const std::vector<Index>& parents, const std::vector<std::int64_t>& weights) {
+    const auto count = static_cast<Index>(parents.size());
+    Subtrees subtrees{weights, std::vector<Index>(count), 0};
+    for (Index node = 0; node < count; ++node)
+        subtrees.first[node] = node;
+    for (Index node = 0; node < count; ++node) {
+        const Index parent = parents[node];
+        if (parent < 0) {
+            subtrees.total += subtrees.weight[node];
+            continue;
+        }
+        subtrees.weight[parent] += subtrees.weight[node];
+        subtrees.first[parent] = std::min(subtrees.first[parent], subtrees.first[node]);
+    }
+    return subtrees;
+}
+
+/// The ranges of nodes alone.
+std::vector<EliminationTask> ranges_of(const std::vector<Index>& parents, const Subtrees& subtrees) {
+    const auto count = static_cast<Index>(parents.size());
+    const std::int64_t most = std::max(kLeastWeight, subtrees.total / kParts);
+    const auto is_large = [&](Index node) { return node >= 0 && subtrees.weight[node] > most; };
+    std::vector<Index> large_children(count, 0);
+    for (Index node = 0; node < count; ++node) {
+        if (is_large(node) && parents[node] >= 0) ++large_children[parents[node]];
+    }
+    std::vector<EliminationTask> tasks;
+    std::int64_t weight = 0;  // of the last task, where it is of small subtrees
+    for (Index node = 0; node < count; ++node) {
+        if (is_large(node)) {
+            const bool goes_on = !tasks.empty() && tasks.back().end == node && is_large(node - 1) &&
+                                 parents[node - 1] == node && large_children[node] == 1;
+            if (!goes_on) tasks.push_back({node, node, -1, {}});
+            tasks.back().end = node + 1;
+        } else if (parents[node] < 0 || is_large(parents[node])) {  // a whole small subtree
+            const bool goes_on = !tasks.empty() && !is_large(tasks.back().end - 1) &&
+                                 parents[tasks.back().end - 1] == parents[node] &&
+                                 weight + subtrees.weight[node] <= most;
+            if (!goes_on) {
+                tasks.push_back({subtrees.first[node], 0, -1, {}});
+                weight = 0;
+            }
+            tasks.back().end = node + 1;
+            weight += subtrees.weight[node];
+        }
+    }
+    return tasks;
+}
+
+}  // namespace
+
+std::vector<EliminationTask> cut_into_tasks(const std::vector<Index>& parents,
+                                            const std::vector<std::int64_t>& weights) {
+    std::vector<EliminationTask> tasks = ranges_of(parents, subtrees_of(parents, weights));
+    std::vector<Index> task_of(parents.size());
+    const auto count = static_cast<Index>(tasks.size());
+    for (Index t = 0; t < count; ++t)
+        std::fill(task_of.begin() + tasks[t].begin, task_of.begin() + tasks[t].end, t);
+    const auto weight_of = [&](const EliminationTask& task) {
+        std::int64_t weight = 0;
+        for (Index node = task.begin; node < task.end; ++node)
+            weight += weights[node];
+        return weight;
+    };
+    for (Index t = 0; t < count; ++t) {
+        EliminationTask& task = tasks[t];
+        const std::int64_t weight = weight_of(task);
+        task.weight_to_leaf += weight;
+        task.weight_to_root = weight;
+        const Index above = parents[task.end - 1];
+        if (above < 0) continue;
+        task.parent = task_of[above];
+        EliminationTask& parent = tasks[task.parent];
+        parent.children.push_back(t);
+        parent.weight_to_leaf = std::max(parent.weight_to_leaf, task.weight_to_leaf);
+    }
+    for (Index t = count - 1; t >= 0; --t) {
+        if (tasks[t].parent >= 0) tasks[t].weight_to_root += tasks[tasks[t].parent].weight_to_root;
+    }
+    return tasks;
+}
+
+/// What the workers of one run share; all under the mutex.
+struct TaskRunner::Shared {
+    const std::vector<EliminationTask>& tasks;
+    std::vector<Job>& ready;
+    std::vector<Index>& unfinished_children;
+    std::size_t unfinished;
+    bool stopped = false;
+    std::mutex mutex;
+    std::condition_variable changed;
+
+    void push_up(Index task) { push({tasks[task].weight_to_root, task, false}); }
+    // Its way is still to be gone down: what has all above it behind it and the most below it comes first.
+    void push_down(Index task) { push({tasks[task].weight_to_leaf, task, true}); }
+    void push(const Job& job) {
+        ready.push_back(job);
+        std::push_heap(ready.begin(), ready.end());
+    }
+    Job pop() {
+        std::pop_heap(ready.begin(), ready.end());
+        const Job job = ready.back();
+        ready.pop_back();
+        return job;
+    }
+
+    /// Makes ready what waited for `job`.
+    void finish(const Job& job) {
+        --unfinished;
+        const EliminationTask& task = tasks[job.task];
+        if (job.is_down) {
+            for (const Index child : task.children)
+                push_down(child);
+        } else if (task.parent < 0) {
+            push_down(job.task);
+        } else if (--unfinished_children[task.parent] == 0) {
+            push_up(task.parent);
+        }
+    }
+
+    void work(int worker, const Execution& execution, const Work& up, const Work& down) {
+        std::unique_lock<std::mutex> lock(mutex);
+        while (true) {
+            changed.wait(lock, [&] { return stopped || unfinished == 0 || !ready.empty(); });
+            if (stopped || unfinished == 0) return;
+            const Job job = pop();
+            lock.unlock();
+            execution.check();
+            (job.is_down ? down : up)(job.task, worker);
+            lock.lock();
+            finish(job);
+            changed.notify_all();
+        }
+    }
+
+    void stop() {
+        const std::lock_guard<std::mutex> lock(mutex);
+        stopped = true;
+        changed.notify_all();
+    }
+};
+
+void TaskRunner::run(const std::vector<EliminationTask>& tasks, int threads, const Execution& execution,
+                     const Work& up, const Work& down) {
+    ready_.clear();
+    ready_.reserve(tasks.size());
+    unfinished_children_.resize(tasks.size());
+    Shared shared{tasks, ready_, unfinished_children_, 2 * tasks.size(), false, {}, {}};
+    for (std::size_t t = 0; t < tasks.size(); ++t) {
+        unfinished_children_[t] = static_cast<Index>(tasks[t].children.size());
+        if (tasks[t].children.empty()) shared.push_up(static_cast<Index>(t));
+    }
+    run_workers(std::min(threads, static_cast<int>(std::max<std::size_t>(tasks.size(), 1))), [&](int worker) {
+        try {
+            shared.work(worker, execution, up, down);
+        } catch (...) {
+            shared.stop();
+            throw;
+        }
+    });
+}
+
+}  // namespace meanvalue

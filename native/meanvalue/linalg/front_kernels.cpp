@@ -1,0 +1,241 @@
+#include "meanvalue/linalg/front_kernels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#define MEANVALUE_INLINE inline __attribute__((always_inline))
+
+// Nothing here is ever called, so that it does not matter how its arguments would be passed.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace meanvalue {
+namespace {
+
+constexpr Index kStrip = 4;  // columns that are worked on together
+
+/// Rows of a block that are in registers at once: all of it, or a third where registers are of two numbers.
+struct WideRows {
+    using Vector = double __attribute__((vector_size(32), may_alias, aligned(8)));
+    static constexpr int kVectors = 3;
+    static constexpr int kLanes = 4;
+};
+struct NarrowRows {
+    using Vector = double __attribute__((vector_size(16), may_alias, aligned(8)));
+    static constexpr int kVectors = 2;
+    static constexpr int kLanes = 2;
+};
+template <typename R>
+constexpr Index row_count() {
+    static_assert(kBlockRows % (R::kVectors * R::kLanes) == 0, "a block is whole pieces");
+    return R::kVectors * R::kLanes;
+}
+
+template <typename R, int kColumns>
+struct Tile {
+    typename R::Vector at[kColumns][R::kVectors];
+
+    MEANVALUE_INLINE void load(const double* from, std::int64_t stride) {
+        for (int c = 0; c < kColumns; ++c) {
+            for (int v = 0; v < R::kVectors; ++v)
+                at[c][v] = *reinterpret_cast<const typename R::Vector*>(from + c * stride + v * R::kLanes);
+        }
+    }
+    MEANVALUE_INLINE void store(double* to, std::int64_t stride) const {
+        for (int c = 0; c < kColumns; ++c) {
+            for (int v = 0; v < R::kVectors; ++v)
+                *reinterpret_cast<typename R::Vector*>(to + c * stride + v * R::kLanes) = at[c][v];
+        }
+    }
+    /// Loses rows * columns^T, both of `depth` columns of a block.
+    MEANVALUE_INLINE void subtract_product(const double* rows, const double* columns, Index depth) {
+        typename R::Vector sum[kColumns][R::kVectors] = {};
+        for (Index k = 0; k < depth; ++k, rows += kBlockRows, columns += kBlockRows) {
+            typename R::Vector row[R::kVectors];
+            for (int v = 0; v < R::kVectors; ++v)
+                row[v] = *reinterpret_cast<const typename R::Vector*>(rows + v * R::kLanes);
+            for (int c = 0; c < kColumns; ++c) {
+                for (int v = 0; v < R::kVectors; ++v)
+                    sum[c][v] += row[v] * columns[c];
+            }
+        }
+        for (int c = 0; c < kColumns; ++c) {
+            for (int v = 0; v < R::kVectors; ++v)
+                at[c][v] -= sum[c][v];
+        }
+    }
+    /// Times corner^-T. @param corner lower triangle, its columns kBlockRows apart.
+    MEANVALUE_INLINE void solve(const double* corner, const double* reciprocals) {
+        for (int c = 0; c < kColumns; ++c) {
+            for (int v = 0; v < R::kVectors; ++v) {
+                for (int before = 0; before < c; ++before)
+                    at[c][v] -= at[before][v] * corner[before * kBlockRows + c];
+                at[c][v] *= reciprocals[c];
+            }
+        }
+    }
+};
+
+/// One strip of a block: what the columns before it take away, then the strip's own corner.
+template <typename R, int kColumns, bool kSolve>
+MEANVALUE_INLINE void reduce_strip(const double* top_rows, Index column, double* block, const double* corner,
+                                   const double* reciprocals) {
+    for (Index row = 0; row < kBlockRows; row += row_count<R>()) {
+        Tile<R, kColumns> tile;
+        double* const at = block + row + std::int64_t{column} * kBlockRows;
+        tile.load(at, kBlockRows);
+        tile.subtract_product(block + row, top_rows, column);
+        if (kSolve) tile.solve(corner, reciprocals + column);
+        tile.store(at, kBlockRows);
+    }
+}
+
+/// @param corner of the columns of a strip; becomes its Cholesky factor.
+template <int kColumns>
+MEANVALUE_INLINE bool factor_corner(double* corner, double* reciprocals) {
+    for (int c = 0; c < kColumns; ++c) {
+        double* const column = corner + c * kBlockRows;
+        for (int before = 0; before < c; ++before) {
+            for (int r = c; r < kColumns; ++r)
+                column[r] -= corner[before * kBlockRows + r] * corner[before * kBlockRows + c];
+        }
+        if (!(column[c] > 0.0) || !std::isfinite(column[c])) return false;
+        column[c] = std::sqrt(column[c]);
+        reciprocals[c] = 1.0 / column[c];
+        for (int r = c + 1; r < kColumns; ++r)
+            column[r] *= reciprocals[c];
+    }
+    return true;
+}
+
+/// The strip that begins at `column`, in all top blocks from its own on.
+template <typename R, int kColumns>
+MEANVALUE_INLINE bool factor_strip(const FrontShape& shape, double* panel, double* reciprocals, Index column) {
+    const Index own = column / kBlockRows;
+    double* const block = panel + own * shape.block_size();
+    const double* const top_rows = block + column % kBlockRows;
+    reduce_strip<R, kColumns, false>(top_rows, column, block, nullptr, reciprocals);
+    double* const corner = block + std::int64_t{column} * kBlockRows + column % kBlockRows;
+    if (!factor_corner<kColumns>(corner, reciprocals + column)) return false;
+    // The rows of the block behind the corner.
+    for (Index row = column % kBlockRows + kColumns; row < kBlockRows; ++row) {
+        double* const of_row = block + std::int64_t{column} * kBlockRows + row;
+        for (int c = 0; c < kColumns; ++c) {
+            for (int before = 0; before < c; ++before)
+                of_row[c * kBlockRows] -= of_row[before * kBlockRows] * corner[before * kBlockRows + c];
+            of_row[c * kBlockRows] *= reciprocals[column + c];
+        }
+    }
+    for (Index k = own + 1; k < shape.top_blocks(); ++k)
+        reduce_strip<R, kColumns, true>(top_rows, column, panel + k * shape.block_size(), corner, reciprocals);
+    return true;
+}
+
+template <typename R>
+MEANVALUE_INLINE bool factor_top(const FrontShape& shape, double* panel, double* reciprocals) {
+    Index column = 0;
+    for (; column + kStrip <= shape.width; column += kStrip) {
+        if (!factor_strip<R, kStrip>(shape, panel, reciprocals, column)) return false;
+    }
+    switch (shape.width - column) {
+        case 1:
+            return factor_strip<R, 1>(shape, panel, reciprocals, column);
+        case 2:
+            return factor_strip<R, 2>(shape, panel, reciprocals, column);
+        case 3:
+            return factor_strip<R, 3>(shape, panel, reciprocals, column);
+        default:
+            return true;
+    }
+}
+
+template <typename R, int kColumns>
+MEANVALUE_INLINE void solve_strip(const FrontShape& shape, const double* panel, const double* reciprocals,
+                                  Index column, double* block) {
+    const double* const top_rows = panel + (column / kBlockRows) * shape.block_size() + column % kBlockRows;
+    reduce_strip<R, kColumns, true>(top_rows, column, block, top_rows + std::int64_t{column} * kBlockRows,
+                                    reciprocals);
+}
+
+template <typename R>
+MEANVALUE_INLINE void solve_below(const FrontShape& shape, double* panel, const double* reciprocals, Index begin,
+                                  Index end) {
+    for (Index k = begin; k < end; ++k) {
+        double* const block = panel + (shape.top_blocks() + k) * shape.block_size();
+        Index column = 0;
+        for (; column + kStrip <= shape.width; column += kStrip)
+            solve_strip<R, kStrip>(shape, panel, reciprocals, column, block);
+        switch (shape.width - column) {
+            case 1:
+                solve_strip<R, 1>(shape, panel, reciprocals, column, block);
+                break;
+            case 2:
+                solve_strip<R, 2>(shape, panel, reciprocals, column, block);
+                break;
+            case 3:
+                solve_strip<R, 3>(shape, panel, reciprocals, column, block);
+                break;
+            default:
+                break;
+        }
+    }
+}
+
+template <typename R>
+MEANVALUE_INLINE void update_rest(const FrontShape& shape, const double* panel, double* rest, Index begin,
+                                  Index end) {
+    const double* const below = panel + shape.top_blocks() * shape.block_size();
+    const std::int64_t stride = shape.rest_stride();
+    for (Index column = 0; column < end * kBlockRows && column < shape.below; column += kStrip) {
+        const double* const columns = below + column / kBlockRows * shape.block_size() + column % kBlockRows;
+        for (Index block = std::max(begin, column / kBlockRows); block < end; ++block) {
+            for (Index row = 0; row < kBlockRows; row += row_count<R>()) {
+                double* const at = rest + column * stride + std::int64_t{block} * kBlockRows + row;
+                Tile<R, kStrip> tile;
+                tile.load(at, stride);
+                tile.subtract_product(below + block * shape.block_size() + row, columns, shape.width);
+                tile.store(at, stride);
+            }
+        }
+    }
+}
+
+bool factor_top_portable(const FrontShape& shape, double* panel, double* reciprocals) {
+    return factor_top<NarrowRows>(shape, panel, reciprocals);
+}
+void solve_below_portable(const FrontShape& shape, double* panel, const double* reciprocals, Index begin, Index end) {
+    solve_below<NarrowRows>(shape, panel, reciprocals, begin, end);
+}
+void update_rest_portable(const FrontShape& shape, const double* panel, double* rest, Index begin, Index end) {
+    update_rest<NarrowRows>(shape, panel, rest, begin, end);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2,fma"))) bool factor_top_avx2(const FrontShape& shape, double* panel,
+                                                         double* reciprocals) {
+    return factor_top<WideRows>(shape, panel, reciprocals);
+}
+__attribute__((target("avx2,fma"))) void solve_below_avx2(const FrontShape& shape, double* panel,
+                                                          const double* reciprocals, Index begin, Index end) {
+    solve_below<WideRows>(shape, panel, reciprocals, begin, end);
+}
+__attribute__((target("avx2,fma"))) void update_rest_avx2(const FrontShape& shape, const double* panel, double* rest,
+                                                          Index begin, Index end) {
+    update_rest<WideRows>(shape, panel, rest, begin, end);
+}
+#endif
+
+}  // namespace
+
+FrontKernels portable_front_kernels() {
+    return {factor_top_portable, solve_below_portable, update_rest_portable};
+}
+
+FrontKernels front_kernels() {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        return {factor_top_avx2, solve_below_avx2, update_rest_avx2};
+#endif
+    return portable_front_kernels();
+}
+
+}  // namespace meanvalue

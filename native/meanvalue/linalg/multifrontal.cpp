@@ -1,0 +1,243 @@
+#include "meanvalue/linalg/multifrontal.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "meanvalue/linalg/elimination_tasks.h"
+
+namespace meanvalue {
+namespace {
+
+struct NotPositiveDefinite {};
+
+// Blocks of rows between two looks at the cancel flag; their columns stay in the processor's second cache meanwhile.
+constexpr Index kBlocksPerPiece = 16;
+
+/// The lower triangle of the matrix in the order of elimination, by columns.
+struct OrderedMatrix {
+    std::vector<std::int64_t> offsets;
+    std::unique_ptr<Index[]> rows;
+    std::unique_ptr<double[]> values;
+
+    OrderedMatrix(const SparseMatrix& lower, const std::vector<Index>& order, const Execution& execution)
+        : offsets(order.size() + 1, 0) {
+        const auto size = static_cast<Index>(order.size());
+        std::vector<Index> place(size);
+        for (Index k = 0; k < size; ++k)
+            place[order[k]] = k;
+        const auto each_entry = [&](const auto& action) {
+            for (Index column = 0; column < size; ++column) {
+                execution.check_every(column);
+                for (std::int64_t k = lower.outerIndexPtr()[column]; k < lower.outerIndexPtr()[column + 1]; ++k) {
+                    const std::int64_t row = lower.innerIndexPtr()[k];
+                    if (row < column) continue;
+                    const auto ends = std::minmax(place[row], place[column]);
+                    action(ends.second, ends.first, lower.valuePtr()[k]);
+                }
+            }
+        };
+        each_entry([&](Index, Index column, double) { ++offsets[column + 1]; });
+        std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+        rows.reset(new Index[offsets.back()]);
+        values.reset(new double[offsets.back()]);
+        std::vector<std::int64_t> next(offsets.begin(), offsets.end() - 1);
+        each_entry([&](Index row, Index column, double value) {
+            rows[next[column]] = row;
+            values[next[column]++] = value;
+        });
+    }
+};
+
+/// What a supernode leaves: the lower triangle by columns, without what is above the diagonal.
+using Rest = std::unique_ptr<double[]>;
+
+class Fronts {
+  public:
+    Fronts(const SupernodalPattern& pattern, const SparseMatrix& lower, const FrontKernels& kernels,
+           const PanelSink& sink, const Execution& execution)
+        : pattern_(pattern),
+          kernels_(kernels),
+          sink_(sink),
+          execution_(execution),
+          matrix_(lower, pattern.order, execution),
+          rests_(pattern.count()),
+          first_child_(pattern.count(), -1),
+          next_sibling_(pattern.count(), -1) {
+        for (Index s = pattern.count() - 1; s >= 0; --s) {
+            if (pattern.parents[s] < 0) continue;
+            next_sibling_[s] = first_child_[pattern.parents[s]];
+            first_child_[pattern.parents[s]] = s;
+        }
+    }
+
+    /// What one thread works with.
+    struct Worker {
+        std::vector<Index> position;  // of a row of the factor in the front
+        std::vector<std::int64_t> places;
+        std::vector<Index> of_child;
+        std::unique_ptr<double[]> panel;
+        std::unique_ptr<double[]> rest;
+        std::int64_t panel_room = 0;
+        std::int64_t rest_room = 0;
+        double reciprocals[SupernodalPattern::kMostColumns];
+    };
+
+    void eliminate(Index s, Worker& worker, int number) {
+        execution_.check();
+        const FrontShape shape{pattern_.width(s), pattern_.row_count(s) - pattern_.width(s)};
+        assemble(s, shape, worker);
+        if (!kernels_.factor_top(shape, worker.panel.get(), worker.reciprocals)) throw NotPositiveDefinite();
+        for (Index block = 0; block < shape.below_blocks(); block += kBlocksPerPiece) {
+            execution_.check();
+            const Index end = std::min(block + kBlocksPerPiece, shape.below_blocks());
+            kernels_.solve_below(shape, worker.panel.get(), worker.reciprocals, block, end);
+        }
+        write_down(s, shape, worker.panel.get(), number);
+        for (Index block = 0; block < shape.below_blocks(); block += kBlocksPerPiece) {
+            execution_.check();
+            const Index end = std::min(block + kBlocksPerPiece, shape.below_blocks());
+            kernels_.update_rest(shape, worker.panel.get(), worker.rest.get(), block, end);
+        }
+        keep_rest(s, shape, worker.rest.get());
+    }
+
+  private:
+    void assemble(Index s, const FrontShape& shape, Worker& worker) {
+        clear(shape, worker);
+        const Index* const rows = pattern_.rows_of(s);
+        worker.position.resize(pattern_.size());
+        worker.places.resize(pattern_.row_count(s));
+        for (Index k = 0; k < pattern_.row_count(s); ++k) {
+            worker.position[rows[k]] = k;
+            worker.places[k] = shape.place(k);
+        }
+        const Index first = pattern_.first_column[s];
+        for (Index c = 0; c < shape.width; ++c) {
+            double* const column = worker.panel.get() + c * kBlockRows;
+            for (std::int64_t k = matrix_.offsets[first + c]; k < matrix_.offsets[first + c + 1]; ++k)
+                column[worker.places[worker.position[matrix_.rows[k]]]] += matrix_.values[k];
+        }
+        for (Index child = first_child_[s]; child >= 0; child = next_sibling_[child]) {
+            add_child(child, shape, worker);
+            rests_[child].reset();
+        }
+    }
+
+    void clear(const FrontShape& shape, Worker& worker) {
+        const std::int64_t panel_size = shape.panel_size();
+        const std::int64_t stride = shape.rest_stride();
+        if (worker.panel_room < panel_size) {
+            worker.panel.reset(new double[panel_size]);
+            worker.panel_room = panel_size;
+        }
+        if (worker.rest_room < stride * stride) {
+            worker.rest.reset();
+            worker.rest.reset(new double[stride * stride]);
+            worker.rest_room = stride * stride;
+        }
+        WorkMeter work(execution_);
+        work.add(panel_size / 8);
+        std::fill_n(worker.panel.get(), panel_size, 0.0);
+        for (Index c = 0; c < stride; ++c) {
+            const std::int64_t begin = c / kBlockRows * kBlockRows;
+            work.add((stride - begin) / 2);  // where it is new memory
+            std::fill(worker.rest.get() + c * stride + begin, worker.rest.get() + (c + 1) * stride, 0.0);
+        }
+    }
+
+    void add_child(Index child, const FrontShape& shape, Worker& worker) {
+        const Index width = pattern_.width(child);
+        const Index count = pattern_.row_count(child) - width;
+        const Index* const rows = pattern_.rows_of(child) + width;
+        worker.of_child.resize(count);
+        for (Index k = 0; k < count; ++k)
+            worker.of_child[k] = worker.position[rows[k]];
+        const double* value = rests_[child].get();
+        const Index* const to = worker.of_child.data();
+        WorkMeter work(execution_);
+        Index c = 0;
+        for (; c < count && to[c] < shape.width; ++c) {
+            work.add(count);
+            double* const column = worker.panel.get() + std::int64_t{to[c]} * kBlockRows;
+            for (Index k = c; k < count; ++k)
+                column[worker.places[to[k]]] += *value++;
+        }
+        const std::int64_t stride = shape.rest_stride();
+        for (; c < count; ++c) {
+            work.add(count);
+            double* const column = worker.rest.get() + (to[c] - shape.width) * stride - shape.width;
+            for (Index k = c; k < count; ++k)
+                column[to[k]] += *value++;
+        }
+    }
+
+    void write_down(Index s, const FrontShape& shape, const double* panel, int number) {
+        double* to = sink_.begin(s, number);
+        const Index row_count = pattern_.row_count(s);
+        WorkMeter work(execution_);
+        for (Index c = 0; c < shape.width; ++c, to += row_count) {
+            work.add(row_count);
+            for (Index row = c; row < row_count;) {
+                const Index part_end = row < shape.width ? shape.width : row_count;
+                const Index in_part = row < shape.width ? row : row - shape.width;
+                const Index count = std::min(kBlockRows - in_part % kBlockRows, part_end - row);
+                std::copy_n(panel + shape.place(row) + std::int64_t{c} * kBlockRows, count, to + row);
+                row += count;
+            }
+        }
+        sink_.end(s, number);
+    }
+
+    void keep_rest(Index s, const FrontShape& shape, const double* rest) {
+        if (shape.below == 0) return;
+        rests_[s].reset(new double[std::int64_t{shape.below} * (shape.below + 1) / 2]);
+        double* to = rests_[s].get();
+        WorkMeter work(execution_);
+        for (Index c = 0; c < shape.below; ++c) {
+            work.add(shape.below);
+            to = std::copy_n(rest + c * shape.rest_stride() + c, shape.below - c, to);
+        }
+    }
+
+    const SupernodalPattern& pattern_;
+    const FrontKernels& kernels_;
+    const PanelSink& sink_;
+    const Execution& execution_;
+    OrderedMatrix matrix_;
+    std::vector<Rest> rests_;  // of each supernode, until its parent has taken it
+    std::vector<Index> first_child_;
+    std::vector<Index> next_sibling_;
+};
+
+/// In the units of cut_into_tasks().
+std::vector<std::int64_t> weights_of(const SupernodalPattern& pattern) {
+    constexpr std::int64_t kWorkPerUnit = 4;
+    constexpr std::int64_t kUnitsPerRow = 20;
+    std::vector<std::int64_t> weights(pattern.count());
+    for (Index s = 0; s < pattern.count(); ++s)
+        weights[s] = pattern.work(s) / kWorkPerUnit + kUnitsPerRow * pattern.row_count(s);
+    return weights;
+}
+
+}  // namespace
+
+bool factor_fronts(const SupernodalPattern& pattern, const SparseMatrix& lower, const FrontKernels& kernels,
+                   int threads, const PanelSink& sink, const Execution& execution) {
+    Fronts fronts(pattern, lower, kernels, sink, execution);
+    const std::vector<EliminationTask> tasks = cut_into_tasks(pattern.parents, weights_of(pattern));
+    std::vector<Fronts::Worker> workers(threads);
+    const auto eliminate = [&](Index task, int worker) {
+        for (Index s = tasks[task].begin; s < tasks[task].end; ++s)
+            fronts.eliminate(s, workers[worker], worker);
+    };
+    try {
+        TaskRunner().run(tasks, threads, execution, eliminate, [](Index, int) {});
+    } catch (const NotPositiveDefinite&) {
+        return false;
+    }
+    return true;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,91 @@
+// A Cholesky factor that is applied often: single precision, three right-hand sides, several threads.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/linalg/block_matrix.h"
+#include "meanvalue/linalg/elimination_tasks.h"
+#include "meanvalue/linalg/supernodal_kernels.h"
+#include "meanvalue/linalg/supernodal_pattern.h"
+
+namespace meanvalue {
+
+/// Cholesky factor of a symmetric positive definite n x n matrix, to be factored once and applied at screen rate, as
+/// a preconditioner: one solve is as exact as single precision lets it be
+/// (docs/decisions/0006-single-precision-factor.md). Only the lower triangle of a matrix is read.
+///
+/// The bits of a solution do not depend on the number of threads. They may differ between processors, of which some
+/// round less often. Once factored it is not written to: any number of threads may solve with it, each with a
+/// Workspace of its own.
+class SupernodalFactor {
+  public:
+    /// What a solve writes besides its result; for factors of any sizes, one after another.
+    class Workspace {
+      public:
+        std::size_t bytes() const;
+
+      private:
+        friend class SupernodalFactor;
+        float* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
+
+        TaskRunner runner;
+        std::vector<float> rows;
+        std::vector<std::vector<Lanes>> blocks;  // one a worker
+        double scale = 1.0;                      // of the right-hand sides
+    };
+
+    /// Fill-reducing order, symbolic analysis and the division into tasks; once for each pattern.
+    /// @param threads as given by thread_count().
+    /// @throws Cancelled, SolverFailure; then analysed() is false.
+    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1);
+    bool analysed() const { return pattern_ != nullptr; }
+
+    /// Factors a matrix with the pattern that was analysed; may be called again with other values.
+    /// @return false where the matrix is not positive definite to working precision.
+    /// @throws Cancelled, SolverFailure; then it may be called again. @pre analysed().
+    bool factorise(const SparseMatrix& lower, const Execution& execution, int threads = 1);
+
+    /// x in matrix * x = right_hand_sides, for three right-hand sides; a workspace that was used before allocates
+    /// nothing.
+    /// @param right_hand_sides n x 3. @param solution n x 3; may be the same memory.
+    /// @param threads as given by thread_count(); small systems take fewer.
+    /// @throws Cancelled; `solution` is then half written. @pre factorise() returned true, the last time.
+    void solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
+               const Execution& execution, Workspace& workspace) const;
+
+    Index size() const { return static_cast<Index>(order_.size()); }
+    /// What it keeps, without what the analysis keeps for factorising again.
+    std::size_t bytes() const;
+
+  private:
+    /// The rows of the tasks above that a task adds to: they have places of their own in the work vector, so that no
+    /// two tasks write the same place. The parent adds them to its own, child after child.
+    struct UpdateRows {
+        Index place;                   // of the first
+        std::vector<Index> in_parent;  // for each, its place there
+    };
+
+    void build_supernodes(const SupernodalPattern& pattern, const Execution& execution);
+    void place_rows(const SupernodalPattern& pattern, const Execution& execution);
+    void forward(const PositionsView& right_hand_sides, Index task, int worker, const Execution& execution,
+                 Workspace& workspace) const;
+    void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
+                  Workspace& workspace) const;
+
+    std::unique_ptr<const SupernodalPattern> pattern_;
+    std::vector<Index> order_;  // the row of the matrix that is row k of the factor
+    std::vector<Supernode> supernodes_;
+    std::vector<Index> below_;  // for each supernode where its rows below are in the work vector
+    std::vector<EliminationTask> tasks_;
+    std::vector<UpdateRows> update_rows_;
+    std::int64_t value_count_ = 0;  // lanes
+    std::unique_ptr<Lanes[]> values_;
+    Index row_count_ = 0;    // of the work vector
+    Index most_blocks_ = 0;  // of a supernode
+};
+
+}  // namespace meanvalue

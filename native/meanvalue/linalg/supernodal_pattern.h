@@ -1,0 +1,46 @@
+// Where a Cholesky factor has entries: supernodes, found before any value is known.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/linalg/block_matrix.h"
+
+namespace meanvalue {
+
+/// The columns of a factor in supernodes, which are consecutive columns with the same rows. A supernode comes
+/// directly after those that depend on it alone (a postorder of the elimination tree).
+struct SupernodalPattern {
+    /// Columns of a supernode at most; wider ones are a chain of several. What a block of rows and these columns take
+    /// stays in the processor's first cache.
+    static constexpr Index kMostColumns = 192;
+
+    std::vector<Index> order;                   // the row of the matrix that is row k of the factor
+    std::vector<Index> first_column = {0};      // count() + 1
+    std::vector<std::int64_t> first_row = {0};  // count() + 1, in rows
+    std::vector<Index> rows;                    // ascending for each supernode, its own columns first
+    std::vector<Index> parents;                 // the supernode with the first row below, or -1
+
+    Index size() const { return static_cast<Index>(order.size()); }
+    Index count() const { return static_cast<Index>(first_column.size()) - 1; }
+    Index width(Index supernode) const { return first_column[supernode + 1] - first_column[supernode]; }
+    Index row_count(Index supernode) const {
+        return static_cast<Index>(first_row[supernode + 1] - first_row[supernode]);
+    }
+    const Index* rows_of(Index supernode) const { return rows.data() + first_row[supernode]; }
+    /// Numbers of a supernode's columns: a rectangle, of which the upper triangle is not used.
+    std::int64_t panel_size(Index supernode) const { return std::int64_t{width(supernode)} * row_count(supernode); }
+    /// Multiplications and additions that its elimination takes.
+    std::int64_t work(Index supernode) const;
+    /// Of the factor, in triangles: what decision documents call numbers a column, times the columns.
+    std::int64_t entry_count() const;
+};
+
+/// Order, elimination tree and supernodes of a symmetric matrix.
+/// @param lower its lower triangle; entries above the diagonal are ignored, and those on it need not be there.
+/// @param threads as given by thread_count(); the result is the same for any. @throws Cancelled.
+SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const Execution& execution);
+
+}  // namespace meanvalue

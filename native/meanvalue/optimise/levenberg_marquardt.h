@@ -1,0 +1,74 @@
+// Minimises equation 15 to convergence by damped Gauss-Newton steps: paper, section 2.3.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/stage_timer.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/optimise/gauss_newton_system.h"
+#include "meanvalue/optimise/unknowns.h"
+
+namespace meanvalue {
+
+struct MinimiseOptions {
+    double step_tolerance = 0.0;    ///< stop when no vertex would move farther than this (units of the input)
+    double settled_decrease = 0.0;  ///< ... or when the energy falls by less than this share in three steps on end
+    /// An energy not above this is rounding: the encoding is met exactly and there is nothing to do.
+    double negligible_energy = 0.0;
+    int max_iterations = 100;
+    int threads = 1;
+};
+
+enum class StopReason {
+    kConverged,       ///< the next step is shorter than the tolerance
+    kSettled,         ///< the energy falls too slowly to go on: the bottom of a long flat valley
+    kNothingToSolve,  ///< there are no free vertices
+    kNoDescent,       ///< no step lowers the energy any more: at the limit of rounding
+    kIterationLimit,
+};
+
+/// In words, for reports.
+const char* describe(StopReason reason);
+
+struct MinimiseReport {
+    int iterations = 0;
+    StopReason stop_reason = StopReason::kNothingToSolve;
+    std::vector<double> energies;   ///< G at the start and after each iteration; never rises
+    double initial_gradient = 0.0;  ///< |J| at the start, all components
+    double gradient = 0.0;          ///< |J| where the last linearisation was made
+    Timings timings;
+
+    double promised_share = 0.0;  ///< of the energy: what the linear model still promised to the last step
+
+    /// Whether a minimum is near. Where no step lowers the energy, only if the gradient has vanished; where it fell
+    /// slowly, also if no more was to be expected: short steps fall slowly anywhere.
+    bool converged() const {
+        const bool vanished = gradient <= kVanishedGradient * initial_gradient;
+        if (stop_reason == StopReason::kNoDescent) return vanished;
+        if (stop_reason == StopReason::kSettled) return vanished || promised_share <= kNearMinimum;
+        return stop_reason != StopReason::kIterationLimit;
+    }
+    static constexpr double kVanishedGradient = 1e-3;
+    static constexpr double kNearMinimum = 0.02;
+};
+
+/// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.
+/// @param workspace of the system. @param cholesky analysed for its pattern; analysed here where it is not.
+/// @param positions n x 3, finite. Left in any state on an exception.
+/// @throws Cancelled, SolverFailure.
+MinimiseReport minimise(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
+                        SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
+                        Positions& positions, Execution& execution);
+
+/// One Gauss-Newton step away from `base` that moves the fixed vertices by `fixed_moves` at the same time, so that
+/// the free ones follow smoothly instead of being left behind.
+/// @param base n x 3; @param fixed_moves n x 3, of which the fixed vertices' rows are read.
+/// @return n x 3, fixed vertices at base + fixed_moves. @throws Cancelled, SolverFailure.
+Positions follow_fixed_moves(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
+                             SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
+                             const Positions& base, const Positions& fixed_moves, Execution& execution);
+
+}  // namespace meanvalue
