@@ -33,12 +33,14 @@ struct Call {
 };
 
 class ThreadPool {
+    struct Member;
+
   public:
     /// Threads that work on a call beside its caller, for as long as this lives.
     class Helpers {
       public:
         /// Sends up to `most` of those that have nothing to do, and new ones while there may be more.
-        Helpers(ThreadPool& pool, Call& call, int most) : pool_(pool), call_(call) { count_ = pool.send(call, most); }
+        Helpers(ThreadPool& pool, Call& call, int most) : pool_(pool), call_(call) { pool.send(call, most, sent_); }
         Helpers(const Helpers&) = delete;
         Helpers& operator=(const Helpers&) = delete;
         ~Helpers() {
@@ -52,12 +54,15 @@ class ThreadPool {
             pool_.working_.fetch_sub(1, std::memory_order_relaxed);
         }
 
-        int count() const { return count_; }
+        int count() const { return static_cast<int>(sent_.size()); }
+
+        /// Spares those that have not begun yet.
+        void call_back() { pool_.call_back(sent_, call_); }
 
       private:
         ThreadPool& pool_;
         Call& call_;
-        int count_;
+        std::vector<Member*> sent_;
     };
 
     void start(std::function<void()> work) {
@@ -71,7 +76,7 @@ class ThreadPool {
                 Member* const known = idle_.back();
                 idle_.pop_back();
                 known->detached = std::move(member->detached);
-                known->wake_up(1, nullptr);
+                known->wake_up(1, detached_work());
             }
         } catch (const std::exception& error) {
             throw SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
@@ -83,40 +88,44 @@ class ThreadPool {
     struct Member {
         std::mutex mutex;
         std::condition_variable awake;
-        std::atomic<int> number{0};  // in the call that it is sent to; 0: there is none
-        Call* call = nullptr;        // none: `detached` is meant
-        std::function<void()> detached;
+        std::atomic<Call*> sent_to{nullptr};  // and not begun yet
+        int number = 0;                       // there
+        std::function<void()> detached;       // where it is sent to detached_work()
 
-        void wake_up(int number_in_call, Call* of_call) {
-            call = of_call;
+        void wake_up(int number_there, Call& call) {
+            number = number_there;
             {
                 const std::lock_guard<std::mutex> lock(mutex);
-                number.store(number_in_call, std::memory_order_release);
+                sent_to.store(&call, std::memory_order_release);
             }
             awake.notify_one();
         }
 
         /// Waits to be sent.
-        int wait() {
-            int sent = 0;
+        Call& wait() {
+            Call* call = nullptr;
+            const auto is_sent = [&] {
+                return sent_to.load(std::memory_order_relaxed) != nullptr &&
+                       (call = sent_to.exchange(nullptr, std::memory_order_acquire)) != nullptr;
+            };
             for (int turn = 0; turn < kPatience; ++turn) {
-                if ((sent = number.load(std::memory_order_acquire)) != 0) return sent;
+                if (is_sent()) return *call;
                 relax();
             }
             std::unique_lock<std::mutex> lock(mutex);
-            awake.wait(lock, [&] { return (sent = number.load(std::memory_order_acquire)) != 0; });
-            return sent;
+            awake.wait(lock, is_sent);
+            return *call;
         }
     };
 
-    int send(Call& call, int most) {
+    void send(Call& call, int most, std::vector<Member*>& sent) {
         const std::lock_guard<std::mutex> lock(mutex_);
         cores_ = std::max(cores_, most + 1);
         // With this caller. Detached work counts only while it makes calls of its own.
-        const int working = working_.fetch_add(1, std::memory_order_relaxed) + 1;
-        const int count = std::clamp(cores_ - working, 0, most);
-        int sent = 0;
-        while (sent < count) {
+        const int count = std::clamp(cores_ - working_.load(std::memory_order_relaxed) - 1, 0, most);
+        sent.reserve(count);
+        working_.fetch_add(1, std::memory_order_relaxed);
+        while (static_cast<int>(sent.size()) < count) {
             try {
                 if (idle_.empty()) idle_.push_back(start_thread(std::make_unique<Member>()));
             } catch (const std::exception&) {
@@ -126,16 +135,27 @@ class ThreadPool {
             idle_.pop_back();
             working_.fetch_add(1, std::memory_order_relaxed);
             call.unfinished.fetch_add(1, std::memory_order_relaxed);
-            member->wake_up(++sent, &call);
+            sent.push_back(member);
+            member->wake_up(static_cast<int>(sent.size()), call);
         }
-        return sent;
+    }
+
+    void call_back(const std::vector<Member*>& sent, Call& call) {
+        for (Member* const member : sent) {
+            Call* expected = &call;
+            if (!member->sent_to.compare_exchange_strong(expected, nullptr)) continue;
+            working_.fetch_sub(1, std::memory_order_relaxed);
+            call.unfinished.fetch_sub(1, std::memory_order_relaxed);
+            const std::lock_guard<std::mutex> lock(mutex_);
+            idle_.push_back(member);
+        }
     }
 
     /// Under the mutex. A member with detached work begins with that.
     Member* start_thread(std::unique_ptr<Member> member) {
         idle_.reserve(++threads_);  // so that a thread that is done always has a place
         Member* const known = member.get();
-        if (known->detached) known->number.store(1, std::memory_order_relaxed);
+        if (known->detached) known->sent_to.store(&detached_work(), std::memory_order_relaxed);
         // Detached: they sleep until the process ends, and neither they nor the pool are ever destroyed.
         std::thread([this, known] { serve(*known); }).detach();
         return member.release();
@@ -143,22 +163,28 @@ class ThreadPool {
 
     void serve(Member& member) {
         for (;;) {
-            const int number = member.wait();
-            Call* const call = member.call;
-            if (call == nullptr) {
+            Call& call = member.wait();
+            const bool is_detached = &call == &detached_work();
+            if (is_detached) {
                 member.detached();
                 member.detached = nullptr;
             } else {
-                call->work(number);
+                call.work(member.number);
                 working_.fetch_sub(1, std::memory_order_relaxed);
             }
-            member.number.store(0, std::memory_order_relaxed);
             {
                 const std::lock_guard<std::mutex> lock(mutex_);
                 idle_.push_back(&member);
             }
-            if (call != nullptr) call->unfinished.fetch_sub(1, std::memory_order_release);
+            if (!is_detached) call.unfinished.fetch_sub(1, std::memory_order_release);
         }
+    }
+
+    /// Where members are sent that have work of their own.
+    static Call& detached_work() {
+        static const std::function<void(int)> none;
+        static Call call{none};
+        return call;
     }
 
     std::mutex mutex_;
@@ -181,9 +207,10 @@ void run_on_pool(int workers, const std::function<void(int)>& work) {
             work(worker);
     };
     Call call{take};
-    const ThreadPool::Helpers helpers(of_this_process<ThreadPool>(), call, workers - 1);
+    ThreadPool::Helpers helpers(of_this_process<ThreadPool>(), call, workers - 1);
     work(0);
     take(0);
+    helpers.call_back();  // all is taken
 }
 
 void run_team_on_pool(int most, const std::function<void(int, int)>& work) {
