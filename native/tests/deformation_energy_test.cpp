@@ -63,7 +63,8 @@ class Bound {
     }
 
     DeformationEnergy energy(Kernel kernel, double by_length = 1.0) const {
-        return {encoding_, unknowns_, mesh_.vertices, mesh_.diagonal(), by_length, execution_, kernel};
+        const RestCells cells = rest_cells(encoding_, mesh_.vertices, 1, execution_);
+        return {encoding_, unknowns_, cells, mesh_.diagonal(), by_length, execution_, kernel};
     }
 
     Evaluation evaluate(const Positions& pose, double rigidity, Kernel kernel = Kernel::kFastest,

@@ -43,7 +43,7 @@ TEST(WorkMeter, LooksByTheWorkDone) {
     EXPECT_NO_THROW(work.add(1000));
 }
 
-TEST(Abandon, ReturnsWhatTheWorkDidAndThrowsWhatItThrew) {
+TEST(DetachedJob, ReturnsWhatTheWorkDidAndThrowsWhatItThrew) {
     const auto done = std::make_shared<bool>(false);
     run_detached([done] { *done = true; }, Execution());
     EXPECT_TRUE(*done);
@@ -75,7 +75,7 @@ struct EndlessWork {
     }
 };
 
-TEST(Abandon, ACancelDoesNotWaitForTheWork) {
+TEST(DetachedJob, ACancelDoesNotWaitForTheWork) {
     const EndlessWork work;
     work.leave_behind();
     EXPECT_FALSE(*work.ended);
@@ -84,7 +84,7 @@ TEST(Abandon, ACancelDoesNotWaitForTheWork) {
     EXPECT_TRUE(*work.ended);
 }
 
-TEST(Abandon, LeavesNoMoreThanOnePieceOfWorkBehind) {
+TEST(DetachedJob, LeavesNoMoreThanOnePieceOfWorkBehind) {
     const EndlessWork work;
     work.leave_behind();
     // The next one waits for it, and can be cancelled while it does.
@@ -103,7 +103,7 @@ TEST(Abandon, LeavesNoMoreThanOnePieceOfWorkBehind) {
     EXPECT_TRUE(*begun);
 }
 
-TEST(Abandon, WorkMayItselfLeaveWorkBehind) {
+TEST(DetachedJob, WorkMayItselfLeaveWorkBehind) {
     const EndlessWork inner;
     const auto execution = std::make_shared<Execution>();
     std::thread canceller([&] {
@@ -138,7 +138,7 @@ struct Heavy {
     std::atomic<bool>& freed_;
 };
 
-TEST(Abandon, WorkLeftBehindFreesWhatItOwnsBeforeItIsDone) {
+TEST(DetachedJob, WorkLeftBehindFreesWhatItOwnsBeforeItIsDone) {
     std::atomic<bool> freed{false};
     const EndlessWork endless;
     {

@@ -201,7 +201,7 @@ TEST(PaperDecoder, RefusesPositionsWhoseEnergyOverflows) {
         region.vertices.push_back(v);
     for (const Index v : bend.anchors)
         region.is_fixed[v] = 1;
-    const PaperDecoder decoder(std::move(region), 1, execution);
+    const PaperDecoder decoder(encode_region(std::move(region), {}, 1, execution), 1, execution);
     const auto workspace = decoder.make_workspace(execution);
     for (const double far : {1e160, 1e300}) {
         Positions positions = bend.mesh.vertices;

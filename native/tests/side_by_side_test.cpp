@@ -121,14 +121,5 @@ TEST(SideBySide, ADragGoesOnWhereAFrameWasCancelled) {
     EXPECT_LT(next.iterations, solve_from(*stranger, drag.frames[4], at).iterations);
 }
 
-TEST(SideBySide, SolvesOnOneDeformerLeaveTheReportAlone) {
-    const Drag drag(0.2, 2);
-    const auto deformer = drag.bound();
-    const std::size_t bytes = deformer->report().bytes;
-    drag.run(*deformer);
-    EXPECT_EQ(deformer->report().bytes, bytes);
-    EXPECT_GT(bytes, std::size_t{100} * drag.mesh.vertex_count());
-}
-
 }  // namespace
 }  // namespace meanvalue::tests

@@ -162,9 +162,9 @@ TEST_P(SoftPose, TheSolutionIsAMinimumOfAnEnergyWithTheSprings) {
     }
     const Unknowns unknowns = find_unknowns(encoding, is_fixed);
     Execution execution;
-    const DeformationEnergy energy(encoding, unknowns, pose.mesh.vertices,
-                                   mean_diagonal(pose.mesh.vertices, 1, execution), 1.0, execution,
-                                   DeformationEnergy::Kernel::kFastest, SoftConstraints(soft, unknowns));
+    const RestCells cells = rest_cells(encoding, pose.mesh.vertices, 1, execution);
+    const DeformationEnergy energy(encoding, unknowns, cells, mean_diagonal(pose.mesh.vertices, 1, execution), 1.0,
+                                   execution, DeformationEnergy::Kernel::kFastest, SoftConstraints(soft, unknowns));
     auto workspace = energy.make_workspace();
     workspace.soft_targets = energy.soft_constraints().targets_of(pose.targets);
     Positions gradient(static_cast<Eigen::Index>(unknowns.free.size()), 3);

@@ -153,11 +153,12 @@ class ThreadPool {
 
     /// Under the mutex. A member with detached work begins with that.
     Member* start_thread(std::unique_ptr<Member> member) {
-        idle_.reserve(++threads_);  // so that a thread that is done always has a place
+        idle_.reserve(threads_ + 1);  // so that a thread that is done always has a place
         Member* const known = member.get();
         if (known->detached) known->sent_to.store(&detached_work(), std::memory_order_relaxed);
         // Detached: they sleep until the process ends, and neither they nor the pool are ever destroyed.
         std::thread([this, known] { serve(*known); }).detach();
+        ++threads_;
         return member.release();
     }
 

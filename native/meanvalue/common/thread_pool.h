@@ -9,9 +9,9 @@ namespace meanvalue {
 /// room for; returns when all have returned. Calls may come one after another on the same thread: none may wait for
 /// another to begin. @pre work does not throw.
 ///
-/// Threads stay, and are shared by all callers of the process: no more of them work at a time than there are cores,
-/// or than the largest number of workers asked for, whichever is more. A thread that the system refuses is done
-/// without. A forked child begins with none.
+/// Threads stay, and are shared by all callers of the process: none is sent to help where as many work on calls as
+/// there are cores, or as the largest number of workers asked for, whichever is more. A thread that the system
+/// refuses is done without. A forked child begins with none.
 void run_on_pool(int workers, const std::function<void(int worker)>& work);
 
 /// Calls work(0, members) to work(members - 1, members), all at the same time, so that they may wait for each other.

@@ -3,11 +3,13 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/decode/encoded_region.h"
 #include "meanvalue/encoding/encoding.h"
 
 namespace meanvalue {
@@ -50,14 +52,13 @@ class Workspace {
     virtual bool has_answer() const { return false; }
     /// Whether that is `positions`, n x 3 of the region.
     virtual bool goes_on_from(const Positions&) const { return false; }
-    virtual std::size_t bytes() const = 0;  ///< once all of it is in use
+    virtual std::size_t bytes() const = 0;  ///< about, once all of it is in use
 };
 
 /// A region bound for decoding, in its own vertex numbers. Expensive to make, cheap to use; never written to once it
 /// is made, so that any number of threads may decode with it, each with a workspace of its own.
 class Decoder {
   public:
-    Decoder() = default;
     Decoder(const Decoder&) = delete;
     Decoder& operator=(const Decoder&) = delete;
     virtual ~Decoder() = default;
@@ -67,19 +68,37 @@ class Decoder {
 
     /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start,
     /// soft anchors then at their targets if there is no earlier shape; receives the result. Left in any state on an
-    /// exception. @param workspace made by this decoder; after an exception it remembers no answer.
+    /// exception. @param workspace made by this decoder; after an exception it remembers no new
+    /// answer, and less of the way to the old one.
     /// The same bits for any number of threads; they depend on what the workspace remembers only where that is the
     /// answer that options.previous holds. @throws Cancelled, SolverFailure.
     virtual DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                                 Execution& execution) const = 0;
 
-    virtual const Encoding& encoding() const = 0;  ///< of the region at full resolution
-    virtual Index row_count() const = 0;           ///< residuals that take part
-    virtual Index detached_triangle_count() const = 0;
+    const Encoding& encoding() const { return encoding_; }  ///< of the region at full resolution
+    Index detached_triangle_count() const { return detached_triangle_count_; }
+    const Timings& bind_timings() const { return bind_timings_; }
+    virtual Index row_count() const = 0;                 ///< residuals that take part
     virtual std::size_t bytes() const = 0;               ///< held, without workspaces
     virtual std::vector<Index> level_sizes() const = 0;  ///< free vertices in each level, finest first
     virtual Index longest_ring() const = 0;              ///< in any level, and of any vertex when it was removed
-    virtual const Timings& bind_timings() const = 0;
+
+  protected:
+    /// Takes all but the rings.
+    Decoder(EncodedRegion& shape, int threads)
+        : region_(std::move(shape.region)),
+          threads_(threads),
+          components_(std::move(shape.components)),
+          encoding_(std::move(shape.encoding)),
+          detached_triangle_count_(shape.detached_triangle_count),
+          bind_timings_(std::move(shape.timings)) {}
+
+    Region region_;
+    int threads_;
+    Components components_;
+    Encoding encoding_;
+    Index detached_triangle_count_;
+    Timings bind_timings_;
 };
 
 }  // namespace meanvalue

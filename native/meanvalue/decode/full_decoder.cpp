@@ -3,9 +3,6 @@
 #include <cmath>
 
 #include "meanvalue/decode/carry_parts.h"
-#include "meanvalue/encoding/encoder.h"
-#include "meanvalue/mesh/one_ring.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 
 namespace meanvalue {
 namespace {
@@ -30,19 +27,13 @@ struct FullDecoder::FullWorkspace : Workspace {
 };
 
 std::unique_ptr<Workspace> FullDecoder::make_workspace(const Execution& execution) const {
-    return std::make_unique<FullWorkspace>(system_->make_workspace(execution), analysed_.of_same_pattern(),
-                                           system_->workspace_bytes());
+    return std::make_unique<FullWorkspace>(
+        system_->make_workspace(execution), analysed_.of_same_pattern(),
+        system_->workspace_bytes() + (analysed_.analysed() ? analysed_.bytes() : 0));
 }
 
-FullDecoder::FullDecoder(Region region, int threads, Execution& execution)
-    : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
-    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
-    {
-        const StageTimer timer(bind_timings_, "encode");
-        const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
-        detached_triangle_count_ = mesh.detached_count();
-        encoding_ = encode(collect_one_rings(mesh, execution), region_.positions, threads_, execution);
-    }
+FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
+    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)) {
     execution.begin_stage("analyse");
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);

@@ -17,18 +17,15 @@ namespace meanvalue {
 class FullDecoder : public Decoder {
   public:
     /// @throws Cancelled, SolverFailure.
-    FullDecoder(Region region, int threads, Execution& execution);
+    FullDecoder(EncodedRegion shape, int threads, Execution& execution);
 
     std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
-    const Encoding& encoding() const override { return encoding_; }
     Index row_count() const override { return static_cast<Index>(unknowns_.rows.size()); }
-    Index detached_triangle_count() const override { return detached_triangle_count_; }
     std::size_t bytes() const override { return encoding_.bytes() + system_->bytes(); }
     std::vector<Index> level_sizes() const override { return {static_cast<Index>(unknowns_.free.size())}; }
     Index longest_ring() const override { return encoding_.longest_ring(); }
-    const Timings& bind_timings() const override { return bind_timings_; }
 
   private:
     struct FullWorkspace;
@@ -36,13 +33,7 @@ class FullDecoder : public Decoder {
     void choose_start(const MinimiseOptions& options, FullWorkspace& workspace, Positions& positions,
                       Execution& execution) const;
 
-    Region region_;
-    int threads_;
     double diagonal_;
-    Timings bind_timings_;
-    Components components_;
-    Index detached_triangle_count_ = 0;
-    Encoding encoding_;
     Unknowns unknowns_;
     std::optional<GaussNewtonSystem> system_;
     SparseCholesky analysed_;

@@ -52,25 +52,19 @@ std::unique_ptr<Workspace> PaperDecoder::make_workspace(const Execution& executi
                                             coarse_->workspace_bytes() + base_->workspace_bytes());
 }
 
-PaperDecoder::PaperDecoder(Region region, int threads, Execution& execution)
-    : region_(std::move(region)), threads_(threads), diagonal_(bounding_box_diagonal(region_.positions)) {
-    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution);
-    const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
-    detached_triangle_count_ = mesh.detached_count();
-    OneRings rings;
+PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& execution)
+    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)) {
     {
         const StageTimer timer(bind_timings_, "encode");
-        rings = collect_one_rings(mesh, execution);
-        encoding_ = encode(rings, region_.positions, threads_, execution);
         fine_ = find_unknowns(encoding_, region_.is_fixed);
         relaxation_.emplace(encoding_, fine_, execution);
     }
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions coarsening;
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
-    hierarchy_ =
-        encode_along(find_removal_order(rings, region_.positions, region_.is_fixed, coarsening, threads_, execution),
-                     region_.positions, SplitBy::kEncoding, threads_, execution);
+    hierarchy_ = encode_along(
+        find_removal_order(shape.rings, region_.positions, region_.is_fixed, coarsening, threads_, execution),
+        region_.positions, SplitBy::kEncoding, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution, region_.vertices);
     coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution);

@@ -24,7 +24,7 @@ namespace meanvalue {
 class PaperDecoder : public Decoder {
   public:
     /// Builds the hierarchy. @throws Cancelled, SolverFailure.
-    PaperDecoder(Region region, int threads, Execution& execution);
+    PaperDecoder(EncodedRegion shape, int threads, Execution& execution);
 
     /// The free vertices' positions are read only where no legal collapse could remove them; options but for those do
     /// not matter. Report: energies of the rest pose with the anchors in place and of the result; iterations and
@@ -33,13 +33,10 @@ class PaperDecoder : public Decoder {
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
     std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
-    const Encoding& encoding() const override { return encoding_; }
     Index row_count() const override { return static_cast<Index>(fine_.rows.size()); }
-    Index detached_triangle_count() const override { return detached_triangle_count_; }
     std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override;
     Index longest_ring() const override { return std::max(encoding_.longest_ring(), hierarchy_.longest_ring()); }
-    const Timings& bind_timings() const override { return bind_timings_; }
 
     const Hierarchy& hierarchy() const { return hierarchy_; }
 
@@ -50,13 +47,7 @@ class PaperDecoder : public Decoder {
     MinimiseReport solve_base(PaperWorkspace& workspace, Positions& positions, Execution& execution) const;
     double fine_energy(const Positions& positions, const Execution& execution) const;
 
-    Region region_;
-    int threads_;
     double diagonal_;
-    Timings bind_timings_;
-    Components components_;
-    Index detached_triangle_count_ = 0;
-    Encoding encoding_;
     Unknowns fine_;
     Hierarchy hierarchy_;
     Unknowns coarse_unknowns_;

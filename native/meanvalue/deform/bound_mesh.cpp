@@ -17,10 +17,10 @@
 namespace meanvalue {
 namespace {
 
-// Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
-// minimum they end.
 constexpr double kMostRigidity = 1e9;  // beyond, single precision ends
 constexpr double kMostStrength = 1e9;
+// Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
+// minimum they end.
 constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
 constexpr double kFlatTolerance = 5e-5;
@@ -126,16 +126,20 @@ std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<
     const double rigidity = rigidity_of(binding);
     const std::vector<Index> handles = handles_of_region(binding, region);
     std::vector<SoftAnchor> soft = soft_anchors_of_region(binding, is_soft, region);
+    std::vector<char> is_soft_there(soft.empty() ? 0 : region.vertices.size(), 0);
+    for (const SoftAnchor& anchor : soft)
+        is_soft_there[anchor.vertex] = 1;
+    EncodedRegion shape = encode_region(std::move(region), is_soft_there, threads, execution);
     switch (binding.method) {
         case Method::kFast:
-            return std::make_unique<FastDecoder>(std::move(region), std::move(soft), handles, rigidity, threads,
+            return std::make_unique<FastDecoder>(std::move(shape), std::move(soft), handles, rigidity, threads,
                                                  execution);
         case Method::kPaper:
-            return std::make_unique<PaperDecoder>(std::move(region), threads, execution);
+            return std::make_unique<PaperDecoder>(std::move(shape), threads, execution);
         case Method::kFull:
             break;
     }
-    return std::make_unique<FullDecoder>(std::move(region), threads, execution);
+    return std::make_unique<FullDecoder>(std::move(shape), threads, execution);
 }
 
 }  // namespace

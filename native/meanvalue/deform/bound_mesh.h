@@ -65,7 +65,7 @@ struct BindReport {
     std::map<std::string, Index> guarded_reasons;  ///< how many vertices each reason applies to
     std::vector<Component> components;             ///< the parts of the mesh and what their fixed vertices leave open
     Timings timings;                               ///< seconds by stage
-    std::size_t bytes = 0;                         ///< held by the encoding and the linear system, without the factor
+    std::size_t bytes = 0;                         ///< held by what was bound
 };
 
 /// Everything that bind makes. Never written to afterwards, so that any number of threads may read it.

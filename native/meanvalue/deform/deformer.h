@@ -47,8 +47,9 @@ class Deformer {
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
     ///
-    /// Solves may run side by side on several threads: each has the bits that it has alone. With a start that is the
-    /// answer of the last solve of a drag, a few more digits come from what that drag remembers: see WorkspacePool.
+    /// Solves may run side by side on several threads: each has the bits that it has alone, as long as no frame of
+    /// its drag was cancelled. With a start that is the answer of the last solve of a drag, a few more digits come
+    /// from what that drag remembers: see WorkspacePool.
     /// @param targets k x 3, in the order of the anchors, hard and soft alike, none farther than kFarthestDiagonals.
     /// @param start n x 3, an earlier solution: free vertices start there, and the fast method follows what the
     ///        anchors have moved since. None: the rest shape.

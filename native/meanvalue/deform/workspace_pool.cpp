@@ -58,10 +58,13 @@ std::unique_ptr<Workspace> WorkspacePool::take(const Positions* previous, const 
             std::find_if(idle.begin(), idle.end(), [](const auto& workspace) { return !workspace->has_answer(); });
     }
     if (found == idle.end() && !idle.empty() && idle.size() >= most_idle(*idle.front())) found = idle.begin();
+    std::unique_ptr<Workspace> workspace;
+    if (found != idle.end()) {
+        workspace = std::move(*found);
+        idle.erase(found);
+    }
+    idle.reserve(idle.size() + state.running.size() + 1);  // so that each may be given back
     state.running.push_back(&execution);
-    if (found == idle.end()) return nullptr;
-    std::unique_ptr<Workspace> workspace = std::move(*found);
-    idle.erase(found);
     return workspace;
 }
 

@@ -75,7 +75,6 @@ class Coarsening {
           cost_(positions, unit_),
           encoder_(positions),
           states_(is_fixed.size()),
-          needs_good_stencils_(options.good_stencils),
           recorder_(rings.vertex_count()) {
         if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
         if (!options.is_soft.empty())
@@ -255,7 +254,6 @@ class Coarsening {
 
     /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
     bool has_good_stencil(Index vertex, const RingView& ring) {
-        if (!needs_good_stencils_) return true;
         if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
         return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
     }
@@ -276,7 +274,6 @@ class Coarsening {
     std::vector<State> states_;
     Queue candidates_;
     std::vector<Index> neighbours_;
-    bool needs_good_stencils_;
     SplitRecorder recorder_;
     Index remaining_ = 0;
 };

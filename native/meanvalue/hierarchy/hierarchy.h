@@ -30,9 +30,6 @@ struct CoarseningOptions {
     /// n flags, or empty: free vertices with springs. They are thinned out in the same way, apart from the fixed
     /// ones.
     std::vector<char> is_soft;
-    /// Only vertices that equation 13 puts back without amplifying errors are removed. Hierarchy::carry() does not
-    /// need that.
-    bool good_stencils = true;
 };
 
 /// A soft vertex that was merged into one of its own kind.

@@ -30,6 +30,9 @@ class SparseCholesky {
     /// @throws Cancelled, SolverFailure where memory is short; then it may be called again. @pre analysed().
     bool factorise(const SparseMatrix& lower, const Execution& execution, int threads = 1);
 
+    /// Of the factor, once there is one. @pre analysed().
+    std::size_t bytes() const { return static_cast<std::size_t>(analysis_->first_value.back()) * sizeof(double); }
+
     /// May be called from several threads at once. @pre factorise() returned true, the last time.
     /// @param right_hand_sides one a column.
     /// @throws Cancelled.

@@ -26,7 +26,7 @@ void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execu
     pattern_.reset();
     values_.reset();
     try {
-        auto pattern = std::make_unique<const SupernodalPattern>(find_supernodes(lower, threads, execution));
+        auto pattern = std::make_shared<const SupernodalPattern>(find_supernodes(lower, threads, execution));
         order_ = pattern->order;
         build_supernodes(*pattern, execution);
         place_rows(*pattern, execution);
@@ -34,6 +34,20 @@ void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execu
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "analyse");
     }
+}
+
+SupernodalFactor SupernodalFactor::of_same_pattern() const {
+    SupernodalFactor other;
+    other.pattern_ = pattern_;
+    other.order_ = order_;
+    other.supernodes_ = supernodes_;
+    other.below_ = below_;
+    other.tasks_ = tasks_;
+    other.update_rows_ = update_rows_;
+    other.value_count_ = value_count_;
+    other.row_count_ = row_count_;
+    other.most_blocks_ = most_blocks_;
+    return other;
 }
 
 void SupernodalFactor::build_supernodes(const SupernodalPattern& pattern, const Execution& execution) {
@@ -196,11 +210,9 @@ std::size_t SupernodalFactor::bytes() const {
     return bytes;
 }
 
-std::size_t SupernodalFactor::Workspace::bytes() const {
-    std::size_t bytes = rows.capacity() * sizeof(float);
-    for (const std::vector<Lanes>& scratch : blocks)
-        bytes += scratch.capacity() * sizeof(Lanes);
-    return bytes;
+std::size_t SupernodalFactor::workspace_bytes() const {
+    return static_cast<std::size_t>(row_count_) * kStride * sizeof(float) +
+           3 * static_cast<std::size_t>(most_blocks_) * sizeof(Lanes);
 }
 
 }  // namespace meanvalue

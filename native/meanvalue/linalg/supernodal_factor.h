@@ -26,8 +26,6 @@ class SupernodalFactor {
     /// What a solve writes besides its result; for factors of any sizes, one after another.
     class Workspace {
       public:
-        std::size_t bytes() const;
-
       private:
         friend class SupernodalFactor;
         float* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
@@ -43,6 +41,8 @@ class SupernodalFactor {
     /// @throws Cancelled, SolverFailure; then analysed() is false.
     void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1);
     bool analysed() const { return pattern_ != nullptr; }
+    /// Another one for a matrix of the pattern that was analysed; not factored yet.
+    SupernodalFactor of_same_pattern() const;
 
     /// Factors a matrix with the pattern that was analysed; may be called again with other values.
     /// @return false where the matrix is not positive definite to working precision.
@@ -60,6 +60,8 @@ class SupernodalFactor {
     Index size() const { return static_cast<Index>(order_.size()); }
     /// What it keeps, without what the analysis keeps for factorising again.
     std::size_t bytes() const;
+    /// Of a workspace that one thread solves with.
+    std::size_t workspace_bytes() const;
 
   private:
     /// The rows of the tasks above that a task adds to: they have places of their own in the work vector, so that no
@@ -76,7 +78,7 @@ class SupernodalFactor {
     void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
                   Workspace& workspace) const;
 
-    std::unique_ptr<const SupernodalPattern> pattern_;
+    std::shared_ptr<const SupernodalPattern> pattern_;
     std::vector<Index> order_;  // the row of the matrix that is row k of the factor
     std::vector<Supernode> supernodes_;
     std::vector<Index> below_;  // for each supernode where its rows below are in the work vector

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 #include "meanvalue/common/parallel.h"
@@ -37,12 +38,13 @@ Directions spiral() {
 double mean_diagonal(const PositionsView& positions, int threads, const Execution& execution) {
     if (positions.rows() == 0) return 0.0;
     const Directions directions = principal_axes(positions, execution) * spiral();
-    Extremes highest = positions.row(0) * directions;
-    Extremes lowest = highest;
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Extremes highest = Extremes::Constant(-kFar);
+    Extremes lowest = Extremes::Constant(kFar);
     std::mutex merging;
     parallel_for(static_cast<Index>(positions.rows()), threads, execution, [&](Index begin, Index end) {
-        Extremes high = positions.row(begin) * directions;
-        Extremes low = high;
+        Extremes high = Extremes::Constant(-kFar);
+        Extremes low = Extremes::Constant(kFar);
         Eigen::Matrix<double, kBlock, kDirections> along;
         for (Index first = begin; first < end; first += kBlock) {
             const Index count = std::min(kBlock, end - first);

@@ -15,14 +15,14 @@ constexpr std::size_t kRowsOfThread = 2048;
 
 }  // namespace
 
-DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                      double size, double by_length, const Execution& execution, Kernel kernel,
                                      SoftConstraints soft_constraints)
     : encoding_(encoding),
       unknowns_(unknowns),
       soft_constraints_(std::move(soft_constraints)),
       kernel_(kernel == Kernel::kFastest ? fastest_energy_kernel() : portable_energy_kernel()) {
-    rows_ = build_energy_patches(encoding, unknowns, rest, size, by_length, kernel != Kernel::kScalar,
+    rows_ = build_energy_patches(encoding, unknowns, cells, size, by_length, kernel != Kernel::kScalar,
                                  soft_constraints_.hardness(unknowns.slot.size()), execution);
     index_uses(execution);
 }
@@ -100,7 +100,7 @@ double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView&
     }
     double energy =
         kernel_(rows_.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
-                rows_.rings(), scratch.positions.data(), rows_.rest.data() + begin.first_point, stretching, shares);
+                rows_.rings(), scratch.positions.data(), stretching, shares);
     scratch.by_ring.resize(rows_.longest_single);
     for (std::int64_t k = begin.first_single; k < end.first_single; ++k) {
         const SingleRow& single = rows_.singles[k];

@@ -91,7 +91,7 @@ MEANVALUE_INLINE void find_strains(Index valence, const StretchingLanes* coeffic
 
 template <bool kStretching>
 MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rings, const PaddedPoint* positions,
-                                     const PaddedPoint* rest, double stretching, PaddedPoint* gradient) {
+                                     double stretching, PaddedPoint* gradient) {
     const Index valence = batch.valence;
     const VertexLanes* vertices = rings.vertices + batch.first;
     const BendingLanes* bending = rings.bending + batch.first;
@@ -117,10 +117,10 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
         const StretchingLanes* coefficients = rings.stretching + batch.first;
         LaneVector spokes[kLongestLaneRing];
         LaneVector strains[kLongestLaneRing];
-        const LaneVector own_rest = load(rest, batch.centre);
+        const EdgeLanes* edges = rings.edges + batch.first;
         for (Index k = 0; k < valence; ++k) {
             spokes[k] = own - ring[k];
-            strains[k] = own_rest - load(rest, vertices[k].vertex);
+            strains[k] = {lanes(edges[k].x), lanes(edges[k].y), lanes(edges[k].z)};
         }
         find_strains(valence, coefficients, spokes, strains);
         const Lane factor = all_lanes(stretching);
@@ -143,29 +143,28 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
 }
 
 MEANVALUE_INLINE double evaluate(const RowBatch* batches, Index count, const RingLanes& rings,
-                                 const PaddedPoint* positions, const PaddedPoint* rest, double stretching,
-                                 PaddedPoint* gradient) {
+                                 const PaddedPoint* positions, double stretching, PaddedPoint* gradient) {
     Lane sum{};
     if (stretching > 0.0) {
         for (Index b = 0; b < count; ++b)
-            sum += evaluate_batch<true>(batches[b], rings, positions, rest, stretching, gradient);
+            sum += evaluate_batch<true>(batches[b], rings, positions, stretching, gradient);
     } else {
         for (Index b = 0; b < count; ++b)
-            sum += evaluate_batch<false>(batches[b], rings, positions, rest, stretching, gradient);
+            sum += evaluate_batch<false>(batches[b], rings, positions, stretching, gradient);
     }
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 double evaluate_portable(const RowBatch* batches, Index count, const RingLanes& rings, const PaddedPoint* positions,
-                         const PaddedPoint* rest, double stretching, PaddedPoint* gradient) {
-    return evaluate(batches, count, rings, positions, rest, stretching, gradient);
+                         double stretching, PaddedPoint* gradient) {
+    return evaluate(batches, count, rings, positions, stretching, gradient);
 }
 
 #if defined(__x86_64__)
 __attribute__((target("avx2,fma"))) double evaluate_avx2(const RowBatch* batches, Index count, const RingLanes& rings,
-                                                         const PaddedPoint* positions, const PaddedPoint* rest,
-                                                         double stretching, PaddedPoint* gradient) {
-    return evaluate(batches, count, rings, positions, rest, stretching, gradient);
+                                                         const PaddedPoint* positions, double stretching,
+                                                         PaddedPoint* gradient) {
+    return evaluate(batches, count, rings, positions, stretching, gradient);
 }
 #endif
 

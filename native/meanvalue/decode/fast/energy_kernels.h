@@ -41,21 +41,24 @@ struct StretchingLanes {
     RowLanes spoke;  ///< c_ik
     RowLanes rim;    ///< c_kl, l the next in the ring
 };
+struct EdgeLanes {
+    RowLanes x, y, z;  ///< p_i - p_k at rest, in the frame of the cell
+};
 struct VertexLanes {
     Index vertex[kRowLanes];  ///< k
 };
 struct RingLanes {
     const BendingLanes* bending;
     const StretchingLanes* stretching;
+    const EdgeLanes* edges;
     const VertexLanes* vertices;
 };
 
 /// E of `count` batches. Adds its derivative by each vertex to `gradient`, batch after batch in their order.
-/// @param positions, rest, gradient of the vertices of the patch.
+/// @param positions, gradient of the vertices of the patch.
 /// @param stretching what the second sum is multiplied with; 0: it is not made.
 using EnergyKernel = double (*)(const RowBatch* batches, Index count, const RingLanes& rings,
-                                const PaddedPoint* positions, const PaddedPoint* rest, double stretching,
-                                PaddedPoint* gradient);
+                                const PaddedPoint* positions, double stretching, PaddedPoint* gradient);
 
 /// What every processor has, and the fastest that this one has.
 EnergyKernel portable_energy_kernel();

@@ -56,11 +56,11 @@ double rigidity_of(const Spoke* spokes, Index valence, double size) {
 
 class PatchBuilder {
   public:
-    PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest, double size,
+    PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
                  double by_length, EnergyPatches& result)
         : encoding_(encoding),
           unknowns_(unknowns),
-          rest_(rest),
+          cells_(cells),
           size_(size),
           by_length_(by_length),
           result_(result),
@@ -95,13 +95,13 @@ class PatchBuilder {
         result_.batches.reserve(batches);
         result_.bending_lanes.reserve(lanes);
         result_.stretching_lanes.reserve(lanes);
+        result_.edge_lanes.reserve(lanes);
         result_.vertex_lanes.reserve(lanes);
         result_.singles.reserve(singles);
         result_.single_spokes.reserve(spokes);
         result_.single_points.reserve(spokes);
         // Rarely more; the rest is given back.
         result_.points.reserve(unknowns_.rows.size() + unknowns_.rows.size() / 4);
-        result_.rest.reserve(result_.points.capacity());
     }
 
     /// Rows [begin, end): their batches in ascending valence, each with rows in ascending order.
@@ -156,10 +156,8 @@ class PatchBuilder {
         }
         const auto first = result_.points.begin() + static_cast<std::ptrdiff_t>(first_point_);
         std::sort(first, result_.points.end());
-        for (auto vertex = first; vertex != result_.points.end(); ++vertex) {
+        for (auto vertex = first; vertex != result_.points.end(); ++vertex)
             point_of_[*vertex] = static_cast<Index>(vertex - first);
-            result_.rest.push_back({{rest_(*vertex, 0), rest_(*vertex, 1), rest_(*vertex, 2), 0.0}});
-        }
         result_.largest_patch = std::max(result_.largest_patch, static_cast<Index>(result_.points.end() - first));
     }
 
@@ -170,7 +168,8 @@ class PatchBuilder {
 
     /// Its spokes, by the rigidity of the row, and 1 / h_i^2 into the row's bending.
     void measure(std::size_t row, const EncodedRing& ring, Spoke* spokes) {
-        const double length = measure_spokes(ring, unknowns_.rows[row], rest_, spokes);
+        const double length =
+            measure_spokes(cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]], ring.valence, spokes);
         const double mean = std::max(length, kShortestEdge * size_);
         result_.bending[row] = 1.0 / (mean * mean);
         if (by_length_ == 0.0) return;
@@ -188,6 +187,7 @@ class PatchBuilder {
         result_.vertex_lanes.resize(batch.first + valence);
         result_.bending_lanes.resize(batch.first + valence);
         result_.stretching_lanes.resize(batch.first + valence);
+        result_.edge_lanes.resize(batch.first + valence);
         spokes_.resize(valence);
         for (int lane = 0; lane < kRowLanes; ++lane) {
             const bool left_over = lane >= count;
@@ -205,6 +205,11 @@ class PatchBuilder {
                 StretchingLanes& stretching = result_.stretching_lanes[batch.first + k];
                 stretching.spoke.value[lane] = left_over ? 0.0 : spokes_[k].spoke;
                 stretching.rim.value[lane] = left_over ? 0.0 : spokes_[k].rim;
+                EdgeLanes& edge = result_.edge_lanes[batch.first + k];
+                const Vector3& rest = spokes_[k].rest;
+                edge.x.value[lane] = rest.x();
+                edge.y.value[lane] = rest.y();
+                edge.z.value[lane] = rest.z();
             }
         }
         result_.batches.push_back(batch);
@@ -224,7 +229,7 @@ class PatchBuilder {
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    const PositionsView& rest_;
+    const RestCells& cells_;
     double size_;
     double by_length_;  // 0: all rows count alike
     EnergyPatches& result_;
@@ -276,16 +281,25 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
 /// (I - W), and some dozen such rows in a model would shorten every step of the whole. With N_k = dF_i/dv_k - w_k I,
 /// which sum to zero, |sum_k N_k (u_k - u_i)|^2 <= (sum_k |N_k|) sum_k |N_k| |u_k - u_i|^2: as many springs along the
 /// spokes. Rows with a small sum have none: it would only make turning them as stiff.
-void find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+void find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                        const Execution& execution, EnergyPatches& rows) {
     std::vector<Matrix3> blocks;
     std::vector<double> norms;
+    std::vector<Index> numbers;
+    Positions around;  // the vertex: its ring
     for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
         execution.check_every(row);
-        const EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
+        EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
         blocks.resize(ring.valence);
         norms.resize(ring.valence);
-        predict_with_jacobian(ring, rest, blocks.data());
+        const Vector3* const edges = cells.edges.data() + encoding.ring_offsets[unknowns.rows[row]];
+        if (around.rows() < ring.valence) around.resize(ring.valence, 3);
+        for (Index k = 0; k < ring.valence; ++k)
+            around.row(k) = -edges[k];
+        while (numbers.size() < static_cast<std::size_t>(ring.valence))
+            numbers.push_back(static_cast<Index>(numbers.size()));
+        ring.ring = numbers.data();
+        predict_with_jacobian(ring, around, blocks.data());
         double sum = 0.0;
         for (Index k = 0; k < ring.valence; ++k) {
             norms[k] = (blocks[k] - ring.weights[k] * Matrix3::Identity()).norm();
@@ -307,11 +321,11 @@ std::size_t bytes_of(const std::vector<T>& items) {
 
 }  // namespace
 
-EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                    double size, double by_length, bool in_batches,
                                    const std::vector<double>& hardness, const Execution& execution) {
     EnergyPatches result;
-    PatchBuilder builder(encoding, unknowns, rest, size, by_length, result);
+    PatchBuilder builder(encoding, unknowns, cells, size, by_length, result);
     builder.reserve(in_batches, execution);
     for (std::size_t begin = 0; begin < unknowns.rows.size(); begin += kPatchRows) {
         execution.check();
@@ -319,18 +333,16 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
     }
     builder.begin_patch();
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
-    find_stiff_spokes(encoding, unknowns, rest, execution, result);
+    find_stiff_spokes(encoding, unknowns, cells, execution, result);
     execution.check();
     result.points.shrink_to_fit();
-    execution.check();
-    result.rest.shrink_to_fit();
     return result;
 }
 
 std::size_t EnergyPatches::bytes() const {
     return bytes_of(bending) + bytes_of(stiff_spokes) + bytes_of(patches) + bytes_of(batches) +
            bytes_of(bending_lanes) + bytes_of(stretching_lanes) + bytes_of(vertex_lanes) + bytes_of(singles) +
-           bytes_of(single_spokes) + bytes_of(single_points) + bytes_of(points) + bytes_of(rest);
+           bytes_of(single_spokes) + bytes_of(single_points) + bytes_of(points) + bytes_of(edge_lanes);
 }
 
 }  // namespace meanvalue

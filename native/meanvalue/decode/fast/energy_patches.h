@@ -6,6 +6,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/fast/energy_kernels.h"
+#include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/decode/fast/row_energy.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/optimise/unknowns.h"
@@ -27,14 +28,14 @@ struct SingleRow {
     std::int64_t first_spoke;  ///< in single_spokes and single_points
 };
 
-/// A spoke of a row that resists by more than the smooth part of its prediction: see stiff_spokes_of().
+/// A spoke of a row that resists by more than the smooth part of its prediction: see find_stiff_spokes().
 struct StiffSpoke {
     Index row;
     Index place;  ///< in the ring
     double stiffness;
 };
 
-/// Memory is about 6 x 36 bytes for each row of six neighbours, 40 for the row, and 36 for each point.
+/// Memory is about 6 x 60 bytes for each row of six neighbours, 40 for the row, and 4 for each point.
 struct EnergyPatches {
     std::vector<double> bending;           ///< a_i, |rows|
     double stretching = 0.0;               ///< (h/D)^2
@@ -44,26 +45,29 @@ struct EnergyPatches {
     std::vector<RowBatch> batches;
     std::vector<BendingLanes> bending_lanes;  ///< for each batch as many as its valence
     std::vector<StretchingLanes> stretching_lanes;
+    std::vector<EdgeLanes> edge_lanes;
     std::vector<VertexLanes> vertex_lanes;
     std::vector<SingleRow> singles;
     std::vector<Spoke> single_spokes;  ///< for each single row as many as its valence
     std::vector<Index> single_points;  ///< the same for its ring, points of the patch
     std::vector<Index> points;         ///< vertex numbers
-    std::vector<PaddedPoint> rest;     ///< p of each point
     Index largest_patch = 0;           ///< in points
     Index longest_single = 0;          ///< valence
 
     std::size_t patch_count() const { return patches.size() - 1; }
-    RingLanes rings() const { return {bending_lanes.data(), stretching_lanes.data(), vertex_lanes.data()}; }
+    RingLanes rings() const {
+        return {bending_lanes.data(), stretching_lanes.data(), edge_lanes.data(), vertex_lanes.data()};
+    }
     std::size_t bytes() const;
 };
 
-/// The same for any number of threads of those who evaluate it. @param rest n x 3; @param size D, in the same units.
+/// The same for any number of threads of those who evaluate it. @param cells of the encoding; @param size D, in the
+/// same units.
 /// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are
 /// curved at rest count more in the second sum; at 0 all are alike.
 /// @param in_batches false: all rows are single. @param hardness n, SoftConstraints::hardness(): soft anchors are as
 /// much of an anchor as that. @throws Cancelled.
-EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                    double size, double by_length, bool in_batches,
                                    const std::vector<double>& hardness, const Execution& execution);
 

@@ -6,10 +6,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/decode/fast/fast_solve.h"
-#include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/extent.h"
-#include "meanvalue/mesh/one_ring.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 
 namespace meanvalue {
 namespace {
@@ -33,10 +30,9 @@ constexpr double kLeastDiagonal = 1e-9;
 
 }  // namespace
 
-FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
+FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
                          double rigidity, int threads, Execution& execution)
-    : region_(std::move(region)),
-      threads_(threads),
+    : Decoder(shape, threads),
       rigidity_(rigidity),
       size_(mean_diagonal(region_.positions, threads, execution)),
       soft_(std::move(soft)) {
@@ -48,15 +44,6 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
         is_soft[anchor.vertex] = is_held[anchor.vertex] = 1;
         hold_[anchor.vertex] = hardness_of(anchor.strength);
     }
-    components_ = find_components(region_.positions, region_.faces, region_.is_fixed, execution, is_soft);
-    OneRings rings;
-    {
-        const StageTimer timer(bind_timings_, "encode");
-        const TriangleMesh mesh(static_cast<Index>(region_.vertices.size()), region_.faces, execution);
-        detached_triangle_count_ = mesh.detached_count();
-        rings = collect_one_rings(mesh, execution);
-        encoding_ = encode(rings, region_.positions, threads_, execution);
-    }
     pieces_ = std::make_unique<HandlePaths>(encoding_, region_.positions, is_held, handles, size_, execution);
     std::vector<double> stages;
     for (const double stiffness : kStiffness) {
@@ -64,6 +51,7 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
     }
     stages.push_back(rigidity_);
     Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
+    const RestCells fine_cells = rest_cells(encoding_, region_.positions, threads_, execution);
     if (unknowns.free.size() > kSmallMesh) {
         {
             const StageTimer timer(bind_timings_, "hierarchy");
@@ -79,22 +67,24 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
             options.handles = handles;
             options.is_soft = std::move(is_soft);
             hierarchy_ = encode_along(
-                find_removal_order(rings, region_.positions, region_.is_fixed, options, threads_, execution),
+                find_removal_order(shape.rings, region_.positions, region_.is_fixed, options, threads_, execution),
                 region_.positions, SplitBy::kCarrying, threads_, execution);
+            shape.rings = {};  // a sixth of the encoding, and not needed any more
         }
         const StageTimer timer(bind_timings_, "coarse level");
         const auto make = [&](const Level& level) {
+            const RestCells cells = rest_cells(level.encoding, region_.positions, threads_, execution);
             std::vector<char> is_fixed = region_.is_fixed;
             for (std::size_t k = 0; k < level.removed_count; ++k)
                 is_fixed[hierarchy_.order[k]] = 1;
             Unknowns remaining = find_unknowns(level.encoding, is_fixed);
             std::vector<SoftAnchor> soft;
             if (!soft_.empty()) {
-                const double scale = energy_unit(level.encoding, remaining, region_.positions, execution) /
-                                     energy_unit(encoding_, unknowns, region_.positions, execution);
+                const double scale = energy_unit(level.encoding, remaining, cells, execution) /
+                                     energy_unit(encoding_, unknowns, fine_cells, execution);
                 soft = coarse_soft_anchors(soft_, hierarchy_, level, region_.is_fixed.size(), scale);
             }
-            return make_level(level.encoding, std::move(remaining), std::move(soft), stages, execution);
+            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, execution);
         };
         // A level that could not be made coarse is factored twice and not four times.
         if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2)
@@ -105,7 +95,7 @@ FastDecoder::FastDecoder(Region region, std::vector<SoftAnchor> soft, const std:
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
-    fine_ = make_level(encoding_, std::move(unknowns), soft_, stages, execution);
+    fine_ = make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, execution);
     if (fine_->stages.empty()) return;
     couple_fixed(*fine_, *fine_->stages.back(), execution);
     FastLevel& starting = coarse_ ? *coarse_ : *fine_;
@@ -116,14 +106,14 @@ void FastDecoder::couple_fixed(FastLevel& level, FastStage& stage, const Executi
     stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
 }
 
-std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Unknowns unknowns,
-                                                   std::vector<SoftAnchor> soft,
+std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, const RestCells& cells,
+                                                   Unknowns unknowns, std::vector<SoftAnchor> soft,
                                                    const std::vector<double>& rigidities,
                                                    Execution& execution) const {
     auto level = std::make_unique<FastLevel>();
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
-        encoding, level->unknowns, region_.positions, size_, DeformationEnergy::weights_for(rigidity_), execution,
+        encoding, level->unknowns, cells, size_, DeformationEnergy::weights_for(rigidity_), execution,
         DeformationEnergy::Kernel::kFastest, SoftConstraints(std::move(soft), level->unknowns));
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
@@ -135,7 +125,11 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Unk
         }
         auto stage = std::make_unique<FastStage>();
         stage->rigidity = rigidity;
-        stage->factor.analyse(hessian, execution, threads_);
+        if (level->stages.empty()) {
+            stage->factor.analyse(hessian, execution, threads_);
+        } else {
+            stage->factor = level->stages.front()->factor.of_same_pattern();  // it does not depend on rigidity
+        }
         if (!stage->factor.factorise(hessian, execution, threads_)) {
             throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
         }
@@ -156,7 +150,10 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
     prepare(coarse_, workspace->coarse);
     prepare(middle_, workspace->middle);
     workspace->predictor = SecantPredictor(size_);
-    workspace->predictor_bytes = SecantPredictor::bytes(region_.is_fixed.size(), soft_.size());
+    const std::size_t drivers =
+        soft_.size() + (fine_->stages.empty() ? 0 : fine_->stages.back()->coupling.vertices.size());
+    workspace->later_bytes = SecantPredictor::bytes(region_.is_fixed.size(), drivers);
+    if (!fine_->stages.empty()) workspace->later_bytes += fine_->stages.back()->factor.workspace_bytes();
     return workspace;
 }
 
@@ -188,7 +185,7 @@ std::size_t FastDecoder::bytes() const {
 }
 
 std::size_t FastWorkspace::bytes() const {
-    std::size_t sum = factor.bytes() + predictor_bytes;
+    std::size_t sum = later_bytes;
     for (const OfLevel* level : {&fine, &coarse, &middle})
         sum += level->energy.bytes() + level->minimiser.bytes();
     return sum;

@@ -34,43 +34,34 @@ struct FastLevel {
 /// whole one. Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
-    /// @param soft soft anchors, in the region's vertex numbers; none of them fixed. @param handles n of the region,
+    /// @param shape encoded with the soft anchors as such. @param soft soft anchors, in the region's vertex numbers;
+    /// none of them fixed. @param handles n of the region,
     /// the handle of each fixed vertex and soft anchor or -1; or empty. @param rigidity 0 or more.
     /// @throws Cancelled, SolverFailure.
-    FastDecoder(Region region, std::vector<SoftAnchor> soft, const std::vector<Index>& handles, double rigidity,
+    FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles, double rigidity,
                 int threads, Execution& execution);
 
     std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
-    const Encoding& encoding() const override { return encoding_; }
     Index row_count() const override { return static_cast<Index>(fine_->unknowns.rows.size()); }
-    Index detached_triangle_count() const override { return detached_triangle_count_; }
     std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override;
     Index longest_ring() const override;
-    const Timings& bind_timings() const override { return bind_timings_; }
 
   private:
     friend class FastSolve;
 
-    std::unique_ptr<FastLevel> make_level(const Encoding& encoding, Unknowns unknowns, std::vector<SoftAnchor> soft,
-                                          const std::vector<double>& rigidities, Execution& execution) const;
+    std::unique_ptr<FastLevel> make_level(const Encoding& encoding, const RestCells& cells, Unknowns unknowns,
+                                          std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
+                                          Execution& execution) const;
     void couple_fixed(FastLevel& level, FastStage& stage, const Execution& execution) const;
-    /// Where cold solves are made: the coarse level, or the only one.
-    const FastLevel& starting_level() const { return coarse_ ? *coarse_ : *fine_; }
 
-    Region region_;
-    int threads_;
     double rigidity_;
     double size_;
     std::vector<SoftAnchor> soft_;  // by ascending vertex
     std::vector<double> hold_;      // n: what each vertex counts in carrying parts; empty where all anchors are hard
-    Timings bind_timings_;
-    Components components_;
-    Index detached_triangle_count_ = 0;
-    Encoding encoding_;
-    Hierarchy hierarchy_;  // empty where the mesh is small
+    Hierarchy hierarchy_;           // empty where the mesh is small
     std::unique_ptr<HandlePaths> pieces_;
     std::unique_ptr<FastLevel> fine_;
     std::unique_ptr<FastLevel> coarse_;

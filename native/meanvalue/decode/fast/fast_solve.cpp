@@ -31,6 +31,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     bool keep_history = false;
     StopRule rule;
     if (is_cold) {
+        work_.predictor.forget();
         rule = cold_rule();
         start_cold(positions);
     } else {

@@ -102,6 +102,7 @@ bool FastSolve::follow_drag(const Positions& previous, Positions& positions) {
         std::swap(positions, answer);
         highest_start_ = kMostRise * work_.predictor.energy();
     } catch (const SolverFailure&) {
+        set_soft_targets();
         follow_from(previous, positions);  // what was predicted is of no use
     }
     return goes_on;

@@ -24,9 +24,9 @@ struct FastWorkspace : Workspace {
     OfLevel coarse;
     OfLevel middle;
     SupernodalFactor::Workspace factor;
-    SecantPredictor predictor;        // of the solves that each begin where the one before ended
-    bool keeps_history = false;       // fine's minimiser: of the last of those, which came to its end
-    std::size_t predictor_bytes = 0;  // once it is all in use
+    SecantPredictor predictor;    // of the solves that each begin where the one before ended
+    bool keeps_history = false;   // fine's minimiser: of the last of those, which came to its end
+    std::size_t later_bytes = 0;  // of the predictor and the factor's, once they are in use
 };
 
 }  // namespace meanvalue

@@ -61,21 +61,21 @@ void add_rigidity(const EncodedRing& ring, const Vector3& centre, const Position
 
 }  // namespace
 
-double measure_spokes(const EncodedRing& ring, Index centre, const PositionsView& rest, Spoke* spokes) {
+double measure_spokes(const Vector3* edges, Index valence, Spoke* spokes) {
     double length = 0.0;
-    for (Index k = 0; k < ring.valence; ++k) {
-        spokes[k] = {(rest.row(centre) - rest.row(ring.ring[k])).transpose(), 0.0, 0.0};
-        length += spokes[k].rest.norm();
+    for (Index k = 0; k < valence; ++k) {
+        spokes[k] = {edges[k], 0.0, 0.0};
+        length += edges[k].norm();
     }
-    for (Index k = 0; k < ring.valence; ++k) {
+    for (Index k = 0; k < valence; ++k) {
         // The triangle of i and the ring's k and next; where an open ring is closed by its chord, that too.
         Spoke& here = spokes[k];
-        Spoke& next = spokes[next_of(k, ring.valence)];
+        Spoke& next = spokes[next_of(k, valence)];
         here.rim = cotangent_weight(here.rest, next.rest);
         here.spoke += cotangent_weight(next.rest, next.rest - here.rest);
         next.spoke += cotangent_weight(here.rest, here.rest - next.rest);
     }
-    return length / ring.valence;
+    return length / valence;
 }
 
 RowEnergy evaluate_row(const EncodedRing& ring, Index centre, const PositionsView& positions, const Spoke* spokes,

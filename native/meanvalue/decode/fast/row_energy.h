@@ -8,13 +8,13 @@ namespace meanvalue {
 
 /// What the second sum of DeformationEnergy needs of one vertex k of a ring of i.
 struct Spoke {
-    Vector3 rest;  ///< p_i - p_k
+    Vector3 rest;  ///< p_i - p_k, in the frame of the cell
     double spoke;  ///< c_ik
     double rim;    ///< c_kl, l the next in the ring
 };
 
-/// @param rest n x 3; @param spokes receives `ring.valence` of them. @return the mean length of the spokes.
-double measure_spokes(const EncodedRing& ring, Index centre, const PositionsView& rest, Spoke* spokes);
+/// @param edges `valence` of them, RestCells::edges of i. @param spokes receives as many. @return their mean length.
+double measure_spokes(const Vector3* edges, Index valence, Spoke* spokes);
 
 /// What one row gives to the sum.
 struct RowEnergy {

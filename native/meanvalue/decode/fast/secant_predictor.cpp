@@ -91,8 +91,7 @@ bool SecantPredictor::predict(const Positions& goal, Positions& positions, int t
 }
 
 void SecantPredictor::note(const Positions& answer, const Positions& drivers, double energy) {
-    energy_ = energy;
-    is_answer_ = true;
+    is_answer_ = false;
     if (drivers != drivers_) {
         Change change;
         if (changes_.size() == kMostChanges) {
@@ -108,6 +107,8 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers, do
     }
     answer_ = answer;
     drivers_ = drivers;
+    energy_ = energy;
+    is_answer_ = true;
 }
 
 std::size_t SecantPredictor::bytes(std::size_t vertices, std::size_t drivers) {

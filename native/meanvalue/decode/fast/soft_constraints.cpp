@@ -98,16 +98,12 @@ std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& ancho
     return result;
 }
 
-double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                    const Execution& execution) {
     double inverse_squares = 0.0;
     for (const Index i : unknowns.rows) {
         execution.check_every(i);
-        const EncodedRing ring = encoding.ring_of(i);
-        double length = 0.0;
-        for (Index k = 0; k < ring.valence; ++k)
-            length += (rest.row(i) - rest.row(ring.ring[k])).norm();
-        length /= ring.valence;
+        const double length = cells.mean_edge(encoding, i);
         if (length > 0.0) inverse_squares += 1.0 / (length * length);
     }
     return inverse_squares > 0.0 ? static_cast<double>(unknowns.rows.size()) / inverse_squares : 1.0;

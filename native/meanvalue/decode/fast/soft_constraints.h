@@ -5,6 +5,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/linalg/block_matrix.h"
@@ -64,9 +65,9 @@ std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& ancho
                                             const Level& level, std::size_t vertex_count, double scale);
 
 /// 1 / mean(1 / h_i^2), squared units, h_i the mean edge of row i at rest: what the energy of a given pose is
-/// proportional to, so that springs of two levels are in balance where their strengths are too. @param rest n x 3.
-/// @throws Cancelled.
-double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+/// proportional to, so that springs of two levels are in balance where their strengths are too. @throws
+/// Cancelled.
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                    const Execution& execution);
 
 }  // namespace meanvalue
