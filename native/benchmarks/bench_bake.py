@@ -38,7 +38,7 @@ def in_chunks(deformer, targets, rest, threads):
 
 
 def measure(shape, vertices, frames, rounds):
-    import meanvalue  # noqa: PLC0415 - what the machine lacks is said by the others
+    import meanvalue
 
     job = generated_meshes.speed_job(shape, vertices)
     deformer = meanvalue.Deformer(job.vertices, job.faces, job.anchors, handles=job.pieces + 1, threads=1)
@@ -67,8 +67,8 @@ def main():
     rows = [measure(shape, arguments.vertices, arguments.frames, arguments.rounds) for shape in SHAPES]
     reporting.report("baking side by side", COLUMNS, rows, arguments.json)
     for row in rows:
-        reached = row[5] >= GOAL and row[7] == "yes"
-        print(f"{'reached' if reached else 'MISSED '}  {row[0]}: {row[5]:.2f} times as fast, goal {GOAL}; bits {row[7]}")
+        told = "reached" if row[5] >= GOAL and row[7] == "yes" else "MISSED "
+        print(f"{told}  {row[0]}: {row[5]:.2f} times as fast, goal {GOAL}; same bits: {row[7]}")
 
 
 if __name__ == "__main__":

@@ -138,7 +138,8 @@ void bind_reports(py::module_& module) {
         .def_readonly("guarded_reasons", &BindReport::guarded_reasons, "dict: reason -> number of vertices.")
         .def_readonly("components", &BindReport::components)
         .def_readonly("timings", &BindReport::timings, "dict: stage -> seconds.")
-        .def_readonly("bytes", &BindReport::bytes, "int: held by the bound mesh, and about what one solve at a time adds.");
+        .def_readonly("bytes", &BindReport::bytes,
+                      "int: held by the bound mesh, and about what one solve at a time adds.");
 
     py::class_<Solution, std::shared_ptr<Solution>>(module, "Solution", "The result of one solve.")
         .def_property_readonly(
