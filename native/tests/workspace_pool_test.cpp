@@ -96,12 +96,14 @@ TEST(WorkspacePool, SolvesAtOnceHaveOneEachAndSurplusOnesAreFreed) {
     const Execution execution;
     {
         std::vector<std::unique_ptr<WorkspacePool::Loan>> loans;
+        loans.reserve(5);
         for (int k = 0; k < 5; ++k) {
             loans.push_back(std::make_unique<WorkspacePool::Loan>(pool, nullptr, execution));
             EXPECT_EQ(static_cast<FakeWorkspace&>(loans.back()->workspace()).number, k);
         }
     }
     std::vector<std::unique_ptr<WorkspacePool::Loan>> loans;
+    loans.reserve(3);
     for (int k = 0; k < 3; ++k)
         loans.push_back(std::make_unique<WorkspacePool::Loan>(pool, nullptr, execution));
     EXPECT_EQ(decoder.made(), 6);

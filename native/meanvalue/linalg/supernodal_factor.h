@@ -24,16 +24,13 @@ namespace meanvalue {
 class SupernodalFactor {
   public:
     /// What a solve writes besides its result; for factors of any sizes, one after another.
-    class Workspace {
-      public:
-      private:
-        friend class SupernodalFactor;
+    struct Workspace {
         float* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
 
         TaskRunner runner;
         std::vector<float> rows;
-        std::vector<std::vector<Lanes>> blocks;  // one a worker
-        double scale = 1.0;                      // of the right-hand sides
+        std::vector<std::vector<Lanes>> blocks;  ///< one a worker
+        double scale = 1.0;                      ///< of the right-hand sides
     };
 
     /// Fill-reducing order, symbolic analysis and the division into tasks; once for each pattern.

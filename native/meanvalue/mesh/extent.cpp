@@ -71,7 +71,7 @@ Matrix3 principal_axes(const PositionsView& positions, const Execution& executio
         moments.noalias() += arm.transpose() * arm;
     }
     const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments / count);
-    const Vector3 variances = solver.eigenvalues();  // ascending
+    const Vector3& variances = solver.eigenvalues();  // ascending
     const double least_gap = std::min(variances(1) - variances(0), variances(2) - variances(1));
     if (!(least_gap > kDistinct * variances(2))) return Matrix3::Identity();
     Matrix3 axes = solver.eigenvectors();
