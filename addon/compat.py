@@ -43,6 +43,49 @@ def session_key(id_block):
     return id_block.as_pointer()
 
 
+def curves_to_write(id_block, action):
+    """Gives `id_block` the action, and returns the collection of those of its F-curves that move `id_block`.
+
+    From 4.4 on an action has slots, and each slot its own F-curves; before, it was for one datablock.
+    """
+    animation = id_block.animation_data or id_block.animation_data_create()
+    if animation.action != action:
+        animation.action = action
+    if not hasattr(action, "slots"):
+        return action.fcurves
+    if animation.action_slot is None:
+        animation.action_slot = action.slots.new(id_type=id_block.id_type, name=id_block.name)
+    layer = action.layers[0] if len(action.layers) else action.layers.new("Layer")
+    strip = layer.strips[0] if len(layer.strips) else layer.strips.new(type='KEYFRAME')
+    return strip.channelbag(animation.action_slot, ensure=True).fcurves
+
+
+def curves_to_read(id_block):
+    """The F-curves that move `id_block`; none if it is not animated."""
+    animation = id_block.animation_data
+    action = animation.action if animation else None
+    if action is None:
+        return ()
+    if not hasattr(action, "slots"):
+        return action.fcurves
+    for layer in action.layers if animation.action_slot else ():
+        for strip in layer.strips:
+            bag = strip.channelbag(animation.action_slot)
+            if bag is not None:
+                return bag.fcurves
+    return ()
+
+
+def file_handler():
+    """The class of what takes files that are dropped on a window (4.1 and later), or None."""
+    return getattr(bpy.types, "FileHandler", None)
+
+
+def lines_shader():
+    """Built-in shader for lines, each end of its colour: `pos`, `color`, uniforms `lineWidth`, `viewportSize`."""
+    return _first_shader("POLYLINE_FLAT_COLOR", "3D_POLYLINE_FLAT_COLOR")
+
+
 def surface_shader():
     """Built-in shader for faces of one colour: `pos`, uniform `color`. Needs a window."""
     return _first_shader("UNIFORM_COLOR", "3D_UNIFORM_COLOR")

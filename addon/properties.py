@@ -14,7 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import ids
+from . import ids, properties_capture
 from .bridge import controls, targets
 from .errors import SceneError
 
@@ -205,12 +205,24 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         default=True,
     )
     bound: PointerProperty(type=MEANVALUE_PG_bound_record)
+    influence: FloatProperty(
+        name="Influence",
+        description="How much the soft handle that this control carries counts. At 0 it is free",
+        default=1.0,
+        min=0.0,
+        max=1.0,
+        subtype='FACTOR',
+    )
+    marker: StringProperty(options={'HIDDEN'})  # of a marker of a take: its name in the file
+    marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file
+    capture: PointerProperty(type=properties_capture.MEANVALUE_PG_capture)
 
 
 CLASSES = (MEANVALUE_PG_anchor_group, MEANVALUE_PG_bound_record, MEANVALUE_PG_settings)
 
 
 def register():
+    properties_capture.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     setattr(bpy.types.Object, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_settings))
@@ -220,3 +232,4 @@ def unregister():
     delattr(bpy.types.Object, ids.OBJECT_PROPERTY)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+    properties_capture.unregister()

@@ -13,18 +13,36 @@ from .operators import (
     apply_pose,
     background,
     bind,
+    find_marker_problems,
     grow_region,
+    import_motion,
     keep_pose,
+    match_markers,
     own_controls,
     paint_region,
+    pick_marker_point,
+    reference_frame,
     remove_anchor_group,
+    remove_marker,
     reset_handles,
     select_handle,
+    select_marker,
     solve,
     toggle_live,
     unbind,
 )
-from .ui import anchor_list, keymap, menus, overlay, panel, presets
+from .ui import (
+    anchor_list,
+    capture_panel,
+    file_drop,
+    keymap,
+    marker_list,
+    menus,
+    overlay,
+    pair_overlay,
+    panel,
+    presets,
+)
 from .workers import job
 
 CLASSES = (
@@ -47,14 +65,25 @@ CLASSES = (
     paint_region.MEANVALUE_OT_paint_region,
     paint_region.MEANVALUE_OT_finish_region,
     add_preset.MEANVALUE_OT_add_preset,
+    import_motion.MEANVALUE_OT_import_motion,
+    find_marker_problems.MEANVALUE_OT_find_marker_problems,
+    find_marker_problems.MEANVALUE_OT_show_marker_problem,
+    reference_frame.MEANVALUE_OT_set_reference_frame,
+    match_markers.MEANVALUE_OT_match_markers,
+    select_marker.MEANVALUE_OT_select_marker,
+    pick_marker_point.MEANVALUE_OT_pick_marker_point,
+    remove_marker.MEANVALUE_OT_remove_marker,
+    *marker_list.CLASSES,
     presets.MEANVALUE_PT_presets,
     anchor_list.MEANVALUE_UL_anchor_groups,
     *panel.CLASSES,
+    *capture_panel.CLASSES,
+    *file_drop.CLASSES,
     *menus.CLASSES,
 )
 
 #: What is hung into Blender's own user interface.
-USER_INTERFACE = (menus, keymap, overlay)
+USER_INTERFACE = (menus, keymap, overlay, pair_overlay)
 
 
 def register():

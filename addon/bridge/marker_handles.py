@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The soft handles that carry a mesh after the markers of a take, one vertex each, and their animated controls."""
+
+import bpy
+import numpy as np
+
+from ..core import fixed_points
+from . import actions, controls, marker_pairs, shape_keys, takes, vertex_groups
+
+#: Size of a control, as a share of the mesh's bounding-box diagonal.
+CONTROL_SIZE = 0.006
+
+COLOR = (0.34, 0.71, 0.91)
+
+#: Motion capture is noisy, yet more to be trusted than the rest shape.
+STRENGTH = 1.0
+
+
+def carry(obj, pair, vertex, targets, frames):
+    """Has a handle move `vertex` of `obj` to `targets` (f, 3) in the object's space, at `frames` (f,) of the scene.
+
+    NaN: the handle is free in that frame. The handle that the pair has is used again, with what the artist set on it;
+    else one is made.
+    """
+    rest = shape_keys.rest_positions(obj.data)
+    index = marker_pairs.line_index(obj, pair)
+    if index is None:
+        line = _make_line(obj, pair)
+        control = _make_control(obj, pair, fixed_points.bounding_box_diagonal(rest))
+    else:
+        line = obj.meanvalue.anchor_groups[index]
+        control = pair.control
+    at_rest = np.eye(4)
+    at_rest[:3, 3] = rest[vertex]
+    line.made_control = True
+    controls.choose(line, control, at_rest)
+    pair.control = control
+    pair.vertex = vertex
+    if line.name not in obj.vertex_groups:  # the artist took it away
+        line.name = obj.vertex_groups.new(name=pair.name).name
+    vertex_groups.replace_members(obj, obj.vertex_groups[line.name], np.array([vertex]))
+    _animate(control, targets, frames, at_rest[:3, 3])
+
+
+def drop(obj, pair):
+    """Takes away what was made for a pair, which stays on the list."""
+    index = marker_pairs.line_index(obj, pair)
+    if index is not None:
+        controls.remove_handle(obj, index)
+    pair.control = None
+    _remove_if_empty(obj)
+
+
+def _make_line(obj, pair):
+    line = obj.meanvalue.anchor_groups.add()
+    line.name = obj.vertex_groups.new(name=pair.name).name
+    line.made_group = True
+    line.color = COLOR
+    line.follows = 'CONTROL'
+    line.is_soft = True
+    line.strength = STRENGTH
+    return line
+
+
+def _make_control(obj, pair, diagonal):
+    """A child of the object, as all controls, so that moving the object moves the whole character."""
+    control = bpy.data.objects.new(f"{obj.name} {pair.name}", None)
+    _collection(obj).objects.link(control)
+    control.empty_display_type = 'CUBE'
+    control.empty_display_size = CONTROL_SIZE * diagonal
+    control.show_in_front = True
+    control.color = (*COLOR, 1.0)
+    control.parent = obj
+    return control
+
+
+def _animate(control, targets, frames, rest):
+    present = ~np.isnan(targets).any(axis=1)
+    actions.write_vector(control, "location", frames[present], targets[present])
+    takes.write_presence(control, present, frames)
+    if not present.any():
+        control.location = rest
+
+
+def _collection(obj):
+    """The collection of the object's marker controls; made if it is missing."""
+    capture = obj.meanvalue.capture
+    if capture.controls is None:
+        capture.controls = bpy.data.collections.new(f"{obj.name} Markers")
+    parent = obj.users_collection[0] if obj.users_collection else bpy.context.scene.collection
+    if not any(capture.controls.name in other.children for other in (*bpy.data.collections, *_roots())):
+        parent.children.link(capture.controls)
+    return capture.controls
+
+
+def _roots():
+    return [scene.collection for scene in bpy.data.scenes]
+
+
+def _remove_if_empty(obj):
+    collection = obj.meanvalue.capture.controls
+    if collection is not None and not collection.objects and not collection.children:
+        bpy.data.collections.remove(collection)
