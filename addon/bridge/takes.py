@@ -122,6 +122,8 @@ def read(collection):
     spacing = collection.meanvalue.frames_per_sample
     first, last = min(span[0] for span in spans), max(span[1] for span in spans)
     count = round((last - first) / spacing) + 1
+    if count > collection.meanvalue.sample_count:
+        raise _stretched(collection, f"The keys of '{collection.name}' reach over {count:,} samples")
     positions = np.full((count, len(empties), 3), np.nan)
     for number, curve in enumerate(curves):
         for index, (frames, values) in enumerate(curve):
@@ -182,11 +184,16 @@ def _require_on_samples(collection, empty, off):
     """off: how far keys are from the nearest samples, in samples."""
     count = int(np.count_nonzero(np.abs(off) > OFF_SAMPLE))
     if count:
-        raise SceneError(
-            f"{wording.counted(count, 'key')} of marker '{empty.name}' are not at the times at which '{collection.name}' "
-            "was recorded. Keys may be moved in value and deleted, and all of them moved in time together; undo what "
-            "stretched them, or import the take again"
-        )
+        raise _stretched(collection, f"{wording.counted(count, 'key')} of marker '{empty.name}' are off the samples")
+
+
+def _stretched(collection, what):
+    settings = collection.meanvalue
+    return SceneError(
+        f"{what}, but the take has {wording.counted(settings.sample_count, 'sample')}, one every "
+        f"{settings.frames_per_sample:.4g} frames. Keys may be moved in value and deleted, and all of them moved in time "
+        "together; undo what stretched them, or import the take again"
+    )
 
 
 def _in_world(empties, positions):

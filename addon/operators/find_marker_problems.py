@@ -101,9 +101,9 @@ class MEANVALUE_OT_show_marker_problem(TakeOperator, bpy.types.Operator):
 
 
 def _jumps(recording):
-    for finding in jumps.find_jumps(recording.positions, recording.rate_hz):
-        yield finding
-    
+    for finding in jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels):
+        yield finding.sample, finding.marker, finding.words
+
 
 def _threshold(context, take):
     """Seconds: the rigid threshold of the mesh that uses the take."""

@@ -9,7 +9,7 @@ from bpy_extras.io_utils import ImportHelper
 from ..bridge import selection, takes
 from ..core import sample_times, wording
 from ..core.capture import readers
-from ..errors import MeanValueError, MotionFileError
+from ..errors import MeanValueError, MotionFileError, SceneError
 from .base import Reporting
 
 FROM_FILE = 'FILE'
@@ -94,24 +94,27 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             layout.prop(self, name)
 
     def _paths(self):
-        """@throws MotionFileError if none is given."""
+        """@throws SceneError if none is given."""
         folder = pathlib.Path(bpy.path.abspath(self.directory)) if self.directory else None
         named = [folder / each.name for each in self.files if each.name] if folder else []
         if named:
             return named
         if self.filepath and not self.filepath.endswith(("/", "\\")):
             return [pathlib.Path(bpy.path.abspath(self.filepath))]
-        raise MotionFileError(f"No file is chosen. Choose one or more of {wording.listed(readers.SUFFIXES)}")
+        raise SceneError(f"No file is chosen. Choose one or more of {wording.listed(readers.SUFFIXES)}")
 
     def _read(self):
-        """The Takes of all files, before anything is made. @throws MotionFileError."""
+        """The Takes of all files, before anything is made. @throws MotionFileError, SceneError."""
         unit = next(metres for name, _, _, metres in UNITS if name == self.unit)
         up_axis = None if self.up_axis == FROM_FILE else self.up_axis
-        read = [readers.read(path, up_axis=up_axis, unit=unit) for path in self._paths()]
+        try:
+            read = [readers.read(path, up_axis=up_axis, unit=unit) for path in self._paths()]
+        except MotionFileError as error:  # begins with the name of the file, which must stay as it is
+            raise MotionFileError(f"Cannot import {error}") from error
         for take in read:
             if not take.measured.any():
                 raise MotionFileError(
-                    f"'{take.name}' has no sample of any marker: all are missing. Choose another file"
+                    f"Cannot import '{take.name}': it has no sample of any marker: all are missing. Choose another file"
                 )
         return read
 

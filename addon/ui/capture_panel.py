@@ -79,6 +79,8 @@ def _draw_problems(layout, context):
     layout.template_list(
         MEANVALUE_UL_marker_problems.__name__, "", settings, "problems", settings, "active_problem", rows=3
     )
+    if settings.active_problem < len(settings.problems):
+        draw_wrapped(layout, context, wording.sentence(settings.problems[settings.active_problem].text))
 
 
 def _draw_reference(layout, capture):
