@@ -156,14 +156,17 @@ def test_a_real_take_without_a_complete_marker_becomes_continuous():
     if not path.exists():
         pytest.skip(f"no {path.name} in {path.parent}")
     positions = readers.read(path).positions
-    missing = np.isnan(positions[..., 0])
-    assert missing.any(axis=0).all()
-    filled, how = gaps.fill_gaps(positions)
-    assert (how == gaps.MISSING).sum() < 0.5 * missing.sum()
-    # Steps into, within and out of gaps are no longer than those that were measured.
-    steps = np.linalg.norm(np.diff(filled, axis=0), axis=2)
-    was_measured = ~missing[1:] & ~missing[:-1]
-    assert np.nanmax(steps[~was_measured]) < 1.5 * steps[was_measured].max()
+    assert np.isnan(positions[..., 0]).any(axis=0).all()
+    # The 16.6 % that the file lacks are its end, where nothing at all is seen: nothing may be made up there. As many
+    # again are taken out of the rest.
+    holed = walking_figure.drop_samples(positions, 0.3, np.random.default_rng(0), longest=60)
+    filled, how = gaps.fill_gaps(holed)
+    assert np.isnan(filled[np.isnan(positions[..., 0]).all(axis=1)][:, 0][gaps.MOST_BEYOND :]).all()
+    seen = ~np.isnan(positions[..., 0])
+    assert (how[seen] != gaps.MISSING).mean() > 0.99
+    error = np.linalg.norm(filled - positions, axis=2)[seen & (how != gaps.MEASURED)]
+    assert np.sqrt(np.nanmean(error**2)) < 0.03
+    assert largest_step(filled) < 1.3 * largest_step(positions)
 
 
 @pytest.mark.parametrize("wrong", [np.zeros((4, 3)), np.zeros((0, 2, 3)), np.full((3, 2, 3), np.inf)])

@@ -8,8 +8,9 @@ import numpy as np
 from . import checks
 
 #: A path may miss where its own speed leads by this share of the body's size (1 cm for an adult), and by this many
-#: times what nine of ten of its steps do.
-FREE, USUAL = 0.006, 4.0
+#: times what most of its steps do, in the whole take or among the NEARBY steps before and after: takes that lost single
+#: frames (of 120 Hz every sixth, say) stutter everywhere, and that is no fault of a marker.
+FREE, USUAL, NEARBY = 0.006, 4.0, 20
 #: Gaps of less samples are judged by speeds, longer ones by neighbours.
 SHORT = 4
 #: Steps that speeds, and samples that distances, are the medians of.
@@ -95,7 +96,7 @@ def _breaks(positions, marker, size):
     speeds = np.diff(known, axis=0) / spans[:, None]
     before, after = _speeds_around(speeds)
     off = np.linalg.norm(spans[:, None] * (speeds - 0.5 * (before + after)), axis=1)
-    usual = np.quantile(off[spans == 1], 0.9) if (spans == 1).any() else np.inf
+    usual = _usual_nearby(np.where(spans == 1, off, np.nan))
     allowed = FREE * size + 0.5 * spans * np.linalg.norm(after - before, axis=1) + USUAL * usual * spans**2
     allowed[[0, -1]] *= 3.0  # at the take's ends only one side is known
     broken = (off > allowed) & (spans < SHORT)
@@ -108,6 +109,17 @@ def _breaks(positions, marker, size):
         _Break(marker, int(good[step]), int(good[step + 1]), known[step + 1], expected[step], before[step])
         for step in np.flatnonzero(broken)
     ]
+
+
+def _usual_nearby(off):
+    """(n,): what few of the (n,) values around each are above, NaN left out, and no less than for all of them."""
+    if np.isnan(off).all():
+        return np.full(len(off), np.inf)
+    padded = np.concatenate([np.full(NEARBY, np.nan), off, np.full(NEARBY, np.nan)])
+    ordered = np.sort(np.lib.stride_tricks.sliding_window_view(padded, 2 * NEARBY + 1), axis=1)  # NaN last
+    counts = (~np.isnan(ordered)).sum(axis=1)
+    nearby = np.take_along_axis(ordered, (0.85 * np.maximum(counts - 1, 0)).astype(int)[:, None], axis=1)[:, 0]
+    return np.fmax(nearby, np.nanquantile(off, 0.9))
 
 
 def _speeds_around(speeds):
