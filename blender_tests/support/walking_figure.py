@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A generated figure that walks: joints by forward kinematics, 41 markers on them, gaps and noise by seed.
 
-Metres, Z up, 100 Hz. In its T-pose it stands on z = 0 at the origin, looks along -Y (as Blender's characters do) and has
-its left at +X; it walks along -Y. Labels are those of OptiTrack's Baseline 41 set. Needs numpy alone.
+Metres, Z up, 100 Hz. In its T-pose it stands on z = 0 at the origin, looks along -Y (as Blender's characters do) and
+has its left at +X; it walks along -Y. Labels are those of OptiTrack's Baseline 41 set. Needs numpy alone.
 
-A foot strikes with the heel, lies flat, rolls over its toes and leaves: where `contacts` says that heel or toes are on the
-ground, the point it stands on does not move by a hair (markers, which are off it, tilt a little while the foot rolls). Hips, knees and ankles are solved exactly, so that bones keep their
-lengths and `knee_angles` is the truth.
+A foot strikes with the heel, lies flat, rolls over its toes and leaves: where `contacts` says that heel or toes are on
+the ground, the point that the foot stands on does not move by a hair (markers, which are off it, tilt a little while
+the foot rolls). Hips, knees and ankles are solved exactly: bones keep their lengths, `knee_angles` is the truth.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,17 +20,15 @@ STRIDE = 1.2  # metres in that time, for legs of full length
 HEIGHT = 1.79  # with legs of full length
 MARKER_RADIUS = 0.007
 THIGH, SHANK, ANKLE_HEIGHT = 0.43, 0.42, 0.08
-HEEL, TOE = np.array([0.0, 0.05, -ANKLE_HEIGHT]), np.array([0.0, -0.13, -ANKLE_HEIGHT])  # where a foot rolls, from the ankle
+# Where a foot rolls, from the ankle.
+HEEL, TOE = np.array([0.0, 0.05, -ANKLE_HEIGHT]), np.array([0.0, -0.145, -ANKLE_HEIGHT])
 
 # Phases of a foot: flat, heel off, toe off, then in the air to the next strike at 1.
 FLAT, HEEL_OFF, TOE_OFF = 0.10, 0.40, 0.63
-PITCH = ((0.0, 18.0), (FLAT, 0.0), (HEEL_OFF, 0.0), (TOE_OFF, -48.0), (1.0, 18.0))  # degrees, toes up is positive
+PITCH = ((0.0, 18.0), (FLAT, 0.0), (HEEL_OFF, 0.0), (TOE_OFF, -40.0), (1.0, 18.0))  # degrees, toes up is positive
 
-JOINTS = ("pelvis", "chest", "neck", "head") + tuple(
-    f"{joint}.{side}" for side in "LR" for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
-)
-
-#: label without side: (bone, place in the bone's frame at T-pose, from the joint the bone hangs on; for the left side).
+#: label (without side): (bone, place from the joint that the bone hangs on, in the T-pose, of the left side).
+#: On thighs and shanks Z is a share of the bone.
 CENTRE_MARKERS = {
     "HeadTop": ("head", (0.0, 0.0, 0.24)),
     "HeadFront": ("head", (0.0, -0.105, 0.17)),
@@ -58,7 +57,7 @@ SIDE_MARKERS = {
     "Heel": ("foot", (0.0, 0.067, -0.045)),
     "ToeIn": ("foot", (-0.045, -0.125, -0.045)),
     "ToeOut": ("foot", (0.055, -0.105, -0.05)),
-    "ToeTip": ("foot", (0.0, -0.185, -0.055)),
+    "ToeTip": ("foot", (0.0, -0.165, -0.05)),
 }
 LABELS = tuple(CENTRE_MARKERS) + tuple(side + name for side in "LR" for name in SIDE_MARKERS)
 FOOT_LABELS = {"L": ("LHeel", "LToeIn", "LToeOut", "LToeTip"), "R": ("RHeel", "RToeIn", "RToeOut", "RToeTip")}
@@ -85,8 +84,8 @@ class Figure:
 def take(frames=255, seed=0, legs=1.0, gaps=0.0, noise=0.0, longest_gap=20, start=0.0):
     """The walk as a `Figure`.
 
-    legs: length of thighs and shanks over the normal one, strides become as much shorter. gaps: share of samples that are
-    missing, in runs of 1 to `longest_gap` samples. noise: standard deviation in metres. start: seconds into the walk.
+    legs: length of thighs and shanks over the normal one, strides become as much shorter. gaps: share of samples that
+    are missing, in runs of 1 to `longest_gap` samples. noise: standard deviation in metres. start: first second.
     """
     time = start + np.arange(frames) / RATE_HZ
     joints, turns, contacts = walking(time, legs)
@@ -209,7 +208,7 @@ def _foot(cycles, sign, legs, later):
     """Ankle (f, 3), turn (f, 3, 3) and (heel on ground, toe on ground) of a foot, `cycles` (f,) of its own gait."""
     step, phase = np.floor(cycles), np.mod(cycles, 1.0)
     pitch = np.zeros(len(phase))
-    for (begin, before), (end, after) in zip(PITCH[:-1], PITCH[1:], strict=True):
+    for (begin, before), (end, after) in itertools.pairwise(PITCH):
         inside = (phase >= begin) & (phase < end)
         pitch[inside] = before + (after - before) * _smooth((phase[inside] - begin) / (end - begin))
     turn = turn_x(-np.radians(pitch))

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import re
 from array import array
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,8 +22,8 @@ AGAIN = "Export it again as BVH, or mend the line in a text editor"
 RATE_WITHOUT = 30.0
 #: Rates that files mean whose frame time was rounded.
 COMMON_RATES = (
-    *(23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 72, 75, 90, 96, 100, 119.88, 120, 144, 150, 179.82, 180, 200, 240, 250),
-    *(300, 360, 400, 480, 500, 1000),
+    *(23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 72, 75, 90, 96, 100, 119.88, 120, 144, 150, 179.82, 180),
+    *(200, 240, 250, 300, 360, 400, 480, 500, 1000),
 )
 
 
@@ -36,49 +37,46 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     motion = _motion(lines, file, hierarchy.channel_count, frames, notes)
     if len(motion) * len(joints) > max(len(data), 1024):
         raise MotionFileError(
-            f"{file}: {len(joints)} joints are more than {hierarchy.channel_count} channels in {len(motion)} frames can move. "
-            "The file is damaged: export it again as BVH"
+            f"{file}: {len(joints)} joints are more than {hierarchy.channel_count} channels in {len(motion)} frames "
+            "can move. The file is damaged: export it again as BVH"
         )
     with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
         positions = joint_positions(joints, motion)
-    rest = rest_positions(joints)
     return _Skeleton(
         file=file,
         rate_hz=rate,
         first_frame=1,
         labels=[joint.name for joint in joints],
         positions=positions,
-        up_axis=None,
-        usual_up=("Y", "most BVH files"),
+        usual_up=("Y", "as most BVH files have it"),
         notes=notes,
         parents=tuple(joint.parent for joint in joints),
         zero_is_missing=False,
         drops_never_seen=False,
-    ).in_rest_pose(rest).take(up_axis, unit)
+        rest=rest_positions(joints),
+    ).take(up_axis, unit)
 
 
+@dataclass
 class _Skeleton(Recording):
     """A recording whose rest pose tells size and upright axis."""
 
-    def in_rest_pose(self, rest):
-        self._rest = rest
-        if self._spine_up() is not None:
-            self.usual_up = (self._spine_up(), "its spine has it in the rest pose and BVH files")
-        return self
+    #: (j, 3) in the file's unit and axes.
+    rest: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def spread(self, positions):
-        return units.median_extent(self._rest[None])
+        return units.median_extent(self.rest[None])
 
-    def _spine_up(self):
-        """The axis from the hips to the head in the rest pose, None where that is not clear."""
+    def seen_up(self, positions):
+        """The axis from the hips to the head in the rest pose, where that is clear."""
         for wanted in ("head", "neck", "chest", "spine"):
-            for index, label in enumerate(self.labels):
-                if wanted in label.lower():
-                    up = self._rest[index] - self._rest[0]
-                    axis = int(np.argmax(np.abs(up)))
-                    if np.abs(up[axis]) > 0.8 * np.linalg.norm(up) > 0.0:
-                        return ("-" if up[axis] < 0.0 else "") + "XYZ"[axis]
-        return None
+            for index in (index for index, label in enumerate(self.labels) if wanted in label.lower()):
+                up = self.rest[index] - self.rest[0]
+                axis = int(np.argmax(np.abs(up)))
+                if np.abs(up[axis]) > 0.8 * np.linalg.norm(up) > 0.0:
+                    why = f"along which {quoted(self.labels[index])} is above the hips"
+                    return ("-" if up[axis] < 0.0 else "") + "XYZ"[axis], why
+        return super().seen_up(positions)
 
 
 def _motion_header(lines, file, notes):

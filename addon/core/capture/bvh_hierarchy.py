@@ -10,7 +10,11 @@ from ...errors import MotionFileError
 from .text_lines import Lines, number_in, quoted
 
 #: Channels in lower case -> (True for a position, axis).
-CHANNELS = {f"{axis}{kind}": (kind == "position", "xyz".index(axis)) for axis in "xyz" for kind in ("position", "rotation")}
+CHANNELS = {
+    f"{axis}{kind}": (kind == "position", number)
+    for number, axis in enumerate("xyz")
+    for kind in ("position", "rotation")
+}
 
 
 @dataclass
@@ -117,8 +121,10 @@ class HierarchyReader:
 
     def _channels(self, words):
         joint = self._current("CHANNELS")
-        if joint.is_end or joint.channels:
-            self._fail("an end site has no CHANNELS" if joint.is_end else f"joint {quoted(joint.name)} has CHANNELS twice")
+        if joint.is_end:
+            self._fail("an end site has no CHANNELS")
+        if joint.channels:
+            self._fail(f"joint {quoted(joint.name)} has CHANNELS twice")
         known = [CHANNELS.get(word.lower()) for word in words[1:]]
         if not words or number_in(words[0]) != len(known):
             self._fail(f"CHANNELS {quoted(' '.join(words))}: the count is not that of the names")

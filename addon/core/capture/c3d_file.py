@@ -57,7 +57,7 @@ def _labels(parameters, points):
 
 
 def _samples(data, layout, chosen):
-    """(f, m, 3) float64 positions of the `chosen` points with NaN where they are invalid, and (m,) bool: no sample was measured.
+    """(f, m, 3) float64 positions of the `chosen` points, NaN where they are invalid; (m,) bool: none was measured.
 
     The fourth word of a sample is -1 where it is invalid; else its low byte is the residual and its high byte has the
     cameras: both 0 where the point was computed or filtered.
@@ -92,7 +92,7 @@ def _note_computed(labels, computed, notes):
     if computed.any() and not computed.all():
         names = [label or "without name" for label, is_computed in zip(labels, computed, strict=True) if is_computed]
         shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
-        notes.append(f"No camera saw {len(names)} of the points in any frame ({shown}): they were computed, or filtered")
+        notes.append(f"{len(names)} points have no residual in any frame ({shown}): they were computed, or filtered")
 
 
 def _unit(parameters, notes):
@@ -116,5 +116,5 @@ def _usual_up(parameters):
     maker = f"{parameters.string('MANUFACTURER', 'COMPANY')} {parameters.string('MANUFACTURER', 'SOFTWARE')}".lower()
     for name in Y_UP_MAKERS:
         if name in maker:
-            return "Y", "files of this maker"
-    return "Z", "most C3D files"
+            return "Y", "as files of this maker have it"
+    return "Z", "as most C3D files have it"

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import struct
 from dataclasses import dataclass
 
 from ...errors import MotionFileError
@@ -64,17 +63,17 @@ def open_sections(data: bytes, file: str) -> tuple[Header, Parameters, NumberFor
     """Raises MotionFileError where this is no C3D file."""
     if len(data) < 2 * BLOCK or data[1] != MAGIC:
         raise MotionFileError(
-            f"{file}: this is no C3D file (it has {len(data)} bytes and does not begin as one). Choose the file that the "
-            "capture system exported"
+            f"{file}: this is no C3D file (it has {len(data)} bytes and does not begin as one). Choose the file that "
+            "the capture system exported"
         )
     start = (data[0] - 1) * BLOCK
     if not 0 < start <= len(data) - 4:
-        raise MotionFileError(f"{file}: its parameters are said to begin in block {data[0]}, where there is nothing. {AGAIN}")
+        raise MotionFileError(f"{file}: its parameters should be in block {data[0]}, where there is nothing. {AGAIN}")
     blocks, processor = data[start + 2], data[start + 3]
     numbers = NUMBER_FORMATS.get(processor)
     if numbers is None:
         raise MotionFileError(
-            f"{file}: its number format {processor} is none of 84 (PC), 85 (DEC) and 86 (SGI). Export it again as C3D for PC"
+            f"{file}: its number format {processor} is none of 84 (PC), 85 (DEC) and 86 (SGI). {AGAIN}"
         )
     parameters = Parameters(data, start + 4, start + (blocks or 255) * BLOCK, numbers)
     return _header(data, numbers), parameters, numbers
@@ -116,7 +115,9 @@ def first_frame(header: Header, parameters: Parameters) -> int:
     return header.first if first is None else first
 
 
-def find_layout(header: Header, parameters: Parameters, numbers: NumberFormat, size: int, file: str) -> tuple[Layout, str]:
+def find_layout(
+    header: Header, parameters: Parameters, numbers: NumberFormat, size: int, file: str
+) -> tuple[Layout, str]:
     """The layout that fits a file of `size` bytes, and a note where the file is shorter or longer than it says.
 
     Raises MotionFileError where nothing fits. Frames never go beyond the file's end.
@@ -124,8 +125,8 @@ def find_layout(header: Header, parameters: Parameters, numbers: NumberFormat, s
     candidates = list(_candidates(header, parameters, numbers))
     if not candidates:
         raise MotionFileError(
-            f"{file}: it has no points (header: {header.points}, frames {header.first} to {header.last}, scale {header.scale:g})"
-            ". Export the take with its marker trajectories"
+            f"{file}: it has no points ({header.points} of them, frames {header.first} to {header.last}, scale "
+            f"{header.scale:g}). Export the take with its marker trajectories"
         )
     fitting = [layout for layout in candidates if layout.left_over(size) >= 0]
     exact = [layout for layout in fitting if layout.left_over(size) < BLOCK]

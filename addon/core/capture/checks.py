@@ -29,7 +29,8 @@ def motion(positions, name="positions"):
 def points(array, name, count=None, missing_allowed=True):
     """`array` as (k, 3) float64, copied; rows NaN in all three where they are in one.
 
-    Raises InvalidMotionError for other shapes, another number of rows than `count`, infinite values, and NaN unless allowed.
+    Raises InvalidMotionError for other shapes, another number of rows than `count`, infinite values, and for NaN unless
+    that is allowed.
     """
     array = np.asarray(array)
     if array.ndim != 2 or array.shape[1] != 3:

@@ -48,8 +48,8 @@ def joint_positions(joints: list[Joint], motion: np.ndarray) -> np.ndarray:
 def translation(joint: Joint, motion: np.ndarray) -> np.ndarray:
     """(f, 3) or (1, 3): from the parent, in its axes.
 
-    Most programs write position channels that replace OFFSET; some write what is added to it. What keeps the bone nearer to
-    the length of OFFSET counts, and of roots (that have no bone) only zeros are added.
+    Most programs write position channels that replace OFFSET; some write what is added to it. What keeps the bone
+    nearer to the length of OFFSET counts, and of roots (that have no bone) only zeros are added.
     """
     offset = np.asarray(joint.offset)
     local = np.repeat(offset[None], len(motion) if any(is_position for is_position, _ in joint.channels) else 1, axis=0)

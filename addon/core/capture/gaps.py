@@ -16,6 +16,8 @@ MOST_BEYOND = 3
 SLOPE_SAMPLES = 5
 #: Neighbours that carry a marker through a gap.
 MOST_NEIGHBOURS = 6
+#: Metres that no difference in variation is made of.
+NOISE = 0.001
 #: A neighbour's distance may vary by this share of it (standard deviation), or it is no neighbour.
 LARGEST_VARIATION = 0.2
 #: Frames in which two markers must be seen together before anything is said of their distance.
@@ -59,13 +61,13 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
         that the path is continuous with what was measured. Also short ones at the take's ends.
     Still longer gaps, and those with less than three usable neighbours, stay NaN.
 
-    Gap filling by a marker's neighbours is usual practice: Dorfmueller-Ulhaas 2003; Aristidou, Lasenby 2013; ours is the
-    plain rigid case, with both ends met. Raises InvalidMotionError for wrong shapes and negative lengths.
+    Filling by the rigid motion of neighbours is usual practice (Aristidou and Lasenby 2013 predict markers so); that
+    both ends are met is ours. Raises InvalidMotionError for wrong shapes and negative lengths.
     """
     measured = checks.motion(positions)
-    for length, name in ((longest_spline, "the longest gap for a spline"), (longest_rigid, "the longest gap for neighbours")):
+    for length, filler in ((longest_spline, "splines"), (longest_rigid, "neighbours")):
         if not length >= 0:
-            raise checks.InvalidMotionError(f"{name} is {length} samples, but must be 0 or more.")
+            raise checks.InvalidMotionError(f"The longest gap for {filler} is {length} samples, but must be 0 or more.")
     filled = measured.copy()
     how = np.where(np.isnan(measured[..., 0]), MISSING, MEASURED).astype(np.uint8)
     gaps = find_gaps(measured)
@@ -78,10 +80,10 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
 
 
 def distance_variation(positions, most_frames=2000):
-    """(m, m): standard deviation over mean of the distance of markers i and j in the frames where both are seen.
+    """(m, m) metres: standard deviation of the distance of markers i and j over the frames where both are seen.
 
-    Infinite on the diagonal and where they are seen together in less than LEAST_TOGETHER frames. Of long takes,
-    `most_frames` are looked at. positions (f, m, 3).
+    Infinite on the diagonal, where it is more than LARGEST_VARIATION of the mean distance, and where they are seen
+    together in less than LEAST_TOGETHER frames. Of long takes, `most_frames` are looked at. positions (f, m, 3).
     """
     positions = positions[:: max(1, len(positions) // most_frames)]
     seen = ~np.isnan(positions[..., 0])
@@ -94,7 +96,8 @@ def distance_variation(positions, most_frames=2000):
         mean = distances.sum(axis=0) / np.maximum(count, 1)
         variance = ((distances - mean) ** 2 * together).sum(axis=0) / np.maximum(count, 1)
         enough = count >= min(LEAST_TOGETHER, max(2, len(positions) // 2))
-        result[marker, enough] = (np.sqrt(variance) / np.maximum(mean, 1e-12))[enough]
+        is_neighbour = enough & (variance < (LARGEST_VARIATION * mean) ** 2)
+        result[marker, is_neighbour] = np.sqrt(variance[is_neighbour])
     np.fill_diagonal(result, np.inf)
     return result
 
@@ -112,7 +115,7 @@ def _fill_by_spline(measured, filled, gap):
         span = gap.length + 1
         t = (np.arange(1, span) / span)[:, None]
         p, q, u, v = path[gap.begin - 1], path[gap.end], -before * span, after * span
-        values = (2 * t**3 - 3 * t**2 + 1) * p + (t**3 - 2 * t**2 + t) * u + (3 * t**2 - 2 * t**3) * q + (t**3 - t**2) * v
+        values = p + (3 * t**2 - 2 * t**3) * (q - p) + (t**3 - 2 * t**2 + t) * u + (t**3 - t**2) * v
     elif before is not None:
         values = path[gap.begin - 1] - before * np.arange(1, gap.length + 1)[:, None]
     else:
@@ -122,8 +125,8 @@ def _fill_by_spline(measured, filled, gap):
 
 
 def _end_slope(path):
-    """(3,) slope per sample at the first sample of (f, 3), by a parabola through it, fitted to the good ones after it."""
-    good = path[: SLOPE_SAMPLES][: np.argmax(np.append(np.isnan(path[:SLOPE_SAMPLES, 0]), True))]
+    """(3,) slope per sample at the first of (f, 3), of a parabola through it, fitted to the good ones after it."""
+    good = path[:SLOPE_SAMPLES][: np.argmax(np.append(np.isnan(path[:SLOPE_SAMPLES, 0]), True))]
     if len(good) < 2:
         return np.zeros(3)
     steps = np.arange(1.0, len(good))
@@ -157,22 +160,23 @@ def _carried(positions, usable, gap, variation):
     if not ends:
         return None
     window = slice(min(gap.begin, *ends, len(positions)), max(gap.end, *(end + 1 for end in ends)))
-    candidates = np.flatnonzero(usable[window].all(axis=0) & (variation < LARGEST_VARIATION))
+    candidates = np.flatnonzero(usable[window].all(axis=0) & np.isfinite(variation))
     neighbours = candidates[np.argsort(variation[candidates], kind="stable")[:MOST_NEIGHBOURS]]
     if len(neighbours) < 3:
         return None
-    weights = 1.0 / (variation[neighbours] + 0.01) ** 2
-    moving = positions[gap.begin : gap.end, neighbours]
-    paths = [_moved_along(positions[end], gap.marker, neighbours, weights, moving) for end in ends]
+    # Found on a walk of 41 markers with gaps of 60 samples: a segment with three markers needs no others, and where it
+    # has two those of the next one must count for little, but not for nothing.
+    weights = 1.0 / (variation[neighbours] + NOISE) ** 3
+    moving = positions[gap.begin : gap.end]
+    paths = []
+    for end in ends:
+        at_end = positions[end]
+        body = fit_rotations(at_end[candidates], moving[:, candidates])  # for the twist of neighbours on one line
+        turns = fit_rotations(at_end[neighbours], moving[:, neighbours], weights, body)
+        centre = weights @ at_end[neighbours] / weights.sum()
+        moved_centre = weights @ moving[:, neighbours] / weights.sum()
+        paths.append(moved_centre + turns @ (at_end[gap.marker] - centre))
     if len(paths) == 1:
         return paths[0]
     share = np.arange(1, gap.length + 1)[:, None] / (gap.length + 1)
     return (1.0 - share) * paths[0] + share * paths[1]
-
-
-def _moved_along(at_end, marker, neighbours, weights, moving):
-    """(f, 3): where the marker of one frame, `at_end` (m, 3), goes as its neighbours go to `moving` (f, k, 3)."""
-    known = at_end[neighbours]
-    turns = fit_rotations(known, moving, weights)
-    share = weights / weights.sum()
-    return share @ moving + turns @ (at_end[marker] - share @ known)

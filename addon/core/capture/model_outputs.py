@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which points of a file are no markers on the subject: angles, forces and points that a model computed.
 
-A C3D file tells by parameters of its group POINT: ANGLES, FORCES, ... hold labels of points that are no positions. Axes of
-body segments are not listed there, but show by what they are. TRC files have only names.
+A C3D file tells by parameters of its group POINT: ANGLES, FORCES, ... hold labels of points that are no positions. Axes
+of body segments are not listed there, but show by what they are. TRC files have only names.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ KINDS = {
     "BONES": "segment axes",
 }
 VIRTUAL = "virtual points"
+UNLABELLED = "unlabelled points"
 
 #: Names of points that no marker can be: joint centres, centre of mass, and V_ for virtual (Motion Analysis).
 _VIRTUAL_NAME = re.compile(
@@ -65,11 +66,20 @@ def in_c3d(parameters, labels: list[str]) -> list[str | None]:
             for label in parameters.strings("POINT", parameter):
                 listed.setdefault(label, kind)
     listed.pop("", None)
-    return [listed.get(label) or (VIRTUAL if is_virtual_name(label) else None) for label in labels]
+    found = [listed.get(label) or _kind_by_name(label) for label in labels]
+    if None not in found:  # where nobody gave names, points without are the markers
+        found = [None if kind == UNLABELLED else kind for kind in found]
+    return found
+
+
+def _kind_by_name(label):
+    if re.fullmatch(r"\*\d+", label):  # reflections that nobody gave to a marker are *1, *2, ... (Vicon)
+        return UNLABELLED
+    return VIRTUAL if is_virtual_name(label) else None
 
 
 def is_virtual_name(label: str) -> bool:
-    return _VIRTUAL_NAME.fullmatch(label) is not None
+    return len(label) < 100 and _VIRTUAL_NAME.fullmatch(label) is not None
 
 
 def segment_axes(labels: list[str], positions: np.ndarray) -> np.ndarray:
@@ -82,6 +92,7 @@ def segment_axes(labels: list[str], positions: np.ndarray) -> np.ndarray:
     for index, label in enumerate(labels):
         number.setdefault(label, index)
     found = np.zeros(len(labels), bool)
+    positions = positions[:: max(1, positions.shape[0] // 100)]
     for stem in {label[:-1] for label in labels if len(label) > 1 and label[-1] == "O"}:
         members = [number.get(stem + letter) for letter in _AXES]
         if None not in members and _at_right_angles(positions[:, members]):
@@ -90,9 +101,7 @@ def segment_axes(labels: list[str], positions: np.ndarray) -> np.ndarray:
 
 
 def _at_right_angles(four):
-    """True if of (f, 4, 3) points the last three are at right angles seen from the first, in all frames that have them."""
-    step = max(1, four.shape[0] // 100)
-    four = four[::step]
+    """True if of (f, 4, 3) points the last three are at right angles seen from the first, in all frames with them."""
     four = four[np.isfinite(four).all(axis=(1, 2))]
     if len(four) == 0:
         return False
@@ -110,22 +119,21 @@ def computed_from_others(labels: list[str], positions: np.ndarray) -> np.ndarray
     For files without parameter groups. `positions` (f, m, 3) in the file's unit, with three decimals or more.
     """
     found = np.zeros(len(labels), bool)
-    step = max(1, positions.shape[0] // 20)
-    few = positions[::step]
+    few = positions[:: max(1, positions.shape[0] // 20)]
     for index, label in enumerate(labels):
-        name = label.lower()
-        here = few[:, index]
-        if np.isnan(here).any():
-            continue
-        if name.endswith("ground"):
-            found[index] = bool((here == 0.0).all(axis=0).any())
-        elif re.match(r"(.*[:._\s])?mid", name):
-            found[index] = _is_middle(here, np.delete(few, index, axis=1))
+        if label.lower().endswith("ground"):
+            found[index] = bool((few[:, index] == 0.0).all(axis=0).any())
+    middles = [index for index, label in enumerate(labels) if re.match(r"(.*[:._\s])?mid", label[:100].lower())]
+    if len(middles) * len(labels) ** 2 <= 2_000_000:  # a second; files of people are far below
+        for index in middles:
+            found[index] = _is_middle(few[:, index], np.delete(few, index, axis=1))
     return found
 
 
 def _is_middle(here, others):
     """True if (f, 3) is within rounding the middle of two of (f, m, 3) in all frames."""
+    if np.isnan(here).any():
+        return False
     mirrored = 2.0 * here[:, None] - others
     tolerance = 1e-5 * (1.0 + np.abs(here).max())
     for index in range(others.shape[1]):

@@ -22,8 +22,8 @@ SUFFIXES = tuple(_READERS)
 def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None) -> Take:
     """The markers in a C3D, TRC or BVH file, as a Take.
 
-    `up_axis`: which of the file's axes points up, one of UP_AXES; None: as the file says. `unit`: metres for one unit of
-    the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the notes.
+    `up_axis`: which of the file's axes points up, one of UP_AXES; None: as the file says. `unit`: metres for one unit
+    of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
     """
     path = pathlib.Path(path)
@@ -47,7 +47,7 @@ def _content(path):
             raise MotionFileError(f"{path}: there is no such file. Choose a motion capture file")
         return path.read_bytes()
     except OSError as error:
-        raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check the path and its permissions") from None
+        raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions") from None
     except ValueError as error:  # of a path with a null character
         raise MotionFileError(f"{path}: this is no path ({error}). Choose a motion capture file") from None
     except MemoryError:

@@ -31,8 +31,8 @@ class Recording:
     unit: float | None = None
     #: One of units.UP_AXES, None where the file does not say.
     up_axis: str | None = None
-    #: The axis that is up by custom of this format or maker, and whose custom that is.
-    usual_up: tuple[str, str] = ("Z", "most laboratories")
+    #: The axis that is up by custom of this format or maker, and words for that.
+    usual_up: tuple[str, str] = ("Z", "as most laboratories have it")
     left_out: dict[str, tuple[str, ...]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     parents: tuple[int, ...] = ()
@@ -90,24 +90,25 @@ class Recording:
         """`positions` in metres, in the axes of the file."""
         if chosen is not None:
             if chosen not in units.UP_AXES:
-                raise MotionFileError(f"There is no axis '{chosen}'. The axis that is up is one of {', '.join(units.UP_AXES)}")
+                raise MotionFileError(f"'{chosen}' is no axis. Choose which is up among {', '.join(units.UP_AXES)}")
             return chosen
-        seen = units.likely_up(positions)
+        seen, why = self.seen_up(positions)
         if self.up_axis is not None:
             if seen is not None and seen != self.up_axis:
                 self.notes.append(
-                    f"The file says that {self.up_axis} is up, but its markers stand on the floor if {seen} is. "
-                    f"Choose {seen} as up axis if the subject lies down"
+                    f"The file says that {self.up_axis} is up, but {seen} is the axis {why}. Choose {seen} as up axis "
+                    "if the subject lies down"
                 )
             return self.up_axis
-        usual, whose = self.usual_up
-        if seen is not None:
-            self.notes.append(f"The file does not say which axis is up: {seen}, on which the markers stand on the floor")
-            return seen
-        self.notes.append(
-            f"The file does not say which axis is up: {usual}, as {whose} have it. Choose another if the subject lies down"
-        )
-        return usual
+        if seen is None:
+            seen, why = self.usual_up
+        self.notes.append(f"The file does not say which axis is up: {seen} is assumed, {why}")
+        return seen
+
+    def seen_up(self, positions):
+        """(axis, why) by the positions, (f, m, 3) in metres; (None, "") where they leave it open."""
+        seen = units.likely_up(positions)
+        return seen, "along which the markers stand on a floor" if seen else ""
 
     def _drop_damaged(self, positions):
         measured = ~np.isnan(positions[..., 0])
@@ -117,33 +118,21 @@ class Recording:
             return
         if count > total // 2:
             raise MotionFileError(
-                f"{self.file}: {count} of {total} samples are more than {FARTHEST / 1000.0:g} km from the origin. The file is "
-                "damaged, or its unit is wrong: export it again, or choose the unit"
+                f"{self.file}: {count} of {total} samples are more than {FARTHEST / 1000.0:g} km from the origin. The "
+                "file is damaged, or its unit is wrong: export it again, or choose the unit"
             )
         positions[far] = np.nan
         self.notes.append(f"{count} samples more than {FARTHEST / 1000.0:g} km from the origin are taken as missing")
 
     def _unique_labels(self):
         """No label is empty, none is there twice; what was changed is noted."""
-        taken = {label for label in self.labels if label}
-        used = set()
-        labels = []
-        nameless = renamed = 0
-        for number, label in enumerate(self.labels, 1):
-            if not label:
-                nameless += 1
-                label = _free(f"Point {number}", taken)
-            elif label in used:
-                renamed += 1
-                label = _free(label, taken, first=2)
-            used.add(label)
-            taken.add(label)
-            labels.append(label)
-        if nameless:
-            self.notes.append(f"{nameless} markers without a name are called after their number, as 'Point 1'")
-        if renamed:
-            self.notes.append(f"{renamed} markers had the name of another and were numbered, as '{_example(self.labels)}_2'")
-        return tuple(labels)
+        names = _Names(self.labels)
+        labels = tuple(names.unique(label, number) for number, label in enumerate(self.labels, 1))
+        if names.nameless:
+            self.notes.append(f"{names.nameless} markers without a name are called after their number, as 'Point 1'")
+        if names.renamed:
+            self.notes.append(f"{names.renamed} markers had the name of another and got a number, as '{names.example}'")
+        return labels
 
     def _seen(self, labels, positions):
         """Without the markers that have no sample at all."""
@@ -160,20 +149,37 @@ class Recording:
         return labels, positions
 
 
-def _free(label, taken, first=None):
-    """`label`, or it with the first number that makes it differ from all that are taken."""
-    if first is None and label not in taken:
+
+class _Names:
+    """Makes names unique, and counts what it changed."""
+
+    LONGEST = 120
+
+    def __init__(self, labels):
+        self._taken = {label[: self.LONGEST] for label in labels}
+        self._used = set()
+        self._next = {}  # name -> the number to try next: many may be equal
+        self.nameless = self.renamed = 0
+        self.example = ""
+
+    def unique(self, label, number):
+        """`label`, or it with a number where another has it; `number` names one that is empty."""
+        label = label[: self.LONGEST]
+        if not label:
+            self.nameless += 1
+            label = f"Point {number}"
+            if label in self._taken:
+                label = self._numbered(label)
+        elif label in self._used:
+            self.renamed += 1
+            label = self.example = self._numbered(label)
+        self._used.add(label)
         return label
-    number = first or 2
-    while f"{label}_{number}" in taken:
-        number += 1
-    return f"{label}_{number}"
 
-
-def _example(labels):
-    seen = set()
-    for label in labels:
-        if label and label in seen:
-            return label
-        seen.add(label)
-    return ""
+    def _numbered(self, label):
+        number = self._next.get(label, 2)
+        while f"{label}_{number}" in self._taken:
+            number += 1
+        self._next[label] = number + 1
+        self._taken.add(f"{label}_{number}")
+        return f"{label}_{number}"

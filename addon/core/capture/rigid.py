@@ -4,8 +4,8 @@
 import numpy as np
 
 #: How much a prior rotation counts beside the points themselves: enough to settle a turn that they leave open (one
-#: point, a line), too little to be seen otherwise.
-PRIOR = 1e-3
+#: point, a line with some noise), too little to be seen otherwise. Without one only exact ties are settled.
+PRIOR, TIE = 1e-3, 1e-9
 
 
 def fit_rotations(source, target, weights=None, prior=None):
@@ -29,8 +29,8 @@ def fit_rotations(source, target, weights=None, prior=None):
     target = target - (share[..., None] * target).sum(axis=-2, keepdims=True)
     correlation = np.swapaxes(target * share[..., None], -1, -2) @ source
     size = np.sqrt((correlation**2).sum(axis=(-1, -2)))[..., None, None]
-    prior = np.eye(3) if prior is None else prior
-    return nearest_rotations(correlation / np.where(size > 1e-30, size, 1.0) + PRIOR * prior)
+    settled = TIE * np.eye(3) if prior is None else PRIOR * prior
+    return nearest_rotations(correlation / np.where(size > 1e-30, size, 1.0) + settled)
 
 
 def nearest_rotations(matrices):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads TRC files (Motion Analysis, OpenSim): a table of markers in text.
 
-Line 1 names the format, 2 and 3 are keys and values, 4 the labels, one every three columns, 5 the coordinates' names; then a
-row for each frame, with its number and time before the coordinates. Blank cells are missing samples.
+Line 1 names the format, 2 and 3 are keys and values, 4 the labels, one every three columns, 5 the coordinates' names;
+then a row for each frame, with its number and time before the coordinates. Blank cells are missing samples.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         labels=kept,
         positions=positions[:, chosen],  # a copy: it is written to
         unit=_unit(keys, notes),
-        usual_up=("Y", "OpenSim and most TRC files"),
+        usual_up=("Y", "as OpenSim and most TRC files have it"),
         left_out=model_outputs.by_kind(labels, kinds),
         notes=notes,
     ).take(up_axis, unit)
@@ -59,8 +59,8 @@ def _keys(lines, file):
     first = lines.next()
     if first is None or not first.lower().startswith("pathfiletype"):
         raise MotionFileError(
-            f"{file}: this is no TRC file: its first line is {quoted(first or '')} and should begin with 'PathFileType'. "
-            "Choose the file that the capture system exported"
+            f"{file}: this is no TRC file: its first line is {quoted(first or '')} and should begin with "
+            "'PathFileType'. Choose the file that the capture system exported"
         )
     names, values = lines.next(), lines.next()
     if names is None or values is None:
@@ -90,7 +90,7 @@ def _labels(lines, keys, file):
         elif len(labels) < told <= len(columns.split()) // 3:
             labels += [""] * (int(told) - len(labels))
     if not labels:
-        raise MotionFileError(f"{file}, line {lines.number}: it names no marker. Export the take with its marker trajectories")
+        raise MotionFileError(f"{file}, line {lines.number}: it names no marker. Export the take with its markers")
     return labels
 
 
@@ -110,8 +110,8 @@ class _Rows:
             return
         if (self._count + 1) * (self._width // 3) > self._limit:
             raise MotionFileError(
-                f"{self._file}, line {number}: the rows are much shorter than the {self._width // 3} markers in the header "
-                f"need. {AGAIN}"
+                f"{self._file}, line {number}: the rows are much shorter than the {self._width // 3} markers in the "
+                f"header need. {AGAIN}"
             )
         cells = line.rstrip("\r").split("\t") if "\t" in line else line.split()
         while len(cells) > self._width and not cells[-1].strip():

@@ -17,7 +17,8 @@ METRES = {
     **dict.fromkeys(("ft", "foot", "feet"), 0.3048),
 }
 
-#: (extent of a person from, to, in units; metres for one; what it is called). The CMU motions as BVH are in 1/0.45 inches.
+#: (extent of a person from, to, in units; metres for one; what it is called). The CMU motions as BVH count in 1/0.45
+#: inches.
 _SIZES_OF_PEOPLE = (
     (0.5, 2.5, 1.0, "metres"),
     (5.0, 25.0, 0.1, "decimetres"),
@@ -84,14 +85,14 @@ def guess_unit(extent: float) -> tuple[float, str]:
 
 
 def likely_up(positions: np.ndarray) -> str | None:
-    """'Y' or 'Z' if on just one of them the markers, (f, m, 3) in metres, stand on a floor at 0; None if that is open.
+    """'Y' or 'Z' if just along one of them the markers, (f, m, 3) in metres, stand on a floor at 0; else None.
 
-    Feet stay near the floor in nearly every frame and heads far above it, while sideways everything moves or is centred.
+    Feet stay near the floor in nearly every frame and heads far above it; sideways everything moves or is centred.
     """
     low, high = _lowest_and_highest(positions)
     if len(low) == 0:
         return None
     steady = (np.percentile(low, 95, axis=0) < 0.35) & (np.percentile(low, 5, axis=0) > -0.15)
     tall = (np.percentile(high, 5, axis=0) > 0.7) & (np.percentile(high, 95, axis=0) < 2.8)
-    found = [axis for axis, stands in zip("XYZ", steady & tall, strict=True) if stands]
-    return found[0] if len(found) == 1 and found[0] != "X" else None
+    stands = steady & tall
+    return "YZ"[int(stands[2])] if stands[1] != stands[2] else None  # nobody has X up
