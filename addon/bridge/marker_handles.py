@@ -4,8 +4,7 @@
 import bpy
 import numpy as np
 
-from ..core import fixed_points
-from . import actions, controls, marker_pairs, shape_keys, takes, vertex_groups
+from . import actions, controls, marker_pairs, takes, vertex_groups
 
 #: Size of a control, as a share of the mesh's bounding-box diagonal.
 CONTROL_SIZE = 0.006
@@ -16,30 +15,45 @@ COLOR = (0.34, 0.71, 0.91)
 STRENGTH = 1.0
 
 
-def carry(obj, pair, vertex, targets, frames):
-    """Has a handle move `vertex` of `obj` to `targets` (f, 3) in the object's space, at `frames` (f,) of the scene.
+def carry_all(obj, matched):
+    """Handles for every marker that was matched (workers.marker_matching.Matched), and for no other."""
+    capture = obj.meanvalue.capture
+    for pair in capture.pairs:
+        if pair.name not in matched.names:
+            drop(obj, pair)
+            if not pair.is_picked:
+                pair.vertex = -1
+            pair.distance = -1.0
+    marker_pairs.list_markers(capture)
+    capture.alignment = matched.alignment.ravel()
+    capture.mesh_size = matched.size
+    capture.reference_frame = matched.frame
+    for number in range(len(matched.names)):
+        carry(obj, matched, number)
 
-    NaN: the handle is free in that frame. The handle that the pair has is used again, with what the artist set on it;
-    else one is made.
+
+def carry(obj, matched, number):
+    """Has a handle move the vertex of a matched marker to its targets; where they are NaN, the handle is free.
+
+    The handle that the marker has is used again, with what the artist set on it; else one is made.
     """
-    rest = shape_keys.rest_positions(obj.data)
+    name, vertex = matched.names[number], int(matched.vertices[number])
+    pair = obj.meanvalue.capture.pairs[name]
     index = marker_pairs.line_index(obj, pair)
     if index is None:
-        line = _make_line(obj, pair)
-        control = _make_control(obj, pair, fixed_points.bounding_box_diagonal(rest))
+        line, control = _make_line(obj, pair), _make_control(obj, pair, matched.size)
     else:
-        line = obj.meanvalue.anchor_groups[index]
-        control = pair.control
+        line, control = obj.meanvalue.anchor_groups[index], pair.control
     at_rest = np.eye(4)
-    at_rest[:3, 3] = rest[vertex]
-    line.made_control = True
+    at_rest[:3, 3] = matched.rest[number]
     controls.choose(line, control, at_rest)
-    pair.control = control
-    pair.vertex = vertex
+    line.made_control = True  # after choosing one, which says that it is the artist's
     if line.name not in obj.vertex_groups:  # the artist took it away
-        line.name = obj.vertex_groups.new(name=pair.name).name
+        line.name = obj.vertex_groups.new(name=name).name
     vertex_groups.replace_members(obj, obj.vertex_groups[line.name], np.array([vertex]))
-    _animate(control, targets, frames, at_rest[:3, 3])
+    pair.control, pair.vertex = control, vertex
+    pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
+    _animate(control, matched.targets[:, number], matched.frames, matched.rest[number])
 
 
 def drop(obj, pair):
@@ -78,8 +92,7 @@ def _animate(control, targets, frames, rest):
     present = ~np.isnan(targets).any(axis=1)
     actions.write_vector(control, "location", frames[present], targets[present])
     takes.write_presence(control, present, frames)
-    if not present.any():
-        control.location = rest
+    control.location = targets[int(present.argmax())] if present.any() else rest
 
 
 def _collection(obj):

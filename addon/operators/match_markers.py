@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import scene_input
+from ..bridge import marker_handles, marker_pairs, scene_input, targets, vertex_groups
 from ..core import wording
 from ..errors import SceneError
 from ..workers import marker_matching
@@ -17,14 +17,30 @@ class MEANVALUE_OT_match_markers(MeshOperator, bpy.types.Operator):
     bl_label = "Match Markers"
 
     def run(self, obj):
-        matched = marker_matching.match(obj)
-        marker_matching.carry(obj, matched)
-        notes = list(matched.notes)
+        matched = marker_matching.find(obj)
+        marker_handles.carry_all(obj, matched)
+        notes = [*matched.notes, *_shared(obj, matched)]
         try:
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed
             notes.append(str(problem))
         return _account(obj, matched), notes
+
+
+def _shared(obj, matched):
+    """Notes on vertices that another handle of the mesh has, too: the first of the list carries them."""
+    own = {pair.control for pair in marker_pairs.matched(obj)}
+    others = [line.name for line in targets.enabled_groups(obj) if line.control not in own and line.name in obj.vertex_groups]
+    held = {}
+    for name, members in vertex_groups.members(obj, others).items():
+        held.update(dict.fromkeys(members.tolist(), name))
+    both = [(name, held[vertex]) for name, vertex in zip(matched.names, matched.vertices.tolist(), strict=True) if vertex in held]
+    if not both:
+        return []
+    return [
+        f"{wording.quoted(name for name, _ in both)} belong to vertices that {wording.quoted(sorted({other for _, other in both}))} "
+        "has too: what comes first in the list of handles carries them. Remove or turn off one of the two"
+    ]
 
 
 def _account(obj, matched):

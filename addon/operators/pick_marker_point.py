@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy_extras import view3d_utils
 
-from ..bridge import marker_pairs, overlay_data, scene_input
+from ..bridge import marker_handles, marker_pairs, overlay_data, scene_input
 from ..core import wording
 from ..errors import MeanValueError, SceneError
 from ..workers import marker_matching
@@ -81,8 +81,18 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             raise SceneError(
                 f"That vertex carries marker '{other.name}' already. Click another one, or remove that marker first"
             )
-        notes = marker_matching.pick(obj, pair, self.vertex)
-        return f"'{pair.name}' belongs to vertex {self.vertex}", notes
+        name = pair.name
+        if marker_pairs.line_index(obj, pair) is not None:
+            pair.is_used = True
+            matched = marker_matching.find_again(obj, name, self.vertex)
+            if name in matched.names:
+                marker_handles.carry(obj, matched, matched.names.index(name))
+        pair = obj.meanvalue.capture.pairs[name]
+        pair.vertex, pair.is_picked, pair.is_used = self.vertex, True, True
+        obj.meanvalue.capture.active_pair = marker_pairs.index_of(obj, name)
+        if pair.control is None:
+            return f"'{name}' belongs to vertex {self.vertex}. Match Markers goes by it", []
+        return f"'{name}' carries vertex {self.vertex} now, {pair.distance:.3g} from the marker", []
 
     def _pair(self, obj):
         """@throws SceneError if there is no such marker."""

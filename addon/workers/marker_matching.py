@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a take and a mesh to the handles that carry it: aligned, matched, mended, and where each vertex goes.
+"""From a take and a mesh to the handles that carry it: mended, aligned, matched, and where each vertex goes.
 
 All of it is in the space of the world, where lengths mean something and there is an up; only what is written for the
 object is in its own.
@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..bridge import marker_handles, mesh_arrays, shape_keys, takes
-from ..core import fixed_points, motion, wording
+from ..bridge import mesh_arrays, shape_keys, takes
+from ..core import fixed_points, wording
 from ..core.capture import filtering, gaps, matching, retargeting, skin
 from ..errors import SceneError
 
@@ -20,31 +20,217 @@ LEAST_PAIRS = 3
 
 @dataclass(frozen=True, eq=False)
 class Matched:
-    """What match() found for m markers.
+    """What find() found for m markers.
 
     names      of the markers
     vertices   (m,) distinct vertex indices
-    offsets    (m, 3) from the vertex to the aligned marker at the reference frame, in the object's space
-    distance   (m,) how far the marker is from the surface, in the world
+    rest       (m, 3) where these are at rest, in the object's space
+    offsets    (m, 3) from there to the aligned marker at the reference frame, in the object's space
+    distance   (m,) how far the marker is from its point, in the world
     targets    (f, m, 3) where the vertices go, in the object's space; NaN where nobody knows
-    frames     (f,) of the scene;  frame: that of the reference
+    frames     (f,) of the scene
+    frame      of the reference
     alignment  4 x 4, from where the markers are in the world to the object's space
+    size       bounding-box diagonal of the mesh, in its own space
     filled     {how, in words: share of the samples}
     """
 
     names: list
     vertices: np.ndarray
+    rest: np.ndarray
     offsets: np.ndarray
     distance: np.ndarray
     targets: np.ndarray
     frames: np.ndarray
     frame: float
     alignment: np.ndarray
+    size: float
     filled: dict = field(default_factory=dict)
     notes: list = field(default_factory=list)
 
 
-def match(obj):
-    raise SceneError("stub")
-def carry(obj,m): pass
-def pick(obj,p,v): return []
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The rest shape. own: n x 3 in the object's space; vertices: n x 3 and normals: n x 3 in the world; triangles t x 3;
+    to_world: 4 x 4."""
+
+    own: np.ndarray
+    vertices: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+    to_world: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """A mended take. path (f, m, 3), how (f, m) as gaps.fill_gaps(), reference (m, 3), frame: of the reference."""
+
+    labels: tuple
+    path: np.ndarray
+    how: np.ndarray
+    reference: np.ndarray
+    frames: np.ndarray
+    frame: float
+
+
+def find(obj, alignment=None, fixed=None):
+    """The Matched of a mesh object and its take. Changes nothing.
+
+    alignment: 4 x 4 from the markers' world to the object's space, to be kept; None: as the settings say.
+    fixed: {marker: vertex} to be kept; None: those that were picked. @throws MeanValueError.
+    """
+    capture = obj.meanvalue.capture
+    surface = _surface(obj)
+    markers = _mended(capture)
+    if fixed is None:
+        fixed = {pair.name: pair.vertex for pair in capture.pairs if pair.is_picked and pair.vertex >= 0}
+    _require_vertices(obj, fixed)
+    chosen, notes = _chosen(capture, markers)
+    to_mesh = _alignment(capture, surface, markers, chosen, fixed) if alignment is None else surface.to_world @ alignment
+    labels = [markers.labels[number] for number in chosen]
+    path, reference = _apply(to_mesh, markers.path[:, chosen]), _apply(to_mesh, markers.reference[chosen])
+    match = _match(surface, labels, reference, fixed)
+    targets = _targets(capture, surface, path, reference, match)
+    to_object = np.linalg.inv(surface.to_world)
+    rest = surface.own[match.vertex].astype(np.float64)
+    return Matched(
+        names=labels,
+        vertices=match.vertex,
+        rest=rest,
+        offsets=_apply(to_object, reference) - rest,
+        distance=match.distance,
+        targets=_apply(to_object, targets),
+        frames=markers.frames,
+        frame=markers.frame,
+        alignment=to_object @ to_mesh,
+        size=fixed_points.bounding_box_diagonal(surface.own),
+        filled=_filled(markers.how[:, chosen]),
+        notes=notes,
+    )
+
+
+def find_again(obj, name, vertex):
+    """As find(), with all as it was last matched but for the marker `name`, which gets `vertex`."""
+    capture = obj.meanvalue.capture
+    fixed = {pair.name: pair.vertex for pair in capture.pairs if pair.control is not None and pair.vertex >= 0}
+    alignment = np.array(capture.alignment, np.float64).reshape(4, 4)
+    return find(obj, alignment, {**fixed, name: vertex})
+
+
+def _surface(obj):
+    """@throws SceneError."""
+    if len(obj.data.polygons) == 0:
+        raise SceneError(f"'{obj.name}' has no faces, so no marker can be laid on it. Choose a mesh with a surface")
+    to_world = np.array(obj.matrix_world, np.float64)
+    if not np.linalg.cond(to_world[:3, :3]) < 1e9:
+        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
+    own = shape_keys.rest_positions(obj.data)
+    triangles = mesh_arrays.shown_triangles(obj.data)
+    vertices = _apply(to_world, own.astype(np.float64))
+    return Surface(own, vertices, _normals(vertices, triangles), triangles, to_world)
+
+
+def _normals(vertices, triangles):
+    """n x 3 unit normals of the vertices, by the areas of their triangles; zero where there are none."""
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    across = np.cross(b - a, c - a)
+    normals = np.zeros_like(vertices)
+    for corner in range(3):
+        np.add.at(normals, triangles[:, corner], across)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+
+
+def _mended(capture):
+    """The Markers of the take. @throws MeanValueError."""
+    recording = takes.read(capture.take)
+    path, how = _mend(recording, capture)
+    if capture.reference_take is None or capture.reference_take == capture.take:
+        sample = recording.sample_at(capture.reference_frame)
+        return Markers(recording.labels, path, how, path[sample], recording.frames, float(recording.frames[sample]))
+    standing = takes.read(capture.reference_take)
+    sample = standing.sample_at(capture.reference_frame)
+    places = dict(zip(standing.labels, _mend(standing, capture)[0][sample], strict=True))
+    reference = np.array([places.get(label, np.full(3, np.nan)) for label in recording.labels])
+    return Markers(recording.labels, path, how, reference, recording.frames, float(standing.frames[sample]))
+
+
+def _mend(recording, capture):
+    """(path (f, m, 3), how (f, m)): gaps filled as the settings say, then smoothed."""
+    spline, rigid = (
+        int(seconds * recording.rate_hz + 1e-6) for seconds in (capture.spline_seconds, capture.rigid_seconds)
+    )
+    path, how = gaps.fill_gaps(recording.positions, spline, rigid)
+    if capture.use_low_pass:
+        path = filtering.low_pass(path, recording.rate_hz, capture.cutoff_hz)
+    return path, how
+
+
+def _chosen(capture, markers):
+    """(numbers of the markers that are used, notes). @throws SceneError if there is none."""
+    used = [number for number, label in enumerate(markers.labels) if _is_used(capture, label)]
+    seen = [number for number in used if not np.isnan(markers.reference[number]).any()]
+    where = f"frame {markers.frame:g} of '{(capture.reference_take or capture.take).name}'"
+    if not used:
+        raise SceneError("No marker is ticked in the list. Tick those that should move the mesh")
+    if not seen:
+        raise SceneError(f"No marker is seen in {where}. Choose another Reference Frame")
+    unseen = [markers.labels[number] for number in used if number not in seen]
+    notes = []
+    if unseen:
+        notes.append(
+            f"{wording.quoted(unseen)} {'is' if len(unseen) == 1 else 'are'} not seen in {where} and got no handle. "
+            "Choose a frame that has them, or fill longer gaps"
+        )
+    return seen, notes
+
+
+def _is_used(capture, label):
+    return label not in capture.pairs or capture.pairs[label].is_used
+
+
+def _require_vertices(obj, fixed):
+    gone = [name for name, vertex in fixed.items() if vertex >= len(obj.data.vertices)]
+    if gone:
+        raise SceneError(
+            f"The mesh has become another: the picked {'point' if len(gone) == 1 else 'points'} of "
+            f"{wording.quoted(gone)} {'is' if len(gone) == 1 else 'are'} no longer there. Pick again"
+        )
+
+
+def _alignment(capture, surface, markers, chosen, fixed):
+    """4 x 4, from the markers' world to where they lie on the mesh, in the world. @throws MeanValueError."""
+    if capture.align == 'NONE':
+        return np.eye(4)
+    reference, labels = markers.reference[chosen], [markers.labels[number] for number in chosen]
+    if capture.align == 'AUTO':
+        return matching.align_to_mesh(reference, labels, surface.vertices, surface.triangles, surface.normals)
+    rows = [row for row, label in enumerate(labels) if label in fixed]
+    targets = surface.vertices[[fixed[labels[row]] for row in rows]]
+    if len(rows) < LEAST_PAIRS or not fixed_points.span_a_plane(reference[rows]):
+        raise SceneError(
+            f"Picked Pairs needs the points of at least {LEAST_PAIRS} markers that are not in one line, and "
+            f"{wording.counted(len(rows), 'marker')} {'has' if len(rows) == 1 else 'have'} one. Choose a marker in the "
+            "list, press the dropper and click its point on the mesh"
+        )
+    return matching.similarity(reference[rows], targets)
+
+
+def _apply(matrix, points):
+    """(..., 3) points, NaN kept."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def _filled(how):
+    words = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbours", gaps.MISSING: "left free"}
+    return {text: float(np.mean(how == kind)) for kind, text in words.items()}
+
+
+def _match(surface, labels, reference, fixed):
+    """The matching.Match of the aligned markers (m, 3); those in `fixed` have the vertex given there."""
+    match = matching.match_to_surface(reference, surface.vertices, surface.triangles)
+    return match
+
+
+def _targets(capture, surface, path, reference, match):
+    """(f, m, 3): where the vertices go in the world."""
+    return skin.skin_targets(path, reference, match)
