@@ -35,7 +35,7 @@ class MEANVALUE_PT_capture(bpy.types.Panel):
             _draw_problems(layout, context)
             return
         capture = obj.meanvalue.capture
-        _draw_take(layout, capture)
+        _draw_take(layout, context, capture)
         _draw_problems(layout, context)
         if not takes.is_take(capture.take):
             if not any(takes.is_take(collection) for collection in bpy.data.collections):
@@ -56,13 +56,14 @@ def _split(layout):
     return column
 
 
-def _draw_take(layout, capture):
+def _draw_take(layout, context, capture):
     column = _split(layout)
     column.prop(capture, "take")
     if takes.is_take(capture.take):
         take = capture.take.meanvalue
         missing = f", {take.missing_share:.1%} missing" if take.missing_share else ""
-        column.label(text=f"{wording.counted(take.sample_count, 'sample')} at {take.rate_hz:g} Hz{missing}")
+        text = f"{wording.counted(take.sample_count, 'sample')} at {take.rate_hz:g} Hz{missing}"
+        draw_wrapped(layout, context, text)
 
 
 def _draw_problems(layout, context):
@@ -84,24 +85,27 @@ def _draw_problems(layout, context):
 
 
 def _draw_reference(layout, capture):
+    layout.label(text="Reference, where it stands as the mesh")
     column = _split(layout)
-    column.prop(capture, "reference_take")
+    column.prop(capture, "reference_take", text="Take")
     row = column.row(align=True)
-    row.prop(capture, "reference_frame")
+    row.prop(capture, "reference_frame", text="Frame")
     row.operator(MEANVALUE_OT_set_reference_frame.bl_idname, text="", icon='TIME')
 
 
 def _draw_options(layout, capture):
     column = _split(layout)
     column.prop(capture, "align")
-    column.prop(capture, "mode")
-    gaps = column.column(align=True)
-    gaps.prop(capture, "spline_seconds", text="Fill Gaps by Spline")
-    gaps.prop(capture, "rigid_seconds")
-    column.prop(capture, "use_low_pass")
-    cutoff = column.row()
+    column.prop(capture, "mode", text="Lengths")
+    layout.label(text="Fill Gaps up to")
+    gaps = _split(layout).column(align=True)
+    gaps.prop(capture, "spline_seconds", text="Spline")
+    gaps.prop(capture, "rigid_seconds", text="Neighbours")
+    smooth = layout.row(align=True)
+    smooth.prop(capture, "use_low_pass")
+    cutoff = smooth.row()
     cutoff.active = capture.use_low_pass
-    cutoff.prop(capture, "cutoff_hz")
+    cutoff.prop(capture, "cutoff_hz", text="Hz")
 
 
 def _draw_pairs(layout, obj, capture):

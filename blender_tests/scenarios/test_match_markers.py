@@ -123,6 +123,16 @@ def test_at_another_frame_the_anchors_follow(tmp_path):
     assert off.max() < 0.15 * moved, off.max() / moved
 
 
+def test_live_follows_at_once_when_the_frame_is_changed(tmp_path):
+    obj, _take = set_up(tmp_path)
+    match()
+    obj.meanvalue.live = True
+    at_sample(FRAMES - 1)
+    moved = np.linalg.norm(bent(rest_of(obj), 1.0) - rest_of(obj), axis=1).max()
+    shown = steps.key_positions(obj, "Mean-Value")
+    assert np.linalg.norm(shown - bent(rest_of(obj), 1.0), axis=1).max() < 0.15 * moved
+
+
 @pytest.mark.parametrize("scale", [(2.0, 2.0, 2.0), (1.0, 1.5, 0.8)])
 def test_a_moved_turned_and_scaled_object(tmp_path, scale):
     obj = meshes.tube(RINGS, SEGMENTS, "Tube")

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion capture in the panel: import, match with lines, a point picked by a click. The pictures are for looking at.
+
+    ./dev test --only ui -k motion_capture
+"""
+
+import pathlib
+import sys
+import tempfile
+
+import bpy
+import numpy as np
+from harness import view
+from support import meshes, take_files
+
+RINGS, SEGMENTS = 25, 24
+MARKED = [ring * SEGMENTS + segment for ring in range(2, RINGS, 5) for segment in range(0, SEGMENTS, 6)]
+LABELS = tuple(f"RING{vertex // SEGMENTS}_{vertex % SEGMENTS}" for vertex in MARKED)
+
+
+def _tube():
+    """Looked up on every call: references do not survive undo."""
+    return bpy.data.objects["Tube"]
+
+
+def _take_file():
+    """A TRC file of markers on the tube, which bends and has a gap and a jump."""
+    rest = np.array([vertex.co for vertex in _tube().data.vertices])[MARKED]
+    outwards = rest * (1.0, 1.0, 0.0)
+    markers = rest + 0.25 * outwards * np.linspace(0.2, 1.0, len(MARKED))[:, None]
+    angles = 0.6 * np.sin(np.arange(150) / 24.0)[:, None] * markers[:, 2] / rest[:, 2].max()
+    positions = np.repeat(markers[None], 150, axis=0)
+    positions[..., 0] = markers[:, 0] * np.cos(angles) + markers[:, 2] * np.sin(angles)
+    positions[..., 2] = markers[:, 2] * np.cos(angles) - markers[:, 0] * np.sin(angles)
+    positions[20:145, 3] = np.nan
+    positions[70:, 9] += (0.0, 2.0, 0.0)
+    return take_files.write_trc(pathlib.Path(tempfile.mkdtemp()) / "bend.trc", LABELS, positions)
+
+
+def _open_panel(ui):
+    """Motion Capture opened, and the list of handles above it out of the way."""
+    panel = sys.modules["meanvalue_deform.ui.capture_panel"].MEANVALUE_PT_capture
+    bpy.utils.unregister_class(panel)
+    panel.bl_options = set()
+    bpy.utils.register_class(panel)
+    yield from ui.open_tab("Mean-Value")
+
+
+def import_match_and_pick(ui):
+    meshes.tube(RINGS, SEGMENTS, "Tube")
+    ui.frame_all()
+    yield from _open_panel(ui)
+    _tube().meanvalue.capture.align = 'NONE'
+    ui.remember()
+    yield from ui.screenshot("capture_01_before")
+
+    # By Python, as a file browser cannot be told a path here.
+    with view.override():
+        assert bpy.ops.meanvalue.import_motion('EXEC_DEFAULT', True, filepath=_take_file(), up_axis='Z') == {'FINISHED'}
+    assert bpy.context.object == _tube() and len(_tube().meanvalue.capture.pairs) == len(MARKED)
+    yield from ui.screenshot("capture_02_imported")
+
+    yield from ui.invoke("meanvalue.find_marker_problems")
+    assert len(bpy.data.collections["bend"].meanvalue.problems) >= 2
+    yield from ui.screenshot("capture_03_problems")
+
+    _tube().meanvalue.capture.reference_frame = 1.0
+    yield from ui.invoke("meanvalue.match_markers")
+    assert any("20 markers matched" in line for line in ui.reports()), ui.reports()
+    assert len(_tube().meanvalue.anchor_groups) == len(MARKED)
+    yield from ui.screenshot("capture_04_matched")
+
+    yield from _pick(ui)
+
+    for _ in range(2):
+        yield from ui.undo()
+    assert len(_tube().meanvalue.anchor_groups) == 0
+    yield from ui.screenshot("capture_06_undone")
+
+
+def _pick(ui):
+    """The point of the first marker in front, by a click at a vertex beside it."""
+    capture = _tube().meanvalue.capture
+    bpy.context.scene.frame_set(1)
+    front = min(
+        range(len(MARKED)),
+        key=lambda number: (view.area().spaces.active.region_3d.view_matrix @ _tube().data.vertices[MARKED[number]].co).length,
+    )
+    capture.active_pair = front
+    name, before = capture.pairs[front].name, capture.pairs[front].vertex
+    goal = before + SEGMENTS
+    yield from ui.invoke("meanvalue.pick_marker_point")
+    assert name in ui.status_text(), ui.status_text()
+    yield from ui.click(*ui.project(_tube().matrix_world @ _tube().data.vertices[goal].co))
+    pair = _tube().meanvalue.capture.pairs[name]
+    assert (pair.vertex, pair.is_picked) == (goal, True), (before, goal, pair.vertex)
+    assert ui.status_text() is None
+    yield from ui.screenshot("capture_05_picked")
+
+    yield from ui.invoke("meanvalue.pick_marker_point")
+    yield from ui.key('ESC')
+    assert ui.status_text() is None
+    assert _tube().meanvalue.capture.pairs[name].vertex == goal
+
+
+def the_mesh_follows_while_it_is_played(ui):
+    meshes.tube(RINGS, SEGMENTS, "Tube")
+    ui.frame_all()
+    with view.override():
+        bpy.ops.meanvalue.import_motion('EXEC_DEFAULT', True, filepath=_take_file(), up_axis='Z')
+    capture = _tube().meanvalue.capture
+    capture.align, capture.reference_frame = 'NONE', 1.0
+    meshes.activate(_tube())
+    yield from ui.invoke("meanvalue.match_markers")
+    yield from ui.open_tab("Mean-Value")
+    yield from ui.invoke("meanvalue.toggle_live")
+    assert _tube().meanvalue.live
+    bpy.context.scene.frame_set(9)
+
+    def follows():
+        key = _tube().data.shape_keys and _tube().data.shape_keys.key_blocks.get("Mean-Value")
+        top = _tube().data.vertices[(RINGS - 1) * SEGMENTS].co.x
+        return key is not None and key.data[(RINGS - 1) * SEGMENTS].co.x > top + 1.0
+
+    yield from ui.wait_until(follows, "the mesh has followed")
+    yield from ui.screenshot("capture_07_followed")
