@@ -123,6 +123,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     )
     made_group: BoolProperty(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
     made_control: BoolProperty(options={'HIDDEN'})
+    marker: StringProperty(options={'HIDDEN'})  # Match Markers made the line for this marker
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way

@@ -63,7 +63,6 @@ class MEANVALUE_PG_marker_pair(bpy.types.PropertyGroup):  # noqa: N801  Blender'
     is_picked: BoolProperty(
         name="Picked", description="The point was picked by hand: Match Markers keeps it, and may align by it"
     )
-    control: PointerProperty(type=bpy.types.Object, description="The control that Match Markers made")
     offset: FloatVectorProperty(
         description="From the vertex to the aligned marker at the reference frame, in the object's space", size=3
     )
@@ -73,6 +72,12 @@ class MEANVALUE_PG_marker_pair(bpy.types.PropertyGroup):  # noqa: N801  Blender'
         subtype='DISTANCE',
         default=-1.0,
     )
+
+    @property
+    def control(self):
+        """The control of the handle that Match Markers made, or None."""
+        line = marker_pairs.line_of(self.id_data, self)
+        return line.control if line is not None else None
 
 
 class MEANVALUE_PG_capture(bpy.types.PropertyGroup):  # noqa: N801  Blender's way

@@ -39,11 +39,10 @@ def carry(obj, matched, number):
     """
     name, vertex = matched.names[number], int(matched.vertices[number])
     pair = obj.meanvalue.capture.pairs[name]
-    index = marker_pairs.line_index(obj, pair)
-    if index is None:
-        line, control = _make_line(obj, pair), _make_control(obj, pair, matched.size)
-    else:
-        line, control = obj.meanvalue.anchor_groups[index], pair.control
+    line = marker_pairs.line_of(obj, pair) or _make_line(obj, pair)
+    control = line.control
+    if control is None or not control.users_scene or controls.owner_of(control) != obj:
+        control = _make_control(obj, pair, matched.size)  # the first, or for one that was deleted or is the original's
     at_rest = np.eye(4)
     at_rest[:3, 3] = matched.rest[number]
     controls.choose(line, control, at_rest)
@@ -51,7 +50,7 @@ def carry(obj, matched, number):
     if line.name not in obj.vertex_groups:  # the artist took it away
         line.name = obj.vertex_groups.new(name=name).name
     vertex_groups.replace_members(obj, obj.vertex_groups[line.name], np.array([vertex]))
-    pair.control, pair.vertex = control, vertex
+    pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
     _animate(control, matched.targets[:, number], matched.frames, matched.rest[number])
 
@@ -61,7 +60,6 @@ def drop(obj, pair):
     index = marker_pairs.line_index(obj, pair)
     if index is not None:
         controls.remove_handle(obj, index)
-    pair.control = None
     _remove_if_empty(obj)
 
 
@@ -69,6 +67,7 @@ def _make_line(obj, pair):
     line = obj.meanvalue.anchor_groups.add()
     line.name = obj.vertex_groups.new(name=pair.name).name
     line.made_group = True
+    line.marker = pair.name
     line.color = COLOR
     line.follows = 'CONTROL'
     line.is_soft = True

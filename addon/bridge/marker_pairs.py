@@ -20,11 +20,18 @@ def list_markers(capture):
 
 
 def line_index(obj, pair):
-    """Where the handle of a pair is in `obj.meanvalue.anchor_groups`, or None."""
-    if pair.control is None:
-        return None
+    """Where the handle of a pair is in `obj.meanvalue.anchor_groups`, or None.
+
+    A line that the artist gave another control is no longer the marker's.
+    """
     lines = obj.meanvalue.anchor_groups
-    return next((number for number, line in enumerate(lines) if line.control == pair.control), None)
+    return next((n for n, line in enumerate(lines) if line.marker == pair.name and line.made_control), None)
+
+
+def line_of(obj, pair):
+    """The handle of a pair, or None."""
+    index = line_index(obj, pair)
+    return None if index is None else obj.meanvalue.anchor_groups[index]
 
 
 def matched(obj):
@@ -41,9 +48,10 @@ def index_meant(obj, active):
     """Number of the pair that the artist means: of the active object (its control or marker), else of the list; or
     None."""
     capture = obj.meanvalue.capture
-    for number, pair in enumerate(capture.pairs):
-        if active is not None and pair.control == active:
-            return number
+    if active is not None and active.type == 'EMPTY':
+        for number, pair in enumerate(capture.pairs):
+            if pair.control == active:
+                return number
     if active is not None and takes.of_marker(active) in {capture.take, capture.reference_take} - {None}:
         return index_of(obj, active.meanvalue.marker)
     return capture.active_pair if capture.active_pair < len(capture.pairs) else None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..bridge import mesh_arrays, shape_keys, takes
+from ..bridge import marker_pairs, mesh_arrays, shape_keys, takes
 from ..core import fixed_points, wording
 from ..core.capture import filtering, gaps, matching, retargeting, skin
 from ..errors import SceneError
@@ -112,7 +112,7 @@ def find(obj, alignment=None, fixed=None):
 def find_again(obj, name, vertex):
     """As find(), with all as it was last matched but for the marker `name`, which gets `vertex`."""
     capture = obj.meanvalue.capture
-    fixed = {pair.name: pair.vertex for pair in capture.pairs if pair.control is not None and pair.vertex >= 0}
+    fixed = {pair.name: pair.vertex for pair in marker_pairs.matched(obj) if pair.vertex >= 0}
     alignment = np.array(capture.alignment, np.float64).reshape(4, 4)
     return find(obj, alignment, {**fixed, name: vertex})
 

@@ -304,6 +304,48 @@ def test_a_click_in_the_list_selects(tmp_path):
     assert obj.meanvalue.capture.pairs[3].vertex == 7
 
 
+def test_controls_that_were_deleted_are_made_again(tmp_path):
+    obj, _take = set_up(tmp_path)
+    match()
+    before = counts()
+    bpy.data.objects.remove(obj.meanvalue.capture.pairs[4].control)
+    other = obj.meanvalue.capture.pairs[5].control
+    for collection in other.users_collection:
+        collection.objects.unlink(other)
+    match()
+    assert len(control_places(obj)) == len(LABELS) and len(obj.meanvalue.anchor_groups) == len(LABELS)
+    assert all(pair.control.users_scene for pair in obj.meanvalue.capture.pairs)
+    at_sample(0)
+    assert np.abs(control_places(obj) - rest_of(obj)[MARKED]).max() < 1e-5 * size_of(obj)
+    assert counts()["collections"] == before["collections"]
+
+
+def test_a_duplicate_gets_controls_of_its_own(tmp_path):
+    obj, _take = set_up(tmp_path)
+    match()
+    before = [pair.control.name for pair in obj.meanvalue.capture.pairs]
+    twin = obj.copy()
+    twin.data = obj.data.copy()
+    twin.name = "Twin"
+    bpy.context.collection.objects.link(twin)
+    meshes.activate(twin)
+    match()
+    assert [pair.control.name for pair in obj.meanvalue.capture.pairs] == before
+    assert all(pair.control.parent == twin for pair in twin.meanvalue.capture.pairs)
+    assert len(twin.meanvalue.anchor_groups) == len(LABELS)
+
+
+def test_a_handle_that_was_given_another_control_is_the_artists(tmp_path):
+    obj, _take = set_up(tmp_path)
+    match()
+    own = bpy.data.objects.new("Own", None)
+    bpy.context.collection.objects.link(own)
+    obj.meanvalue.anchor_groups["M0"].control = own
+    match()
+    assert obj.meanvalue.anchor_groups["M0"].control == own
+    assert obj.meanvalue.capture.pairs["M0"].control not in {own, None}
+
+
 def test_one_undo_takes_the_match_back(tmp_path):
     obj, _take = set_up(tmp_path)
     bpy.ops.ed.undo_push(message="Before")
