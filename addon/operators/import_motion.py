@@ -166,7 +166,7 @@ def _account(take, collection):
     parts = [
         f"'{collection.name}': {wording.counted(len(takes.markers(collection)), 'marker')}, "
         f"{wording.counted(take.frames, 'sample')}, {take.seconds:.2f} s at {take.rate_hz:g} Hz",
-        f"{wording.counted(gaps, 'gap')} ({take.missing_share:.1%} of the samples)" if gaps else "no gaps",
+        f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "no gaps",
     ]
     left_out = {kind: names for kind, names in take.left_out.items() if names}
     if left_out:

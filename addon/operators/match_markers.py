@@ -49,7 +49,7 @@ def _account(obj, matched):
         f"{matched.distance.mean():.3g} from it on average, at most {matched.distance.max():.3g} "
         f"('{matched.names[int(matched.distance.argmax())]}')"
     ]
-    filled = [f"{share:.1%} {how}" for how, share in matched.filled.items() if share]
+    filled = [f"{wording.share(share)} {how}" for how, share in matched.filled.items() if share]
     if filled:
         parts.append(f"Of the samples {wording.listed(filled)}")
     return ". ".join(parts)

@@ -61,7 +61,7 @@ def _draw_take(layout, context, capture):
     column.prop(capture, "take")
     if takes.is_take(capture.take):
         take = capture.take.meanvalue
-        missing = f", {take.missing_share:.1%} missing" if take.missing_share else ""
+        missing = f", {wording.share(take.missing_share)} missing" if take.missing_share else ""
         text = f"{wording.counted(take.sample_count, 'sample')} at {take.rate_hz:g} Hz{missing}"
         draw_wrapped(layout, context, text)
 

@@ -38,12 +38,21 @@ def _take_file():
 
 
 def _open_panel(ui):
-    """Motion Capture opened, and the list of handles above it out of the way."""
-    panel = sys.modules["meanvalue_deform.ui.capture_panel"].MEANVALUE_PT_capture
-    bpy.utils.unregister_class(panel)
-    panel.bl_options = set()
-    bpy.utils.register_class(panel)
+    """With Motion Capture open, and the parts that are around it closed."""
+    modules = [sys.modules[f"meanvalue_deform.ui.{name}"] for name in ("panel", "capture_panel")]
+    for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
+        bpy.utils.unregister_class(panel)
+        panel.bl_options = set() if "capture" in panel.__name__ else {'DEFAULT_CLOSED'}
+        bpy.utils.register_class(panel)
     yield from ui.open_tab("Mean-Value")
+
+
+def _scroll(ui):
+    """The sidebar down to its end."""
+    sidebar = view.region('UI')
+    yield from ui.move_mouse(sidebar.x + 60, sidebar.y + 80)
+    for _ in range(40):
+        yield from ui.key('WHEELDOWNMOUSE')
 
 
 def import_match_and_pick(ui):
@@ -68,6 +77,7 @@ def import_match_and_pick(ui):
     yield from ui.invoke("meanvalue.match_markers")
     assert any("20 markers matched" in line for line in ui.reports()), ui.reports()
     assert len(_tube().meanvalue.anchor_groups) == len(MARKED)
+    yield from _scroll(ui)
     yield from ui.screenshot("capture_04_matched")
 
     yield from _pick(ui)
