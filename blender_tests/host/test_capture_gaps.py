@@ -165,7 +165,7 @@ def test_a_real_take_without_a_complete_marker_becomes_continuous():
     seen = ~np.isnan(positions[..., 0])
     assert (how[seen] != gaps.MISSING).mean() > 0.99
     error = np.linalg.norm(filled - positions, axis=2)[seen & (how != gaps.MEASURED)]
-    assert np.sqrt(np.nanmean(error**2)) < 0.03
+    assert np.sqrt(np.nanmean(error**2)) < 0.04
     assert largest_step(filled) < 1.3 * largest_step(positions)
 
 

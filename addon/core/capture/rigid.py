@@ -8,7 +8,7 @@ import numpy as np
 PRIOR, TIE = 1e-3, 1e-9
 
 
-def fit_rotations(source, target, weights=None, prior=None):
+def fit_rotations(source, target, weights=None, prior=None, strength=PRIOR):
     """(..., 3, 3) float64: the rotations R that take sets of points closest to others (Kabsch 1976).
 
     Least sum of w |R (s - mean s) - (t - mean t)|^2, with det R = 1.
@@ -16,6 +16,7 @@ def fit_rotations(source, target, weights=None, prior=None):
     source, target  (..., k, 3), broadcast against each other; points with NaN in either do not count.
     weights  (..., k) >= 0, broadcast, or None: all alike.
     prior  (..., 3, 3) rotations that settle what the points leave open, or None: then that part is not turned.
+    strength  how much the prior counts, where the points count 1.
 
     Never raises for poor sets: without two points the answer is the prior.
     """
@@ -29,7 +30,7 @@ def fit_rotations(source, target, weights=None, prior=None):
     target = target - (share[..., None] * target).sum(axis=-2, keepdims=True)
     correlation = np.swapaxes(target * share[..., None], -1, -2) @ source
     size = np.sqrt((correlation**2).sum(axis=(-1, -2)))[..., None, None]
-    settled = TIE * np.eye(3) if prior is None else PRIOR * prior
+    settled = TIE * np.eye(3) if prior is None else strength * prior
     return nearest_rotations(correlation / np.where(size > 1e-30, size, 1.0) + settled)
 
 
