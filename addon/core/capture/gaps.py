@@ -20,9 +20,9 @@ MOST_NEIGHBOURS = 6
 VARIATIONS = (0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1)
 #: Metres that no difference in variation is made of.
 NOISE = 0.001
-#: Neighbours are weighted by these powers of how little their distances vary, one after the other: each settles the turn
-#: that the next leaves open, where few count and lie on a line. A segment with three markers needs no others; where it
-#: has two those of the next one must count for little, but not for nothing.
+#: Neighbours are weighted by these powers of how little their distances vary, one after the other: each settles the
+#: turn that the next leaves open, where few count and lie on a line. A segment with three markers needs no others;
+#: where it has two those of the next one must count for little, but not for nothing.
 POWERS, PRIOR = (1, 2, 3), 0.05
 #: A neighbour's distance may vary by this share of it (standard deviation), or it is no neighbour.
 LARGEST_VARIATION = 0.2
@@ -143,7 +143,7 @@ def _end_slope(path):
 
 
 def _fill_rigidly(filled, how, gaps, variation):
-    """Fills what is left of `gaps`: first where neighbours are good, so that what was filled helps where they are not."""
+    """Fills what is left of `gaps`, where neighbours are best first: what was filled helps where they are worse."""
     left = [gap for gap in gaps if how[gap.begin, gap.marker] == MISSING]
     for bound in VARIATIONS:
         near_enough = np.where(variation < bound, variation, np.inf)
