@@ -98,7 +98,7 @@ def neighbours(landmarks):
 
 
 def feet(landmarks):
-    """{"L": {"heel": [...], "toe": [...]}, "R": ...}: indices of the landmarks that touch the ground; {} without any."""
+    """{"L": {"heel": [...], "toe": [...]}, "R": ...}: indices of the landmarks that touch the ground; {} without."""
     result = {}
     for number, landmark in enumerate(landmarks):
         place, side = place_of(landmark), side_of(landmark)

@@ -42,7 +42,7 @@ class Recognition:
     def words(self):
         """For the artist."""
         if self.name is None:
-            return f"None of the {len(self.landmarks)} names is of a known marker set: distances will be used instead."
+            return f"None of the {len(self.landmarks)} names is of a known marker set: distances are used instead."
         return f"{self.name}: {self.matched} of {len(self.landmarks)} names known, {len(self.absent)} of its own absent."
 
 
@@ -115,7 +115,7 @@ def load(path):
         if not places.segments_of(landmark):
             known = ", ".join(sorted(places.PLACES))
             raise InvalidMotionError(
-                f"{path.name}: '{landmark}' of marker '{label}' is no landmark. Known are {known}; .L or .R is the side."
+                f"{path.name}: '{landmark}' of marker '{label}' is no landmark. Known are {known}; .L or .R the side."
             )
     for alias, label in aliases.items():
         if label not in landmarks:
