@@ -10,10 +10,10 @@ HIPS = ("hip.L", "hip.R")
 
 
 def with_hips(reference, character, markers, landmarks):
-    """(reference, character, markers, landmarks), each with the two hips appended; as they were where that is impossible.
+    """(reference, character, markers, landmarks), each with the two hips appended; unchanged where that can't be.
 
-    Hips are where Bell, Petersen and Brand (1990) found them from the width of the pelvis: 0.36 of it to the side of the
-    middle of the anterior spines, 0.22 back and 0.30 down. In `markers` they move rigidly with the markers of the pelvis.
+    Hips are where Bell, Petersen and Brand (1990) found them from the width of the pelvis: 0.36 of it to the side of
+    the middle of the anterior spines, 0.22 back and 0.30 down. In `markers` they move rigidly with those of the pelvis.
 
     reference, character  (m, 3); markers  (f, m, 3); landmarks  m names or None. Needs both anterior spines and
     something at the pelvis' back, in reference and character.

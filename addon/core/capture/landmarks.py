@@ -86,6 +86,9 @@ def segments(landmarks):
     for number, landmark in enumerate(landmarks):
         for segment in segments_of(landmark):
             members.setdefault(segment, []).append(number)
+    # Not every set has markers at the lower torso: then the upper one is what the pelvis is joined to.
+    if len(set(members.get("waist", ())) & set(members.get("torso", ()))) < 3:
+        members["waist"] = sorted({*members.get("waist", ()), *members.get("torso", ())})
     return {segment: numbers for segment, numbers in members.items() if len(numbers) > 1}
 
 

@@ -42,8 +42,8 @@ class Recognition:
     def words(self):
         """For the artist."""
         if self.name is None:
-            return f"None of the {len(self.landmarks)} names is of a known marker set: distances are used instead."
-        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known, {len(self.absent)} of its own absent."
+            return f"None of the {len(self.landmarks)} names is of a known marker set."
+        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known, {len(self.absent)} of its own missing."
 
 
 def key_of(label):

@@ -10,8 +10,10 @@ from .hip_centres import with_hips
 from .marker_graph import by_segments
 from .rigid import turns_between
 
-#: A piece of the body may be captured that much shorter or longer than in the reference (skin, noise), not more.
-STRETCH = (0.5, 2.0)
+#: Edges whose captured lengths vary by this share count half: joints bend between their ends.
+BENDING = 0.05
+#: Degrees between the ways that reference and character look.
+MOST_TURNED = 60.0
 
 
 def retarget(markers, reference, character, rate_hz, landmarks=None, plant_feet=True):
@@ -27,9 +29,9 @@ def retarget(markers, reference, character, rate_hz, landmarks=None, plant_feet=
 
     markers  (f, m, 3) metres, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
         move with its segment meanwhile. reference  (m, 3): the markers in a frame in which the body stands upright,
-        any pose. character  (m, 3): the same markers on the character in about that pose, metres, Z up. rate_hz
-        frames a second. landmarks  m names or None, of `marker_sets.recognise()`; without, markers are joined with
-        their nearest ones and feet are not planted.
+        any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, metres,
+        Z up. rate_hz  frames a second. landmarks  m names or None, of `marker_sets.recognise()`; without, markers are
+        joined with their nearest ones, and the lowest ones are feet.
     Raises InvalidMotionError where shapes differ, for NaN in reference or character, and for less than three markers.
     """
     markers = checks.motion(markers, "the markers")
@@ -42,6 +44,7 @@ def retarget(markers, reference, character, rate_hz, landmarks=None, plant_feet=
         raise checks.InvalidMotionError(f"There are {len(landmarks)} landmarks for {count} markers.")
     if count < 3:
         raise checks.InvalidMotionError(f"A body needs at least 3 markers to be retargeted, but there are {count}.")
+    _require_same_heading(reference, character)
     reference, character, completed, landmarks = with_hips(reference, character, markers, landmarks)
     graph = by_segments(reference, landmarks)
     turns = graph.rotations(reference, completed)
@@ -53,6 +56,17 @@ def retarget(markers, reference, character, rate_hz, landmarks=None, plant_feet=
     result = planted(shape, root, completed, reference, character, landmarks, rate, graph, plant_feet)[:, :count]
     result[np.isnan(markers)] = np.nan
     return result
+
+
+def _require_same_heading(reference, character):
+    flat = [points[:, :2] - points[:, :2].mean(axis=0) for points in (reference, character)]
+    cosine, sine = (flat[0] * flat[1]).sum(), (flat[0][:, 0] * flat[1][:, 1] - flat[0][:, 1] * flat[1][:, 0]).sum()
+    angle = np.degrees(np.arctan2(sine, cosine))
+    if abs(angle) > MOST_TURNED and np.hypot(cosine, sine) > 0.0:
+        raise checks.InvalidMotionError(
+            f"The character's markers are turned by {angle:.0f} degrees from those of the reference frame: "
+            "align the capture with the character first, or check that left and right are not exchanged."
+        )
 
 
 def complete(markers, reference, graph, turns):
@@ -94,9 +108,12 @@ def _solved(graph, turns, markers, reference, character):
     first, second = graph.edges.T
     of_reference, of_character = reference[second] - reference[first], character[second] - character[first]
     rest_lengths = np.maximum(np.linalg.norm(of_reference, axis=1), 1e-9)
+    least = 1e-3 * np.median(rest_lengths)
     lengths = np.linalg.norm(of_character, axis=1)
+    some = markers[:: max(1, len(markers) // 1000)]
+    varies = np.linalg.norm(some[:, second] - some[:, first], axis=2).std(axis=0) / rest_lengths
     # Relative errors count, but the shortest edges, where all is noise, not without bound.
-    weights = 1.0 / np.maximum(lengths, 0.3 * np.median(lengths) + 1e-12) ** 2
+    weights = 1.0 / np.maximum(lengths, 0.3 * np.median(lengths) + 1e-12) ** 2 / (1.0 + (varies / BENDING) ** 2)
     incidence = np.zeros((len(first), len(reference)))
     rows = np.arange(len(first))
     incidence[rows, second], incidence[rows, first] = 1.0, -1.0
@@ -105,7 +122,8 @@ def _solved(graph, turns, markers, reference, character):
     for begin in range(0, len(markers), 512):
         part = slice(begin, begin + 512)
         edges = markers[part][:, second] - markers[part][:, first]
-        stretch = np.clip(np.linalg.norm(edges, axis=2) / rest_lengths, *STRETCH)
+        # Markers in one place of the reference tell of no stretching.
+        stretch = np.where(rest_lengths > least, np.linalg.norm(edges, axis=2) / rest_lengths, 1.0)
         turned = turns[part][:, graph.cell_of_edge]
         carried = np.einsum("feij,ej->fei", turned, of_reference)
         wanted = np.einsum("feij,ej->fei", turned, of_character)

@@ -23,9 +23,8 @@ def find_stances(positions, rate_hz, height, slow=STILL):
     or faster. "Low" is above the level that it has for a fiftieth of the time, so that floors need not be known; on
     stairs only the lowest stances are found.
 
-    positions  (f, k, 3) metres, Z up, without noise that a filter would take (it is smoothed here for speeds); NaN stands
-    nowhere. rate_hz  frames a second; height  of the body, metres;
-    slow  two speeds, STILL or ROLLING.
+    positions  (f, k, 3) metres, Z up, NaN stands nowhere; smoothed here, as noise has speed. rate_hz  frames a second;
+    height  of the body, metres; slow  two speeds, STILL or ROLLING.
     """
     positions = checks.motion(positions)
     height = checks.positive(height, "the body's height", "m")
