@@ -16,8 +16,14 @@ MOST_BEYOND = 3
 SLOPE_SAMPLES = 5
 #: Neighbours that carry a marker through a gap.
 MOST_NEIGHBOURS = 6
+#: Metres that the distances of a gap's neighbours may vary by: the best first, and none worse than the last.
+VARIATIONS = (0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1)
 #: Metres that no difference in variation is made of.
 NOISE = 0.001
+#: Neighbours are weighted by these powers of how little their distances vary, one after the other: each settles the
+#: turn that the next leaves open, where few count and lie on a line. A segment with three markers needs no others;
+#: where it has two those of the next one must count for little, but not for nothing.
+POWERS, PRIOR = (1, 2, 3), 0.05
 #: A neighbour's distance may vary by this share of it (standard deviation), or it is no neighbour.
 LARGEST_VARIATION = 0.2
 #: Frames in which two markers must be seen together before anything is said of their distance.
@@ -137,21 +143,24 @@ def _end_slope(path):
 
 
 def _fill_rigidly(filled, how, gaps, variation):
-    """Fills what is left of `gaps`: first with what was measured, then also with what was filled in that way."""
+    """Fills what is left of `gaps`, where neighbours are best first: what was filled helps where they are worse."""
     left = [gap for gap in gaps if how[gap.begin, gap.marker] == MISSING]
-    for _ in range(3):
-        source, usable = filled.copy(), how != MISSING  # one round does not depend on the order of the gaps
-        open_yet = []
-        for gap in left:
-            values = _carried(source, usable, gap, variation[gap.marker])
-            if values is None:
-                open_yet.append(gap)
-            else:
-                filled[gap.begin : gap.end, gap.marker] = values
-                how[gap.begin : gap.end, gap.marker] = RIGID
-        if len(open_yet) == len(left):
-            return
-        left = open_yet
+    for bound in VARIATIONS:
+        near_enough = np.where(variation < bound, variation, np.inf)
+        for _ in range(3):
+            source, usable = filled.copy(), how != MISSING  # one round does not depend on the order of the gaps
+            open_yet = []
+            for gap in left:
+                values = _carried(source, usable, gap, near_enough[gap.marker])
+                if values is None:
+                    open_yet.append(gap)
+                else:
+                    filled[gap.begin : gap.end, gap.marker] = values
+                    how[gap.begin : gap.end, gap.marker] = RIGID
+            is_done = len(open_yet) == len(left)
+            left = open_yet
+            if is_done:
+                break
 
 
 def _carried(positions, usable, gap, variation):
@@ -160,22 +169,21 @@ def _carried(positions, usable, gap, variation):
     if not ends:
         return None
     window = slice(min(gap.begin, *ends, len(positions)), max(gap.end, *(end + 1 for end in ends)))
-    candidates = np.flatnonzero(usable[window].all(axis=0) & np.isfinite(variation))
+    seen = usable[window].all(axis=0)
+    candidates = np.flatnonzero(seen & np.isfinite(variation))
     neighbours = candidates[np.argsort(variation[candidates], kind="stable")[:MOST_NEIGHBOURS]]
     if len(neighbours) < 3:
         return None
-    # Found on a walk of 41 markers with gaps of 60 samples: a segment with three markers needs no others, and where it
-    # has two those of the next one must count for little, but not for nothing.
-    weights = 1.0 / (variation[neighbours] + NOISE) ** 3
-    moving = positions[gap.begin : gap.end]
+    moving, everything = positions[gap.begin : gap.end], np.flatnonzero(seen)
     paths = []
     for end in ends:
         at_end = positions[end]
-        body = fit_rotations(at_end[candidates], moving[:, candidates])  # for the twist of neighbours on one line
-        turns = fit_rotations(at_end[neighbours], moving[:, neighbours], weights, body)
-        centre = weights @ at_end[neighbours] / weights.sum()
-        moved_centre = weights @ moving[:, neighbours] / weights.sum()
-        paths.append(moved_centre + turns @ (at_end[gap.marker] - centre))
+        turns = fit_rotations(at_end[everything], moving[:, everything])
+        for power in POWERS:
+            weights = (variation[neighbours] + NOISE) ** -float(power)
+            turns = fit_rotations(at_end[neighbours], moving[:, neighbours], weights, turns, PRIOR)
+        shares = weights / weights.sum()
+        paths.append(shares @ moving[:, neighbours] + turns @ (at_end[gap.marker] - shares @ at_end[neighbours]))
     if len(paths) == 1:
         return paths[0]
     share = np.arange(1, gap.length + 1)[:, None] / (gap.length + 1)
