@@ -12,9 +12,10 @@ def c3d(labels, positions, *, rate=100.0, unit="mm", screen=("+X", "+Z"), proces
     """The bytes of a C3D file.
 
     `positions` (f, m, 3) in units of the file; NaN becomes an invalid sample (residual -1 and zeros). `scale` negative:
-    floats, positive: whole numbers of that size. `residuals`: what measured samples have, a number or (f, m), in units of
-    the file; 0: computed. `analog`: words of other data in each frame. `point`: parameters of POINT to add, to replace, or
-    with None to leave out. `groups`: further groups {name: {parameter: value}}. `header`: words to write instead, by name.
+    floats, positive: whole numbers of that size. `residuals`: what measured samples have, a number or (f, m), in units
+    of the file; 0: computed. `analog`: words of other data in each frame. `point`: parameters of POINT to add, to
+    replace, or with None to leave out. `groups`: further groups {name: {parameter: value}}. `header`: words to write
+    instead, by name.
     """
     positions = np.asarray(positions, np.float64)
     frames, points, _ = positions.shape
@@ -113,7 +114,9 @@ def _value(value, processor):
         return bytes((0xFF, 2, width, len(texts))) + b"".join(text.ljust(width) for text in texts)
     if isinstance(value, (list, tuple)):
         return bytes((2, 1, len(value))) + _words(value, processor)
-    return bytes((4, 0)) + _float(value, processor) if isinstance(value, float) else bytes((2, 0)) + _words([value], processor)
+    if isinstance(value, float):
+        return bytes((4, 0)) + _float(value, processor)
+    return bytes((2, 0)) + _words([value], processor)
 
 
 def _padded(raw):
@@ -134,7 +137,7 @@ def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, 
         "OrigNumFrames": len(positions),
     }
     header.update(keys or {})
-    lines = ["PathFileType\t4\t(X/Y/Z)\ttake.trc", "\t".join(header), "\t".join(str(value) for value in header.values())]
+    lines = ["PathFileType\t4\t(X/Y/Z)\ttake.trc", "\t".join(header), "\t".join(map(str, header.values()))]
     lines.append("Frame#\tTime\t" + "".join(f"{label}\t\t\t" for label in labels))
     lines.append("\t\t" + "".join(f"X{k}\tY{k}\tZ{k}\t" for k in range(1, len(labels) + 1)))
     lines.append("")
@@ -147,7 +150,8 @@ def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, 
 def bvh(joints, motion, *, frame_time="0.0083333"):
     """The bytes of a BVH file.
 
-    `joints`: nested (name, offset (3), channel names, children), of an end site (None, offset, (), ()). `motion`: (f, c).
+    `joints`: nested (name, offset (3), channel names, children), of an end site (None, offset, (), ()). `motion`:
+    (f, c).
     """
     lines = ["HIERARCHY"]
     _write_joint(lines, joints, "ROOT", "")
