@@ -94,6 +94,8 @@ def as_written_by(program):
         lines[3] = "\t".join(["Frame#", "Time", *walker.LABELS])
     if program == "nan for missing":
         lines[6:] = [line.replace("\t\t\t", "\tnan\tNaN\tnan") for line in lines[6:]]
+    if program == "spaces for missing":
+        lines[6:] = [line.replace("\t\t\t", "\t \t  \t ") for line in lines[6:]]
     if program == "zeros for missing":
         lines[6:] = [line.replace("\t\t\t", "\t0.0\t0.0\t0.0") for line in lines[6:]]
     return "\n".join(lines).encode()
@@ -111,6 +113,7 @@ def as_written_by(program):
         "blanks at the end dropped",
         "names without empty cells",
         "nan for missing",
+        "spaces for missing",
         "zeros for missing",
     ],
 )
