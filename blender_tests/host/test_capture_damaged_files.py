@@ -179,8 +179,13 @@ def greedy_files():
     ]
 
 
+#: Of these, what claims what it does not hold, and cannot be read as anything smaller.
+REFUSED = ("parameters.c3d", "labels.trc", "newlines.trc", "joints.bvh", "braces.bvh")
+
+
 @pytest.mark.parametrize("name, content", greedy_files(), ids=lambda value: value if isinstance(value, str) else "")
 def test_memory_stays_below_the_size_times_a_constant(name, content):
+    assert attempt(name, content) == (name not in REFUSED)
     assert peak_memory(name, content) < MEMORY_FACTOR * len(content) + MEMORY_AT_LEAST
 
 
