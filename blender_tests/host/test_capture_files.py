@@ -64,6 +64,17 @@ def test_a_unit_of_choice_overrules_the_file():
             read_c3d(capture_files.c3d(walker.LABELS, METRES), unit=wrong)
 
 
+@pytest.mark.parametrize("told, factor", [("m", 1000.0), ("mm", 0.001), ("mm", 1.0)])
+def test_a_unit_that_cannot_be_true_is_followed_and_told(told, factor):
+    take = read_c3d(capture_files.c3d(walker.LABELS, factor * METRES, unit=told))
+    assert has_note(take, "By the file's unit", "choose another unit")
+    assert take.positions[0, 0, 2] == pytest.approx(factor * METRES[0, 0, 2] * units.METRES[told])
+
+
+def test_a_single_marker_is_no_reason_to_doubt_the_unit():
+    assert read_c3d(capture_files.c3d(["A"], 1000.0 * METRES[:, :1])).notes == ()
+
+
 def turned(up):
     """The walk as a file has it whose axis `up` is up, right-handed."""
     axis = "XYZ".index(up[-1])

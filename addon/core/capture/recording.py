@@ -13,6 +13,8 @@ from .take import Take
 
 #: Metres from the origin beyond which a sample is no measurement but a damaged number.
 FARTHEST = 1e4
+#: Metres that people and the room they move in have; beyond that the unit is in doubt.
+PLAUSIBLE = (0.02, 50.0)
 
 
 @dataclass
@@ -76,6 +78,9 @@ class Recording:
             metres = float(chosen)
         elif self.unit is not None:
             metres = self.unit
+            extent = metres * self.spread(positions)
+            if extent > 0.0 and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
+                self.notes.append(f"By the file's unit all markers together are {extent:.3g} m large: choose another unit")
         else:
             metres, words = units.guess_unit(self.spread(positions))
             self.notes.append(f"The file names no unit: {words}. Choose another unit if the size is wrong")
