@@ -14,7 +14,7 @@ from bpy.props import (
 )
 
 from . import ids
-from .bridge import marker_pairs, takes
+from .bridge import marker_pairs, marker_presets, takes
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -29,6 +29,10 @@ def _take_chosen(capture, _context):
 
 def _is_take(_capture, collection):
     return takes.is_take(collection)
+
+
+def _landmarks(_pair, _context, text):
+    return [name for name in marker_presets.candidates() if text.lower() in name]
 
 
 class MEANVALUE_PG_marker_problem(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -60,6 +64,12 @@ class MEANVALUE_PG_marker_pair(bpy.types.PropertyGroup):  # noqa: N801  Blender'
         name="Use", description="Let Match Markers give this marker a handle. Off, the marker is left out", default=True
     )
     vertex: IntProperty(description="Vertex that the marker carries, -1 for none", default=-1, min=-1)
+    landmark: StringProperty(
+        name="Landmark",
+        description="Place of the body that the marker is on, such as knee.L. Empty: as its name says in the marker "
+        "sets that are known",
+        search=_landmarks,
+    )
     is_picked: BoolProperty(
         name="Picked", description="The point was picked by hand: Match Markers keeps it, and may align by it"
     )

@@ -12,6 +12,7 @@ from ..operators.match_markers import MEANVALUE_OT_match_markers
 from ..operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
 from ..operators.reference_frame import MEANVALUE_OT_set_reference_frame
 from ..operators.remove_marker import MEANVALUE_OT_remove_marker
+from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from .marker_list import MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems
 from .text_box import draw_wrapped
 
@@ -85,7 +86,7 @@ def _draw_problems(layout, context):
 
 
 def _draw_reference(layout, capture):
-    layout.label(text="Reference, where it stands as the mesh")
+    layout.label(text="Reference")
     column = _split(layout)
     column.prop(capture, "reference_take", text="Take")
     row = column.row(align=True)
@@ -120,7 +121,12 @@ def _draw_pairs(layout, obj, capture):
     buttons.prop(capture, "show_pairs", text="", icon='OVERLAY')
     matched = len(marker_pairs.matched(obj))
     picked = sum(pair.is_picked for pair in capture.pairs)
-    layout.label(text=f"{matched} of {wording.counted(len(capture.pairs), 'marker')} matched, {picked} picked")
+    layout.label(text=f"{matched} of {len(capture.pairs)} matched, {picked} picked")
+    active = marker_pairs.active_pair(obj)
+    if active is not None:
+        row = layout.row(align=True)
+        row.prop(active, "landmark", text="")
+        row.operator(MEANVALUE_OT_save_marker_set.bl_idname, text="", icon='FILE_TICK')
 
 
 CLASSES = (MEANVALUE_PT_capture,)

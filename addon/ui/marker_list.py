@@ -15,6 +15,7 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
         row = layout.row(align=True)
         row.prop(item, "is_used", text="")
+        row = row.split(factor=0.6)
         name = row.row()
         name.active = item.is_used
         name.alignment = 'LEFT'
