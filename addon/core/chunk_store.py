@@ -68,30 +68,34 @@ class ChunkStore:
         Checks that no frame is missing and each chunk is what was written. Returns {name: values of all frames} of the
         reports. @throws IncompleteCacheError, DamagedCacheError, after which the chunk is gone, CacheError.
         """
-        where = self._where()
-        missing = [frame for frame in self.frames if frame not in where]
-        if missing:
-            raise IncompleteCacheError(
-                f"{len(missing):,} of {len(self.frames):,} frames are not baked yet: {_few(missing)}. Bake them first"
-            )
-        reports = {}
+        where = self._require_all()
+        reports = self.reports()
         with whole_files.replacing(path, header.bytes) as file:
             file.write(header.packed())
             done = 0
             for name, frames in self._stretches(where):
                 marker = self._read_marker(self.folder / f"{name}.json")
                 own = frame_ranges.parse(marker["frames"])
-                rows = [own.index(frames[0]), own.index(frames[0]) + len(frames)]
-                self._copy_checked(name, marker, rows, file)
-                for what, values in marker["report"].items():
-                    reports.setdefault(what, []).extend(values[slice(*rows)])
+                begin = own.index(frames[0])
+                self._copy_checked(name, marker, (begin, begin + len(frames)), file)
                 done += len(frames)
                 yield done
         return reports
 
     def rows(self):
         """Row k of the clip by `rows()[k]`, (n, 3) float32; rows stay on the disk. @throws IncompleteCacheError."""
-        return _Rows(self, self._where())
+        return _Rows(self, self._require_all())
+
+    def reports(self):
+        """{name: values of all frames} of the reports. @throws IncompleteCacheError."""
+        where = self._require_all()
+        reports = {}
+        for name, frames in self._stretches(where):
+            marker = self._read_marker(self.folder / f"{name}.json")
+            first = frame_ranges.parse(marker["frames"]).index(frames[0])
+            for what, values in marker["report"].items():
+                reports.setdefault(what, []).extend(values[first : first + len(frames)])
+        return reports
 
     def remove(self):
         """Takes all chunks away, whatever their key, and the folder if nothing else is in it."""
@@ -126,12 +130,22 @@ class ChunkStore:
         for suffix in (".json", ".pc2"):
             (self.folder / f"{name}{suffix}").unlink(missing_ok=True)
 
+    def _require_all(self):
+        """As _where(). @throws IncompleteCacheError."""
+        where = self._where()
+        missing = [frame for frame in self.frames if frame not in where]
+        if missing:
+            raise IncompleteCacheError(
+                f"{len(missing):,} of {len(self.frames):,} frames are not baked yet: {_few(missing)}. Bake them first"
+            )
+        return where
+
     def _where(self):
         """{frame: name of the chunk that has it}."""
         wanted = set(self.frames)
         where = {}
         for path in sorted(self.folder.glob("*.json")):
-            marker = self._read_marker(path)
+            marker = self._read_marker(path)  # one that is written at this moment is not there yet
             if marker is None or marker["key"] != self.key or marker["vertices"] != self.vertices:
                 continue
             with contextlib.suppress(OSError):
@@ -165,13 +179,9 @@ class _Rows:
     """The rows of a ChunkStore as a sequence, in chunks that are mapped into memory one at a time."""
 
     def __init__(self, store, where):
-        missing = [frame for frame in store.frames if frame not in where]
-        if missing:
-            raise IncompleteCacheError(f"{len(missing):,} frames are not baked yet: {_few(missing)}")
         self._store = store
         self._where = [where[frame] for frame in store.frames]
-        self._first = {}
-        self._name = self._mapped = None
+        self._name = self._mapped = self._numbers = None
 
     def __len__(self):
         return len(self._where)
