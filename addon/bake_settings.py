@@ -126,8 +126,8 @@ def options(flags=frozenset()):
         ),
         "use_absolute": BoolProperty(
             name="Absolute",
-            description="Absolute shape keys, played by their evaluation time: quicker with many keys, but the mesh can "
-            "have no relative ones beside them",
+            description="Absolute shape keys, played by their evaluation time: quicker with many keys, but the mesh "
+            "can have no relative ones beside them",
             **flags,
         ),
     }

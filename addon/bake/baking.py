@@ -68,8 +68,8 @@ class Baking:
 
     def stopped(self):
         """What is said when it was stopped."""
-        kept = counted(self.done, "frame")
-        return f"Stopped. {kept} of {self.total:,} {'is' if self.done == 1 else 'are'} kept: Bake again goes on from there"
+        kept = f"{counted(self.done, 'frame')} of {self.total:,} {'is' if self.done == 1 else 'are'} kept"
+        return f"Stopped. {kept}: Bake again goes on from there"
 
     @property
     def share(self):

@@ -20,7 +20,10 @@ CHUNK_BYTES = 256 << 20
 
 @dataclass(frozen=True, eq=False)
 class BakePlan:
-    """times f float64: frames; spacing: from one to the next; targets f x k x 3, weights f x k or None as of sampling."""
+    """Of f samples. times: their frames, f float64; spacing: frames from one to the next.
+
+    targets f x k x 3 and weights f x k or None as of bridge.sampling.
+    """
 
     bind_input: BindInput
     times: np.ndarray
@@ -50,7 +53,7 @@ class BakePlan:
 
     @property
     def numbers(self):
-        """What chunks call the rows: the frames where they are whole and follow each other, else counted from the first."""
+        """What chunks call the rows: the frames where every frame is sampled, else counted on from the first."""
         first = int(np.floor(self.times[0]))
         return range(first, first + len(self.times))
 

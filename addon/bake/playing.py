@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake makes in the scene, by means of Blender alone so that it plays without the add-on, and takes back again."""
+"""What a bake makes in the scene, and takes back again. It plays by Blender alone, without the add-on."""
 
 import json
 
@@ -64,7 +64,7 @@ def play_keys(obj, plan, kept, shapes, prefix, is_absolute):
     record.target, record.was_relative = TO_KEYS, was_relative
     record.keys = json.dumps([key.name for key in made])
     if is_absolute and was_relative:
-        yield "The shape keys of the mesh are absolute now: posing needs relative ones again, which Remove Bake restores"
+        yield "The shape keys are absolute now. Posing needs relative ones, which Remove Bake restores"
     if obj.show_only_shape_key:
         yield "A shape key is pinned: turn off Shape Key Lock to see the bake"
 

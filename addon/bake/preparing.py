@@ -64,7 +64,7 @@ class Preparation:
             yield from self.baking.work(execution)
 
     def write(self, obj):
-        """Generator of the share that is done: puts the cache together, or chooses the shape keys. @throws CacheError."""
+        """Generator of the share done: puts the cache together, or chooses the shape keys. @throws CacheError."""
         if self.is_done:
             return
         about = {"object": obj.name, "blend": _blend_name(), "scene": self.scene_name, "target": self.options.target}

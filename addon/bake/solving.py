@@ -1,51 +1,55 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solves rows of a sequence. The one place of the add-on that knows how the solver takes sequences."""
+"""Solves rows of a clip: the solver's Sequence, with a report that can be kept in a file."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from .. import session
-from ..core import result
-from ..errors import SolverError
 
-#: Rows are solved in runs that are aligned to the first row of the clip and begin cold so many rows before, so that no
-#: row depends on which part was asked for.
+#: The solver's `chunk` and `overlap`: a row's bits depend on them, on the whole clip and on nothing else.
 RUN_FRAMES = 48
 OVERLAP_FRAMES = 8
+
+NOT_NUMBERS = "the solver gave positions that are not numbers"
 
 
 @dataclass(frozen=True, eq=False)
 class SolvedRows:
-    """vertices r x n x 3 float32, with all fixed vertices in place; report {name: r values}, see core.bake_report."""
+    """vertices r x n x 3 float32; report {name: list of r values}, see core.bake_report."""
 
     vertices: np.ndarray
     report: dict
 
 
 def solve_rows(binding, bind_input, targets, weights, begin, end, execution, threads=0):
-    """Steps (see workers.job) to the SolvedRows [begin, end) of a clip. targets f x k x 3 and weights of the whole clip.
+    """Steps (see workers.job) to the SolvedRows [begin, end). targets f x k x 3 and weights are of the whole clip.
+
+    A row that cannot be solved has the shape of the one before it, and its error in the report.
 
     @throws SolverError, CancelledError.
     """
-    vertices = np.empty((end - begin, len(bind_input.rest), 3), np.float32)
-    report = {"energies": [], "iterations": [], "converged": [], "errors": []}
-    for run in range(begin // RUN_FRAMES, (end - 1) // RUN_FRAMES + 1):
-        shape = None
-        for row in range(max(0, run * RUN_FRAMES - OVERLAP_FRAMES), min(end, (run + 1) * RUN_FRAMES)):
-            error, summary = "", None
-            try:
-                shape, summary = yield from session.solve_steps(
-                    binding, bind_input, targets[row], start=shape, execution=execution
-                )
-            except SolverError as failure:
-                error = str(failure)
-            if row < max(begin, run * RUN_FRAMES):
-                continue
-            shown = bind_input.rest if shape is None else shape
-            vertices[row - begin] = result.compose(bind_input, targets[row], shown)
-            report["energies"].append(summary.energy if summary else None)
-            report["iterations"].append(summary.iterations if summary else 0)
-            report["converged"].append(bool(summary and summary.converged))
-            report["errors"].append(error)
-    return SolvedRows(vertices, report)
+    sequence = yield from session.sequence_steps(
+        binding,
+        targets,
+        weights,
+        frames=(begin, end),
+        chunk=RUN_FRAMES,
+        overlap=OVERLAP_FRAMES,
+        threads=threads,
+        execution=execution,
+    )
+    errors = [""] * (end - begin)
+    for row in range(end - begin):
+        if not np.isfinite(sequence.vertices[row]).all():
+            errors[row] = NOT_NUMBERS
+    for row, message in sequence.errors:
+        errors[row - begin] = message
+    energies = (np.asarray(sequence.energies) / bind_input.diagonal**2).tolist()
+    report = {
+        "energies": [energy if np.isfinite(energy) else None for energy in energies],
+        "iterations": [int(count) for count in sequence.iterations],
+        "converged": [bool(is_converged) for is_converged in sequence.converged],
+        "errors": errors,
+    }
+    return SolvedRows(sequence.vertices, report)

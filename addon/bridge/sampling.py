@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the handles are over time, whatever moves them: Blender evaluates each frame, and controls are read as they are."""
+"""Where the handles are over time, whatever moves them: every frame is evaluated, and the controls are read then."""
 
 import math
 import time

@@ -14,7 +14,7 @@ WORST_COUNT = 5
 
 @dataclass(frozen=True, eq=False)
 class BakeReport:
-    """Of f frames: `times`, `energies` for a rest shape of diagonal 1, `iterations`, `converged`, `errors` ("" for none)."""
+    """Of f frames. energies: for a rest shape of diagonal 1, NaN where it failed; errors: texts, "" for none."""
 
     times: np.ndarray
     energies: np.ndarray

@@ -16,9 +16,9 @@ KEY_BYTES_PER_VERTEX = 24
 
 
 def sample_times(start, end, step=1, samples=1):
-    """f float64: frames from `start` to at most `end`, `step` apart, with `samples` for each step. @throws SceneError."""
+    """f float64: frames from `start` to at most `end`, `step` apart, `samples` for each step. @throws SceneError."""
     if end < start:
-        raise SceneError(f"The range ends before it begins (frames {start} to {end}). Set Start and End the other way")
+        raise SceneError(f"The range ends before it begins (frames {start} to {end}). Exchange Start and End")
     count = (end - start) * samples // step + 1
     return start + np.arange(count) * step / samples
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which frames of an animated shape to keep, so that blending from one to the next gives the others."""
 
+import itertools
+
 import numpy as np
 
 
@@ -45,7 +47,7 @@ def reduced(rows, times, tolerance):
 def farthest(rows, times, kept):
     """The largest distance of a vertex of any row from where the blend of the rows `kept` has it."""
     worst = 0.0
-    for begin, end in zip(kept, kept[1:], strict=False):
+    for begin, end in itertools.pairwise(kept):
         for row in range(begin + 1, end):
             worst = max(worst, _distance(rows, times, begin, end, row))
     return worst

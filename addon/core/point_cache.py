@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Point caches in the format PC2: the positions of all vertices, sample after sample.
 
-A file is a header of 32 bytes (POINTCACHE2, version 1, vertices, first frame, frames per sample, samples), then for each
-sample 3 float32 for each vertex, all little-endian.
+A file is a header of 32 bytes (POINTCACHE2, version 1, vertices, first frame, frames per sample, samples), then 3
+float32 for each vertex of each sample, all little-endian.
 """
 
 import pathlib

@@ -156,5 +156,5 @@ def _require_few_keys(obj, prepared):
     problem = bake_times.size_problem(len(prepared.times), len(obj.data.vertices), len(prepared.outcome[0]))
     if problem:
         raise SceneError(
-            f"{problem}. Raise the tolerance, or bake with confirm_size=True; the solved frames are kept, so that is quick"
+            f"{problem}. Raise the tolerance, or bake with confirm_size=True: solved frames are kept, so it is quick"
         )

@@ -83,7 +83,7 @@ def test_addon_core_knows_nothing_of_blender():
             assert not module.startswith("..") or module == "..errors", f"{path} imports {module}, above core/"
 
 
-ADDON_LAYERS = ("core", "bridge", "workers", "live", "operators", "ui")
+ADDON_LAYERS = ("core", "bridge", "workers", "live", "bake", "operators", "ui")
 
 
 @pytest.mark.parametrize("layer", ADDON_LAYERS)
