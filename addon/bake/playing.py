@@ -9,7 +9,7 @@ import numpy as np
 from .. import compat, ids
 from ..bake_settings import TO_CACHE, TO_KEYS
 from ..bridge import actions, shape_keys
-from ..core import wording
+from ..core import bake_times, wording
 
 EVAL_TIME = "eval_time"
 
@@ -208,6 +208,6 @@ def _remove_lone_basis(obj):
 
 
 def _key_name(prefix, time):
-    whole, part = divmod(time, 1.0)
-    text = f"{whole:.0f}".zfill(4) if whole >= 0 else f"-{abs(whole):.0f}"
-    return f"{prefix} {text}" + (f"{part:.3f}"[1:].rstrip("0") if part else "")
+    """"Bake 0012", "Bake -0003.5": sorted by name they are in order, for frames from 0 on."""
+    whole, dot, part = bake_times.named(abs(time)).partition(".")
+    return f"{prefix} {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"
