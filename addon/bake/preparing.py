@@ -166,13 +166,14 @@ def _paths(obj, options):
             "The file is not saved yet, so there is no place beside it for the point cache. Save the file, choose a "
             "full path in File, or bake to shape keys"
         )
-    if not shown.lower().endswith(".pc2"):
-        shown += ".pc2"
     full = pathlib.Path(bpy.path.abspath(shown))
     if not full.is_absolute():
         raise SceneError(f"'{shown}' is no full path. Begin it with // for the folder of the .blend")
-    if full.is_dir():
-        raise SceneError(f"'{full}' is a folder. Give the point cache the name of a file")
+    if full.is_dir() or shown.endswith(("/", "\\")):
+        raise SceneError(f"'{shown}' is a folder. Give the point cache the name of a file")
+    if full.suffix.lower() != ".pc2":
+        shown += ".pc2"
+        full = full.with_name(f"{full.name}.pc2")
     return shown, full
 
 

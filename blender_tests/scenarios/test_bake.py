@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from support import handles, meshes, steps
-from support.baking import FRAMES, animated_tube, bake, key_control, played, save, shown
+from support.baking import FRAMES, animated_tube, bake, key_control, played, rest, save, shown
 from support.snapshot import assert_same, snapshot
 
 
@@ -59,13 +59,13 @@ def test_handles_are_met_exactly_and_pins_do_not_move(saved, rows):
     obj, control, path = saved
     relation = np.linalg.inv(np.array(obj.matrix_world.inverted() @ control.matrix_world))
     bake()
-    rest, solved = handles.rest(obj), rows(path)
+    resting, solved = rest(obj), rows(path)
     for frame in range(1, FRAMES + 1):
         bpy.context.scene.frame_set(frame)
         move = np.array(obj.matrix_world.inverted() @ control.matrix_world) @ relation
-        wanted = rest[handles.TOP] @ move[:3, :3].T + move[:3, 3]
+        wanted = resting[handles.TOP] @ move[:3, :3].T + move[:3, 3]
         assert np.abs(solved[frame - 1][handles.TOP] - wanted).max() < 2e-5
-        assert np.array_equal(solved[frame - 1][handles.BOTTOM], rest[handles.BOTTOM])
+        assert np.array_equal(solved[frame - 1][handles.BOTTOM], resting[handles.BOTTOM])
 
 
 def test_the_object_may_move_too(saved, rows):
@@ -165,7 +165,7 @@ def baked_top(obj, path, rows, frames=FRAMES):
     bake(frame_range='OWN', frame_start=1, frame_end=frames)
     solved = rows(path)
     assert np.array_equal(played(obj, range(1, frames + 1)), solved)
-    return solved[:, handles.TOP].mean(axis=1) - handles.rest(obj)[handles.TOP].mean(axis=0)
+    return solved[:, handles.TOP].mean(axis=1) - rest(obj)[handles.TOP].mean(axis=0)
 
 
 def test_a_constraint(rows, tmp_path):
@@ -206,6 +206,7 @@ def test_a_bone(rows, tmp_path):
     line.control = armature
     line.bone = "Hand"
     bpy.data.objects.remove(control)
+    handles.update()
     pose = armature.pose.bones["Hand"]
     for frame, x in ((1, 0.0), (FRAMES, 2.0)):
         pose.location = (x, 0.0, 0.0)
@@ -250,9 +251,9 @@ def test_influence_frees_a_soft_handle(rows, tmp_path):
     control.keyframe_insert("meanvalue.influence", frame=6)
     bake()
     freed = rows(path)
-    rest = handles.rest(obj)
-    assert np.abs(freed[:5] - rest).max() < 1e-2  # nothing pulls: it stays at rest
-    assert np.abs(pulled[4] - rest).max() > 0.5
+    resting = rest(obj)
+    assert np.abs(freed[:5] - resting).max() < 1e-2  # nothing pulls: it stays at rest
+    assert np.abs(pulled[4] - resting).max() > 0.5
     assert np.abs(freed[-1] - pulled[-1]).max() < 2e-2
 
 
@@ -265,7 +266,7 @@ def test_a_handle_in_a_shape_key_stands_still_and_is_told(saved, rows, capfd):
     obj.active_shape_key.value = 0.0
     obj.active_shape_key.keyframe_insert("value", frame=1)
     bake()
-    wanted = handles.rest(obj)[middle] + np.float32((0.0, 0.3, 0.0))
+    wanted = rest(obj)[middle] + np.float32((0.0, 0.3, 0.0))
     assert np.abs(rows(path)[:, middle] - wanted).max() < 1e-5
     assert "What follows a shape key stands still: Middle as in 'Pose'" in capfd.readouterr().out
 

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from support import handles, meshes, steps
-from support.baking import FRAMES, animated_tube, bake, played, save
+from support.baking import FRAMES, animated_tube, bake, played, rest, save
 from support.snapshot import assert_same, snapshot
 
 TIMES = range(1, FRAMES + 1)
@@ -64,7 +64,7 @@ def test_adaptive_keys_are_within_the_tolerance_at_every_frame(solved, tolerance
 
 
 def test_a_share_of_the_size(solved):
-    diagonal = float(np.linalg.norm(np.ptp(handles.rest(tube()), axis=0)))
+    diagonal = float(np.linalg.norm(np.ptp(rest(tube()), axis=0)))
     bake(target='SHAPE_KEYS', tolerance_share=1.0)
     assert off(played(tube(), TIMES), solved) <= 0.01 * diagonal + 1e-5
     assert len(baked_names(tube())) < FRAMES
@@ -105,6 +105,7 @@ def test_sub_frames_have_their_names_and_times(solved):
 
 def test_remove_bake_leaves_the_artists_keys_and_curves(solved):
     obj = tube()
+    obj.shape_key_add(name="Basis", from_mix=False)
     smile = obj.shape_key_add(name="Smile", from_mix=False)
     smile.data[0].co.x += 1.0
     smile.keyframe_insert("value", frame=3)
@@ -144,7 +145,7 @@ def test_baked_again_they_are_replaced_and_unchanged_left_alone(solved, capfd):
     assert len(obj.data.shape_keys.key_blocks) < count
     assert off(played(obj, [1, 3, 5]), solved[[0, 2, 4]]) < 1e-5
     bake()
-    assert len(obj.data.shape_keys.key_blocks) == count - FRAMES
+    assert obj.data.shape_keys is None
     assert np.array_equal(played(obj, TIMES), solved)
 
 

@@ -29,6 +29,13 @@ def key_control(control, frames=FRAMES, reach=1.5):
         control.keyframe_insert("rotation_euler", frame=frame)
 
 
+def rest(obj):
+    """n x 3 float32, whether there are shape keys or not."""
+    positions = np.empty(3 * len(obj.data.vertices), np.float32)
+    obj.data.vertices.foreach_get("co", positions)
+    return positions.reshape(-1, 3)
+
+
 def shown(obj):
     """n x 3 float32: what modifiers and shape keys make of the mesh now."""
     mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
