@@ -106,9 +106,8 @@ Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& ta
         std::optional<Positions> start;
         SolveOptions options;
     };
-    const auto call = std::make_shared<Call>(Call{PositionsArray(targets, "targets").view(),
-                                                  {},
-                                                  solve_options(tolerance, max_iterations, settle, weights)});
+    const auto call = std::make_shared<Call>(Call{
+        PositionsArray(targets, "targets").view(), {}, solve_options(tolerance, max_iterations, settle, weights)});
     if (start) call->start.emplace(PositionsArray(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
@@ -201,7 +200,8 @@ void bind_deformer(py::module_& module) {
     bind_reports(module);
     const SolveOptions defaults;
     py::class_<Deformer, std::shared_ptr<Deformer>> deformer(
-        module, "Deformer", "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.");
+        module, "Deformer",
+        "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.");
     deformer
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
              py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
@@ -230,8 +230,7 @@ void bind_deformer(py::module_& module) {
         .def(
             "solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-            py::arg("settle") = defaults.settle, py::arg("weights") = py::none(),
-            py::arg("execution") = py::none(),
+            py::arg("settle") = defaults.settle, py::arg("weights") = py::none(), py::arg("execution") = py::none(),
             "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
             "bounding-box diagonals from where they rest.\n"

@@ -132,8 +132,7 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
                                "(f, n, 3) float32, read-only: a view that keeps the sequence alive. No frames where\n"
                                "on_frame took them.")
         .def_property_readonly(
-            "energies",
-            [](const py::object& self) { return view_of(self.cast<const Sequence&>().energies, self); },
+            "energies", [](const py::object& self) { return view_of(self.cast<const Sequence&>().energies, self); },
             "(f,) float64: as Solution.energy, before a frame fades into the next run's; NaN where it failed.")
         .def_property_readonly(
             "iterations",
@@ -157,27 +156,28 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
 
     const SequenceOptions defaults;
     deformer
-        .def("solve_sequence", &solve_frames, py::arg("targets"), py::kw_only(), py::arg("weights") = py::none(),
-             py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk,
-             py::arg("overlap") = defaults.overlap, py::arg("tolerance") = py::none(),
-             py::arg("max_iterations") = defaults.max_iterations, py::arg("on_frame") = py::none(),
-             py::arg("threads") = defaults.threads, py::arg("execution") = py::none(),
-             "Solve every frame of a clip (section 4.2 of the paper: anchors follow trajectories).\n\n"
-             "targets: (f, k, 3), the whole clip, each frame as for solve().\n"
-             "weights: (f, k) from 0 to 1, or None: what the strength of each soft anchor is multiplied with in\n"
-             "each frame. At 0 it is free, and its target may be anything, also NaN; hard anchors have 1.\n"
-             "frames: (begin, end) of those wanted, None: all.\n"
-             "chunk: frames are solved in runs of so many, counted from the first of the clip, each from the frame\n"
-             "before it, the first of a run from rest. overlap: each run but the first begins so many frames\n"
-             "earlier, over which the one before it fades into it, so that nothing jumps where two runs came to\n"
-             "different minima.\n"
-             "tolerance, max_iterations: as of solve(). threads: 0 for every core; runs are solved side by side.\n"
-             "A frame's bits depend on targets, weights, chunk and overlap alone: neither on the frames wanted nor\n"
-             "on the number of threads.\n"
-             "on_frame: called with (frame, (n, 3) float32 read-only) for each in order, on the calling thread,\n"
-             "some chunks at a time; the frames are then not kept, and memory does not grow with their number.\n"
-             "Returns a Sequence. A frame that can't be solved is told in Sequence.errors and does not end the rest.\n"
-             "Raises InvalidInput for arrays of another form and options out of range, Cancelled.")
+        .def(
+            "solve_sequence", &solve_frames, py::arg("targets"), py::kw_only(), py::arg("weights") = py::none(),
+            py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk, py::arg("overlap") = defaults.overlap,
+            py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+            py::arg("on_frame") = py::none(), py::arg("threads") = defaults.threads,
+            py::arg("execution") = py::none(),
+            "Solve every frame of a clip (section 4.2 of the paper: anchors follow trajectories).\n\n"
+            "targets: (f, k, 3), the whole clip, each frame as for solve().\n"
+            "weights: (f, k) from 0 to 1, or None: what the strength of each soft anchor is multiplied with in\n"
+            "each frame. At 0 it is free, and its target may be anything, also NaN; hard anchors have 1.\n"
+            "frames: (begin, end) of those wanted, None: all.\n"
+            "chunk: frames are solved in runs of so many, counted from the first of the clip, each from the frame\n"
+            "before it, the first of a run from rest. overlap: each run but the first begins so many frames\n"
+            "earlier, over which the one before it fades into it, so that nothing jumps where two runs came to\n"
+            "different minima.\n"
+            "tolerance, max_iterations: as of solve(). threads: 0 for every core; runs are solved side by side.\n"
+            "A frame's bits depend on targets, weights, chunk and overlap alone: neither on the frames wanted nor\n"
+            "on the number of threads.\n"
+            "on_frame: called with (frame, (n, 3) float32 read-only) for each in order, on the calling thread,\n"
+            "some chunks at a time; the frames are then not kept, and memory does not grow with their number.\n"
+            "Returns a Sequence. A frame that can't be solved is told in Sequence.errors and does not end the rest.\n"
+            "Raises InvalidInput for arrays of another form and options out of range, Cancelled.")
         .def("start_solve_sequence", &start_frames, py::arg("targets"), py::kw_only(),
              py::arg("weights") = py::none(), py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk,
              py::arg("overlap") = defaults.overlap, py::arg("tolerance") = py::none(),

@@ -13,7 +13,8 @@
 namespace meanvalue {
 namespace {
 
-/// Where one run fades into the next, at frame `at` of the clip: the last frames of the one and the same of the other.
+/// Where one run fades into the next, at frame `at` of the clip: the last frames of the one and the same of the
+/// other.
 struct Seam {
     Index at = 0;
     std::vector<Positions> before;
@@ -92,9 +93,7 @@ class SequenceSolve {
 
     Index begin_of(Index run) const { return std::max<Index>(0, run * chunk_ - overlap_); }
     Index end_of(Index run) const { return std::min(end_, (run + 1) * chunk_); }
-    bool has_seam_behind(Index run) const {
-        return overlap_ > 0 && (run + 1) * chunk_ < trajectories_.frame_count;
-    }
+    bool has_seam_behind(Index run) const { return overlap_ > 0 && (run + 1) * chunk_ < trajectories_.frame_count; }
 
     template <typename Threads>
     void solve_run(Index run, const Threads& threads) {

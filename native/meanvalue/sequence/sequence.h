@@ -30,11 +30,11 @@ struct SequenceOptions {
     int max_iterations = 1000;
     /// Frames [first, second) are wanted; none: all of the clip.
     std::optional<std::pair<Index, Index>> frames;
-    /// Frames are solved in runs of so many, each frame from the one before, the first of a run from rest: so that runs
-    /// are solved side by side, and in part, with the same bits.
+    /// Frames are solved in runs of so many, each frame from the one before, the first of a run from rest: so that
+    /// runs are solved side by side, and in part, with the same bits.
     Index chunk = 48;
-    /// Each run but the first begins so many frames earlier, and over these the one before it fades into it: where two
-    /// runs came to different minima, nothing jumps. At most `chunk`.
+    /// Each run but the first begins so many frames earlier, and over these the one before it fades into it: where
+    /// two runs came to different minima, nothing jumps. At most `chunk`.
     Index overlap = 8;
     int threads = 0;  ///< 0: every core; results do not depend on it
 };
@@ -46,11 +46,11 @@ struct FrameFailure {
 
 /// The wanted frames, in order.
 struct Sequence {
-    Index first = 0;                     ///< number of the first in the clip
+    Index first = 0;  ///< number of the first in the clip
     Index vertex_count = 0;
-    std::vector<float> vertices;         ///< frames x n x 3
-    std::vector<double> energies;        ///< as Solution::energy, before a frame fades into another run's; NaN: failed
-    std::vector<int> iterations;         ///< all_iterations
+    std::vector<float> vertices;   ///< frames x n x 3
+    std::vector<double> energies;  ///< as Solution::energy, before a frame fades into another run's; NaN: failed
+    std::vector<int> iterations;   ///< all_iterations
     std::vector<char> converged;
     std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the one before
 };

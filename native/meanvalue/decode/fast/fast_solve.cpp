@@ -116,9 +116,22 @@ LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions opt
     };
     options.threads = threads_;
     LbfgsReport report =
-        level.work.minimiser.minimise(energy, at.factor, work_.factor, options, positions, execution_);
+        level.work.minimiser.minimise(energy, preconditioner_of(level, stage), options, positions, execution_);
     all_iterations_ += report.iterations();
     return report;
+}
+
+Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
+    const SupernodalFactor& factor = level.bound.stages[stage]->factor;
+    DiagonalDowndate& downdate = level.work.downdates[stage];
+    const SoftConstraints& constraints = level.bound.energy->soft_constraints();
+    const std::vector<double> lost = constraints.lost_hessian(level.work.energy.soft_weights);
+    if (lost.empty()) {
+        downdate.clear();
+    } else {
+        downdate.set(factor, constraints.rows(), lost, threads_, execution_, work_.factor);
+    }
+    return {factor, work_.factor, &downdate};
 }
 
 LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations, const StopRule& rule) const {

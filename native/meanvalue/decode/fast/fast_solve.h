@@ -48,6 +48,7 @@ class FastSolve {
 
     LbfgsOptions lbfgs_options(double tolerance, int max_iterations, const StopRule& rule) const;
     LbfgsReport minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions);
+    Preconditioner preconditioner_of(Level level, std::size_t stage);
     double energy_of(Level level, const Positions& positions);
     /// What anchors count in this solve, and where they are pulled.
     void set_soft_targets();

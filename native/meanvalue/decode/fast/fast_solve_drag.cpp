@@ -30,7 +30,7 @@ void FastSolve::respond(Level level, std::size_t stage, const Positions& previou
         moves.row(k) = positions.row(coupling.vertices[k]) - previous.row(coupling.vertices[k]);
     if (moves.isZero(0.0)) return;
     Positions answer = -(coupling.matrix * moves);
-    level.bound.stages[stage]->factor.solve(answer, answer, threads_, execution_, work_.factor);
+    preconditioner_of(level, stage).solve(answer, answer, threads_, execution_);
     const std::vector<Index>& free = level.bound.unknowns.free;
     for (std::size_t k = 0; k < free.size(); ++k)
         positions.row(free[k]) += answer.row(k);

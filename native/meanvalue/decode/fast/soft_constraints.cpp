@@ -71,6 +71,14 @@ void SoftConstraints::add_hessian(SparseMatrix& hessian) const {
         hessian.valuePtr()[hessian.outerIndexPtr()[slots_[k]]] += 2.0 * anchors_[k].strength;
 }
 
+std::vector<double> SoftConstraints::lost_hessian(const std::vector<double>& weights) const {
+    std::vector<double> lost;
+    lost.reserve(weights.size());
+    for (std::size_t k = 0; k < weights.size(); ++k)
+        lost.push_back(2.0 * (1.0 - weights[k]) * anchors_[k].strength);
+    return lost;
+}
+
 std::vector<double> SoftConstraints::hardness(std::size_t vertex_count) const {
     if (empty()) return {};
     std::vector<double> result(vertex_count, 0.0);

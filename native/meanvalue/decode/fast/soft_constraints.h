@@ -50,6 +50,9 @@ class SoftConstraints {
     /// The same bits for any number of threads. @throws Cancelled.
     double add_energy(const PositionsView& positions, const Positions& targets, const std::vector<double>& weights,
                       Positions& gradient, int threads, const Execution& execution) const;
+    /// |V'| rows of add_hessian(), one for each in order, and what of 2 s does not count with `weights`.
+    const std::vector<Index>& rows() const { return slots_; }
+    std::vector<double> lost_hessian(const std::vector<double>& weights) const;
     /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
     void add_hessian(SparseMatrix& hessian) const;
 
