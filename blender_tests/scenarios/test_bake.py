@@ -582,3 +582,16 @@ def test_sampling_that_is_dropped_puts_the_frame_back(saved, part):
 def _options(obj, part):
     names = part("bake_settings").NAMES
     return types.SimpleNamespace(**{name: getattr(obj.meanvalue.bake, name) for name in names}, confirm_size=False)
+
+
+def test_posing_on_does_not_move_a_baked_mesh_twice(saved, rows):
+    obj, _control, path = saved
+    bake(target='SHAPE_KEYS', keys='EVERY')
+    baked = played(obj, [1, 6])
+    obj.meanvalue.live = True
+    assert np.abs(played(obj, [1, 6]) - baked).max() < 1e-6
+    obj.meanvalue.live = False
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert np.abs(played(obj, [1, 6]) - baked).max() < 1e-6
+    bake()
+    assert np.array_equal(played(obj, [1, 6]), rows(path)[[0, 5]])
