@@ -177,18 +177,18 @@ def the_panel(ui):
 
 @contextlib.contextmanager
 def _only_the_bake_panel():
-    """Open, and with room for it."""
+    """Open, and in place of all others: the sidebar has no room for more."""
     panel = sys.modules[f"{PACKAGE}.ui.panel"]
     bake = sys.modules[f"{PACKAGE}.ui.bake_panel"].MEANVALUE_PT_bake
-    others = [cls for cls in panel.CLASSES if cls.bl_label != "Mean-Value"]
-    for cls in (*others, bake):
+    usual = bake.bl_options, bake.bl_parent_id
+    for cls in (bake, *reversed(panel.CLASSES)):
         bpy.utils.unregister_class(cls)
-    bake.bl_options = set()
+    bake.bl_options, bake.bl_parent_id = set(), ""
     bpy.utils.register_class(bake)
     try:
         yield
     finally:
         bpy.utils.unregister_class(bake)
-        bake.bl_options = {'DEFAULT_CLOSED'}
-        for cls in (*others, bake):
+        bake.bl_options, bake.bl_parent_id = usual
+        for cls in (*panel.CLASSES, bake):
             bpy.utils.register_class(cls)
