@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from . import ids
+from . import compat, ids
 
 TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
 
@@ -58,7 +58,7 @@ def options(flags=frozenset()):
             description="Point cache to write. Left empty, it is in the folder meanvalue_cache beside the .blend, with "
             "the name of the object",
             subtype='FILE_PATH',
-            **flags,
+            options={*flags["options"], *compat.flags_of_paths()},
         ),
         "overwrite": EnumProperty(
             name="Overwrite",

@@ -97,6 +97,16 @@ def _first_shader(*names):
     return gpu.shader.from_builtin(names[-1])
 
 
+def flags_of_paths():
+    """Options for a property with a path that may begin with //; known, and wanted, from 4.5 on."""
+    flag = {'PATH_SUPPORTS_BLEND_RELATIVE'}
+    try:
+        bpy.props.StringProperty(subtype='FILE_PATH', options=flag)
+    except TypeError:
+        return set()
+    return flag
+
+
 def move_modifier_to_top(obj, modifier):
     """Makes `modifier` the first of the stack. Blender 3.4 has only an operator for that."""
     if hasattr(obj.modifiers, "move"):

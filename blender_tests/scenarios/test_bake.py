@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from support import handles, meshes, steps
-from support.baking import FRAMES, animated_tube, bake, key_control, played, rest, save, shown
+from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, save, shown
 from support.snapshot import assert_same, snapshot
 
 
@@ -300,7 +300,7 @@ def test_nothing_changed_nothing_to_do(saved, monkeypatch, part, capfd):
     bake()
     assert (asked, path.stat().st_mtime_ns) == ([], stamp)
     assert obj.modifiers[0].type == 'MESH_CACHE'
-    control.animation_data.action.fcurves[0].keyframe_points[1].co.y += 0.5
+    curves(control)[0].keyframe_points[1].co.y += 0.5
     bake()
     assert asked == [(0, FRAMES)]
     assert len(obj.modifiers) == 1
@@ -340,7 +340,7 @@ def test_a_part_is_baked_again(saved, rows):
     _obj, control, path = saved
     bake()
     before = rows(path)
-    curve = control.animation_data.action.fcurves[0]
+    curve = curves(control)[0]
     for point in curve.keyframe_points:
         point.co.y += 0.5
     curve.update()
@@ -477,7 +477,7 @@ def test_files_of_others_are_not_overwritten(saved, rows):
 def test_a_full_disk_leaves_scene_and_old_cache(saved, part, monkeypatch):
     obj, control, path = saved
     bake()
-    control.animation_data.action.fcurves[0].keyframe_points[1].co.y += 0.5
+    curves(control)[0].keyframe_points[1].co.y += 0.5
     before, kept = snapshot(obj), path.read_bytes()
 
     def full(_file):

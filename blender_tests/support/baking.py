@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An animated tube to bake, and what Blender shows of it at every frame."""
 
+import sys
+
 import bpy
 import numpy as np
 
@@ -27,6 +29,11 @@ def key_control(control, frames=FRAMES, reach=1.5):
         control.rotation_euler = (0.1 * phase, 0.0, 0.0)
         control.keyframe_insert("location", frame=frame)
         control.keyframe_insert("rotation_euler", frame=frame)
+
+
+def curves(id_block):
+    """Its F-curves, wherever this Blender keeps them."""
+    return list(sys.modules["meanvalue_deform.compat"].curves_to_read(id_block))
 
 
 def rest(obj):
