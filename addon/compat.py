@@ -98,13 +98,9 @@ def _first_shader(*names):
 
 
 def flags_of_paths():
-    """Options for a property with a path that may begin with //; known, and wanted, from 4.5 on."""
-    flag = {'PATH_SUPPORTS_BLEND_RELATIVE'}
-    try:
-        bpy.props.StringProperty(subtype='FILE_PATH', options=flag)
-    except TypeError:
-        return set()
-    return flag
+    """Options for a property with a path that may begin with //, where Blender wants to know (4.5 and later)."""
+    known = bpy.types.Property.bl_rna.properties
+    return {'PATH_SUPPORTS_BLEND_RELATIVE'} if "is_path_supports_blend_relative" in known else set()
 
 
 def move_modifier_to_top(obj, modifier):

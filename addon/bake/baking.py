@@ -37,7 +37,7 @@ class Baking:
         self.total = len(numbers)
         self.begun_at = None
         self._doing = 0  # rows that are being solved
-        self._execution = None
+        self._execution = self._progress_before = None
 
     def work(self, execution):
         """Steps: binds if need be, and solves all chunks that are missing. @throws MeanValueError."""
@@ -57,6 +57,7 @@ class Baking:
                 yield from self._posing.work(execution)
             self.begun_at = self.begun_at or (time.monotonic(), self.done)
             self._doing = end - begin
+            self._progress_before = execution.progress if execution is not None else None  # the last chunk's
             solved = yield from solving.solve_rows(
                 self._posing.binding, self.plan.bind_input, self.plan.targets, self.plan.weights, begin, end, execution
             )
@@ -79,8 +80,10 @@ class Baking:
     @property
     def frames_done(self):
         """With those of the chunk that is being solved."""
-        part = self._execution.progress * self._doing if self._execution is not None else 0.0
-        return min(self.total, self.done + int(part))
+        share = self._execution.progress if self._execution is not None else 0.0
+        if share == self._progress_before:  # the solver has not begun with this chunk
+            share = 0.0
+        return min(self.total, self.done + int(share * self._doing))
 
     @property
     def seconds_left(self):

@@ -68,7 +68,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if baking.begun_at is None:
             return stage, 0.0
         left = baking.seconds_left
-        remaining = "" if left is None else f", {wording.seconds(max(1.0, round(left)))} left"
+        remaining = "" if left is None else f", {wording.duration(left)} left"
         return f"frame {baking.frames_done:,} of {baking.total:,}{remaining}", baking.share
 
     def progress_text(self, stage, share):
