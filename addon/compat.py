@@ -105,3 +105,18 @@ def _first_shader(*names):
         with contextlib.suppress(ValueError):
             return gpu.shader.from_builtin(name)
     return gpu.shader.from_builtin(names[-1])
+
+
+def flags_of_paths():
+    """Options for a property with a path that may begin with //, where Blender wants to know (4.5 and later)."""
+    known = bpy.types.Property.bl_rna.properties
+    return {'PATH_SUPPORTS_BLEND_RELATIVE'} if "is_path_supports_blend_relative" in known else set()
+
+
+def move_modifier_to_top(obj, modifier):
+    """Makes `modifier` the first of the stack. Blender 3.4 has only an operator for that."""
+    if hasattr(obj.modifiers, "move"):
+        obj.modifiers.move(obj.modifiers.find(modifier.name), 0)
+        return
+    with bpy.context.temp_override(object=obj, active_object=obj, selected_objects=[obj]):
+        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)

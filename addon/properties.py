@@ -14,7 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import ids, properties_capture
+from . import bake_settings, ids, properties_capture
 from .bridge import controls, targets
 from .errors import SceneError
 
@@ -217,9 +217,16 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     marker: StringProperty(options={'HIDDEN'})  # of a marker of a take: its name in the file
     marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file
     capture: PointerProperty(type=properties_capture.MEANVALUE_PG_capture)
+    bake: PointerProperty(type=bake_settings.MEANVALUE_PG_bake)
+    baked: PointerProperty(type=bake_settings.MEANVALUE_PG_baked)
 
 
-CLASSES = (MEANVALUE_PG_anchor_group, MEANVALUE_PG_bound_record, MEANVALUE_PG_settings)
+CLASSES = (
+    MEANVALUE_PG_anchor_group,
+    MEANVALUE_PG_bound_record,
+    *bake_settings.CLASSES,
+    MEANVALUE_PG_settings,
+)
 
 
 def register():

@@ -12,6 +12,7 @@ from .operators import (
     add_preset,
     apply_pose,
     background,
+    bake,
     bind,
     find_marker_problems,
     grow_region,
@@ -30,10 +31,12 @@ from .operators import (
     select_marker,
     solve,
     toggle_live,
+    unbake,
     unbind,
 )
 from .ui import (
     anchor_list,
+    bake_panel,
     capture_panel,
     file_drop,
     keymap,
@@ -65,6 +68,8 @@ CLASSES = (
     grow_region.MEANVALUE_OT_grow_region,
     paint_region.MEANVALUE_OT_paint_region,
     paint_region.MEANVALUE_OT_finish_region,
+    bake.MEANVALUE_OT_bake,
+    unbake.MEANVALUE_OT_unbake,
     add_preset.MEANVALUE_OT_add_preset,
     import_motion.MEANVALUE_OT_import_motion,
     find_marker_problems.MEANVALUE_OT_find_marker_problems,
@@ -81,6 +86,7 @@ CLASSES = (
     *panel.CLASSES,
     *capture_panel.CLASSES,
     *file_drop.CLASSES,
+    *bake_panel.CLASSES,
     *menus.CLASSES,
 )
 

@@ -26,6 +26,16 @@ def share(value):
     return "less than 0.1%" if 0.0 < value < 0.0005 else f"{value:.1%}" if value else "0%"
 
 
+def duration(value):
+    """What is left of a wait, no finer than anybody wants to know: "5 s", "3 min 20 s", "2 h 05 min"."""
+    whole = max(1, round(value))
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
 def listed(words):
     """"a", "a and b", "a, b and c"."""
     words = list(words)

@@ -95,14 +95,17 @@ std::vector<Index> as_indices(const py::object& values, const char* name) {
 }
 
 std::vector<double> as_numbers(const py::object& values, const char* name) {
-    constexpr const char* kWanted = "(k,) of float";
-    const py::array array = as_array(values, name, kWanted);
-    if (array.ndim() != 1 || !is_of_kind(array, "fiu")) {
-        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ", type_text(array),
-                                   "; give ", kWanted));
-    }
-    const FloatArray numbers(array);
+    const FloatArray numbers = as_floats(values, name, 1, "(k,) of float");
     return {numbers.data(), numbers.data() + numbers.size()};
+}
+
+FloatArray as_floats(const py::object& values, const char* name, int dimensions, const char* wanted) {
+    const py::array array = as_array(values, name, wanted);
+    if (array.ndim() != dimensions || !is_of_kind(array, "fiu")) {
+        throw InvalidInput(message(name, " has the shape ", shape_text(array), " and the type ", type_text(array),
+                                   "; give ", wanted));
+    }
+    return FloatArray(array);
 }
 
 std::optional<std::vector<char>> as_flags(const std::optional<py::object>& values, const char* name) {

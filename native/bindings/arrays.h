@@ -41,6 +41,10 @@ std::vector<Index> as_indices(const py::object& values, const char* name);
 /// numbers.
 std::vector<double> as_numbers(const py::object& values, const char* name);
 
+/// @param dimensions how many there are to be. @param wanted what to give instead, for the message.
+/// @throws InvalidInput where there are others, or no real numbers, naming the argument.
+FloatArray as_floats(const py::object& values, const char* name, int dimensions, const char* wanted);
+
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (n,) of bool.
 std::optional<std::vector<char>> as_flags(const std::optional<py::object>& values, const char* name);
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/deform/deformer.h"
 
 namespace meanvalue::bindings {
 
@@ -15,6 +16,8 @@ void bind_execution(py::module_& module);
 void bind_task(py::module_& module);
 void bind_encoding(py::module_& module);
 void bind_deformer(py::module_& module);
+/// Adds the solving of many frames to the class of Deformer.
+void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Deformer>>& deformer);
 void bind_baselines(py::module_& module);
 
 /// The caller's Execution, or a fresh one where None was given. Held by the caller: no Python object is touched

@@ -71,28 +71,43 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
             }};
 }
 
+SolveOptions solve_options(std::optional<double> tolerance, int max_iterations, bool settle,
+                           const std::optional<py::object>& weights) {
+    SolveOptions options;
+    options.tolerance = tolerance;
+    options.max_iterations = max_iterations;
+    options.settle = settle;
+    if (weights) {
+        options.weights = as_numbers(*weights, "weights");
+        if (options.weights.empty())
+            throw ::meanvalue::InvalidInput("weights is empty; give one number for each anchor, or None");
+    }
+    return options;
+}
+
 Solution solve(Deformer& deformer, const py::object& targets, const std::optional<py::object>& start,
-               std::optional<double> tolerance, int max_iterations, bool settle, const SharedExecution& execution) {
+               std::optional<double> tolerance, int max_iterations, bool settle,
+               const std::optional<py::object>& weights, const SharedExecution& execution) {
     const PositionsArray target_array(targets, "targets");
     std::optional<PositionsArray> start_array;
     std::optional<PositionsView> start_positions;
     if (start) start_positions.emplace(start_array.emplace(*start, "start").view());
+    const SolveOptions options = solve_options(tolerance, max_iterations, settle, weights);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return deformer.solve(target_array.view(), start_positions, SolveOptions{tolerance, max_iterations, settle},
-                          *held);
+    return deformer.solve(target_array.view(), start_positions, options, *held);
 }
 
 Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
                  const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
-                 bool settle, const SharedExecution& execution) {
+                 bool settle, const std::optional<py::object>& weights, const SharedExecution& execution) {
     struct Call {
         Positions targets;
         std::optional<Positions> start;
         SolveOptions options;
     };
-    const auto call = std::make_shared<Call>(
-        Call{PositionsArray(targets, "targets").view(), {}, {tolerance, max_iterations, settle}});
+    const auto call = std::make_shared<Call>(Call{
+        PositionsArray(targets, "targets").view(), {}, solve_options(tolerance, max_iterations, settle, weights)});
     if (start) call->start.emplace(PositionsArray(*start, "start").view());
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
@@ -184,8 +199,10 @@ void bind_reports(py::module_& module) {
 void bind_deformer(py::module_& module) {
     bind_reports(module);
     const SolveOptions defaults;
-    py::class_<Deformer, std::shared_ptr<Deformer>>(
-        module, "Deformer", "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.")
+    py::class_<Deformer, std::shared_ptr<Deformer>> deformer(
+        module, "Deformer",
+        "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.");
+    deformer
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
              py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
              py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
@@ -213,7 +230,7 @@ void bind_deformer(py::module_& module) {
         .def(
             "solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-            py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
+            py::arg("settle") = defaults.settle, py::arg("weights") = py::none(), py::arg("execution") = py::none(),
             "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
             "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
             "bounding-box diagonals from where they rest.\n"
@@ -231,17 +248,20 @@ void bind_deformer(py::module_& module) {
             "when the energy falls by less than 100 times it in three steps on end.\n"
             "settle: with a start, solve from rest as well and keep whichever ends at the lower energy: for the\n"
             "end of a drag.\n"
+            "weights: (k,) from 0 to 1, or None: what the strength of each soft anchor is multiplied with, 1 for\n"
+            "hard ones. At 0 it is free, and its target may be anything, also NaN.\n"
             "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
             "Returns a Solution.\n"
             "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. Threads may solve on one\n"
             "deformer side by side, each with the bits that it has alone.")
         .def("start_solve", &start_solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("settle") = defaults.settle, py::arg("execution") = py::none(),
+             py::arg("settle") = defaults.settle, py::arg("weights") = py::none(), py::arg("execution") = py::none(),
              "As solve(), beside the interpreter. Returns a Task whose result is the Solution.\n\n"
              "Arrays are copied first. Raises InvalidInput for arrays of another form.")
         .def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
                                "BindReport: what bind found, and what it cost.");
+    bind_sequence(module, deformer);
     module.def("start_bind", &start_bind, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
                py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
                py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,

@@ -40,6 +40,7 @@ struct Line {
             start.row(v) << std::sin(v), std::cos(2.0 * v), std::sin(0.1 * v * v);
     }
 
+    Preconditioner preconditioner() { return {factor, workspace}; }
     Index size() const { return static_cast<Index>(unknowns.free.size()); }
     Positions free_of(const Positions& positions) const { return rows_of(positions, unknowns.free); }
 
@@ -71,7 +72,7 @@ struct Line {
 
     LbfgsReport minimise(const Lbfgs::Energy& energy, const LbfgsOptions& options, Positions& positions) {
         Execution execution;
-        return Lbfgs(unknowns).minimise(energy, factor, workspace, options, positions, execution);
+        return Lbfgs(unknowns).minimise(energy, preconditioner(), options, positions, execution);
     }
 };
 
@@ -173,12 +174,12 @@ TEST(Lbfgs, AKeptHistoryEndsInTheSamePlaceAndCostsFewStepsWhereItMisleads) {
         Execution execution;
         Positions positions = line.start;
         LbfgsOptions options = options_with(1e-3, 100);
-        minimiser.minimise(stiff(stiffness, Positions::Zero(line.size(), 3)), line.factor, line.workspace, options,
+        minimiser.minimise(stiff(stiffness, Positions::Zero(line.size(), 3)), line.preconditioner(), options,
                            positions, execution);
         options.keep_history = keep;
         const Positions near = Positions::Constant(line.size(), 3, 0.1);
         const LbfgsReport report =
-            minimiser.minimise(stiff(stiffness, near), line.factor, line.workspace, options, positions, execution);
+            minimiser.minimise(stiff(stiffness, near), line.preconditioner(), options, positions, execution);
         EXPECT_TRUE(report.converged);
         EXPECT_LT(largest_distance(line.free_of(positions), near), 1e-2);
         return report.iterations();
@@ -240,10 +241,10 @@ TEST(Lbfgs, NothingOfAnEarlierCallIsLeft) {
     Execution execution;
     Lbfgs minimiser(line.unknowns);
     Positions first = line.start, again = line.start, other = 2.0 * line.start;
-    minimiser.minimise(line.steep_energy(), line.factor, line.workspace, options_with(1e-8, 40), first, execution);
-    minimiser.minimise(line.quadratic(line.free_of(line.start)), line.factor, line.workspace, options_with(1e-8, 5),
-                       other, execution);
-    minimiser.minimise(line.steep_energy(), line.factor, line.workspace, options_with(1e-8, 40), again, execution);
+    minimiser.minimise(line.steep_energy(), line.preconditioner(), options_with(1e-8, 40), first, execution);
+    minimiser.minimise(line.quadratic(line.free_of(line.start)), line.preconditioner(), options_with(1e-8, 5), other,
+                       execution);
+    minimiser.minimise(line.steep_energy(), line.preconditioner(), options_with(1e-8, 40), again, execution);
     EXPECT_EQ(first, again);
 }
 
@@ -323,7 +324,7 @@ TEST(Lbfgs, ACancelLeavesAStateThatIsNotWorseThanTheStart) {
         Positions positions = line.start;
         Lbfgs minimiser(line.unknowns);
         EXPECT_THROW(
-            minimiser.minimise(energy, line.factor, line.workspace, options_with(1e-12, 100), positions, execution),
+            minimiser.minimise(energy, line.preconditioner(), options_with(1e-12, 100), positions, execution),
             Cancelled);
         EXPECT_EQ(done, evaluations) << "goes on after a cancel";
         const double energy_left = line.steep(positions, scratch);

@@ -8,6 +8,7 @@ void Execution::check() const {
     if (looks_left_.load(std::memory_order_relaxed) > 0 && looks_left_.fetch_sub(1, std::memory_order_relaxed) == 1) {
         cancelled_.store(true, std::memory_order_relaxed);
     }
+    if (whole_ != nullptr) whole_->check();
     if (cancelled()) throw Cancelled();
 }
 

@@ -12,12 +12,16 @@ namespace meanvalue {
 class Execution {
   public:
     Execution() = default;
+    /// Of one part of an operation: cancelled with it, and with progress of its own. @pre `whole` outlives it.
+    explicit Execution(const Execution* whole) : whole_(whole) {}
     Execution(const Execution&) = delete;
     Execution& operator=(const Execution&) = delete;
 
     /// Asks the operation to stop; it throws Cancelled within about 100 ms.
     void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
-    bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+    bool cancelled() const {
+        return cancelled_.load(std::memory_order_relaxed) || (whole_ != nullptr && whole_->cancelled());
+    }
 
     /// Cancels itself at look number `looks` of check() from now on, counted from 1: tests cancel with it at any
     /// place of an operation.
@@ -41,6 +45,7 @@ class Execution {
     double progress() const { return progress_.load(std::memory_order_relaxed); }
 
   private:
+    const Execution* whole_ = nullptr;
     mutable std::atomic<bool> cancelled_{false};
     mutable std::atomic<std::int64_t> looks_left_{0};  // 0: it does not cancel itself
     std::atomic<const char*> stage_{""};

@@ -23,6 +23,10 @@ struct DecodeOptions {
     const Positions* previous = nullptr;
     /// k x 3, in the order of all anchors: where soft ones are pulled to. Decoders without any do not look at it.
     const PositionsView* targets = nullptr;
+    /// k numbers from 0 to 1, in the order of all anchors, 1 for hard ones; or nullptr: what the strength of each soft
+    /// anchor is multiplied with. At 0 it is free, and its target is not looked at.
+    const std::vector<double>* weights = nullptr;
+    int threads = 0;  ///< 0: as many as it was bound with
     /// Nothing is to be left to a solve that goes on from the answer.
     bool is_last = false;
 };
@@ -92,6 +96,8 @@ class Decoder {
           encoding_(std::move(shape.encoding)),
           detached_triangle_count_(shape.detached_triangle_count),
           bind_timings_(std::move(shape.timings)) {}
+
+    int threads_for(const DecodeOptions& options) const { return options.threads > 0 ? options.threads : threads_; }
 
     Region region_;
     int threads_;

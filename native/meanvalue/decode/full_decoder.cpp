@@ -50,7 +50,7 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given,
     minimise_options.negligible_energy =
         0.5 * static_cast<double>(unknowns_.rows.size()) * std::pow(kRounding * diagonal_, 2);
     minimise_options.max_iterations = options.max_iterations;
-    minimise_options.threads = threads_;
+    minimise_options.threads = threads_for(options);
     if (options.previous == nullptr) choose_start(minimise_options, workspace, positions, execution);
     const MinimiseReport minimised =
         minimise(*system_, workspace.system, workspace.cholesky, unknowns_, minimise_options, positions, execution);

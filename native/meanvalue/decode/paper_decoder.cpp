@@ -79,27 +79,28 @@ Unknowns PaperDecoder::unknowns_of(const Level& level) const {
     return find_unknowns(level.encoding, is_fixed);
 }
 
-DecodeReport PaperDecoder::decode(const DecodeOptions&, Workspace& given, Positions& positions,
+DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given, Positions& positions,
                                   Execution& execution) const {
     auto& workspace = static_cast<PaperWorkspace&>(given);
     DecodeReport report;
     execution.begin_stage("solve");
-    report.energies = {fine_energy(positions, execution)};
+    const int threads = threads_for(options);
+    report.energies = {fine_energy(positions, threads, execution)};
     if (!std::isfinite(report.energies.front())) throw SolverFailure("the energy of the start is not finite");
     MinimiseReport base;
     {
         const StageTimer timer(report.timings, "base");
-        base = solve_base(workspace, positions, execution);
+        base = solve_base(workspace, threads, positions, execution);
     }
     {
         const StageTimer timer(report.timings, "split");
-        hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, 0, positions, threads_, execution);
+        hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, 0, positions, threads, execution);
     }
     {
         const StageTimer timer(report.timings, "optimise");
         const double negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
         const MinimiseReport coarse =
-            coarse_minimiser_->minimise(negligible_energy, threads_, positions, execution, workspace.coarse);
+            coarse_minimiser_->minimise(negligible_energy, threads, positions, execution, workspace.coarse);
         report.iterations = coarse.iterations;
         report.initial_gradient = coarse.initial_gradient;
         report.gradient = coarse.gradient;
@@ -108,23 +109,23 @@ DecodeReport PaperDecoder::decode(const DecodeOptions&, Workspace& given, Positi
     }
     {
         const StageTimer timer(report.timings, "split");
-        hierarchy_.split(0, -1, positions, threads_, execution);
+        hierarchy_.split(0, -1, positions, threads, execution);
     }
     {
         const StageTimer timer(report.timings, "relax");
         for (int sweep = 0; sweep < kSweeps; ++sweep)
-            relaxation_->sweep(positions, threads_, execution);
+            relaxation_->sweep(positions, threads, execution);
     }
-    report.energies.push_back(fine_energy(positions, execution));
+    report.energies.push_back(fine_energy(positions, threads, execution));
     if (!std::isfinite(report.energies.back()) || !positions.allFinite()) {
         throw SolverFailure(message("the result is not finite; energy of the start: ", report.energies.front()));
     }
     return report;
 }
 
-double PaperDecoder::fine_energy(const Positions& positions, const Execution& execution) const {
+double PaperDecoder::fine_energy(const Positions& positions, int threads, const Execution& execution) const {
     std::vector<double> squares(fine_.rows.size());
-    parallel_for(static_cast<Index>(squares.size()), threads_, execution, [&](Index begin, Index end) {
+    parallel_for(static_cast<Index>(squares.size()), threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {
             const Index row = fine_.rows[k];
             squares[k] = (Vector3(positions.row(row)) - predict(encoding_.ring_of(row), positions)).squaredNorm();
@@ -141,7 +142,8 @@ std::vector<Index> PaperDecoder::level_sizes() const {
     return sizes;
 }
 
-MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, Positions& positions, Execution& execution) const {
+MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, Positions& positions,
+                                        Execution& execution) const {
     if (base_unknowns_.free.empty()) return {};
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
@@ -150,14 +152,14 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, Positions& po
     Positions carried = positions;
     for (const Index v : base_unknowns_.free)
         carried.row(v) = all_carried.row(v);
-    if (base_->energy(carried, threads_, execution, workspace.base) <=
-        base_->energy(positions, threads_, execution, workspace.base)) {
+    if (base_->energy(carried, threads, execution, workspace.base) <=
+        base_->energy(positions, threads, execution, workspace.base)) {
         positions = std::move(carried);
     }
     MinimiseOptions options;
     options.step_tolerance = kBaseTolerance * diagonal_;
     options.negligible_energy = energy_of(base_unknowns_, kBaseRounding * diagonal_);
-    options.threads = threads_;
+    options.threads = threads;
     SparseCholesky cholesky;
     return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
 }

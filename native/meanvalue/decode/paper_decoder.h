@@ -44,8 +44,9 @@ class PaperDecoder : public Decoder {
     struct PaperWorkspace;
     /// The unknowns of one level: removable vertices still there.
     Unknowns unknowns_of(const Level& level) const;
-    MinimiseReport solve_base(PaperWorkspace& workspace, Positions& positions, Execution& execution) const;
-    double fine_energy(const Positions& positions, const Execution& execution) const;
+    MinimiseReport solve_base(PaperWorkspace& workspace, int threads, Positions& positions,
+                              Execution& execution) const;
+    double fine_energy(const Positions& positions, int threads, const Execution& execution) const;
 
     double diagonal_;
     Unknowns fine_;

@@ -204,8 +204,27 @@ Positions BoundMesh::rows_of_region(const PositionsView& positions, const Execut
     return rows;
 }
 
+Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const {
+    Positions filled = targets;
+    if (weights.empty()) return filled;
+    if (weights.size() != anchors_.size()) {
+        throw InvalidInput(
+            message("weights has ", weights.size(), " numbers, but there are ", anchors_.size(), " anchors"));
+    }
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+        const auto refuse = [&](const char* why) {
+            throw InvalidInput(message("weights[", k, "], of vertex ", anchors_[k], ", is ", weights[k], why));
+        };
+        if (!(weights[k] >= 0.0 && weights[k] <= 1.0)) refuse("; give numbers from 0 to 1");
+        if (weights[k] != 1.0 && is_fixed_[anchors_[k]])
+            refuse(", but its anchor is met exactly; bind it with a finite strength, so that it can give way");
+        if (weights[k] == 0.0 && static_cast<Eigen::Index>(k) < filled.rows()) filled.row(k) = rest_.row(anchors_[k]);
+    }
+    return filled;
+}
+
 Positions BoundMesh::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
-                                   const Execution& execution) const {
+                                   const std::vector<double>& weights, const Execution& execution) const {
     require_targets(targets, anchors_, rest_, diagonal_);
     execution.check();
     Positions positions = rest_;
@@ -219,7 +238,8 @@ Positions BoundMesh::place_anchors(const PositionsView& targets, const std::opti
     }
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
         execution.check_every(k);
-        if (!start || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
+        const bool is_free = !weights.empty() && weights[k] == 0.0;
+        if ((!start && !is_free) || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
     }
     return positions;
 }

@@ -81,11 +81,15 @@ class BoundMesh {
     const Decoder& decoder() const { return *decoder_; }
     const BindReport& report() const { return report_; }
     double default_tolerance() const { return default_tolerance_; }
+    const Positions& rest() const { return rest_; }  ///< n x 3
 
-    /// n x 3: the rest shape with the anchors at their targets and everything else that may move at `start`, where
-    /// given. @throws InvalidInput, Cancelled.
+    /// k x 3: `targets`, and where `weights` (k, or empty: all 1) free an anchor, its place at rest.
+    /// @throws InvalidInput for weights of another number, outside [0, 1], or not 1 where an anchor is hard.
+    Positions targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const;
+    /// n x 3: the rest shape with the anchors that are not freed at their targets and everything else that may move at
+    /// `start`, where given. @param weights that targets_without_gaps() took. @throws InvalidInput, Cancelled.
     Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
-                            const Execution& execution) const;
+                            const std::vector<double>& weights, const Execution& execution) const;
     /// The rows of `positions` (n x 3) that belong to the decoder's vertices, and what may move of these put back.
     Positions rows_of_region(const PositionsView& positions, const Execution& execution) const;
     void put_rows_of_region(const Positions& rows, Positions& positions) const;

@@ -5,6 +5,7 @@
 
 #include "meanvalue/common/detached_job.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
 
 namespace meanvalue {
 
@@ -15,6 +16,13 @@ Deformer::Deformer(const Binding& binding, Execution& execution)
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) {
+    return solve_with(nullptr, targets, start, options, execution);
+}
+
+/// @param loan nullptr: the one that fits best is borrowed.
+Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& targets,
+                              const std::optional<PositionsView>& start, const SolveOptions& options,
+                              Execution& execution) {
     const double tolerance = options.tolerance.value_or(bound_.default_tolerance());
     if (!(tolerance > 0.0)) {
         throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
@@ -22,8 +30,11 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     if (options.max_iterations < 0) {
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     }
+    const std::vector<double>& weights = options.weights;
+    const Positions filled = bound_.targets_without_gaps(targets, weights);
+    const PositionsView filled_view = filled;
     Solution solution;
-    solution.vertices = bound_.place_anchors(targets, start, execution);
+    solution.vertices = bound_.place_anchors(filled, start, weights, execution);
     Positions positions = bound_.rows_of_region(solution.vertices, execution);
     const Positions previous = start ? bound_.rows_of_region(*start, execution) : Positions();
     DecodeReport report;
@@ -31,15 +42,23 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     {
         const StageTimer timer(total, "total");
         execution.begin_stage("solve");
-        DecodeOptions decode_options{tolerance, options.max_iterations, start ? &previous : nullptr, &targets,
-                                     options.settle};
+        DecodeOptions decode_options;
+        decode_options.tolerance = tolerance;
+        decode_options.max_iterations = options.max_iterations;
+        decode_options.previous = start ? &previous : nullptr;
+        decode_options.targets = &filled_view;
+        decode_options.weights = weights.empty() ? nullptr : &weights;
+        decode_options.threads = options.threads > 0 ? thread_count(options.threads) : 0;
+        decode_options.is_last = options.settle;
         const Decoder& decoder = bound_.decoder();
-        WorkspacePool::Loan loan(workspaces_, decode_options.previous, execution);
-        report = decoder.decode(decode_options, loan.workspace(), positions, execution);
+        std::optional<WorkspacePool::Loan> borrowed;
+        if (loan == nullptr) loan = &borrowed.emplace(workspaces_, decode_options.previous, execution);
+        Workspace& workspace = loan->workspace();
+        report = decoder.decode(decode_options, workspace, positions, execution);
         if (start && options.settle) {
-            Positions fresh = bound_.rows_of_region(bound_.place_anchors(targets, {}, execution), execution);
+            Positions fresh = bound_.rows_of_region(bound_.place_anchors(filled, {}, weights, execution), execution);
             decode_options.previous = nullptr;
-            DecodeReport fresh_report = decoder.decode(decode_options, loan.workspace(), fresh, execution);
+            DecodeReport fresh_report = decoder.decode(decode_options, workspace, fresh, execution);
             if (fresh_report.energies.back() < report.energies.back()) {
                 report = std::move(fresh_report);
                 positions = std::move(fresh);

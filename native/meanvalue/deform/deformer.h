@@ -21,6 +21,10 @@ struct SolveOptions {
     /// With a start: solve from rest as well, and keep whichever ends at the lower energy. For the end of a drag, so
     /// that what stays is at least as good as what the targets alone give.
     bool settle = false;
+    /// k numbers from 0 to 1, in the order of the anchors, or empty: what the strength of each soft anchor is
+    /// multiplied with, 1 for hard ones. At 0 an anchor is free for this solve, and its target may be anything.
+    std::vector<double> weights = {};
+    int threads = 0;  ///< 0: as many as the mesh was bound with
 };
 
 struct Solution {
@@ -57,9 +61,33 @@ class Deformer {
     Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                    const SolveOptions& options, Execution& execution);
 
+    /// Solves one after another with a workspace of their own, whatever else is solved on the deformer: their bits are
+    /// those of the same solves alone. It must not outlive the deformer or the execution.
+    class Drag {
+      public:
+        /// @throws Cancelled, std::bad_alloc.
+        Drag(Deformer& deformer, const Execution& execution)
+            : deformer_(deformer), loan_(deformer.workspaces_, nullptr, execution) {}
+
+        /// As Deformer::solve(). The first is to begin from rest.
+        Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
+                       const SolveOptions& options, Execution& execution) {
+            return deformer_.solve_with(&loan_, targets, start, options, execution);
+        }
+
+      private:
+        Deformer& deformer_;
+        WorkspacePool::Loan loan_;
+    };
+
     const BindReport& report() const { return report_; }
+    const BoundMesh& bound() const { return bound_; }
 
   private:
+    Solution solve_with(WorkspacePool::Loan* loan, const PositionsView& targets,
+                        const std::optional<PositionsView>& start, const SolveOptions& options,
+                        Execution& execution);
+
     BoundMesh bound_;
     WorkspacePool workspaces_;
     BindReport report_;

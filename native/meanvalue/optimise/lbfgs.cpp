@@ -51,9 +51,8 @@ Lbfgs::Lbfgs(const Unknowns& unknowns, double size) : unknowns_(&unknowns) {
     history_ = LbfgsHistory(static_cast<Index>(count), size);
 }
 
-LbfgsReport Lbfgs::minimise(const Energy& energy, const SupernodalFactor& factor,
-                            SupernodalFactor::Workspace& workspace, const LbfgsOptions& options, Positions& positions,
-                            Execution& execution) {
+LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& preconditioner, const LbfgsOptions& options,
+                            Positions& positions, Execution& execution) {
     LbfgsReport report;
     if (!options.keep_history) history_.clear();
     bool is_inherited = !history_.empty();
@@ -76,7 +75,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const SupernodalFactor& factor
         }
         execution.check();
         execution.set_progress(static_cast<double>(report.iterations()) / options.max_iterations);
-        history_.find_direction(gradient_, factor, workspace, options.threads, execution, direction_);
+        history_.find_direction(gradient_, preconditioner, options.threads, execution, direction_);
         const double slope = (direction_.cwiseProduct(gradient_)).sum();
         const double longest = std::sqrt(direction_.rowwise().squaredNorm().maxCoeff());
         double length = slope < 0.0 ? 1.0 : 0.0;

@@ -56,10 +56,11 @@ class Lbfgs {
     explicit Lbfgs(const Unknowns& unknowns, double size = 1.0);
 
     /// Moves the free vertices in `positions` (n x 3) down to a minimum of the energy.
-    /// @param factor of a symmetric positive definite matrix near the energy's Hessian, over the free vertices.
+    /// @param preconditioner the inverse of a symmetric positive definite matrix near the energy's Hessian, over the
+    /// free vertices.
     /// @throws Cancelled, with `positions` at the last step taken; SolverFailure where the start is not finite.
-    LbfgsReport minimise(const Energy& energy, const SupernodalFactor& factor, SupernodalFactor::Workspace& workspace,
-                         const LbfgsOptions& options, Positions& positions, Execution& execution);
+    LbfgsReport minimise(const Energy& energy, const Preconditioner& preconditioner, const LbfgsOptions& options,
+                         Positions& positions, Execution& execution);
 
     std::size_t bytes() const;
 

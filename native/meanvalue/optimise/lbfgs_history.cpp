@@ -47,9 +47,8 @@ LbfgsHistory::LbfgsHistory(Index rows, double size) : rows_(rows), size_(size), 
 
 /// With s_k, y_k the pairs, oldest first, and the products s_k . y_l known, the two loops of the usual recursion need
 /// only s_k . g and y_k . (what comes out of the factor).
-void LbfgsHistory::find_direction(const Positions& gradient, const SupernodalFactor& factor,
-                                  SupernodalFactor::Workspace& workspace, int threads, Execution& execution,
-                                  Positions& direction) {
+void LbfgsHistory::find_direction(const Positions& gradient, const Preconditioner& preconditioner, int threads,
+                                  Execution& execution, Positions& direction) {
     const auto count = static_cast<int>(order_.size());
     const auto product = [&](int s, int y) { return products_(order_[s], order_[y]); };
     const auto products_with = [&](std::vector<float> Pair::*of_pair, const Positions& vector) {
@@ -79,7 +78,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, const SupernodalFac
                 kernels_.add_scaled(-alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
         });
     });
-    factor.solve(direction, direction, threads, execution, workspace);
+    preconditioner.solve(direction, direction, threads, execution);
     if (count == 0) return;
     const std::vector<double> by_direction = products_with(&Pair::change, direction);
     std::vector<double> add(count);

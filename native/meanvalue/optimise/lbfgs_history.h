@@ -5,7 +5,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/linalg/preconditioner.h"
 #include "meanvalue/optimise/lbfgs_kernels.h"
 
 namespace meanvalue {
@@ -29,9 +29,8 @@ class LbfgsHistory {
     void clear() { order_.clear(); }
 
     /// direction = -H gradient, both |V'| x 3. @throws Cancelled.
-    void find_direction(const Positions& gradient, const SupernodalFactor& factor,
-                        SupernodalFactor::Workspace& workspace, int threads, Execution& execution,
-                        Positions& direction);
+    void find_direction(const Positions& gradient, const Preconditioner& preconditioner, int threads,
+                        Execution& execution, Positions& direction);
 
     /// Keeps the step length * direction, which led from `gradient` to `next`, in place of the oldest: unless the
     /// energy does not curve upwards along it by more than rounding, which leaves all as it was. @throws Cancelled.

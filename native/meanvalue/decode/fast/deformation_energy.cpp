@@ -83,7 +83,8 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     for (const double share : workspace.patch_energy)
         sum += share;
     if (!soft_constraints_.empty())
-        sum += soft_constraints_.add_energy(positions, workspace.soft_targets, gradient, threads, execution);
+        sum += soft_constraints_.add_energy(positions, workspace.soft_targets, workspace.soft_weights, gradient,
+                                            threads, execution);
     return sum;
 }
 
@@ -127,7 +128,7 @@ std::size_t DeformationEnergy::bytes() const {
 
 std::size_t DeformationEnergy::Workspace::bytes() const {
     std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + patch_energy.capacity() * sizeof(double) +
-                      static_cast<std::size_t>(soft_targets.size()) * sizeof(double);
+                      (static_cast<std::size_t>(soft_targets.size()) + soft_weights.capacity()) * sizeof(double);
     for (const Scratch& of_thread : scratch)
         sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.by_ring.capacity() * sizeof(Vector3);
     return sum;

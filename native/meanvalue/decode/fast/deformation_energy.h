@@ -49,7 +49,8 @@ class DeformationEnergy {
         std::vector<PaddedPoint> shares;   ///< of dE/dV, by each point of each patch
         std::vector<double> patch_energy;  ///< of E, by each patch
         std::vector<Scratch> scratch;
-        Positions soft_targets;  ///< |soft anchors| x 3: to be set before anything is evaluated
+        Positions soft_targets;            ///< |soft anchors| x 3: to be set before anything is evaluated
+        std::vector<double> soft_weights;  ///< |soft anchors|, what each counts in this solve; empty: 1
 
         std::size_t bytes() const;
     };

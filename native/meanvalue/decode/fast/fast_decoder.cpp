@@ -145,6 +145,7 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
         execution.check();
         of_level.energy = level->energy->make_workspace();
         of_level.minimiser = Lbfgs(level->unknowns, size_);
+        of_level.downdates.resize(level->stages.size());
     };
     prepare(fine_, workspace->fine);
     prepare(coarse_, workspace->coarse);
@@ -186,8 +187,11 @@ std::size_t FastDecoder::bytes() const {
 
 std::size_t FastWorkspace::bytes() const {
     std::size_t sum = later_bytes;
-    for (const OfLevel* level : {&fine, &coarse, &middle})
+    for (const OfLevel* level : {&fine, &coarse, &middle}) {
         sum += level->energy.bytes() + level->minimiser.bytes();
+        for (const DiagonalDowndate& downdate : level->downdates)
+            sum += downdate.bytes();
+    }
     return sum;
 }
 

@@ -24,7 +24,12 @@ DecodeReport FastSolve::run(Positions& positions) {
     report.stop_reason = "no free vertices";
     if (bound_.fine_->unknowns.free.empty()) return report;
     execution_.begin_stage("solve");
+    const std::vector<double> former_weights = work_.fine.energy.soft_weights;
     set_soft_targets();
+    if (work_.fine.energy.soft_weights != former_weights) {  // another energy: what was learnt does not hold
+        work_.predictor.forget();
+        work_.keeps_history = false;
+    }
     const bool is_cold = options_.previous == nullptr;
     const int warm_limit = std::min(options_.max_iterations, kMostWarmSteps);
     const bool has_history = std::exchange(work_.keeps_history, false);
@@ -42,11 +47,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     }
     const auto minimise_whole = [&](int limit) {
         const StageTimer timer(timings_, "minimise");
-        LbfgsOptions options;
-        options.step_tolerance = options_.tolerance * bound_.size_;
-        options.energy_tolerance = rule.energy_tolerance;
-        options.patience = rule.patience;
-        options.max_iterations = limit;
+        LbfgsOptions options = lbfgs_options(options_.tolerance, limit, rule);
         options.highest_start = std::exchange(highest_start_, std::numeric_limits<double>::infinity());
         options.keep_history = keep_history;
         return minimise(fine(), bound_.fine_->stages.size() - 1, options, positions);
@@ -110,40 +111,72 @@ bool FastSolve::history_is_exact() const {
 LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions) {
     const FastStage& at = *level.bound.stages[stage];
     const auto energy = [&](const Positions& positions_then, Positions& gradient) {
-        return level.bound.energy->evaluate(positions_then, at.rigidity, gradient, bound_.threads_, execution_,
+        return level.bound.energy->evaluate(positions_then, at.rigidity, gradient, threads_, execution_,
                                             level.work.energy);
     };
-    options.threads = bound_.threads_;
+    options.threads = threads_;
     LbfgsReport report =
-        level.work.minimiser.minimise(energy, at.factor, work_.factor, options, positions, execution_);
+        level.work.minimiser.minimise(energy, preconditioner_of(level, stage), options, positions, execution_);
     all_iterations_ += report.iterations();
     return report;
 }
 
-LbfgsReport FastSolve::minimise(Level level, std::size_t stage, double tolerance, int max_iterations,
-                                const StopRule& rule, Positions& positions) {
+Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
+    const SupernodalFactor& factor = level.bound.stages[stage]->factor;
+    DiagonalDowndate& downdate = level.work.downdates[stage];
+    const SoftConstraints& constraints = level.bound.energy->soft_constraints();
+    const std::vector<double> lost = constraints.lost_hessian(level.work.energy.soft_weights);
+    if (lost.empty()) {
+        downdate.clear();
+    } else {
+        downdate.set(factor, constraints.rows(), lost, threads_, execution_, work_.factor);
+    }
+    return {factor, work_.factor, &downdate};
+}
+
+LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations, const StopRule& rule) const {
     LbfgsOptions options;
     options.step_tolerance = tolerance * bound_.size_;
     options.energy_tolerance = rule.energy_tolerance;
     options.patience = rule.patience;
     options.max_iterations = max_iterations;
-    return minimise(level, stage, options, positions);
+    return options;
 }
 
 double FastSolve::energy_of(Level level, const Positions& positions) {
     Positions gradient(static_cast<Eigen::Index>(level.bound.unknowns.free.size()), 3);
-    return level.bound.energy->evaluate(positions, bound_.rigidity_, gradient, bound_.threads_, execution_,
+    return level.bound.energy->evaluate(positions, bound_.rigidity_, gradient, threads_, execution_,
                                         level.work.energy);
 }
 
 void FastSolve::set_soft_targets() {
     const auto set = [&](const std::unique_ptr<FastLevel>& level, FastWorkspace::OfLevel& work) {
-        if (level && !level->energy->soft_constraints().empty())
-            work.energy.soft_targets = level->energy->soft_constraints().targets_of(*options_.targets);
+        if (!level || level->energy->soft_constraints().empty()) return;
+        const SoftConstraints& constraints = level->energy->soft_constraints();
+        work.energy.soft_targets = constraints.targets_of(*options_.targets);
+        work.energy.soft_weights =
+            options_.weights != nullptr ? constraints.weights_of(*options_.weights) : std::vector<double>();
     };
     set(bound_.fine_, work_.fine);
     set(bound_.middle_, work_.middle);
     set(bound_.coarse_, work_.coarse);
+    if (options_.weights != nullptr)
+        pull_free_anchors_to(options_.previous != nullptr ? *options_.previous : bound_.region_.positions);
+}
+
+/// Anchors that count nothing have no target; what looks at one nevertheless finds them where they are.
+void FastSolve::pull_free_anchors_to(const Positions& positions) {
+    const auto pull = [&](const std::unique_ptr<FastLevel>& level, FastWorkspace::OfLevel& work) {
+        if (!level) return;
+        const std::vector<SoftAnchor>& anchors = level->energy->soft_constraints().anchors();
+        for (std::size_t k = 0; k < work.energy.soft_weights.size(); ++k) {
+            if (work.energy.soft_weights[k] == 0.0)
+                work.energy.soft_targets.row(k) = positions.row(anchors[k].vertex);
+        }
+    };
+    pull(bound_.fine_, work_.fine);
+    pull(bound_.middle_, work_.middle);
+    pull(bound_.coarse_, work_.coarse);
 }
 
 void FastSolve::put_targets(Positions& positions) const {

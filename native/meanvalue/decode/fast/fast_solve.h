@@ -18,7 +18,11 @@ class FastSolve {
   public:
     /// @pre all outlive it.
     FastSolve(const FastDecoder& bound, FastWorkspace& workspace, const DecodeOptions& options, Execution& execution)
-        : bound_(bound), work_(workspace), options_(options), execution_(execution) {}
+        : bound_(bound),
+          work_(workspace),
+          options_(options),
+          execution_(execution),
+          threads_(bound.threads_for(options)) {}
 
     /// See Decoder::decode().
     DecodeReport run(Positions& positions);
@@ -42,17 +46,23 @@ class FastSolve {
     StopRule cold_rule() const;
     StopRule drag_rule() const;
 
+    LbfgsOptions lbfgs_options(double tolerance, int max_iterations, const StopRule& rule) const;
     LbfgsReport minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions);
-    LbfgsReport minimise(Level level, std::size_t stage, double tolerance, int max_iterations, const StopRule& rule,
-                         Positions& positions);
+    Preconditioner preconditioner_of(Level level, std::size_t stage);
     double energy_of(Level level, const Positions& positions);
+    /// What anchors count in this solve, and where they are pulled.
     void set_soft_targets();
+    bool is_free(std::size_t soft_anchor) const {
+        return !work_.fine.energy.soft_weights.empty() && work_.fine.energy.soft_weights[soft_anchor] == 0.0;
+    }
+    void pull_free_anchors_to(const Positions& positions);
     /// Puts the soft anchors of the whole mesh to where they are pulled.
     void put_targets(Positions& positions) const;
     void place_along(const HandlePaths::Path& path, double fraction, Level level, Positions& positions);
 
     // From rest.
     void start_cold(Positions& positions);
+    std::vector<double> hold_of_anchors() const;
     void start_from_rest(Positions& positions);
     double relax(Level level, Positions& positions);
     double relax_stage_by_stage(Positions& positions);
@@ -73,6 +83,7 @@ class FastSolve {
     FastWorkspace& work_;
     const DecodeOptions& options_;
     Execution& execution_;
+    int threads_;
     Timings timings_;
     double highest_start_ = std::numeric_limits<double>::infinity();  // of the whole mesh: see LbfgsOptions
     int all_iterations_ = 0;

@@ -19,6 +19,8 @@ constexpr double kFarTurn = 2.1;
 constexpr double kTurnOfStep = 0.26;
 constexpr int kMostFollowSteps = 15;
 constexpr double kFollowTolerance = 1e-3;
+// Of soft anchors that are free for the time being: a part without any other stays.
+constexpr double kLeastHold = 1e-9;
 
 }  // namespace
 
@@ -32,7 +34,7 @@ void FastSolve::start_cold(Positions& positions) {
     const StageTimer timer(timings_, "split");
     int coarse = static_cast<int>(bound_.hierarchy_.levels.size()) - 1;
     const auto split_to = [&](int fine) {
-        bound_.hierarchy_.carry(coarse, fine, bound_.region_.positions, positions, bound_.threads_, execution_);
+        bound_.hierarchy_.carry(coarse, fine, bound_.region_.positions, positions, threads_, execution_);
         coarse = fine;
     };
     if (bound_.middle_) {
@@ -44,9 +46,9 @@ void FastSolve::start_cold(Positions& positions) {
 
 /// To a minimum at the rigidity asked for, as exactly as a stage on the way needs. @return the energy.
 double FastSolve::relax(Level level, Positions& positions) {
-    return minimise(level, level.bound.stages.size() - 1, std::max(options_.tolerance, kStageTolerance),
-                    options_.max_iterations, cold_rule(), positions)
-        .energies.back();
+    const LbfgsOptions options =
+        lbfgs_options(std::max(options_.tolerance, kStageTolerance), options_.max_iterations, cold_rule());
+    return minimise(level, level.bound.stages.size() - 1, options, positions).energies.back();
 }
 
 /// Starts from rest, and keeps that where it is below `energy`, that of `positions`.
@@ -63,11 +65,26 @@ void FastSolve::start_afresh_if_lower(double energy, Positions& positions) {
     if (energy_of(fine(), fresh) < energy) std::swap(positions, fresh);
 }
 
+/// n numbers: what fixed vertices and soft anchors count where a part is carried along with them; empty: all alike.
+std::vector<double> FastSolve::hold_of_anchors() const {
+    std::vector<double> hold = bound_.hold_;
+    if (options_.weights == nullptr) return hold;
+    for (std::size_t k = 0; k < bound_.soft_.size(); ++k) {
+        double& of_anchor = hold[bound_.soft_[k].vertex];
+        of_anchor = std::max(work_.fine.energy.soft_weights[k] * of_anchor, kLeastHold);
+    }
+    return hold;
+}
+
 /// From rest, carried along with the fixed vertices.
 void FastSolve::start_from_rest(Positions& positions) {
-    const HandlePaths::Path path = bound_.pieces_->path_to(positions);
+    const Positions carried = carry_parts(bound_.components_, bound_.region_.positions, positions, hold_of_anchors());
     execution_.check();
-    const Positions carried = carry_parts(bound_.components_, bound_.region_.positions, positions, bound_.hold_);
+    for (std::size_t k = 0; k < bound_.soft_.size(); ++k) {
+        if (is_free(k)) positions.row(bound_.soft_[k].vertex) = carried.row(bound_.soft_[k].vertex);
+    }
+    pull_free_anchors_to(carried);
+    const HandlePaths::Path path = bound_.pieces_->path_to(positions);
     execution_.check();
     for (std::size_t v = 0; v < bound_.region_.is_fixed.size(); ++v) {
         if (!bound_.region_.is_fixed[v]) positions.row(v) = carried.row(v);
@@ -97,7 +114,7 @@ void FastSolve::start_from_rest(Positions& positions) {
 double FastSolve::relax_stage_by_stage(Positions& positions) {
     const Level level = starting_level();
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
-        minimise(level, stage, kStiffTolerance, kMostStageSteps, cold_rule(), positions);
+        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageSteps, cold_rule()), positions);
     return relax(level, positions);
 }
 
@@ -106,7 +123,8 @@ double FastSolve::follow(const HandlePaths::Path& path, Positions& positions) {
     const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kTurnOfStep));
     for (int step = 1; step < steps; ++step) {
         place_along(path, static_cast<double>(step) / steps, level, positions);
-        minimise(level, level.bound.stages.size() - 1, kFollowTolerance, kMostFollowSteps, cold_rule(), positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kFollowTolerance, kMostFollowSteps, cold_rule()),
+                 positions);
     }
     place_along(path, 1.0, level, positions);
     return relax(level, positions);

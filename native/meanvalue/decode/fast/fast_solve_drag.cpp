@@ -30,7 +30,7 @@ void FastSolve::respond(Level level, std::size_t stage, const Positions& previou
         moves.row(k) = positions.row(coupling.vertices[k]) - previous.row(coupling.vertices[k]);
     if (moves.isZero(0.0)) return;
     Positions answer = -(coupling.matrix * moves);
-    level.bound.stages[stage]->factor.solve(answer, answer, bound_.threads_, execution_, work_.factor);
+    preconditioner_of(level, stage).solve(answer, answer, threads_, execution_);
     const std::vector<Index>& free = level.bound.unknowns.free;
     for (std::size_t k = 0; k < free.size(); ++k)
         positions.row(free[k]) += answer.row(k);
@@ -44,15 +44,18 @@ void FastSolve::put_balanced_targets(const Positions& previous, Positions& posit
     const Positions targets = work_.fine.energy.soft_targets;
     work_.fine.energy.soft_targets = level.energy->soft_constraints().rows_of(previous);
     Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
-    level.energy->evaluate(previous, bound_.rigidity_, gradient, bound_.threads_, execution_, work_.fine.energy);
+    level.energy->evaluate(previous, bound_.rigidity_, gradient, threads_, execution_, work_.fine.energy);
     work_.fine.energy.soft_targets = targets;
     for (std::size_t k = 0; k < bound_.soft_.size(); ++k) {
         const SoftAnchor& anchor = bound_.soft_[k];
         const Index v = anchor.vertex;
-        const Eigen::RowVector3d lag = gradient.row(level.unknowns.slot[v]) / (2.0 * anchor.strength);
+        positions.row(v) = previous.row(v);
+        if (is_free(k)) continue;
+        const double weight = options_.weights != nullptr ? work_.fine.energy.soft_weights[k] : 1.0;
+        const Eigen::RowVector3d lag = gradient.row(level.unknowns.slot[v]) / (2.0 * weight * anchor.strength);
         const double most = (targets.row(k) - previous.row(v)).norm();
         const double length = lag.norm();
-        positions.row(v) = previous.row(v) + (length > most ? most / length : 1.0) * lag;
+        positions.row(v) += (length > most ? most / length : 1.0) * lag;
     }
 }
 
@@ -76,7 +79,7 @@ void FastSolve::follow_from(const Positions& previous, Positions& positions) {
         place_along(path, static_cast<double>(step) / steps, level, next);
         respond(level, stage, here, next);
         here = std::move(next);
-        if (step < steps) minimise(level, stage, kFollowTolerance, kStepsOfResponse, {}, here);
+        if (step < steps) minimise(level, stage, lbfgs_options(kFollowTolerance, kStepsOfResponse, {}), here);
     }
     for (const Index v : level.bound.unknowns.free)
         positions.row(v) = here.row(v);
@@ -92,7 +95,7 @@ bool FastSolve::follow_drag(const Positions& previous, Positions& positions) {
         work_.predictor.begin(previous, drivers_in(begins));
     }
     Positions predicted = previous;
-    if (!goes_on || !work_.predictor.predict(drivers_of(positions), predicted, bound_.threads_, execution_)) {
+    if (!goes_on || !work_.predictor.predict(drivers_of(positions), predicted, threads_, execution_)) {
         follow_from(previous, positions);
         return goes_on;
     }

@@ -14,6 +14,7 @@ struct FastWorkspace : Workspace {
     struct OfLevel {
         DeformationEnergy::Workspace energy;
         Lbfgs minimiser;
+        std::vector<DiagonalDowndate> downdates;  // for each stage
     };
 
     bool has_answer() const override { return predictor.has_answer(); }

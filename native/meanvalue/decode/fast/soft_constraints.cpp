@@ -28,6 +28,14 @@ Positions SoftConstraints::targets_of(const PositionsView& targets) const {
     return rows;
 }
 
+std::vector<double> SoftConstraints::weights_of(const std::vector<double>& weights) const {
+    std::vector<double> result;
+    result.reserve(anchors_.size());
+    for (const SoftAnchor& anchor : anchors_)
+        result.push_back(weights[anchor.anchor]);
+    return result;
+}
+
 Positions SoftConstraints::rows_of(const PositionsView& positions) const {
     Positions rows(static_cast<Eigen::Index>(anchors_.size()), 3);
     for (std::size_t k = 0; k < anchors_.size(); ++k)
@@ -40,14 +48,15 @@ void SoftConstraints::put(const Positions& rows, Positions& positions) const {
         positions.row(anchors_[k].vertex) = rows.row(k);
 }
 
-double SoftConstraints::add_energy(const PositionsView& positions, const Positions& targets, Positions& gradient,
-                                   int threads, const Execution& execution) const {
+double SoftConstraints::add_energy(const PositionsView& positions, const Positions& targets,
+                                   const std::vector<double>& weights, Positions& gradient, int threads,
+                                   const Execution& execution) const {
     const auto count = static_cast<Index>(anchors_.size());
     std::vector<double> energies(piece_count(count));
     parallel_pieces(count, threads, execution, [&](Index piece, Index begin, Index end) {
         double sum = 0.0;
         for (Index k = begin; k < end; ++k) {
-            const double strength = anchors_[k].strength;
+            const double strength = (weights.empty() ? 1.0 : weights[k]) * anchors_[k].strength;
             const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets.row(k);
             sum += strength * stretch.squaredNorm();
             gradient.row(slots_[k]) += 2.0 * strength * stretch;
@@ -60,6 +69,14 @@ double SoftConstraints::add_energy(const PositionsView& positions, const Positio
 void SoftConstraints::add_hessian(SparseMatrix& hessian) const {
     for (std::size_t k = 0; k < anchors_.size(); ++k)
         hessian.valuePtr()[hessian.outerIndexPtr()[slots_[k]]] += 2.0 * anchors_[k].strength;
+}
+
+std::vector<double> SoftConstraints::lost_hessian(const std::vector<double>& weights) const {
+    std::vector<double> lost;
+    lost.reserve(weights.size());
+    for (std::size_t k = 0; k < weights.size(); ++k)
+        lost.push_back(2.0 * (1.0 - weights[k]) * anchors_[k].strength);
+    return lost;
 }
 
 std::vector<double> SoftConstraints::hardness(std::size_t vertex_count) const {

@@ -38,15 +38,21 @@ class SoftConstraints {
 
     /// |anchors| x 3. @param targets k x 3, in the order of all anchors, the units of the positions.
     Positions targets_of(const PositionsView& targets) const;
+    /// |anchors| numbers. @param weights k, in the order of all anchors.
+    std::vector<double> weights_of(const std::vector<double>& weights) const;
     /// |anchors| x 3: where the soft anchors are in `positions` (n x 3).
     Positions rows_of(const PositionsView& positions) const;
     /// Puts soft anchors to `rows` (|anchors| x 3) in `positions` (n x 3).
     void put(const Positions& rows, Positions& positions) const;
 
     /// Their energy, in squared units. Adds its derivative to `gradient` (|V'| x 3). @param targets |anchors| x 3.
+    /// @param weights |anchors|, what the strength of each is multiplied with; or empty: 1.
     /// The same bits for any number of threads. @throws Cancelled.
-    double add_energy(const PositionsView& positions, const Positions& targets, Positions& gradient, int threads,
-                      const Execution& execution) const;
+    double add_energy(const PositionsView& positions, const Positions& targets, const std::vector<double>& weights,
+                      Positions& gradient, int threads, const Execution& execution) const;
+    /// |V'| rows of add_hessian(), one for each in order, and what of 2 s does not count with `weights`.
+    const std::vector<Index>& rows() const { return slots_; }
+    std::vector<double> lost_hessian(const std::vector<double>& weights) const;
     /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
     void add_hessian(SparseMatrix& hessian) const;
 

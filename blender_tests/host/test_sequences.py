@@ -1,0 +1,327 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Solving every frame of a clip, and anchors that count less for a while."""
+
+import numpy as np
+import pytest
+
+meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+from blender_tests.support import stress  # noqa: E402
+
+FRAMES = 60
+CHUNK = 16
+OVERLAP = 4
+
+
+def bar(vertices=600):
+    """(vertices, faces, anchors, pieces): both ends of a bar are handles."""
+    points, faces = stress.bar(vertices)
+    points = np.asarray(points, np.float64)
+    low, high = points[:, 0].min(), points[:, 0].max()
+    ends = 0.08 * (high - low)
+    is_left, is_right = points[:, 0] < low + ends, points[:, 0] > high - ends
+    anchors = np.flatnonzero(is_left | is_right).astype(np.int32)
+    return points, faces, anchors, is_right[anchors].astype(np.int32)
+
+
+def swing(points, anchors, pieces, frames=FRAMES):
+    """(f, k, 3): the right end swings to and fro by 50 degrees."""
+    right = points[anchors][pieces == 1]
+    centre = points.mean(axis=0)
+    targets = np.repeat(points[anchors][None], frames, axis=0)
+    for frame in range(frames):
+        angle = 0.87 * np.sin(0.12 * frame)
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        targets[frame, pieces == 1] = centre + (right - centre) @ turn.T
+    return targets
+
+
+def diagonal(points):
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+@pytest.fixture(scope="module")
+def clip():
+    points, faces, anchors, pieces = bar()
+    deformer = meanvalue.Deformer(points, faces, anchors, handles=pieces)
+    targets = swing(points, anchors, pieces)
+    whole = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, threads=1)
+    return points, anchors, deformer, targets, whole
+
+
+def test_every_frame_is_solved_and_meets_its_anchors(clip):
+    points, anchors, _, targets, whole = clip
+    assert whole.first == 0
+    assert whole.vertices.shape == (FRAMES, len(points), 3)
+    assert whole.vertices.dtype == np.float32
+    assert whole.converged.dtype == bool
+    assert whole.converged.all()
+    assert whole.errors == ()
+    assert whole.iterations.dtype == np.int32
+    assert np.isfinite(whole.energies).all()
+    np.testing.assert_array_equal(whole.vertices[:, anchors], targets.astype(np.float32))
+
+
+def test_each_frame_is_near_what_a_solve_from_rest_gives(clip):
+    points, _, deformer, targets, whole = clip
+    for frame in (0, 7, CHUNK - 1, CHUNK, 37, FRAMES - 1):
+        alone = deformer.solve(targets[frame])
+        assert np.abs(whole.vertices[frame] - alone.vertices).max() < 0.01 * diagonal(points)
+        assert whole.energies[frame] < 1.02 * alone.energy + 1e-12
+
+
+@pytest.mark.parametrize("threads", [2, 3, 7])
+def test_threads_do_not_change_a_bit(clip, threads):
+    _, _, deformer, targets, whole = clip
+    again = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, threads=threads)
+    np.testing.assert_array_equal(again.vertices, whole.vertices)
+    np.testing.assert_array_equal(again.energies, whole.energies)
+
+
+@pytest.mark.parametrize(
+    "frames", [(0, 1), (5, 9), (CHUNK - 2, CHUNK + 3), (CHUNK, 2 * CHUNK), (13, 14), (47, FRAMES)]
+)
+def test_a_part_of_the_clip_has_the_bits_of_the_whole(clip, frames):
+    _, _, deformer, targets, whole = clip
+    part = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, frames=frames)
+    assert part.first == frames[0]
+    np.testing.assert_array_equal(part.vertices, whole.vertices[slice(*frames)])
+    np.testing.assert_array_equal(part.iterations, whole.iterations[slice(*frames)])
+
+
+def test_other_solves_beside_it_do_not_change_a_bit(clip):
+    _, _, deformer, targets, whole = clip
+    task = deformer.start_solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, threads=2)
+    shape = None
+    for frame in range(0, FRAMES, 3):
+        shape = deformer.solve(targets[frame], start=shape).vertices
+    np.testing.assert_array_equal(task.result().vertices, whole.vertices)
+
+
+def test_frames_are_handed_over_in_order_and_not_kept(clip):
+    _, _, deformer, targets, whole = clip
+    got = []
+    result = deformer.solve_sequence(
+        targets, chunk=CHUNK, overlap=OVERLAP, threads=1, on_frame=lambda frame, shape: got.append((frame, shape.copy()))
+    )
+    assert [frame for frame, _ in got] == list(range(FRAMES))
+    np.testing.assert_array_equal([shape for _, shape in got], whole.vertices)
+    assert len(result.vertices) == 0
+    np.testing.assert_array_equal(result.energies, whole.energies)
+
+
+def test_what_on_frame_raises_ends_the_sequence(clip):
+    _, _, deformer, targets, _ = clip
+
+    def refuse(frame, _shape):
+        raise KeyError(frame)
+
+    with pytest.raises(KeyError):
+        deformer.solve_sequence(targets, on_frame=refuse)
+
+
+def test_smooth_targets_give_a_smooth_sequence_across_runs(clip):
+    """The largest second difference of any vertex, over that of the targets: also where one run fades into the next."""
+    _, _, _, targets, whole = clip
+    bend = np.linalg.norm(np.diff(whole.vertices.astype(np.float64), 2, axis=0), axis=2).max()
+    assert bend < 1.5 * np.linalg.norm(np.diff(targets, 2, axis=0), axis=2).max()
+
+
+def test_a_frame_that_fails_is_told_and_does_not_end_the_rest(clip):
+    _, _, deformer, targets, whole = clip
+    broken = targets.copy()
+    broken[20, 3, 1] = np.nan
+    result = deformer.solve_sequence(broken, chunk=CHUNK, overlap=OVERLAP)
+    assert [frame for frame, _ in result.errors] == [20]
+    assert "targets" in result.errors[0][1]
+    assert np.isnan(result.energies[20])
+    assert not result.converged[20]
+    np.testing.assert_array_equal(result.vertices[20], result.vertices[19])
+    np.testing.assert_array_equal(result.vertices[:CHUNK - OVERLAP], whole.vertices[:CHUNK - OVERLAP])
+    assert np.isfinite(result.vertices).all()
+
+
+def test_a_first_frame_that_fails_holds_the_rest_shape(clip):
+    points, _, deformer, targets, _ = clip
+    broken = targets.copy()
+    broken[0] = np.inf
+    result = deformer.solve_sequence(broken, chunk=CHUNK, overlap=OVERLAP)
+    np.testing.assert_array_equal(result.vertices[0], points.astype(np.float32))
+    assert [frame for frame, _ in result.errors] == [0]
+
+
+def test_a_clip_without_frames_is_none(clip):
+    _, anchors, deformer, _, _ = clip
+    result = deformer.solve_sequence(np.empty((0, len(anchors), 3)))
+    assert len(result.vertices) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"chunk": 0}, "chunk is 0"),
+        ({"overlap": -1}, "overlap is -1"),
+        ({"frames": (3, 2)}, "60 frames"),
+        ({"frames": (0, FRAMES + 1)}, "60 frames"),
+        ({"tolerance": 0.0}, "tolerance"),
+        ({"max_iterations": -1}, "max_iterations"),
+        ({"threads": -1}, "threads"),
+        ({"weights": np.ones((2, 2))}, "weights has the shape (2, 2)"),
+    ],
+)
+def test_wrong_arguments_are_named(clip, arguments, words):
+    _, _, deformer, targets, _ = clip
+    with pytest.raises(meanvalue.InvalidInput) as raised:
+        deformer.solve_sequence(targets, **arguments)
+    assert words in str(raised.value)
+
+
+def test_targets_of_another_form_are_named(clip):
+    _, _, deformer, targets, _ = clip
+    for wrong in (targets[0], targets[:, :-1], targets[:, :, :2], targets.astype(complex)):
+        with pytest.raises(meanvalue.InvalidInput, match="targets"):
+            deformer.solve_sequence(wrong)
+
+
+def test_cancel_ends_it(clip):
+    _, _, deformer, targets, _ = clip
+    execution = meanvalue.Execution()
+    task = deformer.start_solve_sequence(np.tile(targets, (50, 1, 1)), execution=execution)
+    execution.cancel()
+    with pytest.raises(meanvalue.Cancelled):
+        task.result()
+
+
+# ---- weights
+
+
+@pytest.fixture(scope="module")
+def soft():
+    """A bar by twelve soft single vertices, and its targets swung."""
+    points, faces, anchors, pieces = bar(2600)
+    chosen = np.linspace(0, len(points) - 1, 12).astype(np.int32)
+    posed = meanvalue.Deformer(points, faces, anchors, handles=pieces).solve_sequence(
+        swing(points, anchors, pieces, 24)
+    )
+    targets = posed.vertices[:, chosen].astype(np.float64)
+    return points, faces, chosen, targets
+
+
+def bind(soft, strength=1.0, without=()):
+    points, faces, chosen, _ = soft
+    kept = np.setdiff1d(np.arange(len(chosen)), without)
+    return meanvalue.Deformer(points, faces, chosen[kept], strengths=np.full(len(kept), strength)), kept
+
+
+@pytest.mark.parametrize("strength", [0.1, 1.0, 100.0])
+def test_an_anchor_of_weight_0_is_as_if_it_were_none(soft, strength):
+    points, _, chosen, targets = soft
+    freed = [3, 7, 8]
+    whole, _ = bind(soft, strength)
+    less, kept = bind(soft, strength, freed)
+    weights = np.ones(len(chosen))
+    weights[freed] = 0.0
+    holed = targets[20].copy()
+    holed[freed] = np.nan
+    shape = whole.solve(holed, weights=weights, tolerance=1e-6).vertices
+    expected = less.solve(targets[20][kept], tolerance=1e-6).vertices
+    assert np.abs(shape - expected).max() < 2e-3 * diagonal(points)
+
+
+def test_weights_of_1_change_nothing(soft):
+    _, _, chosen, targets = soft
+    deformer, _ = bind(soft)
+    np.testing.assert_array_equal(
+        deformer.solve(targets[9]).vertices, deformer.solve(targets[9], weights=np.ones(len(chosen))).vertices
+    )
+
+
+def test_a_smaller_weight_lets_an_anchor_give_way_more(soft):
+    _, _, chosen, targets = soft
+    deformer, _ = bind(soft, 1.0)
+    pulled = targets[0].copy()
+    pulled[5] += 0.1
+    distances = []
+    for weight in (1.0, 0.5, 0.1, 0.01):
+        weights = np.ones(len(chosen))
+        weights[5] = weight
+        shape = deformer.solve(pulled, weights=weights, tolerance=1e-6).vertices
+        distances.append(np.linalg.norm(shape[chosen[5]] - pulled[5]))
+    assert distances == sorted(distances)
+    assert distances[0] < 0.5 * distances[-1]
+
+
+def test_anchors_come_and_go_along_a_clip(soft):
+    """Nothing stays of a gap once it is over, and in it the shape is that of the other anchors."""
+    points, _, chosen, targets = soft
+    deformer, _ = bind(soft)
+    weights = np.ones(targets.shape[:2])
+    weights[5:12, 4] = 0.0
+    weights[9:15, 6] = 0.0
+    holed = np.where(weights[..., None] > 0.0, targets, np.nan)
+    result = deformer.solve_sequence(holed, weights=weights, tolerance=1e-6)
+    complete = deformer.solve_sequence(targets, tolerance=1e-6)
+    assert result.errors == ()
+    assert np.isfinite(result.vertices).all()
+    off = np.abs(result.vertices - complete.vertices).max(axis=(1, 2)) / diagonal(points)
+    assert off[:5].max() < 1e-5
+    assert off.max() < 0.05
+    assert off[18:].max() < 3e-3
+
+
+def test_weights_with_threads_have_the_same_bits(soft):
+    _, _, _, targets = soft
+    deformer, _ = bind(soft)
+    weights = np.ones(targets.shape[:2])
+    weights[2:9, 1:5] = 0.0
+    first, second = (
+        deformer.solve_sequence(targets, weights=weights, chunk=6, overlap=2, threads=threads) for threads in (1, 2)
+    )
+    np.testing.assert_array_equal(first.vertices, second.vertices)
+
+
+def test_a_drag_goes_on_while_weights_change(soft):
+    points, _, chosen, targets = soft
+    deformer, _ = bind(soft)
+    shape = None
+    for frame, posed in enumerate(targets):
+        weights = np.ones(len(chosen))
+        weights[frame % len(chosen)] = 0.0
+        shape = deformer.solve(posed, start=shape, weights=weights).vertices
+    alone = deformer.solve(targets[-1], weights=weights).vertices
+    assert np.abs(shape - alone).max() < 0.02 * diagonal(points)
+
+
+@pytest.mark.parametrize(
+    ("weights", "words"),
+    [
+        ([1.0, 2.0], "weights has 2 numbers"),
+        ([-0.1] + 11 * [1.0], "from 0 to 1"),
+        ([1.5] + 11 * [1.0], "from 0 to 1"),
+        ([float("nan")] + 11 * [1.0], "from 0 to 1"),
+        ([], "weights is empty"),
+        ([[1.0]], "weights has the shape"),
+    ],
+)
+def test_wrong_weights_are_named(soft, weights, words):
+    deformer, _ = bind(soft)
+    with pytest.raises(meanvalue.InvalidInput) as raised:
+        deformer.solve(soft[3][0], weights=weights)
+    assert words in str(raised.value)
+
+
+def test_a_hard_anchor_can_not_be_freed(clip):
+    _, anchors, deformer, targets, _ = clip
+    weights = np.ones(len(anchors))
+    weights[2] = 0.5
+    with pytest.raises(meanvalue.InvalidInput, match="met exactly"):
+        deformer.solve(targets[3], weights=weights)
+
+
+def test_targets_that_count_must_be_numbers(soft):
+    _, _, chosen, targets = soft
+    deformer, _ = bind(soft)
+    holed = targets[0].copy()
+    holed[2] = np.nan
+    with pytest.raises(meanvalue.InvalidInput, match="targets"):
+        deformer.solve(holed, weights=np.ones(len(chosen)))

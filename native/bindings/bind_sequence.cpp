@@ -1,0 +1,190 @@
+#include <pybind11/stl.h>
+
+#include <algorithm>
+
+#include "bindings/arrays.h"
+#include "bindings/bind.h"
+#include "bindings/task.h"
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/sequence/sequence.h"
+
+namespace meanvalue::bindings {
+namespace {
+
+using SharedExecution = std::shared_ptr<Execution>;
+// Frames that on_frame waits for at most, in chunks for each thread: what is kept of them is most of the memory.
+constexpr Index kChunksOfBlock = 2;
+
+struct Call {
+    Trajectories trajectories;
+    SequenceOptions options;
+};
+
+Call own_call(const py::object& targets, const std::optional<py::object>& weights,
+              const std::optional<std::pair<Index, Index>>& frames, Index chunk, Index overlap,
+              std::optional<double> tolerance, int max_iterations, int threads) {
+    Call call;
+    Trajectories& trajectories = call.trajectories;
+    const FloatArray target_array = as_floats(targets, "targets", 3, "an array of shape (frames, anchors, 3)");
+    if (target_array.shape(2) != 3) {
+        throw ::meanvalue::InvalidInput(message("targets has the shape (", target_array.shape(0), ", ",
+                                                target_array.shape(1), ", ", target_array.shape(2),
+                                                "); give (frames, anchors, 3)"));
+    }
+    trajectories.frame_count = static_cast<Index>(target_array.shape(0));
+    trajectories.anchor_count = static_cast<Index>(target_array.shape(1));
+    trajectories.targets.assign(target_array.data(), target_array.data() + target_array.size());
+    if (weights) {
+        const FloatArray weight_array = as_floats(*weights, "weights", 2, "an array of shape (frames, anchors)");
+        if (weight_array.shape(0) != target_array.shape(0) || weight_array.shape(1) != target_array.shape(1)) {
+            throw ::meanvalue::InvalidInput(message("weights has the shape (", weight_array.shape(0), ", ",
+                                                    weight_array.shape(1), "), but targets are of ",
+                                                    trajectories.frame_count, " frames and ",
+                                                    trajectories.anchor_count, " anchors"));
+        }
+        trajectories.weights.assign(weight_array.data(), weight_array.data() + weight_array.size());
+    }
+    call.options = {tolerance, max_iterations, frames, chunk, overlap, threads};
+    return call;
+}
+
+/// In blocks, each of which is handed over frame by frame before the next one is begun.
+std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& call, const py::object& on_frame,
+                                              Execution& execution) {
+    const auto [begin, end] = call.options.frames.value_or(std::pair<Index, Index>{0, call.trajectories.frame_count});
+    auto whole = std::make_shared<Sequence>();
+    whole->first = begin;
+    whole->vertex_count = deformer.report().vertex_count;
+    SequenceOptions options = call.options;
+    const Index chunk = std::max<Index>(options.chunk, 1);
+    const Index block = std::max<Index>(kChunksOfBlock * thread_count(options.threads), 1) * chunk;
+    Index from = begin;
+    do {  // once at least, so that what is wrong is told
+        const Index to = std::min(end, (from / block + 1) * block);
+        options.frames = {from, to};
+        std::shared_ptr<Sequence> part;
+        {
+            const py::gil_scoped_release released;
+            part = std::make_shared<Sequence>(solve_sequence(deformer, call.trajectories, options, execution));
+        }
+        const py::object owner = py::cast(part);
+        for (Index frame = from; frame < to; ++frame) {
+            const auto numbers = static_cast<std::size_t>(part->vertex_count) * 3;
+            py::array_t<float> shape({static_cast<py::ssize_t>(part->vertex_count), py::ssize_t{3}},
+                                     part->vertices.data() + static_cast<std::size_t>(frame - from) * numbers, owner);
+            shape.attr("flags").attr("writeable") = false;
+            on_frame(frame, shape);
+        }
+        whole->energies.insert(whole->energies.end(), part->energies.begin(), part->energies.end());
+        whole->iterations.insert(whole->iterations.end(), part->iterations.begin(), part->iterations.end());
+        whole->converged.insert(whole->converged.end(), part->converged.begin(), part->converged.end());
+        whole->failures.insert(whole->failures.end(), part->failures.begin(), part->failures.end());
+        from = to;
+    } while (from < end);
+    return whole;
+}
+
+std::shared_ptr<Sequence> solve_frames(Deformer& deformer, const py::object& targets,
+                                       const std::optional<py::object>& weights,
+                                       const std::optional<std::pair<Index, Index>>& frames, Index chunk,
+                                       Index overlap, std::optional<double> tolerance, int max_iterations,
+                                       const std::optional<py::object>& on_frame, int threads,
+                                       const SharedExecution& execution) {
+    const Call call = own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads);
+    const SharedExecution held = execution_or_new(execution);
+    if (on_frame) return solve_and_hand_over(deformer, call, *on_frame, *held);
+    const py::gil_scoped_release released;
+    return std::make_shared<Sequence>(solve_sequence(deformer, call.trajectories, call.options, *held));
+}
+
+Task start_frames(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
+                  const std::optional<py::object>& weights, const std::optional<std::pair<Index, Index>>& frames,
+                  Index chunk, Index overlap, std::optional<double> tolerance, int max_iterations, int threads,
+                  const SharedExecution& execution) {
+    const auto call = std::make_shared<Call>(
+        own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads));
+    const SharedExecution held = execution_or_new(execution);
+    return {held, [deformer, call, held]() -> Task::Deliver {
+                const auto sequence =
+                    std::make_shared<Sequence>(solve_sequence(*deformer, call->trajectories, call->options, *held));
+                return [sequence] { return py::cast(sequence); };
+            }};
+}
+
+py::array_t<float> sequence_vertices(const py::object& self) {
+    const auto& sequence = self.cast<const Sequence&>();
+    const auto row = static_cast<std::size_t>(sequence.vertex_count) * 3;
+    const std::size_t frames = row == 0 ? 0 : sequence.vertices.size() / row;
+    py::array_t<float> array(
+        {static_cast<py::ssize_t>(frames), static_cast<py::ssize_t>(sequence.vertex_count), py::ssize_t{3}},
+        sequence.vertices.data(), self);
+    array.attr("flags").attr("writeable") = false;
+    return array;
+}
+
+}  // namespace
+
+void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Deformer>>& deformer) {
+    py::class_<Sequence, std::shared_ptr<Sequence>>(module, "Sequence", "The result of solving many frames.")
+        .def_readonly("first", &Sequence::first, "int: number of the first frame in the clip.")
+        .def_property_readonly("vertices", &sequence_vertices,
+                               "(f, n, 3) float32, read-only: a view that keeps the sequence alive. No frames where\n"
+                               "on_frame took them.")
+        .def_property_readonly(
+            "energies", [](const py::object& self) { return view_of(self.cast<const Sequence&>().energies, self); },
+            "(f,) float64: as Solution.energy, before a frame fades into the next run's; NaN where it failed.")
+        .def_property_readonly(
+            "iterations",
+            [](const py::object& self) { return view_of(self.cast<const Sequence&>().iterations, self); },
+            "(f,) int32: of all stages of the solve.")
+        .def_property_readonly(
+            "converged",
+            [](const py::object& self) {
+                return view_of(self.cast<const Sequence&>().converged, self).attr("view")("bool");
+            },
+            "(f,) bool: a minimum is near, as Solution.converged.")
+        .def_property_readonly(
+            "errors",
+            [](const Sequence& sequence) {
+                py::list errors;
+                for (const FrameFailure& failure : sequence.failures)
+                    errors.append(py::make_tuple(failure.frame, failure.message));
+                return py::tuple(errors);
+            },
+            "tuple of (frame, message): frames that could not be solved. They hold the shape of the frame before.");
+
+    const SequenceOptions defaults;
+    deformer
+        .def(
+            "solve_sequence", &solve_frames, py::arg("targets"), py::kw_only(), py::arg("weights") = py::none(),
+            py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk, py::arg("overlap") = defaults.overlap,
+            py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+            py::arg("on_frame") = py::none(), py::arg("threads") = defaults.threads,
+            py::arg("execution") = py::none(),
+            "Solve every frame of a clip (section 4.2 of the paper: anchors follow trajectories).\n\n"
+            "targets: (f, k, 3), the whole clip, each frame as for solve().\n"
+            "weights: (f, k) from 0 to 1, or None: what the strength of each soft anchor is multiplied with in\n"
+            "each frame. At 0 it is free, and its target may be anything, also NaN; hard anchors have 1.\n"
+            "frames: (begin, end) of those wanted, None: all.\n"
+            "chunk: frames are solved in runs of so many, counted from the first of the clip, each from the frame\n"
+            "before it, the first of a run from rest. overlap: each run but the first begins so many frames\n"
+            "earlier, over which the one before it fades into it, so that nothing jumps where two runs came to\n"
+            "different minima.\n"
+            "tolerance, max_iterations: as of solve(). threads: 0 for every core; runs are solved side by side.\n"
+            "A frame's bits depend on targets, weights, chunk and overlap alone: neither on the frames wanted nor\n"
+            "on the number of threads.\n"
+            "on_frame: called with (frame, (n, 3) float32 read-only) for each in order, on the calling thread,\n"
+            "some chunks at a time; the frames are then not kept, and memory does not grow with their number.\n"
+            "Returns a Sequence. A frame that can't be solved is told in Sequence.errors and does not end the rest.\n"
+            "Raises InvalidInput for arrays of another form and options out of range, Cancelled.")
+        .def("start_solve_sequence", &start_frames, py::arg("targets"), py::kw_only(),
+             py::arg("weights") = py::none(), py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk,
+             py::arg("overlap") = defaults.overlap, py::arg("tolerance") = py::none(),
+             py::arg("max_iterations") = defaults.max_iterations, py::arg("threads") = defaults.threads,
+             py::arg("execution") = py::none(),
+             "As solve_sequence(), beside the interpreter. Returns a Task whose result is the Sequence.\n\n"
+             "Arrays are copied first. Raises InvalidInput for arrays of another form.");
+}
+
+}  // namespace meanvalue::bindings

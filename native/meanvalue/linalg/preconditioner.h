@@ -1,0 +1,53 @@
+// A factored constant matrix as a minimiser applies it, also where some of its diagonal is to be taken off again.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/linalg/supernodal_factor.h"
+
+namespace meanvalue {
+
+/// Corrects what a factor of A solves to what A - E D E^T solves, E a few rows and D positive numbers: springs that
+/// were factored and count less for the time being (Sherman, Morrison and Woodbury; Hager 1989). Costs a third of a
+/// solve for each row that it has not seen before, then little: columns of the inverse are kept.
+class DiagonalDowndate {
+  public:
+    /// @param rows of the factored matrix. @param amounts for each, from 0: what comes off its diagonal; less than
+    /// what was put there. Nothing is done where both are as they were; more than 256 rows are left uncorrected.
+    /// @throws Cancelled, and then corrects nothing.
+    void set(const SupernodalFactor& factor, const std::vector<Index>& rows, const std::vector<double>& amounts,
+             int threads, const Execution& execution, SupernodalFactor::Workspace& workspace);
+    void clear();
+
+    /// Turns the solution for A (n x 3) into that for the other matrix. @throws Cancelled.
+    void correct(Eigen::Ref<Positions> solution, int threads, const Execution& execution) const;
+
+    std::size_t bytes() const;
+
+  private:
+    const std::vector<float>& column_of(Index row) const;
+
+    std::vector<Index> rows_;  // with an amount above 0
+    std::vector<double> amounts_;
+    std::vector<Index> known_rows_;  // of columns_
+    std::vector<std::vector<float>> columns_;
+    Eigen::MatrixXd inverse_;  // of D^-1 - E^T A^-1 E; empty: nothing is corrected
+};
+
+/// The inverse that steps are made with.
+struct Preconditioner {
+    const SupernodalFactor& factor;
+    SupernodalFactor::Workspace& workspace;
+    const DiagonalDowndate* downdate = nullptr;
+
+    /// As SupernodalFactor::solve(), corrected.
+    void solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
+               const Execution& execution) const {
+        factor.solve(right_hand_sides, solution, threads, execution, workspace);
+        if (downdate != nullptr) downdate->correct(solution, threads, execution);
+    }
+};
+
+}  // namespace meanvalue

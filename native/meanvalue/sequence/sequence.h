@@ -1,0 +1,66 @@
+// Many frames over one bound mesh: anchors follow trajectories, and the mesh is found at every frame.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/deform/deformer.h"
+
+namespace meanvalue {
+
+/// Where the anchors go at each frame of a clip, in the order of the anchors.
+struct Trajectories {
+    Index frame_count = 0;
+    Index anchor_count = 0;
+    std::vector<double> targets;  ///< frames x anchors x 3
+    std::vector<double> weights;  ///< frames x anchors, or empty: SolveOptions::weights of each frame
+
+    /// anchors x 3.
+    PositionsView targets_at(Index frame) const;
+    std::vector<double> weights_at(Index frame) const;  ///< empty where there are none
+};
+
+struct SequenceOptions {
+    std::optional<double> tolerance;  ///< as of SolveOptions, and the next
+    int max_iterations = 1000;
+    /// Frames [first, second) are wanted; none: all of the clip.
+    std::optional<std::pair<Index, Index>> frames;
+    /// Frames are solved in runs of so many, each frame from the one before, the first of a run from rest: so that
+    /// runs are solved side by side, and in part, with the same bits.
+    Index chunk = 48;
+    /// Each run but the first begins so many frames earlier, and over these the one before it fades into it: where
+    /// two runs came to different minima, nothing jumps. At most `chunk`.
+    Index overlap = 8;
+    int threads = 0;  ///< 0: every core; results do not depend on it
+};
+
+struct FrameFailure {
+    Index frame;
+    std::string message;
+};
+
+/// The wanted frames, in order.
+struct Sequence {
+    Index first = 0;  ///< number of the first in the clip
+    Index vertex_count = 0;
+    std::vector<float> vertices;   ///< frames x n x 3
+    std::vector<double> energies;  ///< as Solution::energy, before a frame fades into another run's; NaN: failed
+    std::vector<int> iterations;   ///< all_iterations
+    std::vector<char> converged;
+    std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the one before
+};
+
+/// Section 4.2 of the paper. A frame's bits depend on the trajectories, `chunk` and `overlap` alone: neither on which
+/// frames are wanted nor on the number of threads.
+///
+/// Memory: what is returned, and what the runs at work overlap in. @throws InvalidInput for options out of range and
+/// trajectories of another number of anchors, Cancelled; what is wrong with a single frame is told in `failures`.
+Sequence solve_sequence(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
+                        Execution& execution);
+
+}  // namespace meanvalue
