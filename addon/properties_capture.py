@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept of motion capture: on a take's collection `collection.meanvalue`, on a mesh `object.meanvalue.capture`."""
+"""What is kept of motion capture: `collection.meanvalue` of a take, `object.meanvalue.capture` of a mesh."""
 
 import bpy
 from bpy.props import (
@@ -102,8 +102,8 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):  # noqa: N801  Blender's wa
     )
     reference_take: PointerProperty(
         name="Reference Take",
-        description="A take of the same markers in which the person stands as the mesh does, such as a static or T-pose "
-        "trial. Empty: the take itself has such a frame",
+        description="A take of the same markers in which the person stands as the mesh does, such as a static or "
+        "T-pose trial. Empty: the take itself has such a frame",
         type=bpy.types.Collection,
         poll=_is_take,
         update=_take_chosen,

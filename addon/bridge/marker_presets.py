@@ -37,8 +37,8 @@ def recognised(capture, labels):
     unknown = sorted({landmark for landmark in own if landmark and landmarks.place_of(landmark) is None})
     if unknown:
         raise SceneError(
-            f"{wording.quoted(unknown)} {'is no landmark' if len(unknown) == 1 else 'are no landmarks'}. Choose from the "
-            "list that opens in the field, or clear it"
+            f"{wording.quoted(unknown)} {'is no landmark' if len(unknown) == 1 else 'are no landmarks'}. Choose from "
+            "the list that opens in the field, or clear it"
         )
     return tuple(mine or by_name for mine, by_name in zip(own, found, strict=True)), notes
 

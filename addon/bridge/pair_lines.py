@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the overlay shows of motion capture: a line from each marker, at the reference frame, to its point on the mesh."""
+"""What the overlay shows of motion capture: a line from each marker, at the reference frame, to its point."""
 
 from dataclasses import dataclass
 

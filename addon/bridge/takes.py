@@ -191,8 +191,8 @@ def _stretched(collection, what):
     settings = collection.meanvalue
     return SceneError(
         f"{what}, but the take has {wording.counted(settings.sample_count, 'sample')}, one every "
-        f"{settings.frames_per_sample:.4g} frames. Keys may be moved in value and deleted, and all of them moved in time "
-        "together; undo what stretched them, or import the take again"
+        f"{settings.frames_per_sample:.4g} frames. Keys may be moved in value and deleted, and all of them moved in "
+        "time together; undo what stretched them, or import the take again"
     )
 
 

@@ -30,16 +30,17 @@ class MEANVALUE_OT_match_markers(MeshOperator, bpy.types.Operator):
 def _shared(obj, matched):
     """Notes on vertices that another handle of the mesh has, too: the first of the list carries them."""
     own = {pair.control for pair in marker_pairs.matched(obj)}
-    others = [line.name for line in targets.enabled_groups(obj) if line.control not in own and line.name in obj.vertex_groups]
+    lines = [line for line in targets.enabled_groups(obj) if line.control not in own]
     held = {}
-    for name, members in vertex_groups.members(obj, others).items():
+    for name, members in vertex_groups.members(obj, [line.name for line in lines]).items():
         held.update(dict.fromkeys(members.tolist(), name))
-    both = [(name, held[vertex]) for name, vertex in zip(matched.names, matched.vertices.tolist(), strict=True) if vertex in held]
+    places = zip(matched.names, matched.vertices.tolist(), strict=True)
+    both = {name: held[vertex] for name, vertex in places if vertex in held}
     if not both:
         return []
     return [
-        f"{wording.quoted(name for name, _ in both)} belong to vertices that {wording.quoted(sorted({other for _, other in both}))} "
-        "has too: what comes first in the list of handles carries them. Remove or turn off one of the two"
+        f"{wording.quoted(both)} belong to vertices that {wording.quoted(sorted(set(both.values())))} has too: what comes "
+        "first in the list of handles carries them. Remove or turn off one of the two"
     ]
 
 

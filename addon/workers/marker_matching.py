@@ -9,13 +9,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..bridge import marker_pairs, mesh_arrays, shape_keys, takes
+from ..bridge import marker_pairs, marker_presets, mesh_arrays, shape_keys, takes
 from ..core import fixed_points, wording
-from ..core.capture import filtering, gaps, matching, retargeting, skin
+from ..core.capture import alignment, filtering, gaps, marker_sets, matching, retargeting, skin
 from ..errors import SceneError
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
+
+#: Of an automatic alignment (core.capture.alignment.Alignment): from where on the artist is told to look at it.
+DOUBTFUL, POOR = 1.1, 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +54,10 @@ class Matched:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The rest shape. own: n x 3 in the object's space; vertices: n x 3 and normals: n x 3 in the world; triangles t x 3;
-    to_world: 4 x 4."""
+    """The rest shape. own: n x 3 in the object's space, vertices: n x 3 in the world; triangles t x 3; to_world 4 x 4."""
 
     own: np.ndarray
     vertices: np.ndarray
-    normals: np.ndarray
     triangles: np.ndarray
     to_world: np.ndarray
 
@@ -64,6 +65,8 @@ class Surface:
 @dataclass(frozen=True, eq=False)
 class Markers:
     """A mended take. path (f, m, 3), how (f, m) as gaps.fill_gaps(), reference (m, 3), frame: of the reference."""
+
+    rate_hz: float
 
     labels: tuple
     path: np.ndarray
@@ -73,10 +76,10 @@ class Markers:
     frame: float
 
 
-def find(obj, alignment=None, fixed=None):
+def find(obj, to_object=None, fixed=None):
     """The Matched of a mesh object and its take. Changes nothing.
 
-    alignment: 4 x 4 from the markers' world to the object's space, to be kept; None: as the settings say.
+    to_object: 4 x 4 from the markers' world to the object's space, to be kept; None: as the settings say.
     fixed: {marker: vertex} to be kept; None: those that were picked. @throws MeanValueError.
     """
     capture = obj.meanvalue.capture
@@ -86,11 +89,17 @@ def find(obj, alignment=None, fixed=None):
         fixed = {pair.name: pair.vertex for pair in capture.pairs if pair.is_picked and pair.vertex >= 0}
     _require_vertices(obj, fixed)
     chosen, notes = _chosen(capture, markers)
-    to_mesh = _alignment(capture, surface, markers, chosen, fixed) if alignment is None else surface.to_world @ alignment
     labels = [markers.labels[number] for number in chosen]
-    path, reference = _apply(to_mesh, markers.path[:, chosen]), _apply(to_mesh, markers.reference[chosen])
+    landmarks, more = marker_presets.recognised(capture, labels)
+    reference = markers.reference[chosen]
+    if to_object is None:
+        to_mesh, words = _alignment(capture, surface, reference, labels, landmarks, fixed)
+        notes += [*more, *words]
+    else:
+        to_mesh = surface.to_world @ to_object
+    path, reference = _apply(to_mesh, markers.path[:, chosen]), _apply(to_mesh, reference)
     match = _match(surface, labels, reference, fixed)
-    targets = _targets(capture, surface, path, reference, match)
+    targets = _targets(capture, surface, path, reference, match, landmarks, markers.rate_hz)
     to_object = np.linalg.inv(surface.to_world)
     rest = surface.own[match.vertex].astype(np.float64)
     return Matched(
@@ -113,8 +122,7 @@ def find_again(obj, name, vertex):
     """As find(), with all as it was last matched but for the marker `name`, which gets `vertex`."""
     capture = obj.meanvalue.capture
     fixed = {pair.name: pair.vertex for pair in marker_pairs.matched(obj) if pair.vertex >= 0}
-    alignment = np.array(capture.alignment, np.float64).reshape(4, 4)
-    return find(obj, alignment, {**fixed, name: vertex})
+    return find(obj, np.array(capture.alignment, np.float64).reshape(4, 4), {**fixed, name: vertex})
 
 
 def _surface(obj):
@@ -127,17 +135,7 @@ def _surface(obj):
     own = shape_keys.rest_positions(obj.data)
     triangles = mesh_arrays.shown_triangles(obj.data)
     vertices = _apply(to_world, own.astype(np.float64))
-    return Surface(own, vertices, _normals(vertices, triangles), triangles, to_world)
-
-
-def _normals(vertices, triangles):
-    """n x 3 unit normals of the vertices, by the areas of their triangles; zero where there are none."""
-    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
-    across = np.cross(b - a, c - a)
-    normals = np.zeros_like(vertices)
-    for corner in range(3):
-        np.add.at(normals, triangles[:, corner], across)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return Surface(own, vertices, triangles, to_world)
 
 
 def _mended(capture):
@@ -146,12 +144,14 @@ def _mended(capture):
     path, how = _mend(recording, capture)
     if capture.reference_take is None or capture.reference_take == capture.take:
         sample = recording.sample_at(capture.reference_frame)
-        return Markers(recording.labels, path, how, path[sample], recording.frames, float(recording.frames[sample]))
+        frame = float(recording.frames[sample])
+        return Markers(recording.rate_hz, recording.labels, path, how, path[sample], recording.frames, frame)
     standing = takes.read(capture.reference_take)
     sample = standing.sample_at(capture.reference_frame)
     places = dict(zip(standing.labels, _mend(standing, capture)[0][sample], strict=True))
     reference = np.array([places.get(label, np.full(3, np.nan)) for label in recording.labels])
-    return Markers(recording.labels, path, how, reference, recording.frames, float(standing.frames[sample]))
+    frame = float(standing.frames[sample])
+    return Markers(recording.rate_hz, recording.labels, path, how, reference, recording.frames, frame)
 
 
 def _mend(recording, capture):
@@ -197,13 +197,18 @@ def _require_vertices(obj, fixed):
         )
 
 
-def _alignment(capture, surface, markers, chosen, fixed):
-    """4 x 4, from the markers' world to where they lie on the mesh, in the world. @throws MeanValueError."""
+def _alignment(capture, surface, reference, labels, landmarks, fixed):
+    """(4 x 4 from the markers' world to where they lie on the mesh, in the world; notes). @throws MeanValueError."""
     if capture.align == 'NONE':
-        return np.eye(4)
-    reference, labels = markers.reference[chosen], [markers.labels[number] for number in chosen]
+        return np.eye(4), []
     if capture.align == 'AUTO':
-        return matching.align_to_mesh(reference, labels, surface.vertices, surface.triangles, surface.normals)
+        known = {label: place for label, place in zip(labels, landmarks, strict=True) if place}
+        sets = [marker_sets.MarkerSet("as chosen", known)] if known else []
+        found = alignment.align_to_mesh(
+            reference, labels, surface.vertices, surface.triangles, marker_sets_more=sets
+        )
+        is_doubtful = found.certainty < DOUBTFUL or found.quality > POOR
+        return found.matrix, [f"{found.words} If it is wrong, pick three points and align by these"] if is_doubtful else []
     rows = [row for row, label in enumerate(labels) if label in fixed]
     targets = surface.vertices[[fixed[labels[row]] for row in rows]]
     if len(rows) < LEAST_PAIRS or not fixed_points.span_a_plane(reference[rows]):
@@ -212,7 +217,7 @@ def _alignment(capture, surface, markers, chosen, fixed):
             f"{wording.counted(len(rows), 'marker')} {'has' if len(rows) == 1 else 'have'} one. Choose a marker in the "
             "list, press the dropper and click its point on the mesh"
         )
-    return matching.similarity(reference[rows], targets)
+    return alignment.similarity(reference[rows], targets), []
 
 
 def _apply(matrix, points):

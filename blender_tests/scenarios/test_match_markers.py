@@ -100,7 +100,8 @@ def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path):
     assert [line.name for line in lines] == list(LABELS)
     assert [pair.vertex for pair in pairs] == MARKED
     assert all((line.follows, line.is_soft, line.strength) == ('CONTROL', True, 1.0) for line in lines)
-    assert all(pair.control.parent == obj and line.control == pair.control for line, pair in zip(lines, pairs, strict=True))
+    assert [line.control for line in lines] == [pair.control for pair in pairs]
+    assert all(pair.control.parent == obj for pair in pairs)
     assert all(pair.distance == pytest.approx(OFF_SKIN, abs=1e-3) for pair in pairs)
 
 

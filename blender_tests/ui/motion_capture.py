@@ -92,10 +92,8 @@ def _pick(ui):
     """The point of the first marker in front, by a click at a vertex beside it."""
     capture = _tube().meanvalue.capture
     bpy.context.scene.frame_set(1)
-    front = min(
-        range(len(MARKED)),
-        key=lambda number: (view.area().spaces.active.region_3d.view_matrix @ _tube().data.vertices[MARKED[number]].co).length,
-    )
+    to_view, vertices = view.area().spaces.active.region_3d.view_matrix, _tube().data.vertices
+    front = min(range(len(MARKED)), key=lambda number: (to_view @ vertices[MARKED[number]].co).length)
     capture.active_pair = front
     name, before = capture.pairs[front].name, capture.pairs[front].vertex
     goal = before + SEGMENTS
