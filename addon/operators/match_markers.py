@@ -39,8 +39,8 @@ def _shared(obj, matched):
     if not both:
         return []
     return [
-        f"{wording.quoted(both)} belong to vertices that {wording.quoted(sorted(set(both.values())))} has too: what comes "
-        "first in the list of handles carries them. Remove or turn off one of the two"
+        f"{wording.quoted(both)} belong to vertices that {wording.quoted(sorted(set(both.values())))} has too: what "
+        "comes first in the list of handles carries them. Remove or turn off one of the two"
     ]
 
 

@@ -85,7 +85,9 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         if marker_pairs.line_index(obj, pair) is not None:
             pair.is_used = True
             matched = marker_matching.find_again(obj, name, self.vertex)
-            if name in matched.names:
+            if obj.meanvalue.capture.mode == 'RETARGET':  # lengths of the character, which move all markers
+                marker_handles.carry_all(obj, matched)
+            elif name in matched.names:
                 marker_handles.carry(obj, matched, matched.names.index(name))
         pair = obj.meanvalue.capture.pairs[name]
         pair.vertex, pair.is_picked, pair.is_used = self.vertex, True, True

@@ -5,13 +5,14 @@ All of it is in the space of the world, where lengths mean something and there i
 object is in its own.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..bridge import marker_pairs, marker_presets, mesh_arrays, shape_keys, takes
 from ..core import fixed_points, wording
 from ..core.capture import alignment, filtering, gaps, marker_sets, matching, retargeting, skin
+from ..core.capture.surface import Surface
 from ..errors import SceneError
 
 #: Fewer points leave open how the markers are turned.
@@ -53,8 +54,8 @@ class Matched:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
-    """The rest shape. own: n x 3 in the object's space, vertices: n x 3 in the world; triangles t x 3; to_world 4 x 4."""
+class RestShape:
+    """own: n x 3 in the object's space, vertices: n x 3 in the world; triangles t x 3; to_world 4 x 4."""
 
     own: np.ndarray
     vertices: np.ndarray
@@ -64,7 +65,10 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Markers:
-    """A mended take. path (f, m, 3), how (f, m) as gaps.fill_gaps(), reference (m, 3), frame: of the reference."""
+    """A mended take. path (f, m, 3), how (f, m) as gaps.fill_gaps(), reference (m, 3), frame: of the reference.
+
+    landmarks: m names or None, once they are known.
+    """
 
     rate_hz: float
 
@@ -74,46 +78,55 @@ class Markers:
     reference: np.ndarray
     frames: np.ndarray
     frame: float
+    landmarks: tuple = ()
 
 
-def find(obj, to_object=None, fixed=None):
+def find(obj, to_object=None, fixed=None, picked=None):
     """The Matched of a mesh object and its take. Changes nothing.
 
     to_object: 4 x 4 from the markers' world to the object's space, to be kept; None: as the settings say.
-    fixed: {marker: vertex} to be kept; None: those that were picked. @throws MeanValueError.
+    fixed: {marker: vertex} to be kept, beside those that were picked; picked: {marker: vertex} that are picked now.
+    @throws MeanValueError.
     """
     capture = obj.meanvalue.capture
     surface = _surface(obj)
     markers = _mended(capture)
-    if fixed is None:
-        fixed = {pair.name: pair.vertex for pair in capture.pairs if pair.is_picked and pair.vertex >= 0}
+    own = {pair.name: pair.vertex for pair in capture.pairs if pair.is_picked and pair.vertex >= 0}
+    fixed = {**(fixed or {}), **own, **(picked or {})}
+    picked = {**own, **(picked or {})}
     _require_vertices(obj, fixed)
     chosen, notes = _chosen(capture, markers)
     labels = [markers.labels[number] for number in chosen]
     landmarks, more = marker_presets.recognised(capture, labels)
-    reference = markers.reference[chosen]
     if to_object is None:
-        to_mesh, words = _alignment(capture, surface, reference, labels, landmarks, fixed)
+        to_mesh, words = _alignment(capture, surface, markers.reference[chosen], labels, landmarks, fixed)
         notes += [*more, *words]
     else:
         to_mesh = surface.to_world @ to_object
-    path, reference = _apply(to_mesh, markers.path[:, chosen]), _apply(to_mesh, reference)
-    match = _match(surface, labels, reference, fixed)
-    targets = _targets(capture, surface, path, reference, match, landmarks, markers.rate_hz)
+    aligned = replace(
+        markers,
+        labels=labels,
+        path=_apply(to_mesh, markers.path[:, chosen]),
+        how=markers.how[:, chosen],
+        reference=_apply(to_mesh, markers.reference[chosen]),
+        landmarks=landmarks,
+    )
+    match = _match(surface, labels, aligned.reference, fixed)
+    targets = _targets(capture, surface, aligned, match, np.array([label in picked for label in labels]))
     to_object = np.linalg.inv(surface.to_world)
     rest = surface.own[match.vertex].astype(np.float64)
     return Matched(
         names=labels,
         vertices=match.vertex,
         rest=rest,
-        offsets=_apply(to_object, reference) - rest,
+        offsets=_apply(to_object, aligned.reference) - rest,
         distance=match.distance,
         targets=_apply(to_object, targets),
         frames=markers.frames,
         frame=markers.frame,
         alignment=to_object @ to_mesh,
         size=fixed_points.bounding_box_diagonal(surface.own),
-        filled=_filled(markers.how[:, chosen]),
+        filled=_filled(aligned.how),
         notes=notes,
     )
 
@@ -122,7 +135,7 @@ def find_again(obj, name, vertex):
     """As find(), with all as it was last matched but for the marker `name`, which gets `vertex`."""
     capture = obj.meanvalue.capture
     fixed = {pair.name: pair.vertex for pair in marker_pairs.matched(obj) if pair.vertex >= 0}
-    return find(obj, np.array(capture.alignment, np.float64).reshape(4, 4), {**fixed, name: vertex})
+    return find(obj, np.array(capture.alignment, np.float64).reshape(4, 4), fixed, {name: vertex})
 
 
 def _surface(obj):
@@ -135,7 +148,7 @@ def _surface(obj):
     own = shape_keys.rest_positions(obj.data)
     triangles = mesh_arrays.shown_triangles(obj.data)
     vertices = _apply(to_world, own.astype(np.float64))
-    return Surface(own, vertices, triangles, to_world)
+    return RestShape(own, vertices, triangles, to_world)
 
 
 def _mended(capture):
@@ -204,11 +217,10 @@ def _alignment(capture, surface, reference, labels, landmarks, fixed):
     if capture.align == 'AUTO':
         known = {label: place for label, place in zip(labels, landmarks, strict=True) if place}
         sets = [marker_sets.MarkerSet("as chosen", known)] if known else []
-        found = alignment.align_to_mesh(
-            reference, labels, surface.vertices, surface.triangles, marker_sets_more=sets
-        )
+        found = alignment.align_to_mesh(reference, labels, surface.vertices, surface.triangles, more_sets=sets)
         is_doubtful = found.certainty < DOUBTFUL or found.quality > POOR
-        return found.matrix, [f"{found.words} If it is wrong, pick three points and align by these"] if is_doubtful else []
+        words = f"{found.words} If it is wrong, pick three points and align by these"
+        return found.matrix, [words] if is_doubtful else []
     rows = [row for row, label in enumerate(labels) if label in fixed]
     targets = surface.vertices[[fixed[labels[row]] for row in rows]]
     if len(rows) < LEAST_PAIRS or not fixed_points.span_a_plane(reference[rows]):
@@ -231,11 +243,42 @@ def _filled(how):
 
 
 def _match(surface, labels, reference, fixed):
-    """The matching.Match of the aligned markers (m, 3); those in `fixed` have the vertex given there."""
+    """The matching.Match of the aligned markers (m, 3); those in `fixed` have the vertex given there, and no other."""
     match = matching.match_to_surface(reference, surface.vertices, surface.triangles)
-    return match
+    vertex, distance = match.vertex.copy(), match.distance.copy()
+    is_fixed = np.array([label in fixed for label in labels])
+    if is_fixed.any():
+        vertex[is_fixed] = [fixed[label] for label in labels if label in fixed]
+        distance[is_fixed] = np.linalg.norm(reference - surface.vertices[vertex], axis=1)[is_fixed]
+        left = np.setdiff1d(np.unique(surface.triangles), list(fixed.values()))
+        if len(left) < np.count_nonzero(~is_fixed):
+            raise SceneError("The mesh has less vertices than there are markers, and each needs its own. Subdivide it")
+        if not is_fixed.all():
+            vertex[~is_fixed] = left[matching.one_to_one(match.point[~is_fixed], surface.vertices[left])]
+    return _with_markers_at(replace(match, vertex=vertex, distance=distance), surface, reference)
 
 
-def _targets(capture, surface, path, reference, match):
-    """(f, m, 3): where the vertices go in the world."""
-    return skin.skin_targets(path, reference, match)
+def _with_markers_at(match, surface, places):
+    """The Match with offsets as if the markers were at `places` (m, 3)."""
+    offset = np.einsum("mji,mj->mi", match.frame, places - surface.vertices[match.vertex])
+    return replace(match, offset=offset)
+
+
+def _targets(capture, surface, markers, match, picked):
+    """(f, m, 3): where the vertices go in the world. markers: as aligned; picked (m,) bool."""
+    path, reference = markers.path, markers.reference
+    if capture.mode == 'RETARGET':
+        reference = _on_character(surface, reference, match, picked)
+        path = retargeting.retarget(path, markers.reference, reference, markers.rate_hz, markers.landmarks)
+        match = _with_markers_at(match, surface, reference)
+    return skin.skin_targets(path, reference, match, markers.landmarks)
+
+
+def _on_character(surface, reference, match, picked):
+    """(m, 3): where the markers are on the character: as aligned, but over the points that were picked by hand.
+
+    There they are as far off the skin as the others usually are.
+    """
+    usual = float(np.median(match.distance[~picked])) if (~picked).any() else 0.0
+    normals = Surface(surface.vertices, surface.triangles).normals()[match.vertex]
+    return np.where(picked[:, None], surface.vertices[match.vertex] + usual * normals, reference)
