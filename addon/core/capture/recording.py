@@ -39,7 +39,7 @@ class Recording:
     notes: list[str] = field(default_factory=list)
     parents: tuple[int, ...] = ()
     #: Exact zeros in all three coordinates are how many writers of this format say that a sample is missing, with or
-    #: without a residual of -1. A marker that is measured there is as good as impossible, and would be a gap of a frame.
+    #: without a residual of -1. That a marker is measured there is as good as impossible, and costs one sample.
     zero_is_missing: bool = True
     #: A marker without any sample is left out (not where it has a place in a hierarchy).
     drops_never_seen: bool = True
@@ -81,7 +81,7 @@ class Recording:
             metres = self.unit
             extent = metres * self.spread(positions)
             if extent > 0.0 and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
-                self.notes.append(f"By the file's unit the markers together are {extent:.3g} m large: choose another unit")
+                self.notes.append(f"By the file's unit the markers are {extent:.3g} m apart: choose another unit")
         else:
             metres, words = units.guess_unit(self.spread(positions))
             self.notes.append(f"The file names no unit: {words}. Choose another unit if the size is wrong")
