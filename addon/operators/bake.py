@@ -21,7 +21,6 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.bake"
     bl_label = "Bake"
-    bl_options = {'UNDO'}
     doing = "Baking"
 
     #: What is not given is taken from the object's settings.

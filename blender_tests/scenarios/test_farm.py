@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import random
 import shutil
 import signal
 import subprocess
@@ -113,6 +114,31 @@ def test_two_clips_in_three_chunks_one_killed_resumed_and_merged(tmp_path, part,
     assert farm("merge", "--plan", out / "plan", "--index", 1).returncode == 0
     for name in ("First", "Second"):
         assert (out / name / f"{name}.pc2").read_bytes() == baked_at_once(tmp_path, name), name
+    assert list(out.rglob("*.tmp.*")) == []
+
+
+def test_killed_at_random_moments_it_goes_on_to_the_same_bytes(tmp_path, part, farm):
+    two_clips(tmp_path)
+    out = planned(tmp_path, part, ["First"], chunk=7)
+    path, begun = out / "First" / "First.pc2", time.monotonic()
+    assert farm("bake", "--plan", out / "plan", "--index", 0).returncode == 0
+    seconds, chance, whole = time.monotonic() - begun, random.Random(3), baked_at_once(tmp_path, "First")
+    cut_short = 0
+    for attempt in range(20):
+        kind = ["merge", "--plan", out / "plan", "--index", "0"]
+        missing = farm("status", "--out", out, "--missing").stdout.splitlines()[-1]
+        if missing:
+            kind = ["bake", "--plan", out / "plan", "--index", missing.replace("-", ",").split(",")[0]]
+        task = subprocess.Popen([*farm.command, *kind], stdout=subprocess.DEVNULL)
+        time.sleep(seconds * chance.uniform(0.1, 1.2))
+        task.send_signal(signal.SIGKILL)
+        cut_short += task.wait() == -signal.SIGKILL
+        assert not path.exists() or path.read_bytes() == whole, attempt
+    assert cut_short
+    for index in range(9):
+        assert farm("bake", "--plan", out / "plan", "--index", index).returncode == 0
+    assert farm("merge", "--plan", out / "plan", "--index", 0).returncode == 0
+    assert path.read_bytes() == whole
     assert list(out.rglob("*.tmp.*")) == []
 
 
