@@ -10,6 +10,10 @@ class SceneError(MeanValueError):
     """The scene is not ready; the artist can put it right."""
 
 
+class MotionFileError(MeanValueError):
+    """A motion capture file cannot be read: it is damaged, of another format, or has no markers."""
+
+
 class StaleBindingError(SceneError):
     """The mesh is not the one that was bound."""
 

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads BVH files: each joint and end site becomes a marker, where forward kinematics puts it."""
+
+from __future__ import annotations
+
+import math
+import re
+from array import array
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...errors import MotionFileError
+from . import units
+from .bvh_hierarchy import HierarchyReader
+from .forward_kinematics import joint_positions, rest_positions
+from .recording import Recording
+from .take import Take
+from .text_lines import Lines, number_in, quoted
+
+AGAIN = "Export it again as BVH, or mend the line in a text editor"
+RATE_WITHOUT = 30.0
+#: Rates that files mean whose frame time was rounded; whole ones are meant before others.
+WHOLE_RATES = (
+    *(24, 25, 30, 48, 50, 60, 72, 75, 90, 96, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 400, 480, 500, 1000),
+)
+OTHER_RATES = (23.976, 29.97, 59.94, 119.88, 179.82, 239.76)
+
+
+def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
+    """The joints of a BVH file of that content as markers; `file` is its name. Raises MotionFileError."""
+    lines = Lines(data)
+    hierarchy = HierarchyReader(lines, file)
+    joints = hierarchy.read()
+    notes = []
+    frames, rate = _motion_header(lines, file, notes)
+    motion = _motion(lines, file, hierarchy.channel_count, frames, notes)
+    if len(motion) * len(joints) > max(len(data), 1024):
+        raise MotionFileError(
+            f"{file}: {len(joints)} joints are more than {hierarchy.channel_count} channels in {len(motion)} frames "
+            "can move. The file is damaged: export it again as BVH"
+        )
+    with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
+        positions = joint_positions(joints, motion)
+    return _Skeleton(
+        file=file,
+        rate_hz=rate,
+        first_frame=1,
+        labels=[joint.name for joint in joints],
+        positions=positions,
+        usual_up=("Y", "as most BVH files have it"),
+        notes=notes,
+        parents=tuple(joint.parent for joint in joints),
+        zero_is_missing=False,
+        drops_never_seen=False,
+        rest=rest_positions(joints),
+    ).take(up_axis, unit)
+
+
+@dataclass
+class _Skeleton(Recording):
+    """A recording whose rest pose tells size and upright axis."""
+
+    #: (j, 3) in the file's unit and axes.
+    rest: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def spread(self, positions):
+        return units.median_extent(self.rest[None])
+
+    def seen_up(self, positions):
+        """The axis from the hips to the head in the rest pose, where that is clear."""
+        for wanted in ("head", "neck", "chest", "spine"):
+            for index in (index for index, label in enumerate(self.labels) if wanted in label.lower()):
+                up = self.rest[index] - self.rest[0]
+                axis = int(np.argmax(np.abs(up)))
+                if np.abs(up[axis]) > 0.8 * np.linalg.norm(up) > 0.0:
+                    why = f"along which {quoted(self.labels[index])} is above the hips"
+                    return ("-" if up[axis] < 0.0 else "") + "XYZ"[axis], why
+        return super().seen_up(positions)
+
+
+def _motion_header(lines, file, notes):
+    """(frames that are told, frames a second)."""
+    frames_line, time_line = lines.next_filled(), lines.next_filled()
+    found = re.fullmatch(r"\s*Frames\s*:?\s*(\d{1,9})\s*", frames_line or "", re.IGNORECASE | re.ASCII)
+    if not found:
+        raise MotionFileError(f"{file}, line {lines.number}: 'Frames: N' is missing after MOTION. {AGAIN}")
+    timed = re.fullmatch(r"\s*Frame\s*Time\s*:?\s*(\S+)\s*", time_line or "", re.IGNORECASE)
+    if not timed:
+        raise MotionFileError(f"{file}, line {lines.number}: 'Frame Time: SECONDS' is missing after 'Frames'. {AGAIN}")
+    return int(found.group(1)), _rate(timed.group(1), notes)
+
+
+def _rate(text, notes):
+    """Frames a second from a frame time that was rounded to so many digits."""
+    seconds = number_in(text)
+    if seconds is None or not (math.isfinite(seconds) and 1e-6 <= seconds <= 1e3):
+        notes.append(f"The frame time {quoted(text)} is no time: {RATE_WITHOUT:g} frames a second are assumed")
+        return RATE_WITHOUT
+    digits = re.fullmatch(r"\d*\.(\d+)", text)
+    rounding = 0.51 * 10.0 ** -len(digits.group(1)) if digits else 0.0
+    for rates in (WHOLE_RATES, OTHER_RATES):
+        nearest = min(rates, key=lambda rate: abs(1.0 / rate - seconds))
+        if abs(1.0 / nearest - seconds) <= min(rounding, 2e-3 * seconds):
+            return float(nearest)
+    return 1.0 / seconds
+
+
+def _motion(lines, file, channels, told, notes):
+    """(f, channels) float64. A last row that is cut off is dropped."""
+    values = array("d")
+    count = 0
+    short = None  # (line, columns) of a row that is too short: allowed for the last one only
+    for line in lines:
+        words = line.split()
+        if not words:
+            continue
+        if short is not None or len(words) > channels:
+            number, columns = short or (lines.number, len(words))
+            raise MotionFileError(
+                f"{file}, line {number}: it has {columns} numbers, and the hierarchy has {channels} channels. {AGAIN}"
+            )
+        if len(words) < channels:
+            short = (lines.number, len(words))
+            continue
+        try:
+            values.extend(map(float, words))
+        except ValueError:
+            wrong = next(word for word in words if number_in(word) is None)
+            raise MotionFileError(f"{file}, line {lines.number}: {quoted(wrong)} is no number. {AGAIN}") from None
+        count += 1
+    if count == 0:
+        raise MotionFileError(f"{file}: it has no whole frame after 'Frame Time'. {AGAIN}")
+    if short is not None and count >= told:
+        raise MotionFileError(
+            f"{file}, line {short[0]}: it has {short[1]} numbers, and the hierarchy has {channels} channels. {AGAIN}"
+        )
+    if count != told:
+        what = "is cut off" if count < told else "is longer than it says"
+        notes.append(f"The file {what}: {count} frames are there, {told} are told")
+    return np.frombuffer(values, np.float64).reshape(count, channels)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a motion capture file of any known format."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+
+from ...errors import MotionFileError
+from . import bvh_file, c3d_file, trc_file
+from .take import Take
+from .units import UP_AXES
+
+__all__ = ["SUFFIXES", "UP_AXES", "read"]
+
+_READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read}
+
+#: What `read()` knows, by the file's suffix in lower case.
+SUFFIXES = tuple(_READERS)
+
+
+def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None) -> Take:
+    """The markers in a C3D, TRC or BVH file, as a Take.
+
+    `up_axis`: which of the file's axes points up, one of UP_AXES; None: as the file says. `unit`: metres for one unit
+    of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the notes.
+    Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
+    """
+    path = pathlib.Path(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise MotionFileError(
+            f"{path.name}: what ends in '{path.suffix}' is not read. Export the motion as {', '.join(SUFFIXES)}"
+        )
+    content = _content(path)
+    try:
+        return reader(content, path.name, up_axis, unit)
+    except MemoryError:
+        raise MotionFileError(
+            f"{path.name}: the memory is too small for its {len(content) / 1e6:.0f} MB. Export a shorter range"
+        ) from None
+
+
+def _content(path):
+    try:
+        if not path.is_file():  # a pipe or a device would never end
+            raise MotionFileError(f"{path}: there is no such file. Choose a motion capture file")
+        return path.read_bytes()
+    except OSError as error:
+        raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions") from None
+    except ValueError as error:  # of a path with a null character
+        raise MotionFileError(f"{path}: this is no path ({error}). Choose a motion capture file") from None
+    except MemoryError:
+        raise MotionFileError(f"{path}: the memory is too small for this file. Export a shorter range") from None

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads TRC files (Motion Analysis, OpenSim): a table of markers in text.
+
+Line 1 names the format, 2 and 3 are keys and values, 4 the labels, one every three columns, 5 the coordinates' names;
+then a row for each frame, with its number and time before the coordinates. Blank cells are missing samples.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+import numpy as np
+
+from ...errors import MotionFileError
+from . import model_outputs, units
+from .recording import Recording
+from .take import Take
+from .text_lines import Lines, number_in, quoted
+
+RATE_WITHOUT = 100.0
+AGAIN = "Export it again as TRC, or mend the line in a text editor"
+
+
+def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
+    """The physical markers of a TRC file of that content; `file` is its name. Raises MotionFileError."""
+    lines = Lines(data)
+    keys = _keys(lines, file)
+    labels = _labels(lines, keys, file)
+    notes = []
+    rows = _Rows(file, len(labels), limit=max(len(data), 1024))
+    for line in lines:
+        rows.add(line, lines.number)
+    table = rows.table(keys, data, notes)
+    rate = _rate(keys, table[:, 1], notes)
+    numbered = table[0, 0]
+    positions = table[:, 2:].reshape(len(table), len(labels), 3)
+    kinds = [model_outputs.VIRTUAL if model_outputs.is_virtual_name(label) else None for label in labels]
+    for point in np.flatnonzero(model_outputs.computed_from_others(labels, positions)):
+        kinds[point] = model_outputs.VIRTUAL
+    chosen = np.flatnonzero([kind is None for kind in kinds])
+    kept = [labels[point] for point in chosen]
+    model_outputs.require_markers(kept, kinds, file)
+    return Recording(
+        file=file,
+        rate_hz=rate,
+        first_frame=int(numbered) if abs(numbered) < 2**31 else 1,
+        labels=kept,
+        positions=positions[:, chosen],  # a copy: it is written to
+        unit=_unit(keys, notes),
+        usual_up=("Y", "as OpenSim and most TRC files have it"),
+        left_out=model_outputs.by_kind(labels, kinds),
+        notes=notes,
+    ).take(up_axis, unit)
+
+
+def _keys(lines, file):
+    """The header's values by their keys in lower case."""
+    first = lines.next()
+    if first is None or not first.lower().startswith("pathfiletype"):
+        raise MotionFileError(
+            f"{file}: this is no TRC file: its first line is {quoted(first or '')} and should begin with "
+            "'PathFileType'. Choose the file that the capture system exported"
+        )
+    names, values = lines.next(), lines.next()
+    if names is None or values is None:
+        raise MotionFileError(f"{file}: it ends in its header, at line {lines.number}. {AGAIN}")
+    return dict(zip((name.lower() for name in names.split()), values.split(), strict=False))
+
+
+def _labels(lines, keys, file):
+    """One label for each marker; empty ones stay empty."""
+    line = lines.next_filled()
+    if line is None or not line.lower().lstrip().startswith("frame"):
+        raise MotionFileError(
+            f"{file}, line {lines.number}: the markers' names are missing, a line that begins with 'Frame#'. {AGAIN}"
+        )
+    cells = [cell.strip() for cell in line.split("\t")]
+    told = number_in(keys.get("nummarkers", ""))
+    columns = lines.next_filled() or ""
+    labels = cells[2::3]
+    while labels and not labels[-1]:
+        labels.pop()
+    named = [cell for cell in cells[2:] if cell]
+    if told is not None and len(labels) != told:
+        if len(named) == told:  # the names follow each other without the two empty cells between them
+            labels = named
+        elif len(line.split()) - 2 == told:
+            labels = line.split()[2:]
+        elif len(labels) < told <= len(columns.split()) // 3:
+            labels += [""] * (int(told) - len(labels))
+    if not labels:
+        raise MotionFileError(f"{file}, line {lines.number}: it names no marker. Export the take with its markers")
+    return labels
+
+
+class _Rows:
+    """Rows of numbers as they come, with NaN for blank cells."""
+
+    def __init__(self, file, markers, limit):
+        self._file = file
+        self._width = 2 + 3 * markers
+        self._limit = limit  # of marker samples: short rows must not fill the memory
+        self._values = array("d")
+        self._count = 0
+        self._last_is_whole = True
+
+    def add(self, line, number):
+        if not line.strip():
+            return
+        if (self._count + 1) * (self._width // 3) > self._limit:
+            raise MotionFileError(
+                f"{self._file}, line {number}: the rows are much shorter than the {self._width // 3} markers in the "
+                f"header need. {AGAIN}"
+            )
+        cells = line.rstrip("\r").split("\t") if "\t" in line else line.split()
+        while len(cells) > self._width and not cells[-1].strip():
+            cells.pop()
+        if len(cells) > self._width or ("\t" not in line and len(cells) != self._width):
+            raise MotionFileError(
+                f"{self._file}, line {number}: it has {len(cells)} columns, and {self._width // 3} markers need "
+                f"{self._width}. {AGAIN}"
+            )
+        try:
+            self._values.extend([float(cell or "nan") for cell in cells])
+        except ValueError:  # a cell of spaces, or none of a number
+            self._values.extend([self._value(cell, number) for cell in cells])
+        self._last_is_whole = len(cells) == self._width
+        self._values.extend([math.nan] * (self._width - len(cells)))
+        self._count += 1
+
+    def _value(self, cell, number):
+        value = number_in(cell.strip() or "nan")
+        if value is None:
+            raise MotionFileError(f"{self._file}, line {number}: {quoted(cell)} is no number. {AGAIN}")
+        return value
+
+    def table(self, keys, data, notes):
+        """(f, 2 + 3 m) float64: number of the frame, time, coordinates."""
+        told = number_in(keys.get("numframes", ""))
+        told = int(told) if told is not None and math.isfinite(told) else None
+        table = np.frombuffer(self._values, np.float64).reshape(self._count, self._width)
+        cut = not data.rstrip(b" \t").endswith((b"\n", b"\r")) and told is not None and self._count <= told
+        if cut and not self._last_is_whole:
+            table = table[:-1]
+        if len(table) == 0:
+            raise MotionFileError(f"{self._file}: it has no frames after its header. {AGAIN}")
+        if told is not None and told != len(table):
+            what = "is cut off" if len(table) < told else "is longer than it says"
+            notes.append(f"The file {what}: {len(table)} frames are there, {told} are told")
+        if np.isnan(table[0, 0]):
+            raise MotionFileError(f"{self._file}: its first row has no frame number. {AGAIN}")
+        return table
+
+
+def _rate(keys, times, notes):
+    for key in ("datarate", "camerarate"):
+        rate = number_in(keys.get(key, ""))
+        if rate is not None and math.isfinite(rate) and 1e-3 <= rate <= 1e6:
+            return rate
+    with np.errstate(all="ignore"):
+        step = float(np.median(np.diff(times))) if len(times) > 1 else math.nan
+    if math.isfinite(step) and 1e-6 <= step <= 1e3:
+        notes.append(f"The header names no usable rate: {1.0 / step:.6g} frames a second by the times of the rows")
+        return 1.0 / step
+    notes.append(f"The file names no usable rate: {RATE_WITHOUT:g} frames a second are assumed")
+    return RATE_WITHOUT
+
+
+def _unit(keys, notes):
+    name = keys.get("units", "")
+    metres = units.metres_in(name)
+    if name and metres is None:
+        notes.append(f"The file's unit {quoted(name)} is not known")
+    return metres

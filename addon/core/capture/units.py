@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Units of length and upright axes of motion capture files: what they are called, and plausible guesses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+UP_AXES = ("X", "Y", "Z", "-X", "-Y", "-Z")
+
+#: Metres for one unit, by what files call it (lower case).
+METRES = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
+    **dict.fromkeys(("dm", "decimeter", "decimeters", "decimetre", "decimetres"), 0.1),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), 0.01),
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 0.001),
+    **dict.fromkeys(("in", "inch", "inches"), 0.0254),
+    **dict.fromkeys(("ft", "foot", "feet"), 0.3048),
+}
+
+#: (extent of a person from, to, in units; metres for one; what it is called). The CMU motions as BVH count in 1/0.45
+#: inches.
+_SIZES_OF_PEOPLE = (
+    (0.5, 2.5, 1.0, "metres"),
+    (5.0, 25.0, 0.1, "decimetres"),
+    (25.0, 40.0, 0.0254 / 0.45, "1/0.45 inches, as in the CMU motions,"),
+    (40.0, 95.0, 0.0254, "inches"),
+    (95.0, 400.0, 0.01, "centimetres"),
+    (400.0, 4000.0, 0.001, "millimetres"),
+)
+
+#: Rows that turn each axis up without mirroring.
+_TURNS = {
+    "Z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "Y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "X": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "-Z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    "-Y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "-X": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
+}
+
+
+def metres_in(name: str) -> float | None:
+    """Metres for one unit of that name, None for one that is not known."""
+    return METRES.get(name.strip().strip(".[]()").lower())
+
+
+def turn_up(positions: np.ndarray, up_axis: str) -> np.ndarray:
+    """(..., 3) `positions` turned so that their `up_axis` is Z, exactly and right-handed; may be the same array."""
+    if up_axis == "Z":
+        return positions
+    turned = np.empty_like(positions)
+    for row, coefficients in enumerate(_TURNS[up_axis]):
+        axis = int(np.flatnonzero(coefficients)[0])
+        np.multiply(positions[..., axis], coefficients[axis], out=turned[..., row])
+    return turned
+
+
+def _few_frames(positions, most=200):
+    """Some frames of (f, m, 3), evenly: enough to guess by, whatever the length."""
+    step = max(1, -(-positions.shape[0] // most))
+    return positions[::step]
+
+
+def _lowest_and_highest(positions):
+    """Of each frame that has a marker: (g, 3) minima and maxima over its markers."""
+    few = _few_frames(positions)
+    few = few[(~np.isnan(few[..., 0])).any(axis=1)]
+    if few.size == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    return np.nanmin(few, axis=1), np.nanmax(few, axis=1)
+
+
+def median_extent(positions: np.ndarray) -> float:
+    """The largest side of the box around all markers, as it is in half of the frames; 0 without markers."""
+    low, high = _lowest_and_highest(positions)
+    return float(np.median((high - low).max(axis=1))) if len(low) else 0.0
+
+
+def guess_unit(extent: float) -> tuple[float, str]:
+    """Metres for one unit if something of `extent` units is a person, and words for that."""
+    for smallest, largest, metres, name in _SIZES_OF_PEOPLE:
+        if smallest <= extent < largest:
+            return metres, f"{name} are assumed, which makes the subject {extent * metres:.2f} m large"
+    return 0.01, f"centimetres are assumed (the subject is {extent:.4g} units large, which fits a person in no unit)"
+
+
+def likely_up(positions: np.ndarray) -> str | None:
+    """'Y' or 'Z' if just along one of them the markers, (f, m, 3) in metres, stand on a floor at 0; else None.
+
+    Feet stay near the floor in nearly every frame and heads far above it; sideways everything moves or is centred.
+    """
+    low, high = _lowest_and_highest(positions)
+    if len(low) == 0:
+        return None
+    few = len(low) // 20  # frames that may be otherwise, at either end
+    lows, highs = np.sort(low, axis=0), np.sort(high, axis=0)
+    steady = (lows[few] > -0.15) & (lows[-1 - few] < 0.35)
+    tall = (highs[few] > 0.7) & (highs[-1 - few] < 2.8)
+    stands = steady & tall
+    return "YZ"[int(stands[2])] if stands[1] != stands[2] else None  # nobody has X up
