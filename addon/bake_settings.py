@@ -45,8 +45,8 @@ def options(flags=frozenset()):
             **flags,
         ),
         "samples": IntProperty(
-            name="Samples per Frame",
-            description="More than 1 bakes between frames too, for motion blur and fast motion",
+            name="Samples",
+            description="Samples per frame: more than 1 bakes between frames too, for motion blur and fast motion",
             default=1,
             min=1,
             soft_max=8,

@@ -32,7 +32,8 @@ class Baking:
         self._posing = posing
         self._part = part or (0, len(plan.times))
         numbers = list(plan.numbers)[slice(*self._part)]
-        self.store = ChunkStore(self.path.with_name(self.path.stem + ".chunks"), plan.key, numbers, plan.vertices)
+        folder = self.path.with_name(f"{self.path.name.removesuffix('.pc2')}.chunks")
+        self.store = ChunkStore(folder, plan.key, numbers, plan.vertices)
         self.done = 0
         self.total = len(numbers)
         self.begun_at = None
@@ -143,7 +144,7 @@ class Baking:
         return kept, shapes, BakeReport.of(self.plan.times, self.store.reports())
 
     def write_report(self, report, about):
-        """@throws CacheError."""
+        """Beside the cache. @throws CacheError."""
         write_json(report_path(self.path), {"schema": SCHEMA, **about, **report.content()})
 
 

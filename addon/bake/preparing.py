@@ -70,6 +70,8 @@ class Preparation:
         about = {"object": obj.name, "blend": _blend_name(), "scene": self.scene_name, "target": self.options.target}
         if self.to_keys:
             self.outcome = yield from self._counted(self.baking.choose_keys(*self._tolerance()))
+            if bpy.data.filepath:
+                self.baking.write_report(self.outcome[2], {**about, "key": self.plan.key})
         else:
             self.outcome = yield from self._counted(self.baking.write_cache(about))
 
@@ -159,7 +161,7 @@ def _paths(obj, options):
     shown = options.path.strip() or default_path(obj)
     if options.target == TO_KEYS:
         folder = f"//{CACHE_FOLDER}" if bpy.data.filepath else bpy.app.tempdir
-        full = pathlib.Path(bpy.path.abspath(folder), f"{bpy.path.clean_name(obj.name)}.keys.pc2")
+        full = pathlib.Path(bpy.path.abspath(folder), f"{bpy.path.clean_name(obj.name)}.keys")
         return "", full
     if shown.startswith("//") and not bpy.data.filepath:
         raise SceneError(

@@ -42,6 +42,7 @@ def sample(scene_name, find, bind_input, times, slice_seconds=math.inf):
     found = targets.handles_problem(obj)
     if found:
         raise SceneError(found)
+    _require_evaluated(obj)
     pose_name = targets.pose_key(obj)
     pose = shape_keys.pose_positions(obj) if pose_name else None
     goals = np.empty((len(times), len(bind_input.anchors), 3))
@@ -64,6 +65,28 @@ def sample(scene_name, find, bind_input, times, slice_seconds=math.inf):
         raise
     _evaluate_again(scene_name, former)
     return Samples(times, goals, None if (weights == 1.0).all() else weights, tuple(_notes(find(), pose_name)))
+
+
+def _require_evaluated(obj):
+    """@throws SceneError if the object or a control is disabled: Blender then leaves it where it is, without a word."""
+    layer = bpy.context.view_layer.layer_collection
+    controls = [group.control for group in targets.enabled_groups(obj) if group.follows == 'CONTROL']
+    for each in (obj, *controls):
+        if each.hide_viewport or not _is_reached(layer, each):
+            raise SceneError(
+                f"'{each.name}' is disabled in viewports, or in a collection that is, so its animation does not run. "
+                "Enable it (the monitor in the Outliner, the tick of its collection) and hide it by the eye instead"
+            )
+
+
+def _is_reached(layer_collection, obj):
+    """Whether a collection that Blender evaluates has the object. Hidden by the eye is evaluated."""
+    collection = layer_collection.collection
+    if collection.hide_viewport:
+        return False
+    if not layer_collection.exclude and collection.objects.get(obj.name) == obj:
+        return True
+    return any(_is_reached(child, obj) for child in layer_collection.children)
 
 
 def _read(obj, bind_input, pose, frame, goals, weights):

@@ -158,11 +158,11 @@ class BackgroundOperator(MeshOperator):
         outcome = self._job.result()
         if self._job.is_cancelled:  # at the very moment when it was ready
             raise CancelledError(self.stopped())
-        yield from self.after(prepared)
         if self._timer is not None:  # Blender went on since the scene was read
             reading = self.start_reading(self._object())
             yield from self._read(reading)
             prepared.require_unchanged(self._object(), reading)
+        yield from self.after(prepared)
         return self.finish(self._object(), prepared, outcome)
 
     def _read(self, reading):

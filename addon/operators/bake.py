@@ -21,7 +21,6 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.bake"
     bl_label = "Bake"
-    bl_options = {'UNDO'}
     doing = "Baking"
 
     #: What is not given is taken from the object's settings.
@@ -46,6 +45,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if problem and not self.confirm_size and not bpy.app.background:
             self._ask(context, problem)
             return {'CANCELLED'}
+        if context.screen is not None and context.screen.is_animation_playing:
+            bpy.ops.screen.animation_cancel(restore_frame=False)  # it would take the frames away from under Bake
         return super().invoke(context, event)
 
     def prepare(self, obj, reading):

@@ -6,7 +6,7 @@ import bpy
 from ..bake import preparing
 from ..bake_settings import TO_CACHE
 from ..bridge import scene_input
-from ..core import bake_times, whole_files, wording
+from ..core import whole_files, wording
 from ..core.point_cache import Header
 from ..errors import SceneError
 from ..operators.bake import MEANVALUE_OT_bake
@@ -80,12 +80,12 @@ def _draw_size(layout, context, obj, settings):
     try:
         times = preparing.times_of(context.scene, settings)
     except SceneError as error:
-        draw_wrapped(layout, context, str(error), icon='ERROR')
+        draw_wrapped(layout, context, wording.sentence(str(error)), icon='ERROR')
         return
     text = wording.counted(len(times), "frame" if settings.samples == 1 else "sample")
     if settings.target == TO_CACHE:
         text += f", {whole_files.in_bytes(Header(len(obj.data.vertices), 0.0, 1.0, len(times)).bytes)}"
-    layout.label(text=f"{text}, from frame {bake_times.named(times[0])}")
+    layout.label(text=text)
 
 
 CLASSES = (MEANVALUE_PT_bake,)

@@ -78,9 +78,7 @@ def test_threads_do_not_change_a_bit(clip, threads):
     np.testing.assert_array_equal(again.energies, whole.energies)
 
 
-@pytest.mark.parametrize(
-    "frames", [(0, 1), (5, 9), (CHUNK - 2, CHUNK + 3), (CHUNK, 2 * CHUNK), (13, 14), (47, FRAMES)]
-)
+@pytest.mark.parametrize("frames", [(0, 1), (5, 9), (CHUNK - 2, CHUNK + 3), (CHUNK, 2 * CHUNK), (13, 14), (47, FRAMES)])
 def test_a_part_of_the_clip_has_the_bits_of_the_whole(clip, frames):
     _, _, deformer, targets, whole = clip
     part = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, frames=frames)
@@ -102,7 +100,11 @@ def test_frames_are_handed_over_in_order_and_not_kept(clip):
     _, _, deformer, targets, whole = clip
     got = []
     result = deformer.solve_sequence(
-        targets, chunk=CHUNK, overlap=OVERLAP, threads=1, on_frame=lambda frame, shape: got.append((frame, shape.copy()))
+        targets,
+        chunk=CHUNK,
+        overlap=OVERLAP,
+        threads=1,
+        on_frame=lambda frame, shape: got.append((frame, shape.copy())),
     )
     assert [frame for frame, _ in got] == list(range(FRAMES))
     np.testing.assert_array_equal([shape for _, shape in got], whole.vertices)
@@ -137,7 +139,7 @@ def test_a_frame_that_fails_is_told_and_does_not_end_the_rest(clip):
     assert np.isnan(result.energies[20])
     assert not result.converged[20]
     np.testing.assert_array_equal(result.vertices[20], result.vertices[19])
-    np.testing.assert_array_equal(result.vertices[:CHUNK - OVERLAP], whole.vertices[:CHUNK - OVERLAP])
+    np.testing.assert_array_equal(result.vertices[: CHUNK - OVERLAP], whole.vertices[: CHUNK - OVERLAP])
     assert np.isfinite(result.vertices).all()
 
 

@@ -271,6 +271,29 @@ def test_a_handle_in_a_shape_key_stands_still_and_is_told(saved, rows, capfd):
     assert "What follows a shape key stands still: Middle as in 'Pose'" in capfd.readouterr().out
 
 
+@pytest.mark.parametrize("how", ["eye", "eye of the collection", "viewport", "excluded", "collection"])
+def test_a_control_that_is_disabled_does_not_move_and_is_told(saved, rows, how):
+    """Blender evaluates what is hidden by the eye, and leaves what is disabled where it is."""
+    _obj, control, path = saved
+    hidden = bpy.data.collections.new("Hidden")
+    bpy.context.scene.collection.children.link(hidden)
+    bpy.context.scene.collection.objects.unlink(control)
+    hidden.objects.link(control)
+    layer = bpy.context.view_layer.layer_collection.children["Hidden"]
+    control.hide_set(how == "eye")
+    control.hide_viewport = how == "viewport"
+    layer.hide_viewport = how == "eye of the collection"
+    layer.exclude = how == "excluded"
+    hidden.hide_viewport = how == "collection"
+    if how.startswith("eye"):
+        bake()
+        assert np.ptp(rows(path)[:, handles.TOP], axis=0).max() > 1.0
+        return
+    with steps.refused(f"'{control.name}' is disabled in viewports", "hide it by the eye"):
+        bpy.ops.meanvalue.bake()
+    assert not path.exists()
+
+
 # -- again, and back -------------------------------------------------------------------------------------------------
 
 

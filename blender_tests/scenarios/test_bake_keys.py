@@ -149,6 +149,13 @@ def test_baked_again_they_are_replaced_and_unchanged_left_alone(solved, capfd):
     assert np.array_equal(played(obj, TIMES), solved)
 
 
+def test_the_report_is_written_where_the_file_is(solved, tmp_path):
+    bake(target='SHAPE_KEYS')
+    report = json.loads((tmp_path / "meanvalue_cache" / "Tube.keys.json").read_text())
+    assert [each["frame"] for each in report["frames"]] == list(TIMES)
+    assert not (tmp_path / "meanvalue_cache" / "Tube.keys.chunks").exists()
+
+
 def test_a_shared_mesh_takes_the_keys_of_one_object(solved):
     obj = tube()
     bake(target='SHAPE_KEYS')

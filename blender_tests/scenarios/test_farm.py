@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import random
 import shutil
 import signal
 import subprocess
@@ -13,10 +14,8 @@ import time
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes
-from support.baking import animated_tube, bake, curves, key_control, save
-
-FRAMES = 60  # more than one run of the solver, so that runs fade into each other
+from support.baking import curves
+from support.farm import baked_at_once, planned, two_clips
 
 
 @pytest.fixture
@@ -54,33 +53,6 @@ def farm_in_blender(script):
     return run
 
 
-def two_clips(tmp_path):
-    """A saved file with two animated tubes of their own animation."""
-    animated_tube("First", FRAMES)
-    second, control = handles.tube("Second", live=False)
-    second.location.x = 4.0
-    bpy.context.view_layer.update()
-    key_control(control, FRAMES, reach=-1.0)
-    bpy.context.scene.frame_set(1)
-    meshes.activate(second)
-    return save(tmp_path)
-
-
-def baked_at_once(tmp_path, name):
-    """The bytes of the point cache that the operator writes."""
-    meshes.activate(bpy.data.objects[name])
-    bake(path=str(tmp_path / "at_once" / f"{name}.pc2"))
-    return (tmp_path / "at_once" / f"{name}.pc2").read_bytes()
-
-
-def planned(tmp_path, part, names=("First", "Second"), chunk=20):
-    """OUT with the plan of the scene that is open."""
-    out = tmp_path / "out"
-    clips = part("bake.farm_scene").planned(list(names), None)
-    part("bake.farm").write_plan(out, clips, chunk)
-    return out
-
-
 def test_two_clips_in_three_chunks_one_killed_resumed_and_merged(tmp_path, part, farm, farm_in_blender):
     blend = two_clips(tmp_path)
     out = tmp_path / "out"
@@ -113,6 +85,31 @@ def test_two_clips_in_three_chunks_one_killed_resumed_and_merged(tmp_path, part,
     assert farm("merge", "--plan", out / "plan", "--index", 1).returncode == 0
     for name in ("First", "Second"):
         assert (out / name / f"{name}.pc2").read_bytes() == baked_at_once(tmp_path, name), name
+    assert list(out.rglob("*.tmp.*")) == []
+
+
+def test_killed_at_random_moments_it_goes_on_to_the_same_bytes(tmp_path, part, farm):
+    two_clips(tmp_path)
+    out = planned(tmp_path, part, ["First"], chunk=7)
+    path, begun = out / "First" / "First.pc2", time.monotonic()
+    assert farm("bake", "--plan", out / "plan", "--index", 0).returncode == 0
+    seconds, chance, whole = time.monotonic() - begun, random.Random(3), baked_at_once(tmp_path, "First")
+    cut_short = 0
+    for attempt in range(20):
+        kind = ["merge", "--plan", out / "plan", "--index", "0"]
+        missing = farm("status", "--out", out, "--missing").stdout.splitlines()[-1]
+        if missing:
+            kind = ["bake", "--plan", out / "plan", "--index", missing.replace("-", ",").split(",")[0]]
+        task = subprocess.Popen([*farm.command, *kind], stdout=subprocess.DEVNULL)
+        time.sleep(seconds * chance.uniform(0.1, 1.2))
+        task.send_signal(signal.SIGKILL)
+        cut_short += task.wait() == -signal.SIGKILL
+        assert not path.exists() or path.read_bytes() == whole, attempt
+    assert cut_short
+    for index in range(9):
+        assert farm("bake", "--plan", out / "plan", "--index", index).returncode == 0
+    assert farm("merge", "--plan", out / "plan", "--index", 0).returncode == 0
+    assert path.read_bytes() == whole
     assert list(out.rglob("*.tmp.*")) == []
 
 

@@ -22,7 +22,7 @@ std::shared_ptr<OwnedBinding> own_binding(const py::object& vertices, const py::
                                           const py::object& anchors, const std::optional<py::object>& roi,
                                           const std::optional<py::object>& handles, std::optional<double> rigidity,
                                           const std::optional<py::object>& strengths, const std::string& method,
-                                          int threads) {
+                                          int threads, bool portable) {
     auto owned = std::make_shared<OwnedBinding>();
     owned->vertices = PositionsArray(vertices, "vertices").view();
     owned->faces = as_triangles(faces, "faces");
@@ -45,6 +45,7 @@ std::shared_ptr<OwnedBinding> own_binding(const py::object& vertices, const py::
     }
     binding.method = method_from_name(method);
     binding.threads = threads;
+    binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
     return owned;
 }
 
@@ -52,8 +53,9 @@ std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::ob
                                         const py::object& anchors, const std::optional<py::object>& roi,
                                         const std::optional<py::object>& handles, std::optional<double> rigidity,
                                         const std::optional<py::object>& strengths, const std::string& method,
-                                        int threads, const SharedExecution& execution) {
-    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
+                                        int threads, bool portable, const SharedExecution& execution) {
+    const auto owned =
+        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads, portable);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return bind_detached(*owned->binding, held);
@@ -62,8 +64,9 @@ std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::ob
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, const std::string& method,
-                int threads, const SharedExecution& execution) {
-    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads);
+                int threads, bool portable, const SharedExecution& execution) {
+    const auto owned =
+        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads, portable);
     const SharedExecution held = execution_or_new(execution);
     return {held, [owned, held]() -> Task::Deliver {
                 const std::shared_ptr<Deformer> deformer = bind_detached(*owned->binding, held);
@@ -206,7 +209,7 @@ void bind_deformer(py::module_& module) {
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
              py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
              py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
-             py::arg("execution") = py::none(),
+             py::arg("portable") = false, py::arg("execution") = py::none(),
              "Bind a mesh.\n\n"
              "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
              "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
@@ -225,6 +228,8 @@ void bind_deformer(py::module_& module) {
              "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
              "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
              "threads: 0 for every core; results do not depend on it.\n"
+             "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
+             "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
              "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
              "among others), SolverFailure, Cancelled.")
         .def(
@@ -265,7 +270,7 @@ void bind_deformer(py::module_& module) {
     module.def("start_bind", &start_bind, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
                py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
                py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
-               py::arg("execution") = py::none(),
+               py::arg("portable") = false, py::arg("execution") = py::none(),
                "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
                "Arrays are copied first. Raises InvalidInput for arrays of another form.");
 }

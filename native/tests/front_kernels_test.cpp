@@ -54,12 +54,12 @@ std::vector<FrontShape> shapes() {
     return all;
 }
 
-class KernelsOf : public testing::TestWithParam<FrontKernels (*)()> {};
+class KernelsOf : public testing::TestWithParam<InstructionSet> {};
 
 TEST_P(KernelsOf, EliminateAFront) {
     for (const FrontShape& shape : shapes()) {
         Front front(shape);
-        ASSERT_TRUE(front.eliminate(GetParam()(), 2));
+        ASSERT_TRUE(front.eliminate(front_kernels(GetParam()), 2));
         const Index size = shape.width + shape.below;
         Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(size, shape.width);
         Eigen::MatrixXd left = Eigen::MatrixXd::Zero(size, size);
@@ -76,8 +76,8 @@ TEST_P(KernelsOf, EliminateAFront) {
 TEST_P(KernelsOf, GiveTheSameBitsInPiecesOfAnySize) {
     Front front({50, 100});
     Front in_pieces = front;
-    ASSERT_TRUE(front.eliminate(GetParam()(), 100));
-    ASSERT_TRUE(in_pieces.eliminate(GetParam()(), 1));
+    ASSERT_TRUE(front.eliminate(front_kernels(GetParam()), 100));
+    ASSERT_TRUE(in_pieces.eliminate(front_kernels(GetParam()), 1));
     for (Index c = 0; c < 150; ++c) {
         for (Index r = c; r < 150; ++r)
             ASSERT_EQ(front.at(r, c), in_pieces.at(r, c));
@@ -89,12 +89,12 @@ TEST_P(KernelsOf, FindPivotsThatAreNone) {
         for (const Index column : {0, 3, 17, 18}) {
             Front front({19, 20});
             front.at(column, column) = pivot;
-            EXPECT_FALSE(front.eliminate(GetParam()(), 2)) << pivot << " in column " << column;
+            EXPECT_FALSE(front.eliminate(front_kernels(GetParam()), 2)) << pivot << " in column " << column;
         }
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Forms, KernelsOf, testing::Values(&portable_front_kernels, &front_kernels));
+INSTANTIATE_TEST_SUITE_P(Forms, KernelsOf, testing::Values(InstructionSet::kPortable, InstructionSet::kFastest));
 
 }  // namespace
 }  // namespace meanvalue::tests

@@ -48,8 +48,8 @@ TEST_P(SparseCholeskyOf, BothKindsOfKernelsAgreeToRounding) {
         EXPECT_TRUE(factor_fronts(pattern, lower, kernels, 2, {begin, [](Index, int) {}}, Execution()));
         return panels;
     };
-    const auto fast = values_by(front_kernels());
-    const auto portable = values_by(portable_front_kernels());
+    const auto fast = values_by(front_kernels(InstructionSet::kFastest));
+    const auto portable = values_by(front_kernels(InstructionSet::kPortable));
     for (Index s = 0; s < pattern.count(); ++s) {
         const Eigen::MatrixXd a = fast[s].triangularView<Eigen::Lower>();
         const Eigen::MatrixXd b = portable[s].triangularView<Eigen::Lower>();

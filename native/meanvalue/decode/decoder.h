@@ -23,8 +23,8 @@ struct DecodeOptions {
     const Positions* previous = nullptr;
     /// k x 3, in the order of all anchors: where soft ones are pulled to. Decoders without any do not look at it.
     const PositionsView* targets = nullptr;
-    /// k numbers from 0 to 1, in the order of all anchors, 1 for hard ones; or nullptr: what the strength of each soft
-    /// anchor is multiplied with. At 0 it is free, and its target is not looked at.
+    /// k numbers from 0 to 1, in the order of all anchors, 1 for hard ones; or nullptr: what the strength of each
+    /// soft anchor is multiplied with. At 0 it is free, and its target is not looked at.
     const std::vector<double>* weights = nullptr;
     int threads = 0;  ///< 0: as many as it was bound with
     /// Nothing is to be left to a solve that goes on from the answer.
@@ -92,6 +92,7 @@ class Decoder {
     Decoder(EncodedRegion& shape, int threads)
         : region_(std::move(shape.region)),
           threads_(threads),
+          instructions_(shape.instructions),
           components_(std::move(shape.components)),
           encoding_(std::move(shape.encoding)),
           detached_triangle_count_(shape.detached_triangle_count),
@@ -101,6 +102,7 @@ class Decoder {
 
     Region region_;
     int threads_;
+    InstructionSet instructions_;
     Components components_;
     Encoding encoding_;
     Index detached_triangle_count_;

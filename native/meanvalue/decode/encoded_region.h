@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
@@ -18,8 +19,9 @@ struct EncodedRegion {
     Components components;
     OneRings rings;
     Encoding encoding;  ///< by those rings: of the region's own shape, or of another one of the same mesh
-    Index detached_triangle_count = 0;  ///< see TriangleMesh
-    Timings timings;                    ///< seconds by stage
+    InstructionSet instructions = InstructionSet::kFastest;  ///< that it is to be solved with
+    Index detached_triangle_count = 0;                       ///< see TriangleMesh
+    Timings timings;                                         ///< seconds by stage
 };
 
 /// @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.

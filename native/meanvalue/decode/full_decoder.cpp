@@ -33,7 +33,7 @@ std::unique_ptr<Workspace> FullDecoder::make_workspace(const Execution& executio
 }
 
 FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
-    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)) {
+    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)), analysed_(instructions_) {
     execution.begin_stage("analyse");
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);
@@ -48,7 +48,7 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given,
     minimise_options.step_tolerance = options.tolerance * diagonal_;
     minimise_options.settled_decrease = kSettledPerTolerance * options.tolerance;
     minimise_options.negligible_energy =
-        0.5 * static_cast<double>(unknowns_.rows.size()) * std::pow(kRounding * diagonal_, 2);
+        0.5 * static_cast<double>(unknowns_.rows.size()) * (kRounding * diagonal_) * (kRounding * diagonal_);
     minimise_options.max_iterations = options.max_iterations;
     minimise_options.threads = threads_for(options);
     if (options.previous == nullptr) choose_start(minimise_options, workspace, positions, execution);

@@ -67,7 +67,7 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
         region_.positions, SplitBy::kEncoding, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution, region_.vertices);
-    coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution);
+    coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution, instructions_);
     base_unknowns_ = unknowns_of(hierarchy_.base());
     base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution, region_.vertices);
 }
@@ -160,7 +160,7 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, 
     options.step_tolerance = kBaseTolerance * diagonal_;
     options.negligible_energy = energy_of(base_unknowns_, kBaseRounding * diagonal_);
     options.threads = threads;
-    SparseCholesky cholesky;
+    SparseCholesky cholesky(instructions_);
     return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
 }
 

@@ -130,6 +130,7 @@ std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<
     for (const SoftAnchor& anchor : soft)
         is_soft_there[anchor.vertex] = 1;
     EncodedRegion shape = encode_region(std::move(region), is_soft_there, threads, execution);
+    shape.instructions = binding.instructions;
     switch (binding.method) {
         case Method::kFast:
             return std::make_unique<FastDecoder>(std::move(shape), std::move(soft), handles, rigidity, threads,

@@ -48,6 +48,8 @@ struct Binding {
     /// handle makes a spring of s for the handle; the energy of the shape falls as 1 / n in finer meshes of n
     /// vertices. Must be inside `roi`. Method::kFast only.
     std::vector<double> strengths = {};
+    /// Solve with what all processors of an architecture have: slower, with the same bits on each of them.
+    InstructionSet instructions = InstructionSet::kFastest;
 };
 
 /// What bind found, and what it cost.
@@ -86,8 +88,8 @@ class BoundMesh {
     /// k x 3: `targets`, and where `weights` (k, or empty: all 1) free an anchor, its place at rest.
     /// @throws InvalidInput for weights of another number, outside [0, 1], or not 1 where an anchor is hard.
     Positions targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const;
-    /// n x 3: the rest shape with the anchors that are not freed at their targets and everything else that may move at
-    /// `start`, where given. @param weights that targets_without_gaps() took. @throws InvalidInput, Cancelled.
+    /// n x 3: the rest shape with the anchors that are not freed at their targets and everything else that may move
+    /// at `start`, where given. @param weights that targets_without_gaps() took. @throws InvalidInput, Cancelled.
     Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
                             const std::vector<double>& weights, const Execution& execution) const;
     /// The rows of `positions` (n x 3) that belong to the decoder's vertices, and what may move of these put back.

@@ -89,9 +89,9 @@ std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::share
         std::unique_ptr<Deformer> deformer;
     };
     const auto bind = std::make_shared<Bind>(Bind{binding.vertices, binding.faces, {}, execution, {}});
-    bind->binding =
-        std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi, binding.method,
-                                          binding.threads, binding.handles, binding.rigidity, binding.strengths});
+    bind->binding = std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi,
+                                                      binding.method, binding.threads, binding.handles,
+                                                      binding.rigidity, binding.strengths, binding.instructions});
     run_detached([bind] { bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution); },
                  *execution);
     return std::move(bind->deformer);

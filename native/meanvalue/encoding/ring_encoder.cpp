@@ -101,7 +101,7 @@ void RingEncoder::fill_heights(std::uint8_t flags) {
         cotangents_[k] = -projected_.height[k] / std::max(radius, least_radius);
         // The predictor sees |v'_i - v'_j| across its soft normal, and multiplies by that: undo both.
         const double along = (1.0 - kRestNormalLength * kRestNormalLength) * (centre_height - projected_.height[k]);
-        const double seen_radius = std::max(std::hypot(radius, along), least_radius);
+        const double seen_radius = std::max(std::sqrt(radius * radius + along * along), least_radius);
         const double weight = (flags & kSteepEdge) != 0 ? radius / radius_sum_ : weights_[k];
         heights_[k] = -projected_.height[k] * weight / (seen_radius * kRestNormalLength);
     }

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <unordered_set>
 
+#include "meanvalue/common/elementary.h"
 #include "meanvalue/encoding/projection_plane.h"
 
 namespace meanvalue {
@@ -33,15 +34,15 @@ std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::ve
     const Vector3 normal = plane_normal(positions, points, centroid);
     const Vector3 axis_u = normal.unitOrthogonal();
     const Vector3 axis_v = normal.cross(axis_u);
-    std::vector<double> angle_rad(points.size());
+    std::vector<double> order_key(points.size());
     for (std::size_t k = 0; k < points.size(); ++k) {
         const Vector3 offset = Vector3(positions.row(points[k])) - centroid;
-        angle_rad[k] = std::atan2(axis_v.dot(offset), axis_u.dot(offset));
+        order_key[k] = angle_order(axis_v.dot(offset), axis_u.dot(offset));
     }
     std::vector<std::size_t> order(points.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return angle_rad[a] < angle_rad[b]; });
+                     [&](std::size_t a, std::size_t b) { return order_key[a] < order_key[b]; });
     std::vector<Index> sorted;
     sorted.reserve(points.size());
     for (const std::size_t k : order)

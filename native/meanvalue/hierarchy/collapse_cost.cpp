@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "meanvalue/common/elementary.h"
+
 namespace meanvalue {
 namespace {
 
@@ -82,7 +84,7 @@ double CollapseCost::of(Index place, double limit) const {
                       along * along < kTurnedOver * kTurnedOver * corner.squared_area * squared_after;
     }
     const double angle_rad = cotangent_over > 0.0
-                                 ? std::atan2(2.0 * std::sqrt(cotangent_under), std::sqrt(cotangent_over))
+                                 ? arc_tangent(2.0 * std::sqrt(cotangent_under), std::sqrt(cotangent_over))
                                  : 3.0 * kComfortableAngle;
     const double angle_ratio = kComfortableAngle / std::max(angle_rad, kNeedleAngle);
     const double cost = volume_part * (1.0 + angle_ratio * angle_ratio);

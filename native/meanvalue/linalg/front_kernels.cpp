@@ -226,16 +226,11 @@ __attribute__((target("avx2,fma"))) void update_rest_avx2(const FrontShape& shap
 
 }  // namespace
 
-FrontKernels portable_front_kernels() {
-    return {factor_top_portable, solve_below_portable, update_rest_portable};
-}
-
-FrontKernels front_kernels() {
+FrontKernels front_kernels(InstructionSet instructions) {
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return {factor_top_avx2, solve_below_avx2, update_rest_avx2};
+    if (use_avx2_and_fma(instructions)) return {factor_top_avx2, solve_below_avx2, update_rest_avx2};
 #endif
-    return portable_front_kernels();
+    return {factor_top_portable, solve_below_portable, update_rest_portable};
 }
 
 }  // namespace meanvalue

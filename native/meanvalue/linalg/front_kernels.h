@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -45,9 +46,6 @@ struct FrontKernels {
     void (*update_rest)(const FrontShape& shape, const double* panel, double* rest, Index begin, Index end);
 };
 
-/// For any processor.
-FrontKernels portable_front_kernels();
-/// The fastest that this processor has: with AVX2 and FMA, or the portable one.
-FrontKernels front_kernels();
+FrontKernels front_kernels(InstructionSet instructions);
 
 }  // namespace meanvalue

@@ -73,7 +73,7 @@ void DiagonalDowndate::clear() {
     inverse_.resize(0, 0);
 }
 
-void DiagonalDowndate::correct(Eigen::Ref<Positions> solution, int threads, const Execution& execution) const {
+void DiagonalDowndate::correct(Positions& solution, int threads, const Execution& execution) const {
     if (inverse_.size() == 0) return;
     const auto count = static_cast<Eigen::Index>(rows_.size());
     Positions at_rows(count, 3);

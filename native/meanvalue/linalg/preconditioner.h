@@ -22,7 +22,7 @@ class DiagonalDowndate {
     void clear();
 
     /// Turns the solution for A (n x 3) into that for the other matrix. @throws Cancelled.
-    void correct(Eigen::Ref<Positions> solution, int threads, const Execution& execution) const;
+    void correct(Positions& solution, int threads, const Execution& execution) const;
 
     std::size_t bytes() const;
 
@@ -43,7 +43,7 @@ struct Preconditioner {
     const DiagonalDowndate* downdate = nullptr;
 
     /// As SupernodalFactor::solve(), corrected.
-    void solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
+    void solve(const PositionsView& right_hand_sides, Positions& solution, int threads,
                const Execution& execution) const {
         factor.solve(right_hand_sides, solution, threads, execution, workspace);
         if (downdate != nullptr) downdate->correct(solution, threads, execution);

@@ -112,7 +112,7 @@ void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& executi
 }
 
 SparseCholesky SparseCholesky::of_same_pattern() const {
-    SparseCholesky other;
+    SparseCholesky other(instructions_);
     other.analysis_ = analysis_;
     return other;
 }
@@ -123,7 +123,7 @@ bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execu
         if (!values_) values_.reset(new double[analysis_->first_value.back()]);
         const PanelSink sink{[&](Index s, int) { return values_.get() + analysis_->first_value[s]; },
                              [](Index, int) {}};
-        return factor_fronts(analysis_->pattern, lower, front_kernels(), threads, sink, execution);
+        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, sink, execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "factor");
     }

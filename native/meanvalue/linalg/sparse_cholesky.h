@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/block_matrix.h"
 #include "meanvalue/linalg/supernodal_pattern.h"
@@ -17,6 +18,8 @@ namespace meanvalue {
 /// and without AVX2. A cancelled call returns within milliseconds.
 class SparseCholesky {
   public:
+    explicit SparseCholesky(InstructionSet instructions = InstructionSet::kFastest) : instructions_(instructions) {}
+
     /// Fill-reducing order and symbolic analysis; once for each pattern.
     /// @param threads as given by thread_count().
     /// @throws Cancelled, SolverFailure where memory is short; then analysed() is false.
@@ -47,6 +50,7 @@ class SparseCholesky {
         std::vector<std::int64_t> first_value = {0};  // of each supernode's panel: row_count x width by columns
     };
 
+    InstructionSet instructions_;
     std::shared_ptr<const Analysis> analysis_;
     std::unique_ptr<double[]> values_;
 };

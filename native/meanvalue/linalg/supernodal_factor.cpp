@@ -37,7 +37,7 @@ void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execu
 }
 
 SupernodalFactor SupernodalFactor::of_same_pattern() const {
-    SupernodalFactor other;
+    SupernodalFactor other(instructions_);
     other.pattern_ = pattern_;
     other.order_ = order_;
     other.supernodes_ = supernodes_;
@@ -128,7 +128,7 @@ bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& exe
             [&](Index s, int worker) {
                 pack(supernodes_[s], panels[worker].data(), &values_[supernodes_[s].values]);
             }};
-        return factor_fronts(*pattern_, lower, front_kernels(), threads, sink, execution);
+        return factor_fronts(*pattern_, lower, front_kernels(instructions_), threads, sink, execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "factor");
     }
@@ -170,7 +170,7 @@ void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task
             from += kStride;
         }
     }
-    const auto kernel = supernode_kernels().forward;
+    const auto kernel = supernode_kernels(instructions_).forward;
     for (Index s = nodes.begin; s < nodes.end; ++s) {
         execution.check();
         const Supernode& node = supernodes_[s];
@@ -188,7 +188,7 @@ void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int 
         std::copy_n(workspace.row(place), kStride, to);
         to += kStride;
     }
-    const auto kernel = supernode_kernels().backward;
+    const auto kernel = supernode_kernels(instructions_).backward;
     for (Index s = nodes.end - 1; s >= nodes.begin; --s) {
         execution.check();
         const Supernode& node = supernodes_[s];

@@ -23,6 +23,8 @@ namespace meanvalue {
 /// Workspace of its own.
 class SupernodalFactor {
   public:
+    explicit SupernodalFactor(InstructionSet instructions = InstructionSet::kFastest) : instructions_(instructions) {}
+
     /// What a solve writes besides its result; for factors of any sizes, one after another.
     struct Workspace {
         float* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
@@ -75,6 +77,7 @@ class SupernodalFactor {
     void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
                   Workspace& workspace) const;
 
+    InstructionSet instructions_;
     std::shared_ptr<const SupernodalPattern> pattern_;
     std::vector<Index> order_;  // the row of the matrix that is row k of the factor
     std::vector<Supernode> supernodes_;

@@ -268,9 +268,9 @@ void pack(const Supernode& supernode, const double* panel, Lanes* values) {
     }
 }
 
-SupernodeKernels supernode_kernels() {
+SupernodeKernels supernode_kernels(InstructionSet instructions) {
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return {forward_avx2, backward_avx2};
+    if (use_avx2_and_fma(instructions)) return {forward_avx2, backward_avx2};
 #endif
     return {forward_portable, backward_portable};
 }

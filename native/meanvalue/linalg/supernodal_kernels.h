@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -47,7 +48,7 @@ std::int64_t lanes_of(Index width, Index row_count);
 /// Packs `panel`, row_count x width numbers by columns, of which the upper triangle is not read.
 void pack(const Supernode& supernode, const double* panel, Lanes* values);
 
-/// Both substitutions of one supernode, in the fastest form that this processor has.
+/// Both substitutions of one supernode.
 struct SupernodeKernels {
     /// @param values of this supernode. @param below where its rows below are in `work`.
     /// @param scratch 3 * block_count(row_count) lanes. @param work rows of kStride.
@@ -56,7 +57,7 @@ struct SupernodeKernels {
     Kernel forward;
     Kernel backward;
 };
-SupernodeKernels supernode_kernels();
+SupernodeKernels supernode_kernels(InstructionSet instructions);
 
 /// Numbers too small for a normal float count as zero on this thread while it lives: what decays away from a handle
 /// ends in them, and they take a hundred times as long.

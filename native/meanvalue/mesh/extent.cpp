@@ -6,6 +6,7 @@
 #include <limits>
 #include <mutex>
 
+#include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
 
 namespace meanvalue {
@@ -24,11 +25,17 @@ using Extremes = Eigen::Matrix<double, 1, kDirections>;
 /// Spread evenly over half of the sphere along a spiral; a width is the same from both sides.
 Directions spiral() {
     const double golden_angle = 3.14159265358979323846 * (3.0 - std::sqrt(5.0));
+    const auto [sine_of_step, cosine_of_step] = sine_cosine(golden_angle);
     Directions directions;
+    double cosine = 1.0;
+    double sine = 0.0;
     for (int k = 0; k < kDirections; ++k) {
         const double height = 1.0 - (k + 0.5) / kDirections;
         const double radius = std::sqrt(1.0 - height * height);
-        directions.col(k) << radius * std::cos(golden_angle * k), radius * std::sin(golden_angle * k), height;
+        directions.col(k) << radius * cosine, radius * sine, height;
+        const double next = cosine * cosine_of_step - sine * sine_of_step;
+        sine = cosine * sine_of_step + sine * cosine_of_step;
+        cosine = next;
     }
     return directions;
 }
@@ -84,7 +91,7 @@ Matrix3 principal_axes(const PositionsView& positions, const Execution& executio
         later += static_cast<double>(v) * along;
     }
     for (int c = 0; c < 3; ++c) {
-        const bool is_skewed = std::abs(third(c)) > kSkewed * count * std::pow(variances(c), 1.5);
+        const bool is_skewed = std::abs(third(c)) > kSkewed * count * variances(c) * std::sqrt(variances(c));
         if ((is_skewed ? third(c) : later(c)) < 0.0) axes.col(c) *= -1.0;
     }
     return axes;

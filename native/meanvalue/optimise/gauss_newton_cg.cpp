@@ -20,8 +20,9 @@ constexpr int kMostRounds = 500;
 
 }  // namespace
 
-GaussNewtonCg::GaussNewtonCg(const GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution)
-    : system_(system), unknowns_(unknowns) {
+GaussNewtonCg::GaussNewtonCg(const GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution,
+                             InstructionSet instructions)
+    : system_(system), unknowns_(unknowns), preconditioner_(instructions) {
     if (unknowns_.free.empty()) return;
     SparseMatrix metric = system_.pattern().with_numbers(system_.smoothness_metric());
     for (Eigen::Index k = 0; k < metric.cols(); ++k)

@@ -15,7 +15,8 @@ namespace meanvalue {
 class GaussNewtonCg {
   public:
     /// @pre system and unknowns outlive it. @throws Cancelled, SolverFailure.
-    GaussNewtonCg(const GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution);
+    GaussNewtonCg(const GaussNewtonSystem& system, const Unknowns& unknowns, Execution& execution,
+                  InstructionSet instructions = InstructionSet::kFastest);
 
     /// Moves the free vertices in `positions` towards a minimum of G: equations 16 to 19, with the exact derivative.
     /// Ends when the energy falls by less than 1e-4 of itself, when no step lowers it, or after 30 steps.

@@ -42,13 +42,13 @@ double energy_share(const LbfgsOptions& options, int iteration) {
 
 }  // namespace
 
-Lbfgs::Lbfgs(const Unknowns& unknowns, double size) : unknowns_(&unknowns) {
+Lbfgs::Lbfgs(const Unknowns& unknowns, double size, InstructionSet instructions) : unknowns_(&unknowns) {
     const auto count = static_cast<Eigen::Index>(unknowns.free.size());
     // Without writing to them: filling hundreds of megabytes takes longer than a cancel may wait. All is written
     // before it is read.
     for (Positions* vectors : {&gradient_, &trial_gradient_, &farther_gradient_, &direction_})
         vectors->resize(count, 3);
-    history_ = LbfgsHistory(static_cast<Index>(count), size);
+    history_ = LbfgsHistory(static_cast<Index>(count), size, instructions);
 }
 
 LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& preconditioner, const LbfgsOptions& options,

@@ -53,7 +53,8 @@ class Lbfgs {
 
     Lbfgs() = default;
     /// @param size of the shape. @pre unknowns outlive it.
-    explicit Lbfgs(const Unknowns& unknowns, double size = 1.0);
+    explicit Lbfgs(const Unknowns& unknowns, double size = 1.0,
+                   InstructionSet instructions = InstructionSet::kFastest);
 
     /// Moves the free vertices in `positions` (n x 3) down to a minimum of the energy.
     /// @param preconditioner the inverse of a symmetric positive definite matrix near the energy's Hessian, over the

@@ -40,7 +40,8 @@ void for_each_part(Index begin, Index end, const Body& body) {
 
 }  // namespace
 
-LbfgsHistory::LbfgsHistory(Index rows, double size) : rows_(rows), size_(size), pairs_(kPairs + 1) {
+LbfgsHistory::LbfgsHistory(Index rows, double size, InstructionSet instructions)
+    : kernels_(lbfgs_kernels(instructions)), rows_(rows), size_(size), pairs_(kPairs + 1) {
     order_.reserve(pairs_.size());
     products_.setZero(kPairs + 1, kPairs + 1);
 }

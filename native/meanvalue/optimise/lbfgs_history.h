@@ -23,7 +23,7 @@ class LbfgsHistory {
 
     /// @param rows of the vectors, |V'|. @param size of the shape: what is kept in single precision is told in it.
     /// Memory is taken as pairs come.
-    LbfgsHistory(Index rows, double size);
+    LbfgsHistory(Index rows, double size, InstructionSet instructions);
 
     bool empty() const { return order_.empty(); }
     void clear() { order_.clear(); }
@@ -49,7 +49,7 @@ class LbfgsHistory {
 
     int free_place() const;
 
-    LbfgsKernels kernels_ = lbfgs_kernels();
+    LbfgsKernels kernels_ = lbfgs_kernels(InstructionSet::kPortable);
     Index rows_ = 0;
     double size_ = 1.0;
     std::vector<Pair> pairs_;   // one more than may be in use

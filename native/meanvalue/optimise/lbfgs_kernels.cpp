@@ -101,10 +101,9 @@ __attribute__((target("avx2,fma"))) void add_scaled_avx2(double factor, const fl
 
 }  // namespace
 
-LbfgsKernels lbfgs_kernels() {
+LbfgsKernels lbfgs_kernels(InstructionSet instructions) {
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return {dot_avx2, cross_dots_avx2, add_scaled_avx2};
+    if (use_avx2_and_fma(instructions)) return {dot_avx2, cross_dots_avx2, add_scaled_avx2};
 #endif
     return {dot_portable, cross_dots_portable, add_scaled_portable};
 }

@@ -3,9 +3,11 @@
 
 #include <cstdint>
 
+#include "meanvalue/common/instruction_set.h"
+
 namespace meanvalue {
 
-/// In the fastest form that this processor has; sums are in double precision.
+/// Sums are in double precision.
 struct LbfgsKernels {
     /// sum_k a[k] b[k]
     double (*dot)(const float* a, const double* b, std::int64_t count);
@@ -15,6 +17,6 @@ struct LbfgsKernels {
     /// to += factor * from
     void (*add_scaled)(double factor, const float* from, std::int64_t count, double* to);
 };
-LbfgsKernels lbfgs_kernels();
+LbfgsKernels lbfgs_kernels(InstructionSet instructions);
 
 }  // namespace meanvalue

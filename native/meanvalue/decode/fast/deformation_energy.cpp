@@ -21,7 +21,7 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
     : encoding_(encoding),
       unknowns_(unknowns),
       soft_constraints_(std::move(soft_constraints)),
-      kernel_(kernel == Kernel::kFastest ? fastest_energy_kernel() : portable_energy_kernel()) {
+      kernel_(energy_kernel(kernel == Kernel::kFastest ? InstructionSet::kFastest : InstructionSet::kPortable)) {
     rows_ = build_energy_patches(encoding, unknowns, cells, size, by_length, kernel != Kernel::kScalar,
                                  soft_constraints_.hardness(unknowns.slot.size()), execution);
     index_uses(execution);

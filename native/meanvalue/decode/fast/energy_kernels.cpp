@@ -170,13 +170,9 @@ __attribute__((target("avx2,fma"))) double evaluate_avx2(const RowBatch* batches
 
 }  // namespace
 
-EnergyKernel portable_energy_kernel() {
-    return evaluate_portable;
-}
-
-EnergyKernel fastest_energy_kernel() {
+EnergyKernel energy_kernel(InstructionSet instructions) {
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return evaluate_avx2;
+    if (use_avx2_and_fma(instructions)) return evaluate_avx2;
 #endif
     return evaluate_portable;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -60,8 +61,6 @@ struct RingLanes {
 using EnergyKernel = double (*)(const RowBatch* batches, Index count, const RingLanes& rings,
                                 const PaddedPoint* positions, double stretching, PaddedPoint* gradient);
 
-/// What every processor has, and the fastest that this one has.
-EnergyKernel portable_energy_kernel();
-EnergyKernel fastest_energy_kernel();
+EnergyKernel energy_kernel(InstructionSet instructions);
 
 }  // namespace meanvalue

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "meanvalue/common/elementary.h"
 #include "meanvalue/encoding/predictor.h"
 
 namespace meanvalue {
@@ -35,7 +36,7 @@ constexpr std::size_t kPatchRows = 2048;
 
 /// A weight, of which the share of all weights is given: 1 at none of it, itself at all.
 double share_of(double weight, double by_length) {
-    return by_length == 1.0 ? weight : std::pow(weight, by_length);
+    return by_length == 1.0 ? weight : power(weight, by_length);
 }
 
 /// How many times rigidity counts in a row. @param spokes `valence` of them.

@@ -114,7 +114,9 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
         encoding, level->unknowns, cells, size_, DeformationEnergy::weights_for(rigidity_), execution,
-        DeformationEnergy::Kernel::kFastest, SoftConstraints(std::move(soft), level->unknowns));
+        instructions_ == InstructionSet::kFastest ? DeformationEnergy::Kernel::kFastest
+                                                  : DeformationEnergy::Kernel::kPortable,
+        SoftConstraints(std::move(soft), level->unknowns));
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
         SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
@@ -126,6 +128,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         auto stage = std::make_unique<FastStage>();
         stage->rigidity = rigidity;
         if (level->stages.empty()) {
+            stage->factor = SupernodalFactor(instructions_);
             stage->factor.analyse(hessian, execution, threads_);
         } else {
             stage->factor = level->stages.front()->factor.of_same_pattern();  // it does not depend on rigidity
@@ -144,7 +147,7 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
         if (!level) return;
         execution.check();
         of_level.energy = level->energy->make_workspace();
-        of_level.minimiser = Lbfgs(level->unknowns, size_);
+        of_level.minimiser = Lbfgs(level->unknowns, size_, instructions_);
         of_level.downdates.resize(level->stages.size());
     };
     prepare(fine_, workspace->fine);

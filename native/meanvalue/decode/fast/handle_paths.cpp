@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "meanvalue/common/elementary.h"
 #include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue {
@@ -30,21 +31,27 @@ Similarity rigid_fit(const Positions& from, const Positions& to) {
 }  // namespace
 
 Vector3 ScrewMotion::apply(const Vector3& point, double fraction) const {
-    return centre + Eigen::AngleAxisd(fraction * angle_rad, axis) * (point - centre) + fraction * translation;
+    const auto [sine, cosine] = sine_cosine(fraction * angle_rad);
+    const Vector3 arm = point - centre;
+    const Vector3 turned = cosine * arm + sine * axis.cross(arm) + (1.0 - cosine) * axis.dot(arm) * axis;
+    return centre + turned + fraction * translation;
 }
 
 ScrewMotion screw_of(const Matrix3& rotation, const Vector3& translation) {
-    const Eigen::AngleAxisd turn(rotation);
+    const Eigen::Quaterniond turn(rotation);
+    const double sine_of_half = turn.vec().norm();
+    const double cosine_of_half = std::abs(turn.w());
+    const double angle_rad = 2.0 * arc_tangent(sine_of_half, cosine_of_half);
     ScrewMotion screw;
-    if (turn.angle() < kLeastAngle) {
+    if (angle_rad < kLeastAngle) {
         screw.translation = translation;
         return screw;
     }
-    screw.axis = turn.axis();
-    screw.angle_rad = turn.angle();
+    screw.axis = (turn.w() < 0.0 ? -1.0 : 1.0) / sine_of_half * turn.vec();
+    screw.angle_rad = angle_rad;
     screw.translation = translation.dot(screw.axis) * screw.axis;
     const Vector3 across = translation - screw.translation;
-    screw.centre = 0.5 * (across + screw.axis.cross(across) / std::tan(0.5 * screw.angle_rad));
+    screw.centre = 0.5 * (across + cosine_of_half / sine_of_half * screw.axis.cross(across));
     return screw;
 }
 

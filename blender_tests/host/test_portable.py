@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bound as portable, a mesh is solved with the same bits by every processor, and whatever the C library is made for."""
+
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+from blender_tests.support import stress  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+#: Turns off what glibc chooses other forms of its functions by, as on an older processor.
+OLDER = "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable,-FMA4_Usable"
+
+PROGRAM = """
+import hashlib, math, struct, sys
+import numpy as np
+import meanvalue
+from blender_tests.support import stress
+own = hashlib.sha256()
+library = hashlib.sha256()
+for k in range(20000):
+    x = 0.0137 * k
+    for function in (math.sin, math.cos, math.tan, math.atan, math.exp):
+        library.update(struct.pack("d", function(x / 40.0)))
+for method, rigidity, size in (("fast", None, 3000), ("fast", 0.4, 600), ("full", None, 300), ("paper", None, 300)):
+    points, faces = stress.bar(size)
+    points = np.asarray(points, float)
+    ends = points[:, 0] < points[:, 0].min() + 0.1, points[:, 0] > points[:, 0].max() - 0.1
+    anchors = np.flatnonzero(ends[0] | ends[1])
+    pieces = ends[1][anchors].astype(np.int32)
+    deformer = meanvalue.Deformer(points, faces, anchors, handles=pieces, method=method, rigidity=rigidity,
+                                  portable=True)
+    turn = np.array([[0.5, -0.75 ** 0.5, 0.0], [0.75 ** 0.5, 0.5, 0.0], [0.0, 0.0, 1.0]])
+    shape = None
+    for times in (3, 2, 1):
+        targets = points[anchors].copy()
+        targets[pieces == 1] = targets[pieces == 1] @ np.linalg.matrix_power(turn, times).T
+        shape = deformer.solve(targets, start=shape).vertices
+        own.update(shape.tobytes())
+print(own.hexdigest(), library.hexdigest())
+"""
+
+
+def digests(tunables):
+    environment = {"PYTHONPATH": ":".join(path for path in (str(ROOT), *sys.path) if path)}
+    if tunables:
+        environment["GLIBC_TUNABLES"] = tunables
+    ended = subprocess.run(
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=300, cwd=ROOT, env=environment
+    )
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout.split()
+
+
+def test_the_c_library_of_another_processor_does_not_change_a_bit():
+    own, library = digests("")
+    own_older, library_older = digests(OLDER)
+    if library == library_older:
+        pytest.skip("the C library rounds alike with and without FMA here, so that nothing is compared")
+    assert own == own_older
+
+
+def test_portable_answers_are_those_of_the_fastest_form_but_for_rounding():
+    points, faces = stress.bar(1500)
+    points = np.asarray(points, np.float64)
+    anchors = np.array([0, len(points) // 2, len(points) - 1])
+    targets = points[anchors] + [[0, 0, 0], [0, 0.2, 0], [0, 0, 0.3]]
+    first, second = (
+        meanvalue.Deformer(points, faces, anchors, portable=portable).solve(targets, tolerance=1e-6).vertices
+        for portable in (False, True)
+    )
+    diagonal = np.linalg.norm(np.ptp(points, axis=0))
+    assert np.abs(first - second).max() < 1e-4 * diagonal

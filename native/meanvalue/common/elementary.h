@@ -1,0 +1,27 @@
+// Elementary functions with the same bits on every processor.
+//
+// Those of the C library are written several times over for different processors, and round differently. These are
+// made of additions, products, divisions and square roots, which IEEE 754 rounds in one way; they are exact to some
+// 1e-15.
+#pragma once
+
+namespace meanvalue {
+
+struct SineCosine {
+    double sine;
+    double cosine;
+};
+
+/// @param angle_rad between -100 and 100.
+SineCosine sine_cosine(double angle_rad);
+
+/// The angle of (x, y), from -pi to pi; 0 for (0, 0).
+double arc_tangent(double y, double x);
+
+/// What sorts as the angle of (x, y) from -pi to pi, without being one: from -2 to 2; 0 for (0, 0).
+double angle_order(double y, double x);
+
+/// base^exponent. @param base above 0 and finite. @param exponent from -1 to 1.
+double power(double base, double exponent);
+
+}  // namespace meanvalue
