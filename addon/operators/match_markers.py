@@ -3,21 +3,29 @@
 
 import bpy
 
-from ..bridge import marker_handles, marker_pairs, scene_input, targets, vertex_groups
+from ..bridge import marker_handles, marker_pairs, match_input, scene_input, targets, vertex_groups
 from ..core import wording
 from ..errors import SceneError
 from ..workers import marker_matching
-from .base import MeshOperator
+from .background import BackgroundOperator
 
 
-class MEANVALUE_OT_match_markers(MeshOperator, bpy.types.Operator):
+class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
     """Lay the markers of the reference frame on the mesh, give each its point, and have soft handles follow them"""
 
     bl_idname = "meanvalue.match_markers"
     bl_label = "Match Markers"
+    doing = "Matching markers to"
 
     def run(self, obj):
-        matched = marker_matching.find(obj)
+        return self._write(obj, marker_matching.find(match_input.read(obj)))
+
+    def _all_steps(self):
+        """In place of a job: numpy's work goes on between looks at the interface, so that Esc is heard."""
+        matched = yield from marker_matching.steps(match_input.read(self._object()))
+        return self._write(self._object(), matched)
+
+    def _write(self, obj, matched):
         marker_handles.carry_all(obj, matched)
         notes = [*matched.notes, *_shared(obj, matched)]
         try:

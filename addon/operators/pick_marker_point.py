@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy_extras import view3d_utils
 
-from ..bridge import marker_handles, marker_pairs, overlay_data, scene_input
+from ..bridge import marker_handles, marker_pairs, match_input, overlay_data, scene_input
 from ..core import wording
 from ..errors import MeanValueError, SceneError
 from ..workers import marker_matching
@@ -84,7 +84,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         name = pair.name
         if marker_pairs.line_index(obj, pair) is not None:
             pair.is_used = True
-            matched = marker_matching.find_again(obj, name, self.vertex)
+            matched = marker_matching.find(match_input.read_again(obj, name, self.vertex))
             if obj.meanvalue.capture.mode == 'RETARGET':  # lengths of the character, which move all markers
                 marker_handles.carry_all(obj, matched)
             elif name in matched.names:
