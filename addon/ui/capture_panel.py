@@ -112,12 +112,10 @@ def _draw_options(layout, capture):
 def _draw_pairs(layout, obj, capture):
     if not capture.pairs:
         return
-    row = layout.row()
-    row.template_list(MEANVALUE_UL_marker_pairs.__name__, "", capture, "pairs", capture, "active_pair", rows=5)
-    buttons = row.column(align=True)
-    buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, text="", icon='EYEDROPPER')
+    layout.template_list(MEANVALUE_UL_marker_pairs.__name__, "", capture, "pairs", capture, "active_pair", rows=5)
+    buttons = layout.row(align=True)
+    buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, icon='EYEDROPPER')
     buttons.operator(MEANVALUE_OT_remove_marker.bl_idname, text="", icon='REMOVE')
-    buttons.separator()
     buttons.prop(capture, "show_pairs", text="", icon='OVERLAY')
     matched = len(marker_pairs.matched(obj))
     picked = sum(pair.is_picked for pair in capture.pairs)

@@ -15,16 +15,14 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
         row = layout.row(align=True)
         row.prop(item, "is_used", text="")
-        row = row.split(factor=0.6)
-        name = row.row()
-        name.active = item.is_used
+        row = row.split(factor=0.66, align=True)
+        name = row.row(align=True)
+        name.active = item.is_used and (item.control is not None or item.is_picked)
         name.alignment = 'LEFT'
-        icon = 'EYEDROPPER' if item.is_picked else 'DOT' if item.control is None else 'EMPTY_AXIS'
+        icon = 'EYEDROPPER' if item.is_picked else 'NONE'
         select = name.operator(MEANVALUE_OT_select_marker.bl_idname, text=item.name, emboss=False, icon=icon)
         select.index = index
-        distance = row.row()
-        distance.alignment = 'RIGHT'
-        distance.label(text=_length(context, item.distance) if item.distance >= 0.0 else "")
+        row.label(text=_length(context, item.distance) if item.distance >= 0.0 else "")
 
     def filter_items(self, _context, data, property_name):
         pairs = getattr(data, property_name)

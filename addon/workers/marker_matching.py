@@ -159,7 +159,7 @@ def _alignment(given, markers):
         raise SceneError(
             f"Picked Pairs needs the points of at least {LEAST_PAIRS} markers that are not in one line, and "
             f"{wording.counted(len(rows), 'marker')} {'has' if len(rows) == 1 else 'have'} one. Choose a marker in the "
-            "list, press the dropper and click its point on the mesh"
+            "list, press Pick Point and click its point on the mesh"
         )
     return alignment.similarity(markers.reference[rows], targets), []
 

@@ -50,7 +50,7 @@ def _open_panel(ui):
 def _scroll(ui):
     """The sidebar down to its end."""
     sidebar = view.region('UI')
-    yield from ui.move_mouse(sidebar.x + 60, sidebar.y + 80)
+    yield from ui.move_mouse(sidebar.x + 4, sidebar.y + 300)  # beside the lists, which scroll by themselves
     for _ in range(40):
         yield from ui.key('WHEELDOWNMOUSE')
 
