@@ -15,7 +15,7 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
         row = layout.row(align=True)
         row.prop(item, "is_used", text="")
-        row = row.split(factor=0.66, align=True)
+        row = row.split(factor=0.6, align=True)
         name = row.row(align=True)
         name.active = item.is_used and (item.control is not None or item.is_picked)
         name.alignment = 'LEFT'
@@ -51,7 +51,7 @@ class MEANVALUE_UL_marker_problems(bpy.types.UIList):
 def _length(context, metres):
     units = context.scene.unit_settings
     return bpy.utils.units.to_string(
-        units.system, 'LENGTH', metres * units.scale_length, precision=3, compatible_unit=False
+        units.system, 'LENGTH', metres * units.scale_length, precision=2, compatible_unit=False
     )
 
 
