@@ -43,3 +43,13 @@ def read_obj(path):
                 numbers = [int(word.split("/")[0]) for word in words[1:]]
                 polygons.append([number - 1 if number > 0 else len(vertices) + number for number in numbers])
     return np.array(vertices, np.float64).reshape(-1, 3), polygons
+
+
+def content_of(name):
+    """The bytes of a file of the shared data; skips the test where it is missing."""
+    path = DATA / name
+    if not path.is_file():
+        import pytest
+
+        pytest.skip(f"there is no {path}")
+    return path.read_bytes()

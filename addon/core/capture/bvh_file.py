@@ -20,11 +20,11 @@ from .text_lines import Lines, number_in, quoted
 
 AGAIN = "Export it again as BVH, or mend the line in a text editor"
 RATE_WITHOUT = 30.0
-#: Rates that files mean whose frame time was rounded.
-COMMON_RATES = (
-    *(23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 72, 75, 90, 96, 100, 119.88, 120, 144, 150, 179.82, 180),
-    *(200, 240, 250, 300, 360, 400, 480, 500, 1000),
+#: Rates that files mean whose frame time was rounded; whole ones are meant before others.
+WHOLE_RATES = (
+    *(24, 25, 30, 48, 50, 60, 72, 75, 90, 96, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 400, 480, 500, 1000),
 )
+OTHER_RATES = (23.976, 29.97, 59.94, 119.88, 179.82, 239.76)
 
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
@@ -99,9 +99,10 @@ def _rate(text, notes):
         return RATE_WITHOUT
     digits = re.fullmatch(r"\d*\.(\d+)", text)
     rounding = 0.51 * 10.0 ** -len(digits.group(1)) if digits else 0.0
-    common = min(COMMON_RATES, key=lambda rate: abs(1.0 / rate - seconds))
-    if abs(1.0 / common - seconds) <= min(rounding, 2e-3 * seconds):
-        return float(common)
+    for rates in (WHOLE_RATES, OTHER_RATES):
+        nearest = min(rates, key=lambda rate: abs(1.0 / rate - seconds))
+        if abs(1.0 / nearest - seconds) <= min(rounding, 2e-3 * seconds):
+            return float(nearest)
     return 1.0 / seconds
 
 

@@ -69,10 +69,10 @@ def _samples(data, layout, chosen):
     frames = frames.reshape(layout.frames, layout.points, 4)
     if len(chosen) < layout.points:
         frames = frames[:, chosen]
-    positions = frames[..., :3].astype(np.float64)
-    if not layout.is_float:
-        positions *= layout.scale
-    with np.errstate(invalid="ignore"):
+    with np.errstate(all="ignore"):  # damaged floats
+        positions = frames[..., :3].astype(np.float64)
+        if not layout.is_float:
+            positions *= layout.scale
         fourth = frames[..., 3]
         valid = fourth >= 0  # False for NaN too
         computed = valid.any(axis=0) & ~(fourth > 0).any(axis=0)

@@ -13,6 +13,8 @@ from .take import Take
 
 #: Metres from the origin beyond which a sample is no measurement but a damaged number.
 FARTHEST = 1e4
+#: Metres that people and the room they move in have; beyond that the unit is in doubt.
+PLAUSIBLE = (0.02, 50.0)
 
 
 @dataclass
@@ -36,7 +38,8 @@ class Recording:
     left_out: dict[str, tuple[str, ...]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     parents: tuple[int, ...] = ()
-    #: Exact zeros in all three coordinates are how this format's writers say that a sample is missing.
+    #: Exact zeros in all three coordinates are how many writers of this format say that a sample is missing, with or
+    #: without a residual of -1. That a marker is measured there is as good as impossible, and costs one sample.
     zero_is_missing: bool = True
     #: A marker without any sample is left out (not where it has a place in a hierarchy).
     drops_never_seen: bool = True
@@ -76,6 +79,9 @@ class Recording:
             metres = float(chosen)
         elif self.unit is not None:
             metres = self.unit
+            extent = metres * self.spread(positions)
+            if extent > 0.0 and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
+                self.notes.append(f"By the file's unit the markers are {extent:.3g} m apart: choose another unit")
         else:
             metres, words = units.guess_unit(self.spread(positions))
             self.notes.append(f"The file names no unit: {words}. Choose another unit if the size is wrong")

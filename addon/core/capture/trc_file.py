@@ -122,13 +122,18 @@ class _Rows:
                 f"{self._width}. {AGAIN}"
             )
         try:
-            self._values.extend([float(cell) if cell and not cell.isspace() else math.nan for cell in cells])
-        except ValueError:
-            wrong = next(cell for cell in cells if cell.strip() and number_in(cell) is None)
-            raise MotionFileError(f"{self._file}, line {number}: {quoted(wrong)} is no number. {AGAIN}") from None
+            self._values.extend([float(cell or "nan") for cell in cells])
+        except ValueError:  # a cell of spaces, or none of a number
+            self._values.extend([self._value(cell, number) for cell in cells])
         self._last_is_whole = len(cells) == self._width
         self._values.extend([math.nan] * (self._width - len(cells)))
         self._count += 1
+
+    def _value(self, cell, number):
+        value = number_in(cell.strip() or "nan")
+        if value is None:
+            raise MotionFileError(f"{self._file}, line {number}: {quoted(cell)} is no number. {AGAIN}")
+        return value
 
     def table(self, keys, data, notes):
         """(f, 2 + 3 m) float64: number of the frame, time, coordinates."""

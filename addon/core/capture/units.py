@@ -92,7 +92,9 @@ def likely_up(positions: np.ndarray) -> str | None:
     low, high = _lowest_and_highest(positions)
     if len(low) == 0:
         return None
-    steady = (np.percentile(low, 95, axis=0) < 0.35) & (np.percentile(low, 5, axis=0) > -0.15)
-    tall = (np.percentile(high, 5, axis=0) > 0.7) & (np.percentile(high, 95, axis=0) < 2.8)
+    few = len(low) // 20  # frames that may be otherwise, at either end
+    lows, highs = np.sort(low, axis=0), np.sort(high, axis=0)
+    steady = (lows[few] > -0.15) & (lows[-1 - few] < 0.35)
+    tall = (highs[few] > 0.7) & (highs[-1 - few] < 2.8)
     stands = steady & tall
     return "YZ"[int(stands[2])] if stands[1] != stands[2] else None  # nobody has X up

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture/: what all formats have in common (units, axes, refusals), and real C3D files."""
+
+import os
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture import c3d_file, readers, units
+from addon.errors import MotionFileError
+from blender_tests.support import capture_files, walker
+from blender_tests.support.mesh_files import DATA
+
+METRES = walker.positions()
+#: Of float32 at these sizes, in metres.
+FLOAT_ERROR = 5e-7
+
+
+
+def read_c3d(content, **options):
+    return c3d_file.read(content, "take.c3d", **options)
+
+
+def has_note(take, *words):
+    return any(all(word in note for word in words) for note in take.notes)
+
+
+def test_reading_does_not_need_blender():
+    assert "bpy" not in sys.modules
+
+
+# -- units and axes --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "unit, metres", [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Meters", 1.0), ("in", 0.0254), (" MM ", 0.001)]
+)
+def test_positions_are_in_metres_whatever_the_unit(unit, metres):
+    take = read_c3d(capture_files.c3d(walker.LABELS, METRES / metres, unit=unit))
+    assert np.abs(take.positions - METRES).max() < FLOAT_ERROR
+    assert take.notes == ()
+
+
+@pytest.mark.parametrize(
+    "metres, name", [(0.001, "millimetres"), (0.01, "centimetres"), (1.0, "metres"), (0.0254, "inches")]
+)
+@pytest.mark.parametrize("unit", [None, "furlong"])
+def test_an_unknown_unit_is_guessed_by_the_size_of_the_subject_and_told(metres, name, unit):
+    take = read_c3d(capture_files.c3d(walker.LABELS, METRES / metres, unit=unit))
+    assert np.abs(take.positions - METRES).max() < FLOAT_ERROR
+    assert has_note(take, name, "are assumed")
+    assert has_note(take, "furlong") == (unit == "furlong")
+
+
+def test_a_unit_of_choice_overrules_the_file():
+    take = read_c3d(capture_files.c3d(walker.LABELS, 100.0 * METRES, unit="mm"), unit=0.01)
+    assert np.abs(take.positions - METRES).max() < FLOAT_ERROR
+    for wrong in (0.0, -1.0, np.nan):
+        with pytest.raises(MotionFileError, match="unit"):
+            read_c3d(capture_files.c3d(walker.LABELS, METRES), unit=wrong)
+
+
+@pytest.mark.parametrize("told, factor", [("m", 1000.0), ("mm", 0.001), ("mm", 1.0)])
+def test_a_unit_that_cannot_be_true_is_followed_and_told(told, factor):
+    take = read_c3d(capture_files.c3d(walker.LABELS, factor * METRES, unit=told))
+    assert has_note(take, "By the file's unit", "choose another unit")
+    assert take.positions[0, 0, 2] == pytest.approx(factor * METRES[0, 0, 2] * units.METRES[told])
+
+
+def test_a_single_marker_is_no_reason_to_doubt_the_unit():
+    assert read_c3d(capture_files.c3d(["A"], 1000.0 * METRES[:, :1])).notes == ()
+
+
+def turned(up):
+    """The walk as a file has it whose axis `up` is up, right-handed."""
+    axis = "XYZ".index(up[-1])
+    rotation = np.zeros((3, 3))
+    rotation[:, axis] = (0.0, 0.0, -1.0 if up[0] == "-" else 1.0)
+    rotation[0, (axis + 1) % 3] = 1.0
+    rotation[:, (axis + 2) % 3] = np.cross(rotation[:, axis], rotation[:, (axis + 1) % 3])
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+    return METRES @ rotation
+
+
+@pytest.mark.parametrize("up", readers.UP_AXES)
+def test_up_comes_from_the_file_or_by_choice_and_nothing_is_mirrored(up):
+    across = "+X" if up[-1] != "X" else "+Y"
+    screen = (across, up if up[0] == "-" else f"+{up}")
+    by_file = read_c3d(capture_files.c3d(walker.LABELS, turned(up), unit="m", screen=screen))
+    by_choice = read_c3d(capture_files.c3d(walker.LABELS, turned(up), unit="m", screen=("+X", "+Y")), up_axis=up)
+    for take in (by_file, by_choice):
+        assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < FLOAT_ERROR
+        # The same but for a turn about Z: triple products of three markers keep their sign.
+        edges = take.positions[:, 1:4] - take.positions[:, :1]
+        wanted = METRES[:, 1:4] - METRES[:, :1]
+        assert np.linalg.det(edges) == pytest.approx(np.linalg.det(wanted), abs=1e-6)
+
+
+def test_a_silent_file_is_stood_upright_by_its_markers():
+    for up in "YZ":
+        take = read_c3d(capture_files.c3d(walker.LABELS, turned(up), unit="m", screen=None))
+        assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < FLOAT_ERROR
+        assert has_note(take, f"{up} is assumed", "floor")
+
+
+def test_where_markers_do_not_tell_the_custom_of_the_maker_does():
+    lying = METRES * (0.2, 0.2, 0.2) + 5.0
+    for company, up in (("Vicon", "Z"), ("Motion Analysis Corp.", "Y"), ("OptiTrack", "Y")):
+        groups = {"MANUFACTURER": {"COMPANY": company}}
+        take = read_c3d(capture_files.c3d(walker.LABELS, lying, unit="m", screen=None, groups=groups))
+        assert has_note(take, f"{up} is assumed")
+        assert take.positions[0, 0, 2] == pytest.approx(lying[0, 0, "XYZ".index(up)], abs=1e-5)
+
+
+def test_a_file_that_contradicts_its_markers_is_followed_and_told():
+    take = read_c3d(capture_files.c3d(walker.LABELS, METRES, unit="m", screen=("+X", "+Y")))
+    assert take.positions[0, 0, 2] == pytest.approx(METRES[0, 0, 1], abs=1e-5)
+    assert has_note(take, "Y is up", "Choose Z")
+
+
+def test_an_axis_that_is_none_is_refused():
+    with pytest.raises(MotionFileError, match=r"'W' is no axis.*-X"):
+        read_c3d(capture_files.c3d(walker.LABELS, METRES), up_axis="W")
+
+
+def test_every_turn_is_a_rotation():
+    for up in readers.UP_AXES:
+        matrix = units.turn_up(np.eye(3), up).T
+        assert np.linalg.det(matrix) == 1.0
+        vector = np.zeros(3)
+        vector["XYZ".index(up[-1])] = -1.0 if up[0] == "-" else 1.0
+        assert np.array_equal(matrix @ vector, (0.0, 0.0, 1.0))
+
+
+# -- what is no take -------------------------------------------------------------------------------------------------
+
+
+def test_files_that_are_none_are_refused_by_name_with_a_remedy(tmp_path):
+    for name, content, reason in (
+        ("a.fbx", b"", r"'\.fbx' is not read.*\.c3d, \.trc, \.bvh"),
+        ("plain", b"", r"is not read"),
+        ("a.c3d", b"", r"no C3D file \(it has 0 bytes"),
+        ("b.C3D", b"HIERARCHY" * 500, "no C3D file"),
+        ("c.c3d", b"\x09\x50".ljust(2048, b"\0"), "block 9"),
+        ("d.c3d", b"\x02\x50".ljust(2048, b"\0"), "number format 0"),
+        ("a.trc", b"", "no TRC file"),
+        ("a.bvh", b"", "no BVH file"),
+    ):
+        path = tmp_path / name
+        path.write_bytes(content)
+        with pytest.raises(MotionFileError, match=reason) as caught:
+            readers.read(path)
+        assert str(caught.value).startswith(name)
+
+
+def test_paths_that_are_no_files_are_refused(tmp_path):
+    folder = tmp_path / "folder.c3d"
+    folder.mkdir()
+    pipe = tmp_path / "pipe.trc"
+    os.mkfifo(pipe)
+    for path in (folder, pipe, tmp_path / "missing.bvh", tmp_path / ("x" * 300 + ".bvh"), "null\0.c3d"):
+        with pytest.raises(MotionFileError):
+            readers.read(path)
+
+
+# -- real files ------------------------------------------------------------------------------------------------------
+
+
+def shared(name):
+    path = DATA / "mocap" / name
+    if not path.is_file():
+        pytest.skip(f"there is no {path}")
+    return readers.read(path)
+
+
+def test_pig_walk_has_35_markers_of_193_points():
+    take = shared("pig-walk/PiG_Motion-FlatFoot-One.c3d")
+    assert take.positions.shape == (255, 35, 3) and take.rate_hz == 100.0 and take.first_frame == 342
+    assert sum(map(len, take.left_out.values())) == 193 - 35
+    counts = {kind: len(names) for kind, names in take.left_out.items()}
+    wanted = {"angles": 26, "forces": 20, "moments": 18, "powers": 16, "segment axes": 76, "virtual points": 2}
+    assert counts == wanted
+    static = shared("pig-walk/PiG_Calibration-FlatFoot-One.c3d")
+    assert static.labels == take.labels
+    height = np.nanmax(static.positions[..., 2]) - np.nanmin(static.positions[..., 2])
+    assert 1.5 < height < 1.9
+
+
+def test_one_trial_in_three_number_formats():
+    floats, dec, sgi = (shared(f"messy/{name}") for name in ("pc_real.c3d", "DEC_INT.C3D", "sgi_int.c3d"))
+    step = 0.28118e-3
+    for whole in (dec, sgi):
+        assert whole.labels == floats.labels and whole.rate_hz == floats.rate_hz
+        assert np.array_equal(whole.measured, floats.measured)
+        assert np.nanmax(np.abs(whole.positions - floats.positions)) <= 1.001 * step
+
+
+@pytest.mark.parametrize(
+    "name, markers, left_out, frames, missing",
+    [("badParameterOffset.c3d", 39, {"never seen": 2}, 111, 0.0), ("mocap36.c3d", 36, {}, 1380, 0.166)],
+)
+def test_messy_files_are_read(name, markers, left_out, frames, missing):
+    take = shared(f"messy/{name}")
+    assert take.positions.shape == (frames, markers, 3)
+    assert {kind: len(names) for kind, names in take.left_out.items()} == left_out
+    assert take.missing_share == pytest.approx(missing, abs=5e-4)
+    assert 1.6 < np.nanmax(take.positions[..., 2]) < 1.9  # upright, in metres
+    assert np.nanmin(take.positions[..., 2]) > 0.0

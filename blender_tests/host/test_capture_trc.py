@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture/: TRC files."""
+
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture import trc_file
+from addon.errors import MotionFileError
+from blender_tests.support import capture_files, walker
+from blender_tests.support.mesh_files import content_of
+
+METRES = walker.positions()
+#: As most TRC files: Y up. (x, y, z) of a walk with Z up is (x, z, -y) there.
+Y_UP = METRES[..., [0, 2, 1]] * (1.0, 1.0, -1.0)
+#: Five decimals of a millimetre.
+DECIMALS = 1e-8
+
+
+
+def read_trc(content, **options):
+    return trc_file.read(content, "walk.trc", **options)
+
+
+def has_note(take, *words):
+    return any(all(word in note for word in words) for note in take.notes)
+
+
+def test_trc_gives_back_what_was_written_upright_in_metres():
+    gaps = walker.with_gaps(1000.0 * Y_UP, (1, 3, 7), (7, 0, 2), (7, 15, 20))
+    take = read_trc(capture_files.trc(walker.LABELS, gaps, rate=120.0, first_frame=31))
+    assert take.labels == walker.LABELS and take.name == "walk"
+    assert take.rate_hz == 120.0 and take.first_frame == 31
+    assert np.array_equal(np.isnan(take.positions), np.isnan(gaps))
+    assert np.nanmax(np.abs(take.positions - METRES)) < DECIMALS
+    assert has_note(take, "Y is assumed", "floor")
+
+
+@pytest.mark.parametrize("unit, metres", [("m", 1.0), ("cm", 0.01), ("Inches", 0.0254)])
+def test_trc_in_other_units(unit, metres):
+    take = read_trc(capture_files.trc(walker.LABELS, Y_UP / metres, unit=unit, decimals=9))
+    assert np.abs(take.positions - METRES).max() < DECIMALS
+
+
+def test_trc_with_z_up_is_seen_and_choice_overrules():
+    assert np.abs(read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES)).positions - METRES).max() < DECIMALS
+    take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES), up_axis="Y", unit=0.1)
+    assert take.positions[0, 0, 2] == pytest.approx(100.0 * METRES[0, 0, 1])
+    assert take.notes == ()
+
+
+def test_trc_where_nothing_tells_has_y_up():
+    take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * (0.1 * METRES + 5.0)))
+    assert has_note(take, "Y is assumed", "OpenSim")
+
+
+@pytest.mark.parametrize("unit", ["", "parsec"])
+def test_trc_without_a_known_unit(unit):
+    take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * Y_UP, keys={"Units": unit, "OrigDataRate": ""}))
+    assert np.abs(take.positions - METRES).max() < DECIMALS
+    assert has_note(take, "millimetres are assumed")
+
+
+def test_trc_rate_by_the_times_where_the_header_has_none():
+    for rate, words in (("0", "100 frames"), ("nan", "100 frames"), ("fast", "100 frames")):
+        content = capture_files.trc(walker.LABELS, 1000.0 * Y_UP, keys={"DataRate": rate, "CameraRate": rate})
+        take = read_trc(content)
+        assert take.rate_hz == pytest.approx(100.0) and has_note(take, words, "times of the rows")
+
+
+def as_written_by(program):
+    """The walk with samples missing, in the dialect of several programs."""
+    text = capture_files.trc(walker.LABELS, walker.with_gaps(1000.0 * Y_UP, (7, 2, 5))).decode()
+    lines = text.split("\n")
+    if program == "windows":
+        return "\r\n".join(lines).encode()
+    if program == "old mac":
+        return "\r".join(lines).encode()
+    if program == "with a byte order mark":
+        return b"\xef\xbb\xbf" + text.encode()
+    if program == "utf-16":
+        return text.encode("utf-16")
+    if program == "no blank line":
+        del lines[5]
+    if program == "trailing tabs":
+        lines[6:] = [line + "\t\t" if line else line for line in lines[6:]]
+    if program == "blanks at the end dropped":
+        lines[6:] = [line.rstrip("\t") for line in lines[6:]]
+    if program == "names without empty cells":
+        lines[3] = "\t".join(["Frame#", "Time", *walker.LABELS])
+    if program == "nan for missing":
+        lines[6:] = [line.replace("\t\t\t", "\tnan\tNaN\tnan") for line in lines[6:]]
+    if program == "spaces for missing":
+        lines[6:] = [line.replace("\t\t\t", "\t \t  \t ") for line in lines[6:]]
+    if program == "zeros for missing":
+        lines[6:] = [line.replace("\t\t\t", "\t0.0\t0.0\t0.0") for line in lines[6:]]
+    return "\n".join(lines).encode()
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "windows",
+        "old mac",
+        "with a byte order mark",
+        "utf-16",
+        "no blank line",
+        "trailing tabs",
+        "blanks at the end dropped",
+        "names without empty cells",
+        "nan for missing",
+        "spaces for missing",
+        "zeros for missing",
+    ],
+)
+def test_trc_dialects(program):
+    take = read_trc(as_written_by(program))
+    assert take.labels == walker.LABELS
+    assert [tuple(place) for place in np.argwhere(~take.measured)] == [(2, 7), (3, 7), (4, 7)]
+    assert np.nanmax(np.abs(take.positions - METRES)) < DECIMALS
+
+
+def test_trc_with_spaces_for_tabs():
+    content = capture_files.trc(walker.LABELS, 1000.0 * Y_UP).replace(b"\t\t\t", b" ").replace(b"\t", b" ")
+    take = read_trc(content)
+    assert take.labels == walker.LABELS
+    assert np.abs(take.positions - METRES).max() < DECIMALS
+
+
+def test_trc_markers_without_names_get_numbers():
+    labels = ["A", "", "C", "A", "", "F", "G", ""]
+    take = read_trc(capture_files.trc(labels, 1000.0 * Y_UP))
+    assert take.labels == ("A", "Point 2", "C", "A_2", "Point 5", "F", "G", "Point 8")
+
+
+def test_trc_points_that_were_computed_are_left_out():
+    ground, middle = Y_UP[:, :1] * (1.0, 0.0, 1.0), 0.5 * (Y_UP[:, 2:3] + Y_UP[:, 3:4])
+    further = np.concatenate([ground, Y_UP[:, 4:5] + 0.1, middle, middle + 0.05, Y_UP[:, :1]], axis=1)
+    labels = (*walker.LABELS, "HeadGround", "L_HJC", "MidASIS", "MidBack", "NotGround")
+    take = read_trc(capture_files.trc(labels, 1000.0 * np.concatenate([Y_UP, further], axis=1)))
+    assert take.left_out == {"virtual points": ("HeadGround", "L_HJC", "MidASIS")}
+    assert take.labels == (*walker.LABELS, "MidBack", "NotGround")
+
+
+def test_trc_that_was_cut_off_gives_its_whole_rows_and_says_so():
+    content = capture_files.trc(walker.LABELS, 1000.0 * Y_UP)
+    take = read_trc(content[: content.index(b"\n8\t") + 30])
+    assert take.frames == 7 and has_note(take, "cut off", "7", "20")
+    assert np.abs(take.positions - METRES[:7]).max() < DECIMALS
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda text: text.replace("PathFileType", "Path", 1), "'PathFileType'"),
+        (lambda text: "\n".join(text.split("\n")[:2]), "line 2: it ends in its header|ends in its header, at line 2"),
+        (lambda text: text.replace("Frame#", "Bild", 1), "line 4: the markers' names are missing"),
+        (lambda text: "\n".join(["\t".join(line.split("\t")[:2]) for line in text.split("\n")]), "names no marker"),
+        (lambda text: "\n".join(text.split("\n")[:6]), "no frames"),
+        (lambda text: text.replace("\n3\t", "\ndrei\t", 1), "line 9: 'drei' is no number"),
+        (lambda text: text.replace("\n3\t", "\n3\t0\t0\t", 1), "line 9: it has 28 columns, and 8 markers need 26"),
+        (lambda text: text.replace("\n1\t", "\n\t", 1), "first row has no frame number"),
+    ],
+)
+def test_damaged_trc_is_refused_with_its_line(change, words):
+    with pytest.raises(MotionFileError, match=rf"^walk\.trc.*({words})"):
+        read_trc(change(capture_files.trc(walker.LABELS, 1000.0 * Y_UP).decode()).encode())
+
+
+
+def test_rajagopal_has_41_markers_and_computed_points_are_left_out():
+    take = read_trc(content_of("mocap/rajagopal/motion_capture_walk.trc"))
+    assert take.positions.shape == (238, 41, 3) and take.rate_hz == 100.0 and not np.isnan(take.positions).any()
+    assert 0.0 < take.positions[..., 2].min() < 0.1 and 1.4 < take.positions[..., 2].max() < 1.7
+    assert np.ptp(take.positions[:, 0, 0]) > 2.0  # walks along X
+    static = read_trc(content_of("mocap/rajagopal/static_walk_1.trc"))
+    assert set(take.labels) <= set(static.labels)
+    assert len(static.labels) == 47 and len(static.left_out["virtual points"]) == 17
