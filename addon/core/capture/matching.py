@@ -7,9 +7,10 @@ import numpy as np
 
 from . import checks
 from .alignment import Alignment, align_to_mesh, similarity
+from .limb_posing import pose_limbs
 from .surface import Surface
 
-__all__ = ["Alignment", "Match", "align_to_mesh", "match_to_surface", "one_to_one", "similarity"]
+__all__ = ["Alignment", "Match", "align_to_mesh", "match_to_surface", "one_to_one", "pose_limbs", "similarity"]
 
 
 @dataclass(frozen=True, eq=False)
