@@ -170,7 +170,7 @@ def test_an_object_that_is_deleted_while_it_is_sampled(saved, part):
 def test_sampling_that_is_dropped_puts_the_frame_back(saved, part):
     obj, _control, _path = saved
     bpy.context.scene.frame_set(3)
-    sampling = part("bake.preparing").Preparation(obj, bpy.context.scene, _options(obj, part)).sample(lambda: obj, 0.0)
+    sampling = part("bake.preparing").Preparation(obj, bpy.context.scene, _options(obj, part)).sample(lambda: obj)
     next(sampling)
     next(sampling)
     assert bpy.context.scene.frame_current == 2
