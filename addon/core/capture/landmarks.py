@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The places of a body that markers are put on, by names that do not depend on the laboratory.
+
+A landmark is a name ("knee.L"); without its side ("knee") it is in PLACES. A segment is a part of the body that is
+nearly rigid ("thigh.L"), or one that holds two such parts together ("waist", "neck").
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Place:
+    """Segments that a landmark belongs to ("*" stands for its side), and its height over that of the standing body.
+
+    Heights are for upright bodies (Drillis and Contini 1966; Winter 2009); None where arms may be anywhere.
+    """
+
+    segments: tuple
+    height: float | None = None
+    #: "heel" or "toe" of what touches the ground.
+    foot: str | None = None
+
+
+PLACES = {
+    "head.top": Place(("head", "neck"), 1.0),
+    "head.front": Place(("head", "neck"), 0.94),
+    "head.side": Place(("head", "neck"), 0.94),
+    "head.back": Place(("head", "neck"), 0.94),
+    "neck.back": Place(("torso", "neck"), 0.85),
+    "clavicle": Place(("torso", "neck"), 0.81),
+    "sternum": Place(("torso", "waist"), 0.73),
+    "back": Place(("torso", "waist"), 0.74),
+    "back.shoulder": Place(("torso",), 0.77),
+    "shoulder": Place(("torso", "neck", "upper_arm.*"), 0.82),
+    "upper_arm": Place(("upper_arm.*",)),
+    "elbow": Place(("upper_arm.*", "forearm.*")),
+    "elbow.inner": Place(("upper_arm.*", "forearm.*")),
+    "forearm": Place(("forearm.*",)),
+    "wrist": Place(("forearm.*", "hand.*")),
+    "wrist.thumb": Place(("forearm.*", "hand.*")),
+    "wrist.little": Place(("forearm.*", "hand.*")),
+    "hand": Place(("hand.*", "forearm.*")),
+    "hand.thumb": Place(("hand.*", "forearm.*")),
+    "pelvis.front": Place(("pelvis", "waist"), 0.56),
+    "pelvis.side": Place(("pelvis", "waist"), 0.58),
+    "pelvis.back": Place(("pelvis", "waist"), 0.57),
+    # The centre of the joint: no marker, but found from those of the pelvis (see hip_centres.py).
+    "hip": Place(("pelvis", "thigh.*"), 0.53),
+    "thigh": Place(("thigh.*",), 0.40),
+    "knee": Place(("thigh.*", "shank.*"), 0.285),
+    "knee.inner": Place(("thigh.*", "shank.*"), 0.285),
+    "shank": Place(("shank.*",), 0.17),
+    "ankle": Place(("shank.*", "foot.*"), 0.039),
+    "ankle.inner": Place(("shank.*", "foot.*"), 0.039),
+    "heel": Place(("foot.*",), 0.02, "heel"),
+    "toe": Place(("foot.*",), 0.02, "toe"),
+    "toe.big": Place(("foot.*",), 0.02, "toe"),
+    "toe.little": Place(("foot.*",), 0.015, "toe"),
+    "toe.tip": Place(("foot.*",), 0.015, "toe"),
+}
+
+
+def side_of(landmark):
+    """"L", "R", or None for the middle of the body and for None."""
+    return landmark[-1] if landmark and landmark[-2:] in (".L", ".R") else None
+
+
+def place_of(landmark):
+    """The `Place`, or None for None and for names that are not known. "thigh.2.L" is a second place on the thigh."""
+    if not landmark:
+        return None
+    name = landmark[:-2] if side_of(landmark) else landmark
+    head, _, tail = name.rpartition(".")
+    return PLACES.get(head if tail.isdigit() else name)
+
+
+def segments_of(landmark):
+    """Names of the segments that a landmark belongs to, with its side; () for what is not known."""
+    place, side = place_of(landmark), side_of(landmark)
+    return tuple(segment.replace("*", side or "?") for segment in place.segments) if place else ()
+
+
+def segments(landmarks):
+    """Segment -> indices in `landmarks` (names or None), of the segments with at least two of them."""
+    members = {}
+    for number, landmark in enumerate(landmarks):
+        for segment in segments_of(landmark):
+            members.setdefault(segment, []).append(number)
+    # Not every set has markers at the lower torso: then the upper one is what the pelvis is joined to.
+    if len(set(members.get("waist", ())) & set(members.get("torso", ()))) < 3:
+        members["waist"] = sorted({*members.get("waist", ()), *members.get("torso", ())})
+    return {segment: numbers for segment, numbers in members.items() if len(numbers) > 1}
+
+
+def neighbours(landmarks):
+    """Sorted list of pairs (i, j), i < j, of landmarks that share a segment: the graph of markers."""
+    pairs = set()
+    for numbers in segments(landmarks).values():
+        pairs |= {(a, b) for k, a in enumerate(numbers) for b in numbers[k + 1 :]}
+    return sorted(pairs)
+
+
+def feet(landmarks):
+    """{"L": {"heel": [...], "toe": [...]}, "R": ...}: indices of the landmarks that touch the ground; {} without."""
+    result = {}
+    for number, landmark in enumerate(landmarks):
+        place, side = place_of(landmark), side_of(landmark)
+        if place and place.foot and side:
+            result.setdefault(side, {"heel": [], "toe": []})[place.foot].append(number)
+    return result

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture: gaps and filter, on a generated walk; without Blender."""
+
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture import filtering, gaps
+from addon.core.capture.checks import InvalidMotionError
+from addon.errors import MeanValueError
+from blender_tests.support import mesh_files, walking_figure
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walking_figure.take(400, seed=3)
+
+
+def with_gap(positions, marker, begin, end):
+    result = positions.copy()
+    result[begin:end, marker] = np.nan
+    return result
+
+
+def largest_step(positions):
+    return np.nanmax(np.linalg.norm(np.diff(positions, axis=0), axis=2))
+
+
+# -- the figure itself ------------------------------------------------------------------------------------------------
+
+
+def test_the_figure_stands_still_where_it_stands_and_keeps_its_bones():
+    for legs in (1.0, 0.7):
+        walk = walking_figure.take(240, legs=legs)
+        for side in "LR":
+            flat = walk.contacts[f"heel.{side}"] & walk.contacts[f"toe.{side}"]
+            assert flat.sum() > 30
+            stands = flat[1:] & flat[:-1]
+            for label in walking_figure.FOOT_LABELS[side]:
+                steps = np.diff(walk.clean[:, walk.labels.index(label)], axis=0)
+                assert np.abs(steps[stands]).max() < 1e-12
+            thigh = np.linalg.norm(walk.joints[f"hip.{side}"] - walk.joints[f"knee.{side}"], axis=1)
+            assert np.allclose(thigh, walking_figure.THIGH * legs, atol=1e-12)
+            assert walk.knee_angles[side].max() > 45.0
+        assert walk.clean[..., 2].min() > 0.0
+
+
+def test_a_seed_gives_the_same_take_and_the_share_of_gaps_asked_for():
+    first, second = (walking_figure.take(100, seed=5, gaps=0.1, noise=0.001) for _ in range(2))
+    assert np.array_equal(first.positions, second.positions, equal_nan=True)
+    assert 0.1 <= np.isnan(first.positions[..., 0]).mean() < 0.12
+    assert len(set(first.labels)) == 41
+
+
+# -- gaps -------------------------------------------------------------------------------------------------------------
+
+
+def test_gaps_are_found_where_they_are(walk):
+    holed = with_gap(with_gap(walk.clean, 7, 20, 30), 7, 390, 400)
+    assert gaps.find_gaps(holed) == [gaps.Gap(7, 20, 30), gaps.Gap(7, 390, 400)]
+    assert gaps.find_gaps(walk.clean) == []
+
+
+def test_measured_samples_keep_their_bits(walk):
+    holed = walking_figure.drop_samples(walk.clean, 0.1, np.random.default_rng(0))
+    before = holed.copy()
+    filled, how = gaps.fill_gaps(holed)
+    assert np.array_equal(holed, before, equal_nan=True)
+    assert np.array_equal(filled[how == gaps.MEASURED], walk.clean[how == gaps.MEASURED])
+    assert np.array_equal(how == gaps.MISSING, np.isnan(filled[..., 0]))
+
+
+@pytest.mark.parametrize("label", ["LHandOut", "RToeTip", "HeadTop", "RKneeOut"])
+def test_short_gaps_are_smooth_and_near_the_truth(walk, label):
+    marker = walk.labels.index(label)
+    for begin in range(50, 300, 23):
+        filled, how = gaps.fill_gaps(with_gap(walk.clean, marker, begin, begin + 8))
+        assert (how[begin : begin + 8, marker] == gaps.SPLINE).all()
+        assert np.linalg.norm(filled - walk.clean, axis=2).max() < 0.012
+        # C1: the step into the gap is that before it, but for what the motion itself bends in two samples.
+        steps = np.diff(filled[begin - 3 : begin + 11, marker], axis=0)
+        true_steps = np.diff(walk.clean[begin - 3 : begin + 11, marker], axis=0)
+        assert np.abs(np.diff(steps, axis=0)).max() < np.abs(np.diff(true_steps, axis=0)).max() + 0.004
+
+
+def test_a_cubic_path_is_met_almost_exactly():
+    t = np.linspace(0.0, 1.0, 101)[:, None]
+    path = np.concatenate([t, t**2, 0.5 * t**2 - t], axis=1)[:, None]
+    filled, how = gaps.fill_gaps(with_gap(path, 0, 40, 50))
+    assert np.abs(filled - path).max() < 1e-12
+    assert (how[40:50, 0] == gaps.SPLINE).all()
+
+
+def test_longer_gaps_move_with_a_rigid_body():
+    rng = np.random.default_rng(1)
+    body = rng.standard_normal((5, 3))
+    turns = walking_figure.turn_z(np.linspace(0, 3, 200)) @ walking_figure.turn_x(np.linspace(0, 2, 200))
+    path = np.einsum("fij,mj->fmi", turns, body) + np.linspace(0, 1, 200)[:, None, None] * [1.0, 2.0, 0.5]
+    filled, how = gaps.fill_gaps(with_gap(path, 2, 60, 160))
+    assert (how[60:160, 2] == gaps.RIGID).all()
+    assert np.abs(filled - path).max() < 1e-9
+    at_the_start, how = gaps.fill_gaps(with_gap(path, 2, 0, 100))
+    assert (how[:100, 2] == gaps.RIGID).all()
+    assert np.abs(at_the_start - path).max() < 1e-9
+
+
+def test_what_differs_at_the_far_end_is_faded_in(walk):
+    """Soft tissue: the marker is elsewhere on its body when it is seen again, and nothing jumps."""
+    marker = walk.labels.index("LThigh")
+    path = walk.clean.copy()
+    path[150:, marker] += [0.02, 0.0, 0.01]
+    holed = with_gap(path, marker, 100, 150)
+    filled, how = gaps.fill_gaps(holed)
+    assert (how[100:150, marker] == gaps.RIGID).all()
+    steps = np.linalg.norm(np.diff(filled[95:155, marker], axis=0), axis=1)
+    true_steps = np.linalg.norm(np.diff(walk.clean[95:155, marker], axis=0), axis=1)
+    assert np.abs(steps - true_steps).max() < 0.008
+
+
+def test_too_long_gaps_and_lonely_markers_stay_missing(walk):
+    _, how = gaps.fill_gaps(with_gap(walk.clean, 3, 50, 350), longest_rigid=200)
+    assert (how[50:350, 3] == gaps.MISSING).all()
+    two = with_gap(walk.clean[:, :2], 0, 100, 150)
+    filled, how = gaps.fill_gaps(two)
+    assert (how[100:150, 0] == gaps.MISSING).all()
+    assert np.isnan(filled[100:150, 0]).all()
+    never = with_gap(walk.clean, 5, 0, 400)
+    assert (gaps.fill_gaps(never, 1000, 1000)[1][:, 5] == gaps.MISSING).all()
+
+
+def test_nothing_is_carried_far_beyond_the_ends_of_a_take(walk):
+    alone = walk.clean[:, :1]
+    assert (gaps.fill_gaps(with_gap(alone, 0, 397, 400))[1][397:, 0] == gaps.SPLINE).all()
+    assert (gaps.fill_gaps(with_gap(alone, 0, 396, 400))[1][396:, 0] == gaps.MISSING).all()
+    assert (gaps.fill_gaps(with_gap(alone, 0, 0, 8))[1][:8, 0] == gaps.MISSING).all()
+
+
+def test_many_gaps_in_noise_give_continuous_motion():
+    walk = walking_figure.take(600, seed=8, gaps=0.166, noise=0.0005, longest_gap=60)
+    assert np.isnan(walk.positions[..., 0]).any(axis=0).all()  # no marker is complete
+    filled, how = gaps.fill_gaps(walk.positions)
+    error = np.linalg.norm(filled - walk.clean, axis=2)
+    assert (how != gaps.MISSING).mean() > 0.99
+    assert np.sqrt(np.nanmean(error[how == gaps.SPLINE] ** 2)) < 0.004
+    assert np.sqrt(np.nanmean(error[how == gaps.RIGID] ** 2)) < 0.02
+    assert largest_step(filled) < 1.15 * largest_step(walk.clean)
+
+
+def test_a_real_take_without_a_complete_marker_becomes_continuous():
+    readers = pytest.importorskip("addon.core.capture.readers", reason="the readers of motion files are not here yet")
+    path = mesh_files.DATA / "mocap" / "messy" / "mocap36.c3d"
+    if not path.exists():
+        pytest.skip(f"no {path.name} in {path.parent}")
+    positions = readers.read(path).positions
+    assert np.isnan(positions[..., 0]).any(axis=0).all()
+    # The 16.6 % that the file lacks are its end, where nothing at all is seen: nothing may be made up there. As many
+    # again are taken out of the rest.
+    is_dark = np.isnan(positions[..., 0]).all(axis=1)
+    holed = positions.copy()
+    holed[~is_dark] = walking_figure.drop_samples(positions[~is_dark], 0.166, np.random.default_rng(0), longest=60)
+    filled, how = gaps.fill_gaps(holed)
+    assert is_dark.any() and np.isnan(filled[is_dark]).all()
+    seen = ~np.isnan(positions[..., 0])
+    assert (how[seen] != gaps.MISSING).mean() > 0.99
+    error = np.linalg.norm(filled - positions, axis=2)[seen & (how != gaps.MEASURED)]
+    assert np.sqrt(np.nanmean(error**2)) < 0.03
+    assert largest_step(filled) < 1.3 * largest_step(positions)
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((4, 3)), np.zeros((0, 2, 3)), np.full((3, 2, 3), np.inf)])
+def test_what_is_no_motion_is_refused_with_numbers(wrong):
+    with pytest.raises(InvalidMotionError, match=r"positions") as told:
+        gaps.fill_gaps(wrong)
+    assert isinstance(told.value, MeanValueError)
+    with pytest.raises(InvalidMotionError, match="-1 samples"):
+        gaps.fill_gaps(np.zeros((4, 1, 3)), longest_spline=-1)
+
+
+# -- filter -----------------------------------------------------------------------------------------------------------
+
+
+def wave(hertz, rate=100.0, frames=1000):
+    return np.sin(2.0 * np.pi * hertz * np.arange(frames) / rate)[:, None, None] * np.ones((1, 2, 3))
+
+
+def test_half_the_power_is_left_at_the_cut_off_and_nothing_is_delayed():
+    for cutoff in (3.0, 6.0, 20.0):
+        before = wave(cutoff)
+        after = filtering.low_pass(before, 100.0, cutoff)
+        middle = slice(300, 700)
+        assert np.sqrt((after[middle] ** 2).mean() / (before[middle] ** 2).mean()) == pytest.approx(2**-0.5, rel=5e-3)
+        assert np.abs(after[middle] - 2**-0.5 * before[middle]).max() < 0.01
+    slow = wave(0.5)
+    assert np.abs(filtering.low_pass(slow, 100.0, 10.0) - slow).max() < 2e-3
+    assert np.abs(filtering.low_pass(wave(30.0), 100.0, 6.0)[100:900]).max() < 0.01
+
+
+def test_straight_paths_and_rest_are_kept_to_their_ends():
+    line = np.linspace(0.0, 4.0, 200)[:, None, None] * [1.0, -2.0, 0.3] + [5.0, 0.0, 1.0]
+    assert np.abs(filtering.low_pass(line, 100.0, 6.0) - line).max() < 5e-3
+    rest = np.full((50, 3, 3), 7.25)
+    assert np.abs(filtering.low_pass(rest, 100.0, 6.0) - rest).max() < 1e-12
+
+
+def test_noise_is_taken_off_a_walk(walk):
+    noisy = walk.clean + 0.002 * np.random.default_rng(2).standard_normal(walk.clean.shape)
+    after = filtering.low_pass(noisy, 100.0, 10.0)
+    assert np.sqrt(((after - walk.clean) ** 2).mean()) < 0.6 * np.sqrt(((noisy - walk.clean) ** 2).mean())
+
+
+def test_gaps_separate_runs_and_stay(walk):
+    holed = with_gap(with_gap(walk.clean, 4, 100, 120), 4, 121, 130)
+    after = filtering.low_pass(holed, 100.0, 8.0)
+    assert np.array_equal(np.isnan(after), np.isnan(holed))
+    assert np.array_equal(after[120, 4], holed[120, 4])  # a single sample has nothing to be smoothed by
+    alone = filtering.low_pass(holed[:100], 100.0, 8.0)
+    assert np.abs(after[:100, 4] - alone[:, 4]).max() < 1e-12
+    other = filtering.low_pass(walk.clean, 100.0, 8.0)
+    assert np.abs(after[:, 5] - other[:, 5]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("rate", "cutoff"), [(0.0, 6.0), (100.0, 0.0), (100.0, 50.0), (np.nan, 6.0)])
+def test_impossible_cut_offs_are_refused(rate, cutoff):
+    with pytest.raises(InvalidMotionError, match="Hz"):
+        filtering.low_pass(np.zeros((10, 1, 3)), rate, cutoff)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture: swapped and jumping markers, put into a generated walk; without Blender."""
+
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture.checks import InvalidMotionError
+from addon.core.capture.jumps import find_jumps
+from blender_tests.support import walking_figure
+
+
+def swapped(positions, one, other, begin, end=None):
+    result = positions.copy()
+    result[begin:end, [one, other]] = positions[begin:end, [other, one]]
+    return result
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.002])
+@pytest.mark.parametrize("gaps", [0.0, 0.1, 0.2])
+def test_clean_walks_have_nothing_to_find(noise, gaps):
+    for seed in range(4):
+        walk = walking_figure.take(300, seed=seed, gaps=gaps, noise=noise, longest_gap=60)
+        assert find_jumps(walk.positions, 100.0, walk.labels) == []
+
+
+def test_fast_motion_is_no_jump():
+    """Three times as fast, hands whirling at ten metres a second, and a drop that ends hard on the ground."""
+    walk = walking_figure.take(900)
+    assert find_jumps(walk.clean[::3], 100.0) == []
+    body = walk.clean[:200].copy()
+    angle = 2.0 * np.pi * 3.0 * np.arange(200) / 100.0
+    for marker in [walk.labels.index(label) for label in ("LHandOut", "LWristIn", "LWristOut")]:
+        body[:, marker] += 0.55 * np.stack([np.cos(angle), np.sin(angle), np.zeros(200)], axis=1)
+    assert np.linalg.norm(np.diff(body, axis=0), axis=2).max() > 0.09
+    assert find_jumps(body, 100.0) == []
+    falls = walk.clean[:200].copy()
+    height = np.maximum(0.0, 0.6 - 0.5 * 9.81 * (np.arange(200) / 100.0) ** 2)
+    falls[..., 2] += height[:, None]
+    assert find_jumps(falls, 100.0) == []
+
+
+def test_swaps_are_found_with_both_names_and_the_sample():
+    walk = walking_figure.take(300, seed=1, noise=0.001)
+    labels = walk.labels
+    for one, other, begin in (("LKneeOut", "RKneeOut", 100), ("HeadTop", "LToeTip", 33), ("RWristIn", "RHandOut", 250)):
+        path = swapped(walk.positions, labels.index(one), labels.index(other), begin)
+        (found,) = find_jumps(path, 100.0, labels)
+        assert (found.kind, {labels[found.marker], labels[found.other]}, found.sample) == ("swap", {one, other}, begin)
+        assert one in found.words and other in found.words and str(begin) in found.words
+
+
+def test_most_random_swaps_are_found_and_little_else():
+    rng = np.random.default_rng(0)
+    found_without_gap, found_after_gap, others = [], [], 0
+    for seed in range(60):
+        walk = walking_figure.take(300, seed=seed, noise=0.001, gaps=0.05 if seed % 2 else 0.0)
+        one, other = rng.choice(41, 2, replace=False)
+        begin, gap = int(rng.integers(20, 280)), int(rng.integers(0, 12)) if seed % 3 == 0 else 0
+        path = swapped(walk.positions, one, other, begin)
+        path[begin - gap : begin, [one, other]] = np.nan
+        findings = find_jumps(path, 100.0)
+        right = [f for f in findings if f.kind == "swap" and {f.marker, f.other} == {one, other}]
+        (found_after_gap if gap else found_without_gap).append(bool(right))
+        others += len(findings) - len(right)
+    assert np.mean(found_without_gap) >= 0.95
+    assert np.mean(found_after_gap) >= 0.7
+    assert others <= 4  # halves of swaps that were not recognised as such
+
+
+def test_a_swap_that_is_undone_is_found_twice():
+    walk = walking_figure.take(300)
+    findings = find_jumps(swapped(walk.clean, 12, 30, 100, 150), 100.0)
+    assert [(f.kind, f.sample) for f in findings] == [("swap", 100), ("swap", 150)]
+
+
+def test_spikes_and_jumps():
+    walk = walking_figure.take(300, noise=0.0005)
+    path = walk.positions.copy()
+    path[120:123, 7] += [0.1, 0.0, 0.05]
+    path[200:, 20] += [0.0, 0.06, 0.0]
+    spike, jump = find_jumps(path, 100.0, walk.labels)
+    assert (spike.kind, spike.marker, spike.sample, spike.until) == ("spike", 7, 120, 123)
+    assert spike.distance == pytest.approx(0.112, abs=0.02)
+    assert walk.labels[7] in spike.words and "123" in spike.words
+    assert (jump.kind, jump.marker, jump.sample, jump.other) == ("jump", 20, 200, None)
+
+
+def test_takes_with_hardly_anything_in_them():
+    nothing = np.full((5, 3, 3), np.nan)
+    assert find_jumps(nothing, 100.0) == []
+    assert find_jumps(np.zeros((1, 2, 3)), 100.0) == []
+    with pytest.raises(InvalidMotionError, match="2 names for 3 markers"):
+        find_jumps(nothing, 100.0, ["a", "b"])
+    with pytest.raises(InvalidMotionError, match="frame rate"):
+        find_jumps(nothing, 0.0)

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture: names of markers and presets; without Blender."""
+
+import json
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture import landmarks, marker_sets, readers
+from addon.core.capture.checks import InvalidMotionError
+from blender_tests.support import mesh_files, walking_figure
+
+
+def test_the_generated_figure_has_the_common_41_markers():
+    found = marker_sets.recognise(walking_figure.LABELS)
+    assert (found.name, found.matched, found.absent) == ("Baseline 41", 41, ())
+    assert found.landmarks[walking_figure.LABELS.index("RKneeOut")] == "knee.R"
+    assert "41 of 41" in found.words
+
+
+@pytest.mark.parametrize("marker_set", marker_sets.BUILT_IN, ids=lambda marker_set: marker_set.name)
+def test_built_in_sets_are_sound(marker_set):
+    names = list(marker_set.landmarks.values())
+    assert len(set(names)) >= len(names) - 1, "one landmark, one marker (but for a left or right half of it)"
+    for landmark in names:
+        assert landmarks.segments_of(landmark), landmark
+        assert "?" not in "".join(landmarks.segments_of(landmark)), landmark
+    assert set(marker_set.aliases.values()) <= set(marker_set.landmarks)
+    keys = [marker_sets.key_of(label) for label in marker_set.landmarks]
+    assert len(set(keys)) == len(keys)
+    assert marker_sets.recognise(list(marker_set.landmarks)).name == marker_set.name
+    # Left and right mirror each other, and each foot has a heel and a toe.
+    for landmark in names:
+        side = landmarks.side_of(landmark)
+        if side and landmark != "back.shoulder.R":  # Plug-in Gait's marker that tells left from right
+            assert landmark[:-1] + {"L": "R", "R": "L"}[side] in names
+    feet = landmarks.feet(names)
+    assert all(feet[side][part] for side in "LR" for part in ("heel", "toe"))
+
+
+def test_prefixes_case_and_separators_do_not_matter():
+    for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "l.asi", "LASIS"):
+        assert marker_sets.PLUG_IN_GAIT.landmark_of(spelled) == "pelvis.front.L"
+    assert marker_sets.PLUG_IN_GAIT.landmark_of("LASIX") is None
+    found = marker_sets.recognise([f"Skeleton_{label}" for label in walking_figure.LABELS])
+    assert (found.name, found.matched) == ("Baseline 41", 41)
+
+
+def test_a_landmark_is_given_once_and_unknown_names_are_none():
+    found = marker_sets.recognise(["LASI", "LASIS", "RASI", "*35", "LKNE"])
+    assert found.name == "Plug-in Gait"
+    assert found.landmarks == ("pelvis.front.L", None, "pelvis.front.R", None, "knee.L")
+    nothing = marker_sets.recognise(["*1", "*2"])
+    assert (nothing.name, nothing.landmarks) == (None, (None, None))
+    assert marker_sets.recognise([]).name is None
+
+
+def test_the_graph_joins_markers_of_a_segment_and_segments_at_joints():
+    names = marker_sets.recognise(walking_figure.LABELS).landmarks
+    at = {landmark: number for number, landmark in enumerate(names)}
+    pairs = set(landmarks.neighbours(names))
+
+    def joined(first, second):
+        return tuple(sorted((at[first], at[second]))) in pairs
+
+    assert joined("thigh.L", "knee.L") and joined("knee.L", "shank.L") and joined("heel.R", "toe.tip.R")
+    assert not joined("thigh.L", "shank.L") and not joined("knee.L", "knee.R")
+    reached, front = {0}, [0]
+    ways = [*pairs, *((b, a) for a, b in pairs)]
+    while front:
+        here = front.pop()
+        new = {b for a, b in ways if a == here} - reached
+        reached |= new
+        front += new
+    parts = {f"{part}.{side}" for part in ("thigh", "shank", "foot") for side in "LR"}
+    legs = {number for number, name in enumerate(names) if parts & set(landmarks.segments_of(name))}
+    assert set(range(41)) - reached == legs  # they hang on the pelvis by hips, which carry no marker
+
+
+def test_presets_come_back_as_they_were(tmp_path):
+    path = tmp_path / "mine.json"
+    mine = marker_sets.MarkerSet("Meins ü", {"A1": "knee.L", "A2": "thigh.2.R"}, {"Knie": "A1"})
+    marker_sets.save(path, mine)
+    assert marker_sets.load(path) == mine
+    assert marker_sets.recognise(["x:knie", "A2"], [mine]).landmarks == ("knee.L", "thigh.2.R")
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("{", "not JSON"),
+        ("[1]", "format"),
+        ('{"format": "other"}', "format"),
+        ({"name": ""}, "name"),
+        ({"landmarks": {}}, "empty"),
+        ({"landmarks": ["a"]}, "landmarks"),
+        ({"landmarks": {"a": 3}}, "landmarks"),
+        ({"landmarks": {"a": "tail.L"}}, "tail.L"),
+        ({"aliases": {"b": "zz"}}, "zz"),
+    ],
+)
+def test_broken_presets_say_what_is_wrong(tmp_path, content, says):
+    path = tmp_path / "broken.json"
+    whole = {"format": marker_sets.FORMAT, "name": "n", "landmarks": {"a": "knee.L"}}
+    path.write_text(content if isinstance(content, str) else json.dumps({**whole, **content}))
+    with pytest.raises(InvalidMotionError, match=says) as told:
+        marker_sets.load(path)
+    assert "broken.json" in str(told.value)
+
+
+def test_presets_that_cannot_be_read_or_written_are_told(tmp_path):
+    with pytest.raises(InvalidMotionError, match="can't be read"):
+        marker_sets.load(tmp_path / "none.json")
+    with pytest.raises(InvalidMotionError, match="can't be written"):
+        marker_sets.save(tmp_path / "no" / "folder.json", marker_sets.COMMON_41)
+
+
+@pytest.mark.parametrize(
+    ("file", "name", "matched"),
+    [
+        ("pig-walk/PiG_Motion-FlatFoot-One.c3d", "Plug-in Gait", 35),
+        ("rajagopal/motion_capture_walk.trc", "Rajagopal 2015", 41),
+    ],
+)
+def test_real_takes_are_recognised(file, name, matched):
+    path = mesh_files.DATA / "mocap" / file
+    if not path.exists():
+        pytest.skip(f"no {path.name} in {path.parent}")
+    found = marker_sets.recognise(readers.read(path).labels)
+    assert (found.name, found.matched) == (name, matched)

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture: motion for other proportions, on a generated walk whose joints are known; without Blender."""
+
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture import landmarks, marker_graph, marker_sets, readers, stances
+from addon.core.capture.checks import InvalidMotionError
+from addon.core.capture.foot_planting import find_feet
+from addon.core.capture.retargeting import retarget
+from addon.core.capture.rigid import fit_rotations
+from blender_tests.support import mesh_files, walking_figure
+
+LABELS = walking_figure.LABELS
+NAMES = marker_sets.recognise(LABELS).landmarks
+REFERENCE = walking_figure.t_pose().clean[0]
+HEIGHT = walking_figure.HEIGHT
+
+
+def at(label):
+    return LABELS.index(label)
+
+
+def knee_angles(positions, rest_figure, side):
+    """(f,) degrees, of bones: thigh and shank turn as their markers do; the thigh's hip moves with the pelvis."""
+    rest = rest_figure.clean[0]
+    pelvis = [at(label) for label in ("WaistLFront", "WaistRFront", "WaistLBack", "WaistRBack")]
+    turn = fit_rotations(rest[pelvis], positions[:, pelvis])
+    rest_hip = rest_figure.joints[f"hip.{side}"][0]
+    hip = positions[:, pelvis].mean(axis=1) + turn @ (rest_hip - rest[pelvis].mean(axis=0))
+    thigh = [at(side + label) for label in ("Thigh", "KneeOut")]
+    rest_thigh = np.vstack([rest_hip, rest[thigh]])
+    thigh_turn = fit_rotations(rest_thigh, np.concatenate([hip[:, None], positions[:, thigh]], axis=1), prior=turn)
+    shank = [at(side + label) for label in ("KneeOut", "Shin", "AnkleOut")]
+    shank_turn = fit_rotations(rest[shank], positions[:, shank], prior=thigh_turn)
+    cosine = (thigh_turn[:, :, 2] * shank_turn[:, :, 2]).sum(axis=1)
+    return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def feet_of(names=NAMES):
+    return [number for foot in landmarks.feet(names).values() for part in foot.values() for number in part]
+
+
+def largest_slide(result, capture, names=NAMES, height=HEIGHT, rate=100.0):
+    feet = feet_of(names)
+    stands = stances.find_stances(capture[:, feet], rate, height)
+    assert stands.any()
+    return max(slide for _, _, _, slide in stances.foot_slide(result[:, feet], stands))
+
+
+def largest_second_difference(positions):
+    return np.nanmax(np.abs(np.diff(positions, 2, axis=0)))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.0005])
+@pytest.mark.parametrize("legs", [0.7, 0.85, 1.3])
+def test_other_legs_walk_alike(legs, noise):
+    walk, rest = walking_figure.take(400, noise=noise), walking_figure.t_pose(legs)
+    result = retarget(walk.positions, REFERENCE, rest.clean[0], 100.0, NAMES)
+    assert largest_slide(result, walk.clean) < 0.01 * rest.height
+    for side in "LR":
+        assert np.abs(knee_angles(result, rest, side) - walk.knee_angles[side]).max() < 5.0
+    # No popping: path for path hardly rougher than the capture, however long the legs.
+    rougher = max(1.0, legs) * 1.1
+    assert largest_second_difference(result) < rougher * largest_second_difference(walk.positions)
+    # The character's lengths, and feet on its ground.
+    for pair in (("LKneeOut", "LAnkleOut"), ("RThigh", "RKneeOut"), ("LHeel", "LToeTip"), ("HeadTop", "HeadFront")):
+        one, other = pair
+        lengths = np.linalg.norm(result[:, at(one)] - result[:, at(other)], axis=1)
+        wanted = np.linalg.norm(rest.clean[0, at(one)] - rest.clean[0, at(other)])
+        assert np.abs(lengths / wanted - 1.0).max() < 0.025
+    feet = feet_of()
+    assert np.abs(result[:, feet, 2].min(axis=1) - walk.positions[:, feet, 2].min(axis=1)).max() < 0.03
+    flat = walk.contacts["heel.L"] & walk.contacts["toe.L"]
+    assert np.abs(result[flat][:, at("LHeel"), 2] - rest.clean[0, at("LHeel"), 2]).max() < 0.004
+
+
+def test_the_test_of_knee_angles_finds_the_truth():
+    walk, rest = walking_figure.take(200), walking_figure.t_pose()
+    assert np.abs(knee_angles(walk.clean, rest, "R") - walk.knee_angles["R"]).max() < 1.5
+
+
+def test_without_planting_feet_do_slide():
+    walk, rest = walking_figure.take(300), walking_figure.t_pose(0.7)
+    character = rest.clean[0]
+    loose = retarget(walk.clean, REFERENCE, character, 100.0, NAMES, plant_feet=False)
+    held = retarget(walk.clean, REFERENCE, character, 100.0, NAMES)
+    assert largest_slide(loose, walk.clean) > 3.0 * largest_slide(held, walk.clean)
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.5])
+@pytest.mark.parametrize("names", [NAMES, None], ids=["named", "unnamed"])
+def test_a_character_like_the_actor_gets_the_capture_back(scale, names):
+    walk = walking_figure.take(250, noise=0.0005)
+    result = retarget(walk.positions, REFERENCE, scale * REFERENCE, 100.0, names)
+    assert np.abs(result - scale * walk.positions).max() < 1e-6
+
+
+def test_the_way_that_the_capture_looks_and_where_it_is_do_not_matter():
+    walk, character = walking_figure.take(200), walking_figure.t_pose(0.7).clean[0]
+    turn, shift = walking_figure.turn_z(np.array(2.1)), np.array([3.0, -7.0, 0.0])
+    expected = retarget(walk.clean, REFERENCE, character, 100.0, NAMES) @ turn.T + shift
+    moved = retarget(
+        walk.clean @ turn.T + shift, REFERENCE @ turn.T + shift, character @ turn.T + shift, 100.0, NAMES
+    )
+    assert np.abs(moved - expected).max() < 1e-6
+
+
+def test_without_names_feet_are_the_lowest_markers():
+    walk, rest = walking_figure.take(300), walking_figure.t_pose(0.7)
+    feet = [sorted(at(side + label) for label in ("AnkleOut", "Heel", "ToeIn", "ToeOut", "ToeTip")) for side in "LR"]
+    assert find_feet(REFERENCE, walk.clean, (None,) * 41) == feet
+    result = retarget(walk.clean, REFERENCE, rest.clean[0], 100.0)
+    assert largest_slide(result, walk.clean) < 0.01 * rest.height
+    for side in "LR":
+        assert np.abs(knee_angles(result, rest, side) - walk.knee_angles[side]).max() < 8.0
+
+
+def test_a_wide_torso_and_long_arms_are_the_characters():
+    walk = walking_figure.take(150)
+    character = REFERENCE.copy()
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        for label in ("ElbowOut", "UArmHigh", "WristOut", "WristIn", "HandOut"):
+            beyond = sign * character[at(side + label), 0] - 0.18
+            character[at(side + label), 0] = sign * (0.18 + 1.4 * beyond)
+    result = retarget(walk.clean, REFERENCE, character, 100.0, NAMES)
+    upper_arms = [p[:, at("LElbowOut")] - p[:, at("LUArmHigh")] for p in (result, walk.clean)]
+    lengths, captured = np.linalg.norm(upper_arms, axis=2)
+    wanted = np.linalg.norm(character[at("LElbowOut")] - character[at("LUArmHigh")])
+    assert np.abs(lengths / wanted - 1.0).max() < 0.05
+    assert (lengths > 1.3 * captured).all()
+    assert np.abs(result[:, at("LKneeOut")] - walk.clean[:, at("LKneeOut")]).max() < 1e-3
+
+
+def test_missing_samples_stay_missing_and_hardly_move_the_others():
+    walk, character = walking_figure.take(200), walking_figure.t_pose(0.7).clean[0]
+    whole = retarget(walk.clean, REFERENCE, character, 100.0, NAMES)
+    holed = walk.clean.copy()
+    holed[50:120, at("LShin")] = np.nan
+    holed[80, :] = np.nan
+    holed[90:100, at("WaistLFront")] = np.nan
+    result = retarget(holed, REFERENCE, character, 100.0, NAMES)
+    assert np.array_equal(np.isnan(result), np.isnan(holed))
+    assert np.nanmax(np.linalg.norm(result - whole, axis=2)) < 0.03
+
+
+def test_the_graph_is_one_piece_and_its_cells_turn_with_the_body():
+    graph = marker_graph.by_segments(REFERENCE, NAMES)
+    part = np.arange(41)
+    for first, second in graph.edges:
+        part[part == part[first]] = part[second]
+    assert len(np.unique(part)) == 1
+    turn = walking_figure.turn_x(np.array(0.8)) @ walking_figure.turn_z(np.array(-2.0))
+    turns = graph.rotations(REFERENCE, (REFERENCE @ turn.T)[None] + 3.0)
+    assert np.abs(turns - turn).max() < 1e-6
+
+
+def test_wrong_input_is_refused_with_numbers():
+    walk = walking_figure.take(10)
+    with pytest.raises(InvalidMotionError, match="40 points where there must be 41"):
+        retarget(walk.clean, REFERENCE[:40], REFERENCE, 100.0)
+    with pytest.raises(InvalidMotionError, match="lacks 1 of 41"):
+        retarget(walk.clean, np.where(np.arange(41)[:, None] == 5, np.nan, REFERENCE), REFERENCE, 100.0)
+    with pytest.raises(InvalidMotionError, match="3 landmarks for 41"):
+        retarget(walk.clean, REFERENCE, REFERENCE, 100.0, NAMES[:3])
+    with pytest.raises(InvalidMotionError, match="at least 3"):
+        retarget(walk.clean[:, :2], REFERENCE[:2], REFERENCE[:2], 100.0)
+    with pytest.raises(InvalidMotionError, match="turned by 180 degrees"):
+        retarget(walk.clean, REFERENCE, REFERENCE * [-1.0, -1.0, 1.0], 100.0)
+    with pytest.raises(InvalidMotionError, match="No marker is seen"):
+        retarget(np.full((5, 41, 3), np.nan), REFERENCE, REFERENCE, 100.0)
+
+
+@pytest.mark.parametrize(
+    ("motion", "static"),
+    [
+        ("pig-walk/PiG_Motion-FlatFoot-One.c3d", "pig-walk/PiG_Calibration-FlatFoot-One.c3d"),
+        ("rajagopal/motion_capture_walk.trc", "rajagopal/static_walk_1.trc"),
+    ],
+)
+def test_real_walks_on_shorter_legs(motion, static):
+    folder = mesh_files.DATA / "mocap"
+    if not (folder / motion).exists():
+        pytest.skip(f"no {motion} in {folder}")
+    take, still = readers.read(folder / motion), readers.read(folder / static)
+    reference = np.nanmean(still.positions, axis=0)[[still.labels.index(label) for label in take.labels]]
+    names = marker_sets.recognise(take.labels).landmarks
+    where = {name: number for number, name in enumerate(names)}
+    ankle = np.mean([reference[where[f"ankle.{side}"], 2] for side in "LR"])
+    hip = np.mean([reference[where[f"pelvis.front.{side}"], 2] for side in "LR"]) - 0.08
+    legs = {f"{part}.{side}" for part in ("thigh", "shank", "foot") for side in "LR"}
+    character = reference.copy()
+    for number, name in enumerate(names):
+        height = reference[number, 2] if set(landmarks.segments_of(name)) & legs else hip
+        character[number, 2] -= 0.3 * np.clip(height - ankle, 0.0, hip - ankle)
+    result = retarget(take.positions, reference, character, take.rate_hz, names)
+    # Feet of real people roll a little where they stand; a slide of our own would be on top of that.
+    theirs = largest_slide(take.positions, take.positions, names, np.ptp(reference[:, 2]), take.rate_hz)
+    ours = largest_slide(result, take.positions, names, np.ptp(reference[:, 2]), take.rate_hz)
+    assert ours < theirs + 0.005 * np.ptp(character[:, 2])
+    assert largest_second_difference(result) < 1.1 * largest_second_difference(take.positions)
+    for side in "LR":
+        triple = [where[f"{name}.{side}"] for name in ("pelvis.front", "knee", "ankle")]
+        before, after = (walking_figure.knee_angle(*np.moveaxis(p[:, triple], 1, 0)) for p in (take.positions, result))
+        assert np.abs(after - before).max() < 5.0

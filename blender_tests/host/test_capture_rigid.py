@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture: rotations fitted to many sets of points at once; without Blender."""
+
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture.rigid import fit_rotations, nearest_rotations, turns_between
+
+
+def random_rotations(rng, count):
+    quaternions = rng.standard_normal((count, 4))
+    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.array(rows).transpose(2, 0, 1)
+
+
+def by_singular_values(matrices):
+    left, _, right = np.linalg.svd(matrices)
+    left[:, :, 2] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[:, None]
+    return left @ right
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 1), (1, 1, 0), (1, 0.01, 0.001), (1, 1e-3, 0), (1, 1e-7, 1e-8), (-1, 1, 1)])
+def test_nearest_rotations_are_those_of_singular_values(shape):
+    rng = np.random.default_rng(4)
+    matrices = random_rotations(rng, 500) @ np.diag(shape) @ random_rotations(rng, 500)
+    matrices += 0.3 * abs(min(shape, key=abs)) * rng.standard_normal((500, 3, 3))
+    found, expected = nearest_rotations(matrices), by_singular_values(matrices)
+    assert np.abs(found @ found.swapaxes(1, 2) - np.eye(3)).max() < 1e-6
+    assert np.linalg.det(found).min() > 0.999
+    gain = ((expected - found) * matrices).sum(axis=(1, 2))
+    assert gain.max() < 1e-9 * np.abs(matrices).max()
+
+
+def test_a_rotation_is_found_with_missing_points_and_weights():
+    rng = np.random.default_rng(1)
+    turns = random_rotations(rng, 20)
+    points = rng.standard_normal((6, 3))
+    moved = np.einsum("fij,kj->fki", turns, points) + rng.standard_normal((20, 1, 3))
+    assert np.abs(fit_rotations(points, moved) - turns).max() < 1e-8
+    moved[3, :2] = np.nan
+    assert np.abs(fit_rotations(points, moved) - turns).max() < 1e-8
+    moved[:, 5] += 10.0
+    assert np.abs(fit_rotations(points, moved, [1, 1, 1, 1, 1, 0]) - turns).max() < 1e-8
+
+
+def test_what_points_leave_open_is_as_the_prior_has_it():
+    rng = np.random.default_rng(2)
+    prior = random_rotations(rng, 10)
+    line = np.linspace(0, 1, 4)[:, None] * [[0.0, 0.0, 1.0]]
+    moved = np.einsum("fij,kj->fki", prior, line)
+    assert np.abs(fit_rotations(line, moved, prior=prior) - prior).max() < 1e-6
+    assert np.abs(fit_rotations(line[:1], moved[:, :1], prior=prior) - prior).max() < 1e-6
+    nothing = np.full((10, 4, 3), np.nan)
+    assert np.abs(fit_rotations(line, nothing, prior=prior) - prior).max() < 1e-6
+    assert np.abs(fit_rotations(line, nothing) - np.eye(3)).max() < 1e-12
+    # Without a prior a line is turned the least way.
+    quarter = fit_rotations(line, line @ np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]))
+    assert np.abs(quarter @ [1.0, 0.0, 0.0] - [1.0, 0.0, 0.0]).max() < 1e-6
+
+
+def test_least_turns_between_directions():
+    rng = np.random.default_rng(3)
+    before, after = rng.standard_normal((2, 50, 3))
+    turns = turns_between(before, after)
+    turned = np.einsum("fij,fj->fi", turns, before / np.linalg.norm(before, axis=1, keepdims=True))
+    assert np.abs(turned - after / np.linalg.norm(after, axis=1, keepdims=True)).max() < 1e-12
+    axis = np.cross(before, after)
+    assert np.abs(np.einsum("fij,fj->fi", turns, axis) - axis).max() < 1e-12
+    half = turns_between(np.eye(3), -np.eye(3))
+    assert np.abs(np.einsum("fij,fj->fi", half, np.eye(3)) + np.eye(3)).max() < 1e-12
+    assert np.allclose(np.linalg.det(half), 1.0)
