@@ -46,7 +46,7 @@ def _clip(text, frames):
     runs = frame_ranges.runs(frame_ranges.parse(own_frames))
     if len(runs) != 1:
         raise SceneError(f"A clip has no gaps, but {own_frames} has. Give each part a name of its own")
-    return re.sub(r"[^\w.-]", "_", name), obj, runs[0]
+    return re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip", obj, runs[0]
 
 
 def _plan(scene, obj, numbers):

@@ -43,10 +43,10 @@ class Preparation:
     def to_keys(self):
         return self.options.target == TO_KEYS
 
-    def sample(self, find, slice_seconds=math.inf):
+    def sample(self, find):
         """Generator of the share that is done. find() as of bridge.sampling. @throws SceneError."""
         bind_input = self.posing.bind_input
-        self.samples = yield from sampling.sample(self.scene_name, find, bind_input, self.times, slice_seconds)
+        self.samples = yield from sampling.sample(self.scene_name, find, bind_input, self.times)
         spacing = bake_times.spacing(self.options.step, self.options.samples)
         self.plan = BakePlan(bind_input, self.times, spacing, self.samples.targets, self.samples.weights)
         if self.part is not None:

@@ -2,7 +2,6 @@
 """Where the handles are over time, whatever moves them: every frame is evaluated, and the controls are read then."""
 
 import math
-import time
 from dataclasses import dataclass
 
 import bpy
@@ -29,8 +28,8 @@ class Samples:
     notes: tuple
 
 
-def sample(scene_name, find, bind_input, times, slice_seconds=math.inf):
-    """Generator that yields the share that is done about every `slice_seconds`, and returns the Samples.
+def sample(scene_name, find, bind_input, times):
+    """Generator that yields the share that is done after each frame, and returns the Samples.
 
     find() returns the object, or raises SceneError if it is gone. Frames are visited in their order, as physics needs
     it, and the frame that was current is current again in the end, come what may. Handles that follow a shape key are
@@ -49,14 +48,11 @@ def sample(scene_name, find, bind_input, times, slice_seconds=math.inf):
     weights = np.ones(goals.shape[:2])
     former = (bpy.data.scenes[scene_name].frame_current, bpy.data.scenes[scene_name].frame_subframe)
     try:
-        until = time.monotonic() + slice_seconds
         for row, frame in enumerate(times):
             _set_frame(_scene(scene_name), frame)
             obj = find()
             _read(obj, bind_input, pose, frame, goals[row], weights[row])
-            if time.monotonic() >= until:
-                yield (row + 1) / len(times)
-                until = time.monotonic() + slice_seconds
+            yield (row + 1) / len(times)
     except GeneratorExit:  # perhaps Blender is about to close the file: nothing may be evaluated any more
         _put_back(scene_name, former)
         raise

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Base of the operators whose work may take long: progress, Esc, and an interface that goes on drawing."""
 
-import math
 import time
 
 import bpy
@@ -64,8 +63,8 @@ class BackgroundOperator(MeshOperator):
         """The SceneReading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
         return scene_input.start_reading(obj)
 
-    def before(self, _prepared, _slice_seconds):
-        """Generator of (stage, share that is done), about every `_slice_seconds`. @throws MeanValueError."""
+    def before(self, _prepared):
+        """Generator of (stage, share that is done), after each bit of work. @throws MeanValueError."""
         return iter(())
 
     def after(self, _prepared):
@@ -86,7 +85,7 @@ class BackgroundOperator(MeshOperator):
     def run(self, obj):
         self._remember_object(obj)
         prepared = self.prepare(obj, None)
-        for _ in self.before(prepared, math.inf):
+        for _ in self.before(prepared):
             pass
         prepared.read_triangles(obj)
         outcome = run(prepared.work(None))
@@ -150,7 +149,7 @@ class BackgroundOperator(MeshOperator):
         yield from self._read(reading)
         prepared = self.prepare(self._object(), reading)
         yield "reading the mesh", 1.0
-        yield from self.before(prepared, SLICE_SECONDS)
+        yield from _in_slices(self.before(prepared))
         prepared.read_triangles(self._object())
         self._job = Job(prepared.work)
         while not self._job.is_finished:
@@ -162,7 +161,7 @@ class BackgroundOperator(MeshOperator):
             reading = self.start_reading(self._object())
             yield from self._read(reading)
             prepared.require_unchanged(self._object(), reading)
-        yield from self.after(prepared)
+        yield from _in_slices(self.after(prepared))
         return self.finish(self._object(), prepared, outcome)
 
     def _read(self, reading):
@@ -214,3 +213,12 @@ class BackgroundOperator(MeshOperator):
         manager.progress_end()
         if context.workspace is not None:
             context.workspace.status_text_set(None)
+
+
+def _in_slices(steps):
+    """Goes on with a generator for about SLICE_SECONDS at a time, and yields what it has yielded last."""
+    until = time.monotonic() + SLICE_SECONDS
+    for progress in steps:
+        if time.monotonic() >= until:
+            yield progress
+            until = time.monotonic() + SLICE_SECONDS

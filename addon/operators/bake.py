@@ -53,9 +53,9 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         self._prepared = Preparation(obj, bpy.context.scene, self._options(obj), reading)
         return self._prepared
 
-    def before(self, prepared, slice_seconds):
+    def before(self, prepared):
         with engine.held():
-            for share in prepared.sample(self._object, slice_seconds):
+            for share in prepared.sample(self._object):
                 yield "sampling the handles", share
 
     def after(self, prepared):

@@ -70,3 +70,16 @@ def save(tmp_path, name="scene.blend"):
     path = tmp_path / name
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return path
+
+
+def saved_tube(tmp_path):
+    """(object, control, path of its cache) of animated_tube() in a saved file."""
+    obj, control = animated_tube()
+    save(tmp_path)
+    return obj, control, tmp_path / "meanvalue_cache" / f"{obj.name}.pc2"
+
+
+def rows(path):
+    """(f, n, 3) float32 of a point cache."""
+    cache = sys.modules["meanvalue_deform.core.point_cache"]
+    return cache.read_rows(path, 0, cache.read_header(path).samples)

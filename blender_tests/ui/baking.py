@@ -9,7 +9,7 @@ import tempfile
 import bpy
 import numpy as np
 from support import meshes, tasks
-from support.baking import animated_tube, played, save
+from support.baking import animated_tube, played, rows, save
 from support.snapshot import assert_same, snapshot
 
 FRAMES = 120
@@ -34,11 +34,6 @@ def tube():
 
 def cache_of(folder):
     return folder / "meanvalue_cache" / "Tube.pc2"
-
-
-def rows(path):
-    cache = sys.modules[f"{PACKAGE}.core.point_cache"]
-    return cache.read_rows(path, 0, cache.read_header(path).samples)
 
 
 @contextlib.contextmanager
