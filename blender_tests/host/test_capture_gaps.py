@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import filtering, gaps
+from addon.core.capture import filtering, gaps, readers
 from addon.core.capture.checks import InvalidMotionError
 from addon.errors import MeanValueError
 from blender_tests.support import mesh_files, walking_figure
@@ -151,7 +151,6 @@ def test_many_gaps_in_noise_give_continuous_motion():
 
 
 def test_a_real_take_without_a_complete_marker_becomes_continuous():
-    readers = pytest.importorskip("addon.core.capture.readers", reason="the readers of motion files are not here yet")
     path = mesh_files.DATA / "mocap" / "messy" / "mocap36.c3d"
     if not path.exists():
         pytest.skip(f"no {path.name} in {path.parent}")

@@ -175,15 +175,15 @@ def _carried(positions, usable, gap, variation):
     if len(neighbours) < 3:
         return None
     moving, everything = positions[gap.begin : gap.end], np.flatnonzero(seen)
-    paths = []
-    for end in ends:
-        at_end = positions[end]
-        turns = fit_rotations(at_end[everything], moving[:, everything])
-        for power in POWERS:
-            weights = (variation[neighbours] + NOISE) ** -float(power)
-            turns = fit_rotations(at_end[neighbours], moving[:, neighbours], weights, turns, PRIOR)
-        shares = weights / weights.sum()
-        paths.append(shares @ moving[:, neighbours] + turns @ (at_end[gap.marker] - shares @ at_end[neighbours]))
+    at_ends = positions[ends][:, None]  # (ends, 1, m, 3)
+    turns = fit_rotations(at_ends[:, :, everything], moving[:, everything])
+    moving, around = moving[:, neighbours], at_ends[:, :, neighbours]
+    for power in POWERS:
+        weights = (variation[neighbours] + NOISE) ** -float(power)
+        turns = fit_rotations(around, moving, weights, turns, PRIOR)
+    shares = weights / weights.sum()
+    offsets = at_ends[:, :, gap.marker] - shares @ around
+    paths = shares @ moving + np.einsum("elij,eoj->eli", turns, offsets)
     if len(paths) == 1:
         return paths[0]
     share = np.arange(1, gap.length + 1)[:, None] / (gap.length + 1)

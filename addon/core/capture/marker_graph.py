@@ -6,10 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import landmarks as places
+from .gaps import distance_variation
 from .rigid import fit_rotations
 
 #: Nearest markers that make a cell with one whose place on the body is unknown.
 NEAREST = 5
+#: How much farther a marker counts as whose distance varies (standard deviation).
+TOGETHER = 20.0
 #: Rows of frames that are worked on at once: some megabytes.
 CHUNK = 512
 
@@ -65,13 +68,15 @@ def by_segments(reference, landmarks):
     return MarkerGraph(*_padded(cells), np.array(edges, int).reshape(-1, 2), np.array(owners, int))
 
 
-def around_markers(reference, landmarks=None):
-    """The graph with one cell for each marker: those of its segments, or its NEAREST; without edges.
+def around_markers(reference, landmarks, markers):
+    """The graph with one cell for each marker, without edges: those of its segments, or NEAREST that move with it.
 
-    reference  (m, 3), no NaN; landmarks  m names or None, or None.
+    reference  (m, 3), no NaN; landmarks  m names or None; markers  (f, m, 3), from which is seen what moves together.
     """
-    distances = np.linalg.norm(reference[:, None] - reference[None], axis=2)
-    segments = places.segments(landmarks) if landmarks is not None else {}
+    near = np.linalg.norm(reference[:, None] - reference[None], axis=2)
+    variation = distance_variation(markers)
+    distances = near + TOGETHER * np.where(np.isfinite(variation), variation, near)
+    segments = places.segments(landmarks)
     cells = []
     for number in range(len(reference)):
         mates = {mate for numbers in segments.values() if number in numbers for mate in numbers} - {number}

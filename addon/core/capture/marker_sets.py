@@ -43,7 +43,7 @@ class Recognition:
         """For the artist."""
         if self.name is None:
             return f"None of the {len(self.landmarks)} names is of a known marker set."
-        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known, {len(self.absent)} of its own missing."
+        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known, {len(self.absent)} of its own not."
 
 
 def key_of(label):

@@ -46,7 +46,9 @@ def nearest_rotations(matrices):
     matrices = np.asarray(matrices, float)
     size = np.sqrt((matrices**2).sum(axis=(-1, -2), keepdims=True))
     m = matrices / np.where(size > 1e-300, size, 1.0)
-    cofactors = np.stack([np.cross(m[..., k - 2, :], m[..., k - 1, :]) for k in range(3)], axis=-2)
+    # Rows of cofactors are cross products of the other two; numpy's own is slow on few.
+    second, third = m[..., [1, 2, 0], :], m[..., [2, 0, 1], :]
+    cofactors = second[..., [1, 2, 0]] * third[..., [2, 0, 1]] - second[..., [2, 0, 1]] * third[..., [1, 2, 0]]
     determinant = (m[..., 0, :] * cofactors[..., 0, :]).sum(axis=-1)
     square = np.swapaxes(m, -1, -2) @ m
     constant = 2.0 * (square**2).sum(axis=(-1, -2)) - 1.0
@@ -54,7 +56,10 @@ def nearest_rotations(matrices):
     for _ in range(24):
         value = ((root**2 - 2.0) * root - 8.0 * determinant) * root + constant
         slope = 4.0 * (root**2 - 1.0) * root - 8.0 * determinant
-        root = root - np.where(slope > 1e-12, value / np.where(slope > 1e-12, slope, 1.0), 0.0)
+        step = np.where(slope > 1e-12, value / np.where(slope > 1e-12, slope, 1.0), 0.0)
+        root = root - step
+        if np.abs(step).max(initial=0.0) < 1e-14:
+            break
     half = 0.5 * (root**2 - 1.0)
     divisor = root * half - determinant
     is_clear = (divisor > 1e-4) & (size[..., 0, 0] > 1e-300)

@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture: markers laid onto a mesh, matched to it, and the skin under them; without Blender."""
+
+import itertools
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture import marker_sets, readers
+from addon.core.capture.checks import InvalidMotionError
+from addon.core.capture.matching import align_to_mesh, match_to_surface, one_to_one, pose_limbs, similarity
+from addon.core.capture.skin import skin_targets
+from addon.core.capture.surface import Surface, nearest_on_triangles
+from blender_tests.support import body_mesh, mesh_files, walking_figure
+
+LABELS = walking_figure.LABELS
+NAMES = marker_sets.recognise(LABELS).landmarks
+REFERENCE = walking_figure.t_pose().clean[0]
+VERTICES, TRIANGLES, BONES = body_mesh.body()
+
+
+def moved(points, matrix):
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def placed(scale, angle, shift):
+    matrix = np.eye(4)
+    matrix[:3, :3] = scale * walking_figure.turn_z(np.array(angle))
+    matrix[:3, 3] = shift
+    return matrix
+
+
+# -- picked pairs -----------------------------------------------------------------------------------------------------
+
+
+def test_a_similarity_is_found_from_picked_pairs():
+    turn = walking_figure.turn_x(np.array(0.4)) @ walking_figure.turn_z(np.array(2.0))
+    source = np.random.default_rng(0).standard_normal((5, 3))
+    target = 3.7 * source @ turn.T + [1.0, 2.0, 3.0]
+    assert np.abs(moved(source, similarity(source, target)) - target).max() < 1e-12
+    assert np.abs(moved(source[:3], similarity(source[:3], target[:3])) - target[:3]).max() < 1e-12
+    rigid = similarity(source, target, with_scale=False)
+    assert np.allclose(rigid[:3, :3], turn)
+    source[2] = np.nan
+    assert np.abs(similarity(source, target)[:3, :3] - 3.7 * turn).max() < 1e-12
+    # Mirrored points get the nearest rotation, no mirror.
+    assert np.linalg.det(similarity(target, target * [-1.0, 1.0, 1.0])[:3, :3]) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        ([[0, 0, 0], [1, 0, 0]], "2 pairs"),
+        ([[0, 0, 0], [1, 1, 0], [2, 2, 0]], "line"),
+        ([[1, 1, 1]] * 4, "line"),
+        ([[0, 0, 0], [1, 0, 0], [np.nan, 0, 0]], "2 pairs"),
+    ],
+)
+def test_pairs_that_tell_too_little_are_refused(source, says):
+    source = np.array(source, float)
+    with pytest.raises(InvalidMotionError, match=says):
+        similarity(source, source + 1.0)
+
+
+# -- without pairs ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_t_pose_is_aligned_whatever_unit_place_and_turn_the_mesh_has(seed):
+    rng = np.random.default_rng(seed)
+    truth = placed(rng.choice([0.01, 1.0, 39.4]), rng.uniform(0.0, 2.0 * np.pi), rng.uniform(-9.0, 9.0, 3))
+    markers = REFERENCE + 0.002 * rng.standard_normal((41, 3))
+    found = align_to_mesh(markers, LABELS, moved(VERTICES, truth), TRIANGLES)
+    scale = np.cbrt(np.linalg.det(truth[:3, :3]))
+    off = np.linalg.norm(moved(REFERENCE, found.matrix) - moved(REFERENCE, truth), axis=1) / scale
+    assert np.sqrt((off**2).mean()) < 0.025, "metres on an adult"
+    assert found.scale == pytest.approx(scale, rel=0.03)
+    assert found.quality < 0.01 and found.certainty > 1.2
+    assert found.matrix[2, :2] == pytest.approx([0.0, 0.0]) and found.matrix[3].tolist() == [0, 0, 0, 1]
+
+
+def test_missing_markers_and_inward_normals_do_not_matter():
+    markers = REFERENCE.copy()
+    markers[::5] = np.nan
+    for triangles in (TRIANGLES, TRIANGLES[:, ::-1]):
+        normals = Surface(VERTICES, TRIANGLES).normals()
+        found = align_to_mesh(markers, LABELS, VERTICES, triangles, normals)
+        off = np.linalg.norm(moved(REFERENCE, found.matrix) - REFERENCE, axis=1)
+        assert np.sqrt((off**2).mean()) < 0.03
+
+
+def test_names_that_nobody_knows_are_no_hindrance():
+    found = align_to_mesh(REFERENCE, [f"*{k}" for k in range(41)], VERTICES, TRIANGLES)
+    assert found.quality < 0.012
+    assert found.scale == pytest.approx(1.0, rel=0.06)
+
+
+def test_what_cannot_be_aligned_is_told():
+    with pytest.raises(InvalidMotionError, match="Only 3 markers"):
+        align_to_mesh(np.where(np.arange(41)[:, None] < 3, REFERENCE, np.nan), LABELS, VERTICES, TRIANGLES)
+    with pytest.raises(InvalidMotionError, match="flat"):
+        align_to_mesh(REFERENCE, LABELS, VERTICES * [1.0, 1.0, 0.0], TRIANGLES)
+    with pytest.raises(InvalidMotionError, match="one height"):
+        align_to_mesh(REFERENCE * [1.0, 1.0, 0.0], LABELS, VERTICES, TRIANGLES)
+    with pytest.raises(InvalidMotionError, match="no surface"):
+        align_to_mesh(REFERENCE, LABELS, VERTICES, TRIANGLES[:0])
+    with pytest.raises(InvalidMotionError, match="2 names for 41"):
+        align_to_mesh(REFERENCE, LABELS[:2], VERTICES, TRIANGLES)
+
+
+@pytest.mark.parametrize("mesh", ["models/human_man.obj", "models/human_woman.obj", "makehuman/base.obj"])
+@pytest.mark.parametrize("take", ["pig-walk/PiG_Calibration-FlatFoot-One.c3d", "rajagopal/static_walk_1.trc"])
+def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
+    for path in (mesh_files.DATA / mesh, mesh_files.DATA / "mocap" / take):
+        if not path.exists():
+            pytest.skip(f"no {path.name} in {path.parent}")
+    vertices, triangles = mesh_files.read_triangles(mesh_files.DATA / mesh)
+    if mesh.startswith("makehuman"):
+        triangles = triangles[(triangles < 13380).all(axis=1)]
+    vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]  # Y up, looking along +Z, to Blender's way
+    still = readers.read(mesh_files.DATA / "mocap" / take)
+    frame = still.frames // 2
+    found = align_to_mesh(still.positions[frame], still.labels, vertices, triangles)
+    names = marker_sets.recognise(still.labels).landmarks
+    left, right = (still.positions[frame, names.index(f"pelvis.front.{side}")] for side in "LR")
+    across = found.matrix[:3, :3] @ (left - right) / np.linalg.norm(found.matrix[:3, :3] @ (left - right))
+    assert across[0] > np.cos(np.radians(12.0)), "its left is at +X"
+    assert found.quality < 0.015
+    body_height = np.ptp(vertices[np.unique(triangles)][:, 2]) / found.scale
+    assert 1.5 < body_height < 2.0
+
+
+# -- limbs in another pose ---------------------------------------------------------------------------------------------
+
+
+def hanging(points, down=1.1, bent=0.9):
+    """The T-pose's markers with arms turned down and elbows bent forward."""
+    result, joints = points.copy(), walking_figure.t_pose().joints
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        shoulder, elbow = joints[f"shoulder.{side}"][0], joints[f"elbow.{side}"][0]
+        turn, bend = walking_figure.turn_y(np.array(sign * down)), walking_figure.turn_z(np.array(-sign * bent))
+        for part in ("WristOut", "WristIn", "HandOut", "UArmHigh", "ElbowOut"):
+            place = result[LABELS.index(side + part)]
+            if part[0] in "WH":
+                place = elbow + bend @ (place - elbow)
+            result[LABELS.index(side + part)] = shoulder + turn @ (place - shoulder)
+    return result
+
+
+@pytest.mark.parametrize("down", [0.4, 1.1])
+def test_hanging_arms_are_brought_to_those_of_the_mesh(down):
+    captured = hanging(REFERENCE, down)
+    arms = [k for k, name in enumerate(NAMES) if name.split(".")[0] in ("upper_arm", "elbow", "wrist", "hand")]
+    assert np.linalg.norm(captured - REFERENCE, axis=1).max() > 0.2
+    posed = pose_limbs(captured, NAMES, VERTICES, TRIANGLES)
+    others = np.delete(np.arange(41), arms)
+    assert np.abs(posed[others] - captured[others]).max() < 0.06
+    assert np.linalg.norm(posed - REFERENCE, axis=1)[arms].max() < 0.07, "but for twists about the arm"
+    assert match_to_surface(posed, VERTICES, TRIANGLES).distance.max() < 0.06
+    # The lengths are still those of the capture.
+    one, other = LABELS.index("LUArmHigh"), LABELS.index("LElbowOut")
+    length = [np.linalg.norm(p[one] - p[other]) for p in (posed, captured)]
+    assert length[0] == pytest.approx(length[1], rel=1e-9)
+
+
+def test_limbs_that_are_right_or_unknown_are_left_alone():
+    posed = pose_limbs(REFERENCE, NAMES, VERTICES, TRIANGLES)
+    assert np.linalg.norm(posed - REFERENCE, axis=1).max() < 0.03
+    captured = hanging(REFERENCE)
+    assert np.array_equal(pose_limbs(captured, (None,) * 41, VERTICES, TRIANGLES), captured)
+    missing = captured.copy()
+    missing[[LABELS.index("LElbowOut"), LABELS.index("RHandOut")]] = np.nan
+    posed = pose_limbs(missing, NAMES, VERTICES, TRIANGLES)
+    assert np.array_equal(np.isnan(posed), np.isnan(missing))
+    assert np.array_equal(posed[LABELS.index("LWristIn")], captured[LABELS.index("LWristIn")])
+
+
+# -- surface ----------------------------------------------------------------------------------------------------------
+
+
+def test_nearest_points_are_those_of_looking_at_every_triangle():
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-1.0, 2.0, (150, 3))
+    shares = nearest_on_triangles(points[:, None], VERTICES[TRIANGLES][None])
+    everywhere = np.einsum("ptc,tcj->ptj", shares, VERTICES[TRIANGLES])
+    least = np.linalg.norm(everywhere - points[:, None], axis=2).min(axis=1)
+    triangle, shares, point, distance = Surface(VERTICES, TRIANGLES).nearest(points)
+    assert np.abs(distance - least).max() < 1e-12
+    assert np.abs(np.einsum("kc,kcj->kj", shares, VERTICES[TRIANGLES[triangle]]) - point).max() < 1e-12
+    assert shares.min() >= 0.0 and np.abs(shares.sum(axis=1) - 1.0).max() < 1e-12
+
+
+def test_nearest_points_on_one_triangle_by_fine_sampling():
+    rng = np.random.default_rng(2)
+    grid = np.array([(u, v) for u in np.linspace(0, 1, 81) for v in np.linspace(0, 1, 81) if u + v <= 1.0 + 1e-12])
+    shares = np.column_stack([1.0 - grid.sum(axis=1), grid])
+    for corners in (*rng.standard_normal((20, 3, 3)), np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.ones((3, 3))):
+        points = 2.0 * rng.standard_normal((10, 3))
+        found = nearest_on_triangles(points, np.broadcast_to(corners, (10, 3, 3)))
+        distance = np.linalg.norm(found @ corners - points, axis=1)
+        sampled = np.linalg.norm((shares @ corners)[None] - points[:, None], axis=2).min(axis=1)
+        assert (distance <= sampled + 1e-12).all()
+        assert (distance >= sampled - 0.08).all()
+
+
+# -- one to one -------------------------------------------------------------------------------------------------------
+
+
+def test_markers_in_one_place_get_different_vertices_with_the_least_sum():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        points, places = 0.2 * rng.standard_normal((5, 3)), rng.standard_normal((6, 3))
+        chosen = one_to_one(points, places)
+        assert len(set(chosen)) == 5
+        costs = np.linalg.norm(points[:, None] - places[None], axis=2)
+        best = min(costs[range(5), list(way)].sum() for way in itertools.permutations(range(6), 5))
+        assert costs[range(5), chosen].sum() == pytest.approx(best, abs=1e-12)
+    assert sorted(one_to_one(np.zeros((8, 3)), rng.standard_normal((8, 3)))) == list(range(8))
+
+
+def test_matches_lie_on_the_surface_and_offsets_lead_back():
+    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
+    assert len(set(match.vertex)) == 41
+    back = VERTICES[match.vertex] + np.einsum("mij,mj->mi", match.frame, match.offset)
+    assert np.abs(back - REFERENCE).max() < 1e-12
+    assert np.abs(np.linalg.norm(match.point - REFERENCE, axis=1) - match.distance).max() < 1e-12
+    assert np.abs(match.frame.swapaxes(1, 2) @ match.frame - np.eye(3)).max() < 1e-12
+    assert np.allclose(np.linalg.det(match.frame), 1.0)
+    # Markers that are outside are on the normal's side.
+    outside = match.distance > 0.005
+    assert ((REFERENCE - match.point)[outside] * match.frame[outside, :, 2]).sum(axis=1).mean() > 0.0
+
+
+def test_offsets_do_not_depend_on_where_the_body_is():
+    markers = REFERENCE + 0.005 * np.random.default_rng(5).standard_normal((41, 3))  # in no plane of symmetry
+    match = match_to_surface(markers, VERTICES, TRIANGLES)
+    matrix = placed(1.0, 1.1, [3.0, 2.0, 1.0])
+    other = match_to_surface(moved(markers, matrix), moved(VERTICES, matrix), TRIANGLES)
+    assert np.array_equal(match.vertex, other.vertex)
+    # In a corner of several faces any of them may lend the tangent, so the offsets themselves may differ.
+    here, there = (np.einsum("mij,mj->mi", m.frame, m.offset) for m in (match, other))
+    assert np.abs(here @ matrix[:3, :3].T - there).max() < 1e-9
+    assert np.abs(match.frame[:, :, 2] @ matrix[:3, :3].T - other.frame[:, :, 2]).max() < 1e-9
+
+
+def test_missing_markers_match_nothing_and_small_meshes_are_told():
+    markers = REFERENCE.copy()
+    markers[4] = np.nan
+    match = match_to_surface(markers, VERTICES, TRIANGLES)
+    assert match.vertex[4] == -1 and np.isnan(match.distance[4])
+    assert (np.delete(match.vertex, 4) >= 0).all()
+    with pytest.raises(InvalidMotionError, match="3 vertices for 41 markers"):
+        match_to_surface(REFERENCE, VERTICES, TRIANGLES[:1])
+    with pytest.raises(InvalidMotionError, match="names vertex"):
+        match_to_surface(REFERENCE, VERTICES[:10], TRIANGLES)
+
+
+# -- skin -------------------------------------------------------------------------------------------------------------
+
+
+def test_at_rest_targets_are_the_anchor_vertices():
+    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
+    targets = skin_targets(REFERENCE[None], REFERENCE, match, NAMES)
+    assert np.abs(targets[0] - VERTICES[match.vertex]).max() < 1e-9
+
+
+def test_targets_turn_with_the_body():
+    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
+    turn = walking_figure.turn_x(np.array(1.2)) @ walking_figure.turn_z(np.array(2.5))
+    targets = skin_targets((REFERENCE @ turn.T)[None] + 2.0, REFERENCE, match)
+    assert np.abs(targets[0] - (VERTICES[match.vertex] @ turn.T + 2.0)).max() < 1e-8
+
+
+@pytest.mark.parametrize("names", [NAMES, None], ids=["named", "unnamed"])
+def test_on_a_walk_targets_follow_the_skin_far_better_than_offsets_that_are_not_turned(names):
+    walk = walking_figure.take(220)
+    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
+    truth = body_mesh.posed(VERTICES[match.vertex], BONES[match.vertex], np.arange(220) / 100.0)
+    # Shoulders' markers are the trunk's, but the skin that is nearest to them is an arm's.
+    same = [k for k, label in enumerate(LABELS) if "Shoulder" not in label]
+    error = np.linalg.norm(skin_targets(walk.clean, REFERENCE, match, names) - truth, axis=2)[:, same]
+    unturned = np.linalg.norm(walk.clean - (REFERENCE - VERTICES[match.vertex]) - truth, axis=2)[:, same]
+    assert np.sqrt((error**2).mean()) < 0.45 * np.sqrt((unturned**2).mean())
+    assert error.max() < 0.02
+
+
+def test_missing_neighbours_hardly_matter_and_missing_markers_stay_missing():
+    walk = walking_figure.take(120)
+    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
+    whole = skin_targets(walk.clean, REFERENCE, match, NAMES)
+    holed = walking_figure.drop_samples(walk.clean, 0.1, np.random.default_rng(0))
+    targets = skin_targets(holed, REFERENCE, match, NAMES)
+    assert np.array_equal(np.isnan(targets), np.isnan(holed))
+    assert np.sqrt(np.nanmean((targets - whole) ** 2)) < 0.003
+    with pytest.raises(InvalidMotionError, match="Only 2 markers"):
+        skin_targets(walk.clean, np.where(np.arange(41)[:, None] < 2, REFERENCE, np.nan), match)
+    with pytest.raises(InvalidMotionError, match="41 markers, but there are 5"):
+        skin_targets(walk.clean[:, :5], REFERENCE[:5], match)
