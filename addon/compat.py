@@ -43,6 +43,39 @@ def session_key(id_block):
     return id_block.as_pointer()
 
 
+def curves_to_write(id_block, action):
+    """Gives `id_block` the action, and returns the collection of those of its F-curves that move `id_block`.
+
+    From 4.4 on an action has slots, and each slot its own F-curves; before, it was for one datablock.
+    """
+    animation = id_block.animation_data or id_block.animation_data_create()
+    if animation.action != action:
+        animation.action = action
+    if not hasattr(action, "slots"):
+        return action.fcurves
+    if animation.action_slot is None:
+        animation.action_slot = action.slots.new(id_type=id_block.id_type, name=id_block.name)
+    layer = action.layers[0] if len(action.layers) else action.layers.new("Layer")
+    strip = layer.strips[0] if len(layer.strips) else layer.strips.new(type='KEYFRAME')
+    return strip.channelbag(animation.action_slot, ensure=True).fcurves
+
+
+def curves_to_read(id_block):
+    """The F-curves that move `id_block`; none if it is not animated."""
+    animation = id_block.animation_data
+    action = animation.action if animation else None
+    if action is None:
+        return ()
+    if not hasattr(action, "slots"):
+        return action.fcurves
+    for layer in action.layers if animation.action_slot else ():
+        for strip in layer.strips:
+            bag = strip.channelbag(animation.action_slot)
+            if bag is not None:
+                return bag.fcurves
+    return ()
+
+
 def surface_shader():
     """Built-in shader for faces of one colour: `pos`, uniform `color`. Needs a window."""
     return _first_shader("UNIFORM_COLOR", "3D_UNIFORM_COLOR")
@@ -62,3 +95,18 @@ def _first_shader(*names):
         with contextlib.suppress(ValueError):
             return gpu.shader.from_builtin(name)
     return gpu.shader.from_builtin(names[-1])
+
+
+def flags_of_paths():
+    """Options for a property with a path that may begin with //, where Blender wants to know (4.5 and later)."""
+    known = bpy.types.Property.bl_rna.properties
+    return {'PATH_SUPPORTS_BLEND_RELATIVE'} if "is_path_supports_blend_relative" in known else set()
+
+
+def move_modifier_to_top(obj, modifier):
+    """Makes `modifier` the first of the stack. Blender 3.4 has only an operator for that."""
+    if hasattr(obj.modifiers, "move"):
+        obj.modifiers.move(obj.modifiers.find(modifier.name), 0)
+        return
+    with bpy.context.temp_override(object=obj, active_object=obj, selected_objects=[obj]):
+        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)

@@ -26,5 +26,17 @@ class SolverError(MeanValueError):
     """The solver refused its input or failed."""
 
 
+class CacheError(MeanValueError):
+    """A file of a bake cannot be read or written: the disk is full, the folder is missing or protected."""
+
+
+class DamagedCacheError(CacheError):
+    """A file of a bake is not what was written."""
+
+
+class IncompleteCacheError(CacheError):
+    """Frames of a bake are still missing."""
+
+
 class CancelledError(MeanValueError):
     """The artist stopped the work; nothing was changed."""

@@ -13,6 +13,10 @@ POSE_KEY = "Pose"
 KEPT_KEY = "Kept Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
 
+#: What Bake makes: the modifier, and the folder of caches beside the .blend.
+CACHE_MODIFIER = "Mean-Value Cache"
+CACHE_FOLDER = "meanvalue_cache"
+
 #: Vertex groups that the add-on makes.
 HANDLE_GROUP = "Handle"
 PIN_GROUP = "Pin"

@@ -14,7 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import ids
+from . import bake_settings, ids
 from .bridge import controls, targets
 from .errors import SceneError
 
@@ -205,9 +205,24 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         default=True,
     )
     bound: PointerProperty(type=MEANVALUE_PG_bound_record)
+    influence: FloatProperty(
+        name="Influence",
+        description="How much the soft handle that this control carries counts. At 0 it is free",
+        default=1.0,
+        min=0.0,
+        max=1.0,
+        subtype='FACTOR',
+    )
+    bake: PointerProperty(type=bake_settings.MEANVALUE_PG_bake)
+    baked: PointerProperty(type=bake_settings.MEANVALUE_PG_baked)
 
 
-CLASSES = (MEANVALUE_PG_anchor_group, MEANVALUE_PG_bound_record, MEANVALUE_PG_settings)
+CLASSES = (
+    MEANVALUE_PG_anchor_group,
+    MEANVALUE_PG_bound_record,
+    *bake_settings.CLASSES,
+    MEANVALUE_PG_settings,
+)
 
 
 def register():

@@ -12,6 +12,7 @@ from .operators import (
     add_preset,
     apply_pose,
     background,
+    bake,
     bind,
     grow_region,
     keep_pose,
@@ -22,9 +23,10 @@ from .operators import (
     select_handle,
     solve,
     toggle_live,
+    unbake,
     unbind,
 )
-from .ui import anchor_list, keymap, menus, overlay, panel, presets
+from .ui import anchor_list, bake_panel, keymap, menus, overlay, panel, presets
 from .workers import job
 
 CLASSES = (
@@ -46,10 +48,13 @@ CLASSES = (
     grow_region.MEANVALUE_OT_grow_region,
     paint_region.MEANVALUE_OT_paint_region,
     paint_region.MEANVALUE_OT_finish_region,
+    bake.MEANVALUE_OT_bake,
+    unbake.MEANVALUE_OT_unbake,
     add_preset.MEANVALUE_OT_add_preset,
     presets.MEANVALUE_PT_presets,
     anchor_list.MEANVALUE_UL_anchor_groups,
     *panel.CLASSES,
+    *bake_panel.CLASSES,
     *menus.CLASSES,
 )
 

@@ -97,6 +97,29 @@ def solve_steps(binding, bind_input, targets, start=None, settle=False, executio
     return solution.vertices, summary
 
 
+def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
+    """Steps (see workers.job) to the native Sequence of rows `frames`, (begin, end), of a clip.
+
+    targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None. Rows that could
+    not be solved are told in its `errors`.
+
+    @throws SolverError, CancelledError.
+    """
+    task = _call(
+        binding.deformer.start_solve_sequence,
+        np.ascontiguousarray(targets, np.float64),
+        weights=weights,
+        frames=frames,
+        chunk=chunk,
+        overlap=overlap,
+        threads=threads,
+        execution=execution,
+        refused=REFUSED_POSE,
+    )
+    yield task
+    return _call(task.result, refused=REFUSED_POSE)
+
+
 def forget(fingerprint):
     _cache.discard(fingerprint.key)
 

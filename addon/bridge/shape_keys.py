@@ -94,6 +94,9 @@ def ensure_result_key(obj, pose_key=""):
     key = keys.key_blocks[name]
     _show_fully(keys, key)
     notes = []
+    if obj.meanvalue.baked.target:
+        key.mute = True  # else the mesh would be moved twice
+        notes.append(why_result_is_hidden(obj))
     former = "" if _is_result_of_another(obj, settings.former_result) else settings.former_result
     for other in (keys.key_blocks.get(pose_key), keys.key_blocks.get(former)):
         if other not in {None, key, keys.reference_key} and not other.mute:
@@ -187,6 +190,8 @@ def why_result_is_hidden(obj):
     key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
     if key is None:
         return None
+    if obj.meanvalue.baked.target:
+        return "a bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
     if obj.show_only_shape_key and obj.active_shape_key not in {None, key}:
         return f"'{obj.active_shape_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'"
     if key.mute:

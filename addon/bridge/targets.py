@@ -30,17 +30,18 @@ def enabled_groups(obj):
 
 def problem(obj):
     """Why there are no targets, in words, or None. Cheap enough for drawing."""
+    return handles_problem(obj) or shape_keys.result_problem(obj)
+
+
+def handles_problem(obj):
+    """As problem(), but for where the result would go."""
     groups = enabled_groups(obj)
     for group in groups:
         if group.follows == 'CONTROL':
             found = controls.problem(obj, group)
             if found:
                 return found
-    if _needs_pose(groups):
-        found = shape_keys.pose_problem(obj)
-        if found:
-            return found
-    return shape_keys.result_problem(obj)
+    return shape_keys.pose_problem(obj) if _needs_pose(groups) else None
 
 
 def pose_key(obj):
@@ -54,23 +55,36 @@ def gather(obj, bind_input):
     found = problem(obj)
     if found:
         raise SceneError(found)
-    groups = enabled_groups(obj)
-    positions = bind_input.anchor_rest.copy()
     moved_in = pose_key(obj)
     pose = shape_keys.pose_positions(obj) if moved_in else None
-    for number, group in enumerate(groups):
+    return Targets(positions(obj, bind_input, pose), pose, moved_in)
+
+
+def positions(obj, bind_input, pose):
+    """k x 3 float64: where the anchors go now; pose: as in Targets. For what has no problem(). @throws SceneError."""
+    placed = bind_input.anchor_rest.copy()
+    for number, group in enumerate(enabled_groups(obj)):
         if group.follows == 'REST' or (group.follows == 'SHAPE' and pose is None):
             continue
         members = bind_input.pieces == number
         if group.follows == 'SHAPE':
-            positions[members] = pose[bind_input.anchors][members]
+            placed[members] = pose[bind_input.anchors][members]
         else:
-            positions[members] = motion.apply(controls.move(obj, group), positions[members])
-            if not np.isfinite(positions[members]).all():
+            placed[members] = motion.apply(controls.move(obj, group), placed[members])
+            if not np.isfinite(placed[members]).all():
                 raise SceneError(
                     f"The control of handle '{group.name}' is at a place that is not a number. Reset its transform"
                 )
-    return Targets(positions, pose, moved_in)
+    return placed
+
+
+def influences(obj, bind_input):
+    """k float64, 0 to 1: how much each anchor counts now. Below 1 only for soft handles, by their controls."""
+    counts = np.ones(len(bind_input.anchors))
+    for number, group in enumerate(enabled_groups(obj)):
+        if group.is_soft and group.follows == 'CONTROL' and group.control is not None:
+            counts[bind_input.pieces == number] = group.control.meanvalue.influence
+    return counts
 
 
 def prepare_result(obj):

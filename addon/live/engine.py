@@ -4,6 +4,7 @@
 Nothing of Blender's is held: objects are known by what tells them apart while the file is open, and looked up by name.
 """
 
+import contextlib
 import traceback
 
 import bpy
@@ -17,6 +18,7 @@ _must_search = True  # for live objects: the add-on may be enabled in a file tha
 _said = None  # what the panels showed last
 _is_rendering = False
 _is_updating = False
+_is_held = False
 
 
 def scene_updated(depsgraph):
@@ -45,7 +47,7 @@ def frame_changed(depsgraph):
 def follow_all():
     """Every live object takes its controls where they are."""
     global _is_updating
-    if _is_updating or _is_rendering:
+    if _is_updating or _is_rendering or _is_held:
         return
     _is_updating = True
     try:
@@ -84,6 +86,17 @@ def leave_file():
     global _must_search
     _must_search = True
     forget()
+
+
+@contextlib.contextmanager
+def held():
+    """Inside, nothing follows: frames are gone through only to see where the controls are."""
+    global _is_held
+    _is_held = True
+    try:
+        yield
+    finally:
+        _is_held = False
 
 
 def forget():
@@ -228,7 +241,7 @@ def _keep_ticking():
 def _tick():
     """Timer: None ends it, a number calls it again after so many seconds."""
     _notice_end_of_rendering()
-    if _is_rendering:
+    if _is_rendering or _is_held:
         return 0.5
     waits = []
     for obj, follower in _objects_in_charge():

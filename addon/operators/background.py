@@ -44,7 +44,8 @@ class BackgroundOperator(MeshOperator):
     prepare() reads the scene and returns an object as workers.posing.Posing: with read_triangles(obj), which is called
     next, work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading), which
     raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
-    MeanValueError before they have changed anything. Without a window, or called to execute, all is done before the
+    MeanValueError before they have changed anything. before() and after() are for what has to be done on the main
+    thread before and after the job, in slices. Without a window, or called to execute, all is done before the
     operator returns.
     """
 
@@ -62,16 +63,41 @@ class BackgroundOperator(MeshOperator):
         """The SceneReading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
         return scene_input.start_reading(obj)
 
+    def before(self, _prepared):
+        """Generator of (stage, share that is done), after each bit of work. @throws MeanValueError."""
+        return iter(())
+
+    def after(self, _prepared):
+        """As before()."""
+        return iter(())
+
+    def progress_text(self, stage, share):
+        return f"{wording.stage(stage)}, {share:.0%}    Esc: Cancel"
+
+    def job_progress(self):
+        """(stage, share that is done) while the job runs."""
+        return self._job.progress
+
+    def stopped(self):
+        """What is said when it was stopped."""
+        return CANCELLED
+
     def run(self, obj):
+        self._remember_object(obj)
         prepared = self.prepare(obj, None)
+        for _ in self.before(prepared):
+            pass
         prepared.read_triangles(obj)
-        return self.finish(obj, prepared, run(prepared.work(None)))
+        outcome = run(prepared.work(None))
+        for _ in self.after(prepared):
+            pass
+        return self.finish(obj, prepared, outcome)
 
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
         obj = scene_input.subject(context)
-        self._object_name, self._object_identity = obj.name, compat.session_key(obj)
+        self._remember_object(obj)
         self._steps = self._all_steps()
         until = time.monotonic() + PATIENCE_SECONDS
         while time.monotonic() < until:
@@ -123,17 +149,19 @@ class BackgroundOperator(MeshOperator):
         yield from self._read(reading)
         prepared = self.prepare(self._object(), reading)
         yield "reading the mesh", 1.0
+        yield from _in_slices(self.before(prepared))
         prepared.read_triangles(self._object())
         self._job = Job(prepared.work)
         while not self._job.is_finished:
-            yield self._job.progress
+            yield self.job_progress()
         outcome = self._job.result()
         if self._job.is_cancelled:  # at the very moment when it was ready
-            raise CancelledError(CANCELLED)
+            raise CancelledError(self.stopped())
         if self._timer is not None:  # Blender went on since the scene was read
             reading = self.start_reading(self._object())
             yield from self._read(reading)
             prepared.require_unchanged(self._object(), reading)
+        yield from _in_slices(self.after(prepared))
         return self.finish(self._object(), prepared, outcome)
 
     def _read(self, reading):
@@ -156,7 +184,10 @@ class BackgroundOperator(MeshOperator):
             self._job.cancel()
             return None
         self._steps.close()
-        return self.refuse(CancelledError(CANCELLED))
+        return self.refuse(CancelledError(self.stopped()))
+
+    def _remember_object(self, obj):
+        self._object_name, self._object_identity = obj.name, compat.session_key(obj)
 
     def _object(self):
         """The object that is worked on, under its name. @throws SceneError if it is gone."""
@@ -170,7 +201,7 @@ class BackgroundOperator(MeshOperator):
         if self._job is not None and self._job.is_cancelled:
             text = "Cancelling ..."
         else:
-            text = f"{self.doing} '{self._object_name}': {wording.stage(stage)}, {share:.0%}    Esc: Cancel"
+            text = f"{self.doing} '{self._object_name}': {self.progress_text(stage, share)}"
         context.window_manager.progress_update(share)
         context.workspace.status_text_set(text)
 
@@ -182,3 +213,12 @@ class BackgroundOperator(MeshOperator):
         manager.progress_end()
         if context.workspace is not None:
             context.workspace.status_text_set(None)
+
+
+def _in_slices(steps):
+    """Goes on with a generator for about SLICE_SECONDS at a time, and yields what it has yielded last."""
+    until = time.monotonic() + SLICE_SECONDS
+    for progress in steps:
+        if time.monotonic() >= until:
+            yield progress
+            until = time.monotonic() + SLICE_SECONDS

@@ -9,6 +9,7 @@ from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
+from ..operators.bake import MEANVALUE_OT_bake
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.grow_region import MEANVALUE_OT_grow_region
 from ..operators.keep_pose import MEANVALUE_OT_keep_pose
@@ -19,6 +20,7 @@ from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.toggle_live import MEANVALUE_OT_toggle_live
+from ..operators.unbake import MEANVALUE_OT_unbake
 from ..operators.unbind import MEANVALUE_OT_unbind
 
 #: None draws a line.
@@ -43,6 +45,9 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_keep_pose,
     MEANVALUE_OT_apply_pose,
+    None,
+    MEANVALUE_OT_bake,
+    MEANVALUE_OT_unbake,
 )
 _EDIT_OPERATORS = (
     MEANVALUE_OT_add_handle,

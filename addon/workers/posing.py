@@ -43,6 +43,13 @@ class Posing:
         return cls(bind_input, targets.gather(obj, bind_input), changes)
 
     @classmethod
+    def to_bake(cls, obj, reading=None):
+        """As to_bind(), which it may be the first time. @throws SceneError; StaleBindingError as to_solve()."""
+        bind_input = scene_input.gather(obj, reading)
+        is_bound = obj.meanvalue.bound.is_bound
+        return cls(bind_input, changes=_what_changed(obj, bind_input) if is_bound else "it was not bound")
+
+    @classmethod
     def to_settle(cls, obj, reading=None):
         """As to_solve(), from the result that is there; the better answer of that and of rest. @throws likewise."""
         bind_input = scene_input.gather(obj, reading)

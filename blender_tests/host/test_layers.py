@@ -85,7 +85,7 @@ def test_addon_core_knows_nothing_of_blender():
             assert not module.startswith(above) or module == f"{above}errors", f"{path} imports {module}, above core/"
 
 
-ADDON_LAYERS = ("core", "bridge", "workers", "live", "operators", "ui")
+ADDON_LAYERS = ("core", "bridge", "workers", "live", "bake", "operators", "ui")
 
 
 @pytest.mark.parametrize("layer", ADDON_LAYERS)

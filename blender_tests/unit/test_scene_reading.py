@@ -288,6 +288,8 @@ def test_esc_at_the_moment_when_a_job_ends(part):
         _timer, _job = object(), None
         start_reading = module.MEANVALUE_OT_bind.start_reading
         _read = module.MEANVALUE_OT_bind._read
+        before, after = module.MEANVALUE_OT_bind.before, module.MEANVALUE_OT_bind.after
+        job_progress, stopped = module.MEANVALUE_OT_bind.job_progress, module.MEANVALUE_OT_bind.stopped
 
         def _object(self):
             return obj

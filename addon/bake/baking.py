@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The work of a bake, chunk by chunk: what was done before is kept, what is done stays, whatever happens."""
+
+import pathlib
+import time
+
+import numpy as np
+
+from ..core import key_reduction, point_cache
+from ..core.bake_report import BakeReport
+from ..core.chunk_store import ChunkStore, read_json, write_json
+from ..core.wording import counted
+from ..errors import CancelledError, SceneError
+from . import solving
+
+#: Of the report beside a cache.
+SCHEMA = 1
+
+
+class Baking:
+    """Steps (see workers.job) that solve a BakePlan and write what becomes of it; Blender is not touched.
+
+    plan      the BakePlan
+    posing    workers.posing.Posing of the same mesh, which binds
+    path      of the point cache; for shape keys only where the chunks and the report are
+    part      (begin, end) of the rows to bake again in the cache at `path`, or None for all
+    """
+
+    def __init__(self, plan, posing, path, part=None):
+        self.plan = plan
+        self.path = pathlib.Path(path)
+        self._posing = posing
+        self._part = part or (0, len(plan.times))
+        numbers = list(plan.numbers)[slice(*self._part)]
+        folder = self.path.with_name(f"{self.path.name.removesuffix('.pc2')}.chunks")
+        self.store = ChunkStore(folder, plan.key, numbers, plan.vertices)
+        self.done = 0
+        self.total = len(numbers)
+        self.begun_at = None
+        self._doing = 0  # rows that are being solved
+        self._execution = self._progress_before = None
+
+    def work(self, execution):
+        """Steps: binds if need be, and solves all chunks that are missing. @throws MeanValueError."""
+        self._execution = execution
+        plan = self.plan
+        wanted = [chunk for chunk in plan.chunks() if chunk[0] < self._part[1] and chunk[1] > self._part[0]]
+        for begin, end in wanted:
+            begin, end = max(begin, self._part[0]), min(end, self._part[1])
+            numbers = list(plan.numbers)[begin:end]
+            if not self.store.has(numbers):
+                yield from self._solve(begin, end, numbers, execution)
+            self.done += end - begin
+
+    def _solve(self, begin, end, numbers, execution):
+        try:
+            if self._posing.binding is None:
+                yield from self._posing.work(execution)
+            self.begun_at = self.begun_at or (time.monotonic(), self.done)
+            self._doing = end - begin
+            self._progress_before = execution.progress if execution is not None else None  # the last chunk's
+            solved = yield from solving.solve_rows(
+                self._posing.binding, self.plan.bind_input, self.plan.targets, self.plan.weights, begin, end, execution
+            )
+        except CancelledError as error:
+            raise CancelledError(self.stopped()) from error
+        finally:
+            self._doing = 0
+        self.store.write(numbers, solved.vertices, solved.report)
+
+    def stopped(self):
+        """What is said when it was stopped."""
+        kept = f"{counted(self.done, 'frame')} of {self.total:,} {'is' if self.done == 1 else 'are'} kept"
+        return f"Stopped. {kept}: Bake again goes on from there"
+
+    @property
+    def share(self):
+        """0 to 1."""
+        return self.frames_done / max(1, self.total)
+
+    @property
+    def frames_done(self):
+        """With those of the chunk that is being solved."""
+        share = self._execution.progress if self._execution is not None else 0.0
+        if share == self._progress_before:  # the solver has not begun with this chunk
+            share = 0.0
+        return min(self.total, self.done + int(share * self._doing))
+
+    @property
+    def seconds_left(self):
+        """By the frames that were solved so far, None as long as nothing is known."""
+        if self.begun_at is None or self.frames_done <= self.begun_at[1]:
+            return None
+        speed = (time.monotonic() - self.begun_at[0]) / (self.frames_done - self.begun_at[1])
+        return speed * (self.total - self.frames_done)
+
+    def write_cache(self, about):
+        """Generator of rows that are written: puts the cache together and its report beside it. Returns the BakeReport.
+
+        about: {name: text} of what was baked. @throws CacheError; the old cache is then as it was.
+        """
+        if self._part != (0, len(self.plan.times)):
+            return (yield from self._rewrite_part(about))
+        columns = yield from self.store.merge(self.path, self.plan.header)
+        report = BakeReport.of(self.plan.times, columns)
+        self.write_report(report, {**about, "key": self.plan.key, "bytes": self.plan.header.bytes})
+        self.store.remove()
+        return report
+
+    def _rewrite_part(self, about):
+        require_cache(self.path, self.plan)
+        begin, _end = self._part
+        rows = self.store.rows()
+        point_cache.write_again(self.path, begin, (rows[row][None] for row in range(len(rows))))
+        yield len(rows)
+        report = BakeReport.of(self.plan.times[slice(*self._part)], self.store.reports())
+        former = read_json(report_path(self.path)) or {}
+        frames = report.content()["frames"]
+        others = [each for each in former.get("frames", ()) if each["frame"] not in {one["frame"] for one in frames}]
+        content = {
+            **former,
+            **about,
+            "key": f"{former.get('key', '')}, in part {self.plan.key}",
+            "frames": sorted([*others, *frames], key=lambda each: each["frame"]),
+        }
+        write_json(report_path(self.path), content)
+        self.store.remove()
+        return report
+
+    def choose_keys(self, tolerance, key_step):
+        """Generator of rows that are looked at. Returns (rows to keep, their shapes, BakeReport).
+
+        tolerance: a distance, or None for every `key_step`-th row.
+        """
+        rows = self.store.rows()
+        if tolerance is None:
+            kept = key_reduction.every(len(rows), key_step)
+        else:
+            kept = yield from key_reduction.reduced(rows, self.plan.times, tolerance)
+        shapes = []
+        for row in kept:
+            shapes.append(np.array(rows[row]))
+            yield row
+        return kept, shapes, BakeReport.of(self.plan.times, self.store.reports())
+
+    def write_report(self, report, about):
+        """Beside the cache. @throws CacheError."""
+        write_json(report_path(self.path), {"schema": SCHEMA, **about, **report.content()})
+
+
+def report_path(path):
+    """Of the report that is written beside the cache `path`; it tells whose bake that is, too."""
+    path = pathlib.Path(path)
+    return path.with_name(f"{path.name}.json")
+
+
+def is_current(path, plan):
+    """Whether the cache at `path` holds what `plan` would give."""
+    marker = read_json(report_path(path))
+    try:
+        size = pathlib.Path(path).stat().st_size
+    except OSError:
+        return False
+    return marker is not None and marker.get("key") == plan.key and size == plan.header.bytes
+
+
+def require_cache(path, plan):
+    """The cache of which a part is baked again has the same samples. @throws SceneError, CacheError."""
+    if not pathlib.Path(path).exists():
+        raise SceneError(f"There is no point cache at '{path}' to bake a part of. Turn Part Only off")
+    found = point_cache.read_header(path)
+    if found != plan.header:
+        raise SceneError(
+            f"The point cache has {found.samples:,} samples of {found.vertices:,} vertices from frame {found.start:g}, "
+            f"the bake would have {plan.header.samples:,} of {plan.vertices:,} from {plan.header.start:g}. Set the "
+            "range as it was, or turn Part Only off"
+        )

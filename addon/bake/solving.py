@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Solves rows of a clip: the solver's Sequence, with a report that can be kept in a file."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import session
+
+#: The solver's `chunk` and `overlap`: a row's bits depend on them, on the whole clip and on nothing else.
+RUN_FRAMES = 48
+OVERLAP_FRAMES = 8
+
+NOT_NUMBERS = "the solver gave positions that are not numbers"
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedRows:
+    """vertices r x n x 3 float32; report {name: list of r values}, see core.bake_report."""
+
+    vertices: np.ndarray
+    report: dict
+
+
+def solve_rows(binding, bind_input, targets, weights, begin, end, execution, threads=0):
+    """Steps (see workers.job) to the SolvedRows [begin, end). targets f x k x 3 and weights are of the whole clip.
+
+    A row that cannot be solved has the shape of the one before it, and its error in the report.
+
+    @throws SolverError, CancelledError.
+    """
+    sequence = yield from session.sequence_steps(
+        binding,
+        targets,
+        weights,
+        frames=(begin, end),
+        chunk=RUN_FRAMES,
+        overlap=OVERLAP_FRAMES,
+        threads=threads,
+        execution=execution,
+    )
+    errors = [""] * (end - begin)
+    for row in range(end - begin):
+        if not np.isfinite(sequence.vertices[row]).all():
+            errors[row] = NOT_NUMBERS
+    for row, message in sequence.errors:
+        errors[row - begin] = message
+    energies = (np.asarray(sequence.energies) / bind_input.diagonal**2).tolist()
+    report = {
+        "energies": [energy if np.isfinite(energy) else None for energy in energies],
+        "iterations": [int(count) for count in sequence.iterations],
+        "converged": [bool(is_converged) for is_converged in sequence.converged],
+        "errors": errors,
+    }
+    return SolvedRows(sequence.vertices, report)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""F-curves in bulk, for objects, shape keys (`mesh.shape_keys`) and all else that can be animated."""
+
+import contextlib
+
+import bpy
+import numpy as np
+
+from .. import compat
+
+
+def write_curve(id_block, data_path, index, frames, values, interpolation='LINEAR'):
+    """Replaces the F-curve of one number by one with these keys, and returns it; None if there are no keys.
+
+    frames, values: n each; frames ascending. index: of the number in an array property, 0 for a single one.
+    interpolation: 'CONSTANT', 'LINEAR', 'BEZIER', ... from each key to the next. Handles are Blender's own (clamped),
+    so that keys whose interpolation is changed later behave. The action is made if there is none.
+    """
+    curves = compat.curves_to_write(id_block, own_action(id_block))
+    former = curves.find(data_path, index=index)
+    if former is not None:
+        curves.remove(former)
+    if len(frames) == 0:
+        return None
+    coordinates = np.empty((len(frames), 2), np.float32)
+    coordinates[:, 0], coordinates[:, 1] = frames, values
+    curve = curves.new(data_path, index=index)
+    keys = curve.keyframe_points
+    keys.add(len(coordinates))
+    keys.foreach_set("co", coordinates.ravel())
+    keys.foreach_set("interpolation", np.full(len(coordinates), _number(interpolation), np.int32))
+    curve.update()
+    return curve
+
+
+def write_vector(id_block, data_path, frames, values, interpolation='LINEAR'):
+    """write_curve() for each column of `values`, n x c."""
+    for index in range(values.shape[1]):
+        write_curve(id_block, data_path, index, frames, values[:, index], interpolation)
+
+
+def read_keys(id_block, data_path, index=0):
+    """(frames, values), n float64 each, of the keys of an F-curve; empty if there is none."""
+    curves = compat.curves_to_read(id_block)
+    curve = curves.find(data_path, index=index) if curves else None
+    if curve is None:
+        return np.empty(0), np.empty(0)
+    coordinates = np.empty(2 * len(curve.keyframe_points), np.float32)
+    curve.keyframe_points.foreach_get("co", coordinates)
+    return tuple(coordinates.reshape(-1, 2).T.astype(np.float64))
+
+
+def own_action(id_block):
+    """The action of a datablock, one that no other uses; made if there is none."""
+    animation = id_block.animation_data
+    action = animation.action if animation else None
+    if action is None:
+        return bpy.data.actions.new(id_block.name)
+    if action.users - int(action.use_fake_user) > 1:
+        return action.copy()
+    return action
+
+
+def remove_action(id_block):
+    """Takes the action off a datablock, and deletes it if nothing else needs it."""
+    animation = id_block.animation_data
+    action = animation.action if animation else None
+    if action is None:
+        return
+    animation.action = None
+    with contextlib.suppress(ReferenceError):
+        if action.users == 0:
+            bpy.data.actions.remove(action)
+
+
+def _number(interpolation):
+    """foreach_set takes enums as the numbers that they stand for."""
+    return bpy.types.Keyframe.bl_rna.properties["interpolation"].enum_items[interpolation].value

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How well the frames of a bake were solved."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import wording
+from .bake_times import named
+
+#: So many of the worst frames are listed.
+WORST_COUNT = 5
+
+
+@dataclass(frozen=True, eq=False)
+class BakeReport:
+    """Of f frames. energies: for a rest shape of diagonal 1, NaN where it failed; errors: texts, "" for none."""
+
+    times: np.ndarray
+    energies: np.ndarray
+    iterations: np.ndarray
+    converged: np.ndarray
+    errors: tuple
+
+    @classmethod
+    def of(cls, times, columns):
+        """columns: {name: f values}, as a ChunkStore keeps them."""
+        return cls(
+            np.asarray(times, np.float64),
+            np.array([np.nan if value is None else value for value in columns["energies"]], np.float64),
+            np.asarray(columns["iterations"], np.int64),
+            np.asarray(columns["converged"], bool),
+            tuple(columns["errors"]),
+        )
+
+    def worst(self):
+        """[(frame, energy)] of the largest energies, the worst first."""
+        known = np.where(np.isfinite(self.energies), self.energies, -np.inf)
+        order = np.argsort(-known, kind="stable")[:WORST_COUNT]
+        return [(named(self.times[row]), float(known[row])) for row in order if np.isfinite(known[row])]
+
+    def text(self):
+        worst = self.worst()
+        text = wording.counted(len(self.times), "sample")
+        return f"{text}, the highest energy is {worst[0][1]:.3g} at frame {worst[0][0]}" if worst else text
+
+    def notes(self):
+        """Sentences on frames to look at."""
+        failed = [row for row, error in enumerate(self.errors) if error]
+        if failed:
+            yield (
+                f"{wording.counted(len(failed), 'frame')} could not be solved ({self._frames(failed)}): "
+                f"{self.errors[failed[0]]}"
+            )
+        failed_rows = set(failed)
+        early = [row for row in np.flatnonzero(~self.converged) if row not in failed_rows]
+        if early:
+            worst = wording.listed(f"{frame} (energy {energy:.3g})" for frame, energy in self.worst())
+            yield (
+                f"{wording.counted(len(early), 'frame')} stopped before they had converged ({self._frames(early)}). "
+                f"Look at the worst ones: {worst}"
+            )
+
+    def content(self):
+        """For a JSON file."""
+        return {
+            "worst": [{"frame": frame, "energy": energy} for frame, energy in self.worst()],
+            "frames": [
+                {
+                    "frame": float(time),
+                    "energy": float(energy) if np.isfinite(energy) else None,
+                    "iterations": int(iterations),
+                    "converged": bool(converged),
+                    **({"error": error} if error else {}),
+                }
+                for time, energy, iterations, converged, error in zip(
+                    self.times, self.energies, self.iterations, self.converged, self.errors, strict=True
+                )
+            ],
+        }
+
+    def _frames(self, rows, most=8):
+        names = [named(self.times[row]) for row in rows[:most]]
+        return ", ".join(names) + (", ..." if len(rows) > most else "")

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which frames of an animated shape to keep, so that blending from one to the next gives the others."""
+
+import itertools
+
+import numpy as np
+
+
+def every(count, step):
+    """Rows 0, step, 2 step, ... of `count`, and the last one."""
+    return sorted({*range(0, count, step), count - 1})
+
+
+def reduced(rows, times, tolerance):
+    """Generator of the rows to keep: the first, the last and as few between as it takes. Yields how far it is.
+
+    Each span is as long as it can be, found by doubling and halving; every row within was looked at. So between two
+    rows that are kept no vertex is farther than `tolerance` from where the blend has it.
+
+    rows: sequence of (n, 3) float32; times: their frames, ascending; tolerance >= 0. Returns ascending row numbers.
+    """
+    kept = [0]
+    last = len(rows) - 1
+    while kept[-1] < last:
+        begin = kept[-1]
+        good, bad = begin + 1, None
+        reach = 2
+        while bad is None and good < last:
+            end = min(begin + reach, last)
+            if _blend_is_near(rows, times, begin, end, tolerance):
+                good = end
+            else:
+                bad = end
+            reach *= 2
+            yield good
+        while bad is not None and bad - good > 1:
+            middle = (good + bad) // 2
+            if _blend_is_near(rows, times, begin, middle, tolerance):
+                good = middle
+            else:
+                bad = middle
+            yield good
+        kept.append(good)
+    return kept
+
+
+def farthest(rows, times, kept):
+    """The largest distance of a vertex of any row from where the blend of the rows `kept` has it."""
+    worst = 0.0
+    for begin, end in itertools.pairwise(kept):
+        for row in range(begin + 1, end):
+            worst = max(worst, _distance(rows, times, begin, end, row))
+    return worst
+
+
+def _blend_is_near(rows, times, begin, end, tolerance):
+    """The middle first, where it is usually farthest."""
+    middle = (begin + end) // 2
+    order = sorted(range(begin + 1, end), key=lambda row: abs(row - middle))
+    return all(_distance(rows, times, begin, end, row) <= tolerance for row in order)
+
+
+def _distance(rows, times, begin, end, row):
+    share = (times[row] - times[begin]) / (times[end] - times[begin])
+    first, last = np.array(rows[begin], np.float64), np.array(rows[end], np.float64)
+    off = first + share * (last - first) - rows[row]
+    return float(np.sqrt(np.einsum("ij,ij->i", off, off).max(initial=0.0)))

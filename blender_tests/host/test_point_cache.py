@@ -1,0 +1,429 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/: point caches, chunks and their markers, lists of frames: whole files or none, whatever happens."""
+
+import errno
+import json
+import os
+import pathlib
+import random
+import signal
+import struct
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core import bake_times, frame_ranges, key_reduction, point_cache, whole_files
+from addon.core.chunk_store import ChunkStore
+from addon.errors import CacheError, DamagedCacheError, IncompleteCacheError, SceneError
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def shapes(frames, vertices=7, seed=0):
+    return np.random.default_rng(seed).standard_normal((frames, vertices, 3)).astype(np.float32)
+
+
+def header(rows, start=1.0, rate=1.0):
+    return point_cache.Header(rows.shape[1], start, rate, len(rows))
+
+
+def exhaust(steps):
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+def left_behind(folder):
+    return [path.name for path in pathlib.Path(folder).rglob("*.tmp.*")]
+
+
+# -- the format ------------------------------------------------------------------------------------------------------
+
+
+def test_the_bytes_are_those_of_the_format(tmp_path):
+    rows = shapes(3)
+    point_cache.write(tmp_path / "a.pc2", header(rows, -2.5, 0.5), [rows[:2], rows[2:]])
+    content = (tmp_path / "a.pc2").read_bytes()
+    assert content[:12] == b"POINTCACHE2\0"
+    assert struct.unpack("<iiffi", content[12:32]) == (1, 7, -2.5, 0.5, 3)
+    assert content[32:] == rows.astype("<f4").tobytes()
+
+
+def test_what_is_written_is_read(tmp_path):
+    rows = shapes(5)
+    path = tmp_path / "deep" / "a.pc2"
+    point_cache.write(path, header(rows), iter([rows]))
+    assert point_cache.read_header(path) == header(rows)
+    assert np.array_equal(point_cache.read_rows(path, 0, 5), rows)
+    assert np.array_equal(point_cache.read_rows(path, 2, 4), rows[2:4])
+    assert np.array_equal(np.concatenate(list(point_cache.portions(path))), rows)
+    assert left_behind(tmp_path) == []
+
+
+def test_float64_is_rounded_and_a_wrong_number_of_rows_leaves_nothing(tmp_path):
+    rows = shapes(2)
+    point_cache.write(tmp_path / "a.pc2", header(rows), [rows.astype(np.float64)])
+    assert np.array_equal(point_cache.read_rows(tmp_path / "a.pc2", 0, 2), rows)
+    with pytest.raises(ValueError, match="1 rows for a cache of 2"):
+        point_cache.write(tmp_path / "b.pc2", header(rows), [rows[:1]])
+    with pytest.raises(ValueError, match="7 vertices"):
+        point_cache.write(tmp_path / "b.pc2", header(rows), [shapes(2, 8)])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pc2"]
+
+
+def test_rows_are_written_again_in_a_copy(tmp_path):
+    rows, other = shapes(6), shapes(2, seed=1)
+    path = tmp_path / "a.pc2"
+    point_cache.write(path, header(rows), [rows])
+    before = path.stat().st_ino
+    point_cache.write_again(path, 3, [other[:1], other[1:]])
+    assert np.array_equal(point_cache.read_rows(path, 0, 6), np.concatenate([rows[:3], other, rows[5:]]))
+    assert path.stat().st_ino != before
+    kept = path.read_bytes()
+    with pytest.raises(ValueError, match="of a cache of 6"):
+        point_cache.write_again(path, 5, [other])
+    assert path.read_bytes() == kept
+    assert left_behind(tmp_path) == []
+
+
+@pytest.mark.parametrize("length", [0, 5, 31, 32, 100])
+def test_truncated_files_are_told(tmp_path, length):
+    rows = shapes(3)
+    path = tmp_path / "a.pc2"
+    point_cache.write(path, header(rows), [rows])
+    path.write_bytes(path.read_bytes()[:length])
+    with pytest.raises(DamagedCacheError, match=r"a\.pc2"):
+        point_cache.read_header(path)
+
+
+def test_headers_that_lie_are_told(tmp_path):
+    path = tmp_path / "a.pc2"
+    for vertices, samples in ((-1, -84), (2**31 - 1, 2**31 - 1), (7, -3)):
+        path.write_bytes(struct.pack("<12siiffi", b"POINTCACHE2\0", 1, vertices, 1.0, 1.0, samples))
+        with pytest.raises(DamagedCacheError):
+            point_cache.read_header(path)
+
+
+# -- disks -----------------------------------------------------------------------------------------------------------
+
+
+def test_an_exception_leaves_the_old_file(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"old")
+    with pytest.raises(RuntimeError), whole_files.replacing(path) as file:
+        file.write(b"new")
+        raise RuntimeError
+    assert path.read_bytes() == b"old"
+    assert left_behind(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [(errno.ENOSPC, "full"), (errno.EROFS, "may not be written"), (errno.EIO, "Choose another path")],
+)
+def test_errors_of_the_disk_are_told_and_leave_the_old_file(tmp_path, number, words):
+    rows = shapes(2)
+    path = tmp_path / "a.pc2"
+    point_cache.write(path, header(rows), [rows])
+    kept = path.read_bytes()
+
+    def portions():
+        yield rows[:1]
+        raise OSError(number, os.strerror(number))
+
+    with pytest.raises(CacheError, match=words):
+        point_cache.write(path, header(rows), portions())
+    assert path.read_bytes() == kept
+    assert left_behind(tmp_path) == []
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A folder with room for 64 KB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", folder], capture_output=True)
+    if mount.returncode:
+        pytest.skip(f"no tmpfs can be mounted here: {mount.stderr.decode().strip()}")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+def test_a_disk_that_is_really_full(small_disk):
+    small, large = shapes(2), shapes(2000)
+    path = small_disk / "a.pc2"
+    point_cache.write(path, header(small), [small])
+    kept = path.read_bytes()
+    with pytest.raises(CacheError, match=r"The disk is full: 'a\.pc2' does not fit .* are free, 168 KB are needed"):
+        point_cache.write(path, header(large), [large])
+    assert path.read_bytes() == kept
+    assert left_behind(small_disk) == []
+
+    store = ChunkStore(small_disk / "chunks", "key", range(2000), 7)
+    store.write(range(200), large[:200], {})
+    with pytest.raises(CacheError, match="goes on from what is done"):
+        store.write(range(200, 2000), large[200:], {})
+    assert store.missing() == list(range(200, 2000))
+    assert left_behind(small_disk) == []
+
+
+def test_a_folder_that_is_a_file(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CacheError, match=r"cannot be reached|Choose another path"):
+        point_cache.write(tmp_path / "file" / "a.pc2", header(shapes(1)), [shapes(1)])
+
+
+def test_what_killed_processes_left_is_taken_away_and_what_runs_is_not(tmp_path):
+    host = whole_files.socket.gethostname()
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    dead = tmp_path / f"a.tmp.{host}.{ended.pid}"
+    running = tmp_path / f"a.tmp.{host}.{os.getppid()}"
+    elsewhere = tmp_path / "a.tmp.elsewhere.1"
+    old = tmp_path / "a.tmp.elsewhere.2"
+    for path in (dead, running, elsewhere, old):
+        path.write_text("half")
+    long_ago = time.time() - 2 * whole_files.ABANDONED_SECONDS
+    os.utime(old, (long_ago, long_ago))
+    with whole_files.replacing(tmp_path / "a") as file:
+        file.write(b"whole")
+    assert [path.exists() for path in (dead, running, elsewhere, old)] == [False, True, True, False]
+
+
+# -- chunks ----------------------------------------------------------------------------------------------------------
+
+
+def filled(folder, rows, chunk=4, key="key", first=1):
+    store = ChunkStore(folder, key, range(first, first + len(rows)), rows.shape[1])
+    for begin in range(0, len(rows), chunk):
+        part = rows[begin : begin + chunk]
+        numbers = list(range(first + begin, first + begin + len(part)))
+        store.write(numbers, part, {"energies": [float(number) for number in numbers]})
+    return store
+
+
+@pytest.mark.parametrize("first", [1, -6])
+@pytest.mark.parametrize("chunk", [1, 4, 100])
+def test_merged_chunks_are_the_cache_written_at_once(tmp_path, chunk, first):
+    rows = shapes(10)
+    store = filled(tmp_path / "chunks", rows, chunk, first=first)
+    assert store.missing() == []
+    reports = exhaust(store.merge(tmp_path / "merged.pc2", header(rows, first)))
+    point_cache.write(tmp_path / "at_once.pc2", header(rows, first), [rows])
+    assert (tmp_path / "merged.pc2").read_bytes() == (tmp_path / "at_once.pc2").read_bytes()
+    assert reports == {"energies": [float(number) for number in range(first, first + 10)]}
+    assert np.array_equal(np.stack([store.rows()[k] for k in (9, 0, 5, 4, 3)]), rows[[9, 0, 5, 4, 3]])
+
+
+def test_chunks_that_overlap_and_have_gaps(tmp_path):
+    rows = shapes(10)
+    store = ChunkStore(tmp_path, "key", range(10), 7)
+    store.write([0, 1, 2, 6, 7], rows[[0, 1, 2, 6, 7]], {"energies": [0, 1, 2, 6, 7]})
+    store.write([2, 3, 4, 5, 6], rows[2:7], {"energies": [2, 3, 4, 5, 6]})
+    assert store.missing() == [8, 9]
+    with pytest.raises(IncompleteCacheError, match="2 of 10 frames are not baked yet: 8-9"):
+        exhaust(store.merge(tmp_path / "out.pc2", header(rows)))
+    store.write([8, 9], rows[8:], {"energies": [8, 9]})
+    assert exhaust(store.merge(tmp_path / "out.pc2", header(rows))) == {"energies": list(range(10))}
+    assert np.array_equal(point_cache.read_rows(tmp_path / "out.pc2", 0, 10), rows)
+
+
+def test_chunks_of_another_key_or_mesh_do_not_count(tmp_path):
+    rows = shapes(4)
+    filled(tmp_path, rows)
+    assert ChunkStore(tmp_path, "other", range(1, 5), 7).missing() == [1, 2, 3, 4]
+    assert ChunkStore(tmp_path, "key", range(1, 5), 8).missing() == [1, 2, 3, 4]
+    assert ChunkStore(tmp_path, "key", range(2, 4), 7).missing() == []
+
+
+def test_data_without_a_marker_and_cut_data_do_not_count(tmp_path):
+    store = filled(tmp_path, shapes(8))
+    (tmp_path / "+000001_+000004.json").unlink()
+    path = tmp_path / "+000005_+000008.pc2"
+    path.write_bytes(path.read_bytes()[:-1])
+    assert store.missing() == list(range(1, 9))
+
+
+def test_a_damaged_chunk_is_told_and_taken_out(tmp_path):
+    rows = shapes(8)
+    store = filled(tmp_path / "chunks", rows)
+    path = tmp_path / "chunks" / "+000005_+000008.pc2"
+    content = bytearray(path.read_bytes())
+    content[100] ^= 1
+    path.write_bytes(content)
+    (tmp_path / "out.pc2").write_bytes(b"old")
+    with pytest.raises(DamagedCacheError, match="5-8"):
+        exhaust(store.merge(tmp_path / "out.pc2", header(rows)))
+    assert (tmp_path / "out.pc2").read_bytes() == b"old"
+    assert store.missing() == [5, 6, 7, 8]
+    assert left_behind(tmp_path) == []
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"schema": 1}', "\x00"])
+def test_markers_that_make_no_sense_do_not_count(tmp_path, text):
+    store = filled(tmp_path, shapes(4))
+    (tmp_path / "+000001_+000004.json").write_text(text)
+    assert store.missing() == [1, 2, 3, 4]
+
+
+def test_the_memory_does_not_grow_with_the_frames(tmp_path):
+    import tracemalloc
+
+    peaks = []
+    for frames in (100, 800):
+        folder = tmp_path / str(frames)
+        rows = shapes(50, 1000)
+        store = ChunkStore(folder / "chunks", "key", range(frames), 1000)
+        tracemalloc.start()
+        for begin in range(0, frames, 50):
+            store.write(range(begin, begin + 50), rows, {})
+        exhaust(store.merge(folder / "out.pc2", point_cache.Header(1000, 0.0, 1.0, frames)))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.2 * peaks[0] + 200_000, peaks
+
+
+BAKER = """
+import sys, time
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+from addon.core import point_cache
+from addon.core.chunk_store import ChunkStore
+
+store = ChunkStore(sys.argv[2] + "/out.chunks", "key", range(1, 61), 2000)
+for begin in range(1, 61, 6):
+    numbers = list(range(begin, begin + 6))
+    if store.has(numbers):
+        continue
+    rows = np.stack([np.random.default_rng(number).standard_normal((2000, 3)) for number in numbers])
+    store.write(numbers, rows, {"energies": numbers})
+for _ in store.merge(sys.argv[2] + "/out.pc2", point_cache.Header(2000, 1.0, 1.0, 60)):
+    pass
+"""
+
+
+def test_killed_at_random_moments_it_goes_on_to_the_same_bytes(tmp_path):
+    def start(folder):
+        folder.mkdir(exist_ok=True)
+        return subprocess.Popen([sys.executable, "-c", BAKER, ROOT, folder])
+
+    whole = start(tmp_path / "whole")
+    begun = time.monotonic()
+    assert whole.wait() == 0
+    seconds = time.monotonic() - begun
+    wanted = (tmp_path / "whole" / "out.pc2").read_bytes()
+    chance = random.Random(5)
+    folder = tmp_path / "killed"
+    cut_short = 0
+    for _ in range(20):
+        baker = start(folder)
+        time.sleep(seconds * chance.uniform(0.2, 1.1))
+        baker.send_signal(signal.SIGKILL)
+        cut_short += baker.wait() == -signal.SIGKILL
+        if (folder / "out.pc2").exists():  # never a half file under the final name
+            assert (folder / "out.pc2").read_bytes() == wanted
+            for path in folder.rglob("*"):  # begin anew
+                if path.is_file() and chance.random() < 0.5:
+                    path.unlink()
+    assert cut_short >= 5
+    assert start(folder).wait() == 0
+    assert (folder / "out.pc2").read_bytes() == wanted
+    assert left_behind(folder) == []
+
+
+# -- frames ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ("7", [7]),
+        ("1-4", [1, 2, 3, 4]),
+        ("7-7", [7]),
+        ("41,42", [41, 42]),
+        ("1-3,10,11", [1, 2, 3, 10, 11]),
+        ("1..4", [1, 2, 3, 4]),
+        ("-5-2", list(range(-5, 3))),
+        ("-5--3", [-5, -4, -3]),
+        ("-5..-3", [-5, -4, -3]),
+        (" 3 , 1 - 2, 2", [1, 2, 3]),
+    ],
+)
+def test_lists_of_frames(text, frames):
+    assert frame_ranges.parse(text) == frames
+    assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
+
+
+@pytest.mark.parametrize("text", ["", "a", "1-", "1,,2", "1.5", "4-1", "1-2-3", "1-99999999999"])
+def test_what_is_no_list_of_frames(text):
+    with pytest.raises(SceneError, match="Write"):
+        frame_ranges.parse(text)
+
+
+def test_times():
+    assert bake_times.sample_times(1, 4).tolist() == [1, 2, 3, 4]
+    assert bake_times.sample_times(-1, 4, step=2).tolist() == [-1, 1, 3]
+    assert bake_times.sample_times(1, 2, samples=4).tolist() == [1, 1.25, 1.5, 1.75, 2]
+    assert bake_times.sample_times(3, 3).tolist() == [3]
+    with pytest.raises(SceneError, match="ends before it begins"):
+        bake_times.sample_times(4, 1)
+    assert bake_times.rows_of(bake_times.sample_times(1, 9, step=2), 2, 6) == (1, 3)
+    with pytest.raises(SceneError, match="not in the range"):
+        bake_times.rows_of(bake_times.sample_times(1, 9), 10, 20)
+
+
+@pytest.mark.parametrize(("samples", "vertices", "keys", "hurts"), [
+    (300, 10_000, None, False), (3000, 100_000, None, True), (10, 10_000, 10, False), (600, 100, 501, True),
+    (300, 500_000, 300, True),
+])  # fmt: skip
+def test_sizes_that_hurt_are_told(samples, vertices, keys, hurts):
+    assert (bake_times.size_problem(samples, vertices, keys) is not None) == hurts
+
+
+# -- which frames to keep --------------------------------------------------------------------------------------------
+
+
+def test_straight_motion_needs_two_keys_and_each_corner_one():
+    times = np.arange(31.0)
+    path = np.interp(times, [0, 10, 30], [0.0, 5.0, -5.0])
+    rows = np.zeros((31, 4, 3), np.float32)
+    rows[:, 2, 1] = path
+    assert exhaust(key_reduction.reduced(rows, times, 1e-4)) == [0, 10, 30]
+    assert exhaust(key_reduction.reduced(rows[:11], times, 1e-4)) == [0, 10]
+    assert exhaust(key_reduction.reduced(rows[:1], times, 1e-4)) == [0]
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.001, 0.05, 1.0])
+def test_every_row_is_within_the_tolerance(tolerance):
+    times = np.sort(np.random.default_rng(2).uniform(0, 40, 60))
+    phase = np.linspace(0, 6, 5)[None, :, None]
+    rows = np.sin(0.3 * times[:, None, None] + phase * [1, 2, 3]).astype(np.float32)
+    kept = exhaust(key_reduction.reduced(rows, times, tolerance))
+    assert kept[0] == 0
+    assert kept[-1] == 59
+    assert kept == sorted(set(kept))
+    assert key_reduction.farthest(rows, times, kept) <= tolerance
+    if tolerance >= 0.05:
+        assert len(kept) < 40
+    if tolerance == 0.0:
+        assert len(kept) == 60
+
+
+def test_regular_keys_have_the_last_row():
+    assert key_reduction.every(10, 1) == list(range(10))
+    assert key_reduction.every(10, 4) == [0, 4, 8, 9]
+    assert key_reduction.every(1, 4) == [0]
+
+
+def test_markers_are_json_that_others_can_read(tmp_path):
+    filled(tmp_path, shapes(4))
+    marker = json.loads((tmp_path / "+000001_+000004.json").read_text())
+    assert marker["frames"] == "1-4"
+    assert marker["bytes"] == (tmp_path / "+000001_+000004.pc2").stat().st_size

@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking to a point cache: what plays, and what moves the handles."""
+
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, steps
+from support.baking import FRAMES, animated_tube, bake, key_control, played, rest, rows, save, saved_tube, shown
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """(object, control, path of its cache) of an animated tube in a saved file."""
+    return saved_tube(tmp_path)
+
+
+# -- what plays ------------------------------------------------------------------------------------------------------
+
+
+def test_it_plays_what_was_solved_at_every_frame(saved):
+    obj, _control, path = saved
+    before = bpy.context.scene.frame_current
+    bake()
+    assert bpy.context.scene.frame_current == before
+    solved = rows(path)
+    assert solved.shape == (FRAMES, len(obj.data.vertices), 3)
+    times = range(1, FRAMES + 1)
+    assert np.array_equal(played(obj, times), solved)
+    assert np.ptp(solved, axis=0).max() > 1.0  # it moves
+    assert obj.modifiers[0].filepath == "//meanvalue_cache/Tube.pc2"
+
+
+def test_each_frame_is_what_solve_gives_to_the_tolerance(saved):
+    obj, _control, path = saved
+    bake()
+    solved = rows(path)
+    bpy.ops.meanvalue.unbake()
+    for frame in (1, 5, FRAMES):
+        bpy.context.scene.frame_set(frame)
+        steps.solve()
+        assert np.abs(handles.shown(obj) - solved[frame - 1]).max() < 2e-2, frame
+
+
+def test_handles_are_met_exactly_and_pins_do_not_move(saved):
+    obj, control, path = saved
+    relation = np.linalg.inv(np.array(obj.matrix_world.inverted() @ control.matrix_world))
+    bake()
+    resting, solved = rest(obj), rows(path)
+    for frame in range(1, FRAMES + 1):
+        bpy.context.scene.frame_set(frame)
+        move = np.array(obj.matrix_world.inverted() @ control.matrix_world) @ relation
+        wanted = resting[handles.TOP] @ move[:3, :3].T + move[:3, 3]
+        assert np.abs(solved[frame - 1][handles.TOP] - wanted).max() < 2e-5
+        assert np.array_equal(solved[frame - 1][handles.BOTTOM], resting[handles.BOTTOM])
+
+
+def test_the_object_may_move_too(saved):
+    obj, _control, path = saved
+    bake()
+    still = rows(path)
+    obj.location = (0.0, 0.0, 0.0)
+    obj.keyframe_insert("location", frame=1)
+    obj.location = (5.0, 0.0, 2.0)
+    obj.keyframe_insert("location", frame=FRAMES)
+    bake()
+    assert np.abs(rows(path) - still).max() < 1e-4  # its controls are its children
+
+
+@pytest.mark.parametrize(("options", "times"), [
+    ({"step": 3}, [1, 4, 7, 10]),
+    ({"samples": 4, "frame_range": 'OWN', "frame_start": 3, "frame_end": 5}, np.arange(3, 5.1, 0.25)),
+    ({"frame_range": 'OWN', "frame_start": -4, "frame_end": 2}, range(-4, 3)),
+    ({"frame_range": 'OWN', "frame_start": 7, "frame_end": 7}, [7]),
+])  # fmt: skip
+def test_ranges_steps_and_samples(saved, options, times):
+    obj, _control, path = saved
+    bake(**options)
+    assert len(rows(path)) == len(times)
+    assert np.array_equal(played(obj, times), rows(path))
+
+
+def test_between_samples_it_is_blended(saved):
+    obj, _control, path = saved
+    bake(step=2)
+    solved = rows(path)
+    assert np.abs(played(obj, [2, 4]) - 0.5 * (solved[:2] + solved[1:3])).max() < 1e-5
+
+
+def test_it_is_above_other_modifiers_and_they_work_on_it(saved):
+    obj, _control, path = saved
+    subdivision = obj.modifiers.new("Subdivision", 'SUBSURF')
+    subdivision.levels = 1
+    bake()
+    assert [modifier.type for modifier in obj.modifiers] == ['MESH_CACHE', 'SUBSURF']
+    bpy.context.scene.frame_set(4)
+    assert len(shown(obj)) > len(obj.data.vertices)
+    subdivision.show_viewport = False
+    assert np.array_equal(played(obj, [4])[0], rows(path)[3])
+
+
+def test_it_plays_and_renders_without_the_addon(saved, tmp_path):
+    _obj, _control, path = saved
+    bake()
+    solved = rows(path)
+    save(tmp_path)
+    bpy.ops.preferences.addon_disable(module="meanvalue_deform")
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    assert not hasattr(bpy.types.Object, "meanvalue")
+    assert np.array_equal(played(bpy.data.objects["Tube"], range(1, FRAMES + 1)), solved)
+    pictures = [rendered(frame, tmp_path) for frame in (1, 1, 4)]
+    assert np.array_equal(pictures[0], pictures[1])
+    assert np.abs(pictures[0] - pictures[2]).max() > 0.1
+
+
+def rendered(frame, tmp_path):
+    """Pixels of a small picture of the frame."""
+    scene = bpy.context.scene
+    if scene.camera is None:
+        scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        scene.collection.objects.link(scene.camera)
+        scene.camera.location, scene.camera.rotation_euler = (0.0, -30.0, 5.0), (np.pi / 2, 0.0, 0.0)
+        scene.world = bpy.data.worlds.new("Grey")
+    scene.render.engine = 'CYCLES'
+    scene.cycles.samples, scene.cycles.use_denoising = 1, False
+    scene.render.resolution_x = scene.render.resolution_y = 32
+    scene.render.film_transparent = True
+    scene.render.filepath = str(tmp_path / f"frame_{frame}.png")
+    scene.frame_set(frame)
+    bpy.ops.render.render(write_still=True)
+    picture = bpy.data.images.load(scene.render.filepath)
+    return np.array(picture.pixels).reshape(32, 32, 4)[..., 3]
+
+
+def test_it_links(saved, tmp_path):
+    _obj, _control, path = saved
+    bake()
+    save(tmp_path)
+    solved = rows(path)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with bpy.data.libraries.load(str(tmp_path / "scene.blend"), link=True) as (_there, here):
+        here.objects = ["Tube"]
+    bpy.context.scene.collection.objects.link(here.objects[0])
+    assert np.array_equal(played(here.objects[0], [1, 6, FRAMES]), solved[[0, 5, FRAMES - 1]])
+
+
+# -- what moves the handles ------------------------------------------------------------------------------------------
+
+
+def baked_top(obj, path, frames=FRAMES):
+    """(f, 3): the middle of Top at each frame, and that the modifier shows it."""
+    bake(frame_range='OWN', frame_start=1, frame_end=frames)
+    solved = rows(path)
+    assert np.array_equal(played(obj, range(1, frames + 1)), solved)
+    return solved[:, handles.TOP].mean(axis=1) - rest(obj)[handles.TOP].mean(axis=0)
+
+
+def test_a_constraint(tmp_path):
+    obj, control = handles.tube(live=False)
+    leader = bpy.data.objects.new("Leader", None)
+    bpy.context.collection.objects.link(leader)
+    leader.location = control.matrix_world.translation
+    handles.update()
+    control.constraints.new('COPY_LOCATION').target = leader
+    handles.update()
+    key_control(leader)
+    meshes.activate(obj)
+    save(tmp_path)
+    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")
+    assert np.ptp(moved[:, 0]) > 1.0
+
+
+def test_a_driver(tmp_path):
+    obj, control = handles.tube(live=False)
+    height = control.location.x
+    control.driver_add("location", 0).driver.expression = f"{height} + 0.1 * (frame - 1)"
+    meshes.activate(obj)
+    save(tmp_path)
+    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")
+    assert np.allclose(moved[:, 0], 0.1 * np.arange(FRAMES), atol=1e-4)
+
+
+def test_a_bone(tmp_path):
+    obj, control = handles.tube(live=False)
+    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+    bpy.context.collection.objects.link(armature)
+    meshes.activate(armature)
+    bpy.ops.object.mode_set(mode='EDIT')
+    bone = armature.data.edit_bones.new("Hand")
+    bone.head, bone.tail = (0.0, 0.0, 9.0), (0.0, 0.0, 10.0)
+    bpy.ops.object.mode_set(mode='OBJECT')
+    line = obj.meanvalue.anchor_groups["Top"]
+    line.control = armature
+    line.bone = "Hand"
+    bpy.data.objects.remove(control)
+    handles.update()
+    pose = armature.pose.bones["Hand"]
+    for frame, x in ((1, 0.0), (FRAMES, 2.0)):
+        pose.location = (x, 0.0, 0.0)
+        pose.keyframe_insert("location", frame=frame)
+    meshes.activate(obj)
+    save(tmp_path)
+    bpy.context.scene.frame_set(1)
+    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")
+    assert moved[0] == pytest.approx([0, 0, 0], abs=1e-4)
+    assert np.linalg.norm(moved[-1]) == pytest.approx(2.0, abs=1e-3)
+
+
+def test_physics_is_gone_through_frame_by_frame(tmp_path):
+    obj, control = handles.tube(live=False)
+    bpy.ops.mesh.primitive_cube_add(location=control.matrix_world.translation)
+    cube = bpy.context.object
+    bpy.ops.rigidbody.object_add()
+    cube.rigid_body.collision_collections[0] = True
+    handles.update()
+    line = obj.meanvalue.anchor_groups["Top"]
+    line.control = cube
+    meshes.activate(obj)
+    save(tmp_path)
+    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")
+    fall = -moved[:, 2]
+    assert fall[-1] > 0.2
+    assert (np.diff(fall)[1:] > 0).all()
+
+
+def test_influence_frees_a_soft_handle(tmp_path):
+    obj, control = animated_tube()
+    obj.meanvalue.anchor_groups["Top"].is_soft = True
+    obj.meanvalue.anchor_groups["Top"].strength = 0.9
+    save(tmp_path)
+    path = tmp_path / "meanvalue_cache" / "Tube.pc2"
+    bake()
+    pulled = rows(path)
+    control.meanvalue.influence = 0.0
+    control.keyframe_insert("meanvalue.influence", frame=1)
+    control.keyframe_insert("meanvalue.influence", frame=5)
+    control.meanvalue.influence = 1.0
+    control.keyframe_insert("meanvalue.influence", frame=6)
+    bake()
+    freed = rows(path)
+    resting = rest(obj)
+    assert np.abs(freed[:5] - resting).max() < 1e-2  # nothing pulls: it stays at rest
+    assert np.abs(pulled[4] - resting).max() > 0.5
+    assert np.abs(freed[-1] - pulled[-1]).max() < 2e-2
+
+
+def test_a_handle_in_a_shape_key_stands_still_and_is_told(saved, capfd):
+    obj, _control, path = saved
+    bpy.ops.meanvalue.add_pose_key()
+    middle = range(handles.RINGS // 2 * handles.SEGMENTS, (handles.RINGS // 2 + 1) * handles.SEGMENTS)
+    steps.list_anchors(obj, Middle=middle)
+    steps.move(obj, middle, (0.0, 0.3, 0.0))
+    obj.active_shape_key.value = 0.0
+    obj.active_shape_key.keyframe_insert("value", frame=1)
+    bake()
+    wanted = rest(obj)[middle] + np.float32((0.0, 0.3, 0.0))
+    assert np.abs(rows(path)[:, middle] - wanted).max() < 1e-5
+    assert "What follows a shape key stands still: Middle as in 'Pose'" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("how", ["eye", "eye of the collection", "viewport", "excluded", "collection"])
+def test_a_control_that_is_disabled_does_not_move_and_is_told(saved, how):
+    """Blender evaluates what is hidden by the eye, and leaves what is disabled where it is."""
+    _obj, control, path = saved
+    hidden = bpy.data.collections.new("Hidden")
+    bpy.context.scene.collection.children.link(hidden)
+    bpy.context.scene.collection.objects.unlink(control)
+    hidden.objects.link(control)
+    layer = bpy.context.view_layer.layer_collection.children["Hidden"]
+    control.hide_set(how == "eye")
+    control.hide_viewport = how == "viewport"
+    layer.hide_viewport = how == "eye of the collection"
+    layer.exclude = how == "excluded"
+    hidden.hide_viewport = how == "collection"
+    if how.startswith("eye"):
+        bake()
+        assert np.ptp(rows(path)[:, handles.TOP], axis=0).max() > 1.0
+        return
+    with steps.refused(f"'{control.name}' is disabled in viewports", "hide it by the eye"):
+        bpy.ops.meanvalue.bake()
+    assert not path.exists()

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking again, in part, after it was stopped; taking it back; what it reports."""
+
+import json
+import pathlib
+
+import bpy
+import numpy as np
+import pytest
+from support import steps
+from support.baking import FRAMES, animated_tube, bake, curves, played, rows, save, saved_tube
+from support.snapshot import assert_same, snapshot
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """(object, control, path of its cache) of an animated tube in a saved file."""
+    return saved_tube(tmp_path)
+
+
+# -- again, and back -------------------------------------------------------------------------------------------------
+
+
+def solved_rows(monkeypatch, part):
+    """A list that gets (begin, end) of everything that is solved from now on."""
+    solving = part("bake.solving")
+    asked = []
+    solve = solving.solve_rows
+
+    def counted(binding, bind_input, targets, weights, begin, end, *rest):
+        asked.append((begin, end))
+        return solve(binding, bind_input, targets, weights, begin, end, *rest)
+
+    monkeypatch.setattr(solving, "solve_rows", counted)
+    return asked
+
+
+def test_nothing_changed_nothing_to_do(saved, monkeypatch, part, capfd):
+    obj, control, path = saved
+    bake()
+    stamp = path.stat().st_mtime_ns
+    asked = solved_rows(monkeypatch, part)
+    bake()
+    assert "Nothing has changed since 'Tube' was baked" in capfd.readouterr().out
+    assert (asked, path.stat().st_mtime_ns) == ([], stamp)
+    obj.modifiers.clear()
+    bake()
+    assert (asked, path.stat().st_mtime_ns) == ([], stamp)
+    assert obj.modifiers[0].type == 'MESH_CACHE'
+    curves(control)[0].keyframe_points[1].co.y += 0.5
+    bake()
+    assert asked == [(0, FRAMES)]
+    assert len(obj.modifiers) == 1
+
+
+def test_what_was_solved_before_it_was_stopped_is_not_solved_again(saved, monkeypatch, part):
+    _obj, _control, path = saved
+    bake()
+    whole = path.read_bytes()
+    bpy.ops.meanvalue.unbake(delete_files=True)
+    plan = part("bake.plan")
+    monkeypatch.setattr(plan.BakePlan, "chunks", lambda _self: [(0, 5), (5, 10), (10, FRAMES)])
+    solving = part("bake.solving")
+    solve, asked = solving.solve_rows, []
+
+    def stopped(binding, bind_input, targets, weights, begin, end, *rest):
+        if len(asked) == 2:
+            raise part("errors").CancelledError("stopped")
+        asked.append((begin, end))
+        return solve(binding, bind_input, targets, weights, begin, end, *rest)
+
+    monkeypatch.setattr(solving, "solve_rows", stopped)
+    assert bpy.ops.meanvalue.bake() == {'CANCELLED'}
+    assert not path.exists()
+    assert sorted(each.name for each in path.with_name("Tube.chunks").glob("*.json")) == [
+        "+000001_+000005.json", "+000006_+000010.json",
+    ]  # fmt: skip
+    monkeypatch.setattr(solving, "solve_rows", solve)
+    asked = solved_rows(monkeypatch, part)
+    bake()
+    assert asked == [(10, FRAMES)]
+    assert path.read_bytes() == whole
+    assert sorted(each.name for each in path.parent.iterdir()) == ["Tube.pc2", "Tube.pc2.json"]
+
+
+def test_a_part_is_baked_again(saved):
+    _obj, control, path = saved
+    bake()
+    before = rows(path)
+    curve = curves(control)[0]
+    for point in curve.keyframe_points:
+        point.co.y += 0.5
+    curve.update()
+    bake(use_part=True, part_start=4, part_end=6)
+    after = rows(path)
+    assert np.array_equal(after[[0, 1, 2, *range(6, FRAMES)]], before[[0, 1, 2, *range(6, FRAMES)]])
+    assert np.abs(after[3:6] - before[3:6]).max() > 0.4
+    report = json.loads(pathlib.Path(f"{path}.json").read_text())
+    assert [each["frame"] for each in report["frames"]] == list(range(1, FRAMES + 1))
+    bake()
+    assert np.abs(rows(path) - before).max(axis=(1, 2)).min() > 0.4  # all of it, now
+
+
+def test_a_part_needs_the_cache_as_it_was(saved):
+    with steps.refused("no point cache", "Part Only"):
+        bpy.ops.meanvalue.bake(use_part=True, part_start=1, part_end=2)
+    bake()
+    with steps.refused("12 samples", "6 of"):
+        bpy.ops.meanvalue.bake(step=2, use_part=True, part_start=1, part_end=2)
+    with steps.refused("not in the range"):
+        bpy.ops.meanvalue.bake(use_part=True, part_start=50, part_end=60)
+
+
+def test_remove_bake_takes_back_what_bake_made(tmp_path):
+    obj, _control = animated_tube(live=True)
+    save(tmp_path)
+    bpy.context.scene.frame_set(5)
+    before = snapshot(obj)
+    assert obj.meanvalue.live
+    bake()
+    assert not obj.meanvalue.live
+    assert obj.data.shape_keys.key_blocks["Mean-Value"].mute
+    assert len(obj.modifiers) == 1
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert_same(before, snapshot(obj))
+    assert (tmp_path / "meanvalue_cache" / "Tube.pc2").exists()
+    bake()
+    assert bpy.ops.meanvalue.unbake(delete_files=True) == {'FINISHED'}
+    assert list((tmp_path / "meanvalue_cache").iterdir()) == []
+    assert not bpy.ops.meanvalue.unbake.poll()
+
+
+def test_live_does_not_move_the_mesh_twice(tmp_path):
+    obj, _control = animated_tube(live=True)
+    save(tmp_path)
+    bake()
+    assert np.array_equal(played(obj, range(1, FRAMES + 1)), rows(tmp_path / "meanvalue_cache" / "Tube.pc2"))
+
+
+def test_undo_takes_it_back_and_redo_plays_the_file(saved):
+    _obj, _control, path = saved
+    bpy.ops.ed.undo_push(message="before")
+    bake()
+    bpy.ops.ed.undo_push(message="baked")
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Tube"]
+    assert len(obj.modifiers) == 0
+    assert obj.meanvalue.baked.target == ""
+    bpy.ops.ed.redo()
+    assert np.array_equal(played(bpy.data.objects["Tube"], [1, 7]), rows(path)[[0, 6]])
+
+
+# -- reports ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_report_has_every_frame(saved, capfd):
+    _obj, _control, path = saved
+    bake()
+    report = json.loads(pathlib.Path(f"{path}.json").read_text())
+    frames = report["frames"]
+    assert [each["frame"] for each in frames] == list(range(1, FRAMES + 1))
+    assert all(each["energy"] >= 0.0 and each["converged"] in {True, False} for each in frames)
+    worst = max(frames, key=lambda each: each["energy"])
+    assert report["worst"][0] == {"frame": f"{worst['frame']:.0f}", "energy": worst["energy"]}
+    assert (report["object"], report["blend"]) == ("Tube", "scene.blend")
+    assert f"the highest energy is {worst['energy']:.3g} at frame {worst['frame']:.0f}" in capfd.readouterr().out
+
+
+def test_posing_on_does_not_move_a_baked_mesh_twice(saved):
+    obj, _control, path = saved
+    bake(target='SHAPE_KEYS', keys='EVERY')
+    baked = played(obj, [1, 6])
+    obj.meanvalue.live = True
+    assert np.abs(played(obj, [1, 6]) - baked).max() < 1e-6
+    obj.meanvalue.live = False
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert np.abs(played(obj, [1, 6]) - baked).max() < 1e-6
+    bake()
+    assert np.array_equal(played(obj, [1, 6]), rows(path)[[0, 5]])

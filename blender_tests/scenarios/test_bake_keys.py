@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking to shape keys: how many, how near, and what becomes of those that were there."""
+
+import json
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, steps
+from support.baking import FRAMES, animated_tube, bake, curves, played, rest, save
+from support.snapshot import assert_same, snapshot
+
+TIMES = range(1, FRAMES + 1)
+
+
+@pytest.fixture
+def solved(tmp_path, part):
+    """(f, n, 3) that a point cache of the animated tube has; the object is called Tube."""
+    obj, _control = animated_tube()
+    save(tmp_path)
+    bake()
+    cache = part("core.point_cache")
+    rows = cache.read_rows(tmp_path / "meanvalue_cache" / "Tube.pc2", 0, FRAMES)
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert len(obj.modifiers) == 0
+    return rows
+
+
+def tube():
+    return bpy.data.objects["Tube"]
+
+
+def baked_names(obj):
+    return json.loads(obj.meanvalue.baked.keys)
+
+
+def off(shapes, solved):
+    return float(np.linalg.norm(shapes - solved, axis=-1).max())
+
+
+def test_a_key_for_every_frame_plays_what_was_solved(solved):
+    bake(target='SHAPE_KEYS', keys='EVERY')
+    assert len(baked_names(tube())) == FRAMES
+    assert off(played(tube(), TIMES), solved) < 1e-5
+
+
+def test_every_third_frame_and_the_last(solved):
+    bake(target='SHAPE_KEYS', keys='EVERY', key_step=3, prefix="Take")
+    assert baked_names(tube()) == ["Take 0001", "Take 0004", "Take 0007", "Take 0010", "Take 0012"]
+    assert off(played(tube(), [1, 4, 7, 10, 12]), solved[[0, 3, 6, 9, 11]]) < 1e-5
+    assert off(played(tube(), [2]), solved[0] + (solved[3] - solved[0]) / 3) < 1e-5
+
+
+@pytest.mark.parametrize("use_absolute", [False, True])
+@pytest.mark.parametrize("tolerance", [0.005, 0.05, 0.5])
+def test_adaptive_keys_are_within_the_tolerance_at_every_frame(solved, tolerance, use_absolute):
+    bake(target='SHAPE_KEYS', tolerance_kind='DISTANCE', tolerance=tolerance, use_absolute=use_absolute)
+    assert off(played(tube(), TIMES), solved) <= tolerance + 1e-5
+    count = len(baked_names(tube()))
+    assert count < FRAMES
+    bpy.ops.meanvalue.unbake()
+    bake(target='SHAPE_KEYS', tolerance_kind='DISTANCE', tolerance=tolerance / 5)
+    assert len(baked_names(tube())) >= count
+
+
+def test_a_share_of_the_size(solved):
+    diagonal = float(np.linalg.norm(np.ptp(rest(tube()), axis=0)))
+    bake(target='SHAPE_KEYS', tolerance_share=1.0)
+    assert off(played(tube(), TIMES), solved) <= 0.01 * diagonal + 1e-5
+    assert len(baked_names(tube())) < FRAMES
+
+
+def test_values_cross_fade_linearly(solved):
+    bake(target='SHAPE_KEYS', keys='EVERY', key_step=4)
+    keys = tube().data.shape_keys
+    for frame in (1.0, 2.5, 5.0, 9.75, 12.0, 30.0, -5.0):
+        bpy.context.scene.frame_set(int(np.floor(frame)), subframe=frame % 1.0)
+        values = [keys.key_blocks[name].value for name in baked_names(tube())]
+        assert sum(values) == pytest.approx(1.0)
+        assert sum(value > 0 for value in values) <= 2
+    for curve in curves(keys):
+        assert {point.interpolation for point in curve.keyframe_points} == {'LINEAR'}
+        assert len(curve.keyframe_points) <= 3
+
+
+def test_absolute_keys_and_back(solved):
+    before = snapshot(tube())
+    bake(target='SHAPE_KEYS', keys='EVERY', use_absolute=True)
+    assert not tube().data.shape_keys.use_relative
+    assert off(played(tube(), TIMES), solved) < 1e-4
+    bake(target='SHAPE_KEYS', keys='EVERY', key_step=2, use_absolute=True)
+    assert off(played(tube(), [1, 3, 5]), solved[[0, 2, 4]]) < 1e-4
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert_same(before, snapshot(tube()))
+
+
+def test_sub_frames_have_their_names_and_times(solved):
+    bake(
+        target='SHAPE_KEYS', keys='EVERY', samples=2, frame_range='OWN', frame_start=-1, frame_end=1, prefix="é" * 19
+    )
+    names = baked_names(tube())
+    assert names == [f"{'é' * 19} {frame}" for frame in ("-0001", "-0000.5", "0000", "0000.5", "0001")]
+    assert all(name in tube().data.shape_keys.key_blocks for name in names)
+
+
+def test_remove_bake_leaves_the_artists_keys_and_curves(solved):
+    obj = tube()
+    obj.shape_key_add(name="Basis", from_mix=False)
+    smile = obj.shape_key_add(name="Smile", from_mix=False)
+    smile.data[0].co.x += 1.0
+    smile.keyframe_insert("value", frame=3)
+    obj.active_shape_key_index = 1
+    before = snapshot(obj)
+    bake(target='SHAPE_KEYS')
+    assert len(obj.data.shape_keys.key_blocks) > 3
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert_same(before, snapshot(obj))
+    assert [curve.data_path for curve in curves(obj.data.shape_keys)] == [
+        'key_blocks["Smile"].value'
+    ]
+
+
+def test_a_mesh_without_keys_is_without_keys_again(tmp_path):
+    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
+    steps.add_group(obj, "Bottom", handles.BOTTOM)
+    steps.add_group(obj, "Top", handles.TOP)
+    bpy.ops.meanvalue.add_pin(group="Bottom")
+    bpy.ops.meanvalue.add_handle(group="Top", live=False)
+    meshes.activate(obj)
+    had_keys = obj.data.shape_keys is not None
+    bake(target='SHAPE_KEYS', frame_range='OWN', frame_start=1, frame_end=3)
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert (obj.data.shape_keys is not None) == had_keys
+    assert not bpy.data.actions
+
+
+def test_baked_again_they_are_replaced_and_unchanged_left_alone(solved, capfd):
+    obj = tube()
+    bake(target='SHAPE_KEYS', keys='EVERY')
+    count = len(obj.data.shape_keys.key_blocks)
+    capfd.readouterr()
+    bake(target='SHAPE_KEYS', keys='EVERY')
+    assert "nothing to do" in capfd.readouterr().out
+    bake(target='SHAPE_KEYS', keys='EVERY', key_step=2)
+    assert len(obj.data.shape_keys.key_blocks) < count
+    assert off(played(obj, [1, 3, 5]), solved[[0, 2, 4]]) < 1e-5
+    bake()
+    assert obj.data.shape_keys is None
+    assert np.array_equal(played(obj, TIMES), solved)
+
+
+def test_the_report_is_written_where_the_file_is(solved, tmp_path):
+    bake(target='SHAPE_KEYS')
+    report = json.loads((tmp_path / "meanvalue_cache" / "Tube.keys.json").read_text())
+    assert [each["frame"] for each in report["frames"]] == list(TIMES)
+    assert not (tmp_path / "meanvalue_cache" / "Tube.keys.chunks").exists()
+
+
+def test_a_shared_mesh_takes_the_keys_of_one_object(solved):
+    obj = tube()
+    bake(target='SHAPE_KEYS')
+    bpy.ops.object.duplicate(linked=True)
+    copy = bpy.context.object
+    copy.meanvalue.baked.property_unset("target")
+    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    meshes.activate(copy)
+    with steps.refused(f"shared with '{obj.name}'", "Single User"):
+        bpy.ops.meanvalue.bake(target='SHAPE_KEYS')
+
+
+def test_an_unsaved_file_leaves_nothing_behind():
+    obj, _control = animated_tube()
+    bake(target='SHAPE_KEYS', keys='EVERY')
+    assert len(baked_names(obj)) == FRAMES
+    assert np.ptp(played(obj, TIMES), axis=0).max() > 1.0
+
+
+def test_settings_of_the_object_count_where_nothing_is_given(solved):
+    settings = tube().meanvalue.bake
+    settings.target, settings.keys, settings.key_step, settings.prefix = 'SHAPE_KEYS', 'EVERY', 6, "Mine"
+    bake()
+    assert baked_names(tube()) == ["Mine 0001", "Mine 0007", "Mine 0012"]
+    bake(prefix="Yours")
+    assert baked_names(tube()) == ["Yours 0001", "Yours 0007", "Yours 0012"]

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Bake refuses, with the scene and all files as they were; odd objects and names."""
+
+import pathlib
+import types
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+from support.baking import FRAMES, animated_tube, bake, curves, played, rows, save, saved_tube
+from support.snapshot import assert_same, snapshot
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """(object, control, path of its cache) of an animated tube in a saved file."""
+    return saved_tube(tmp_path)
+
+
+# -- refusals --------------------------------------------------------------------------------------------------------
+
+
+def test_an_unsaved_file_has_no_place_for_the_cache(tmp_path):
+    obj, _control = animated_tube()
+    before = snapshot(obj)
+    with steps.refused("not saved yet", "shape keys"):
+        bpy.ops.meanvalue.bake()
+    assert_same(before, snapshot(obj))
+    bake(path=str(tmp_path / "own"))
+    assert np.array_equal(played(obj, [3]), rows(tmp_path / "own.pc2")[2:3])
+
+
+@pytest.mark.parametrize(("options", "texts"), [
+    ({"frame_range": 'OWN', "frame_start": 5, "frame_end": 4}, ["ends before it begins"]),
+    ({"frame_range": 'PREVIEW'}, ["no preview range"]),
+    ({"path": "//"}, ["folder"]),
+    ({"path": "relative.pc2"}, ["no full path"]),
+    ({"use_part": True, "part_start": 3, "part_end": 2}, ["part ends before it begins"]),
+])  # fmt: skip
+def test_refused_options(saved, options, texts):
+    obj, _control, _path = saved
+    before = snapshot(obj)
+    with steps.refused(*texts):
+        bpy.ops.meanvalue.bake(**options)
+    assert_same(before, snapshot(obj))
+    assert bpy.context.scene.frame_current == 1
+
+
+def test_a_size_that_would_hurt_asks(saved):
+    with steps.refused("GB", "confirm_size"):
+        bpy.ops.meanvalue.bake(frame_range='OWN', frame_start=1, frame_end=900_000)
+    with steps.refused("901 shape keys", "confirm_size"):
+        bpy.ops.meanvalue.bake(target='SHAPE_KEYS', keys='EVERY', frame_range='OWN', frame_start=0, frame_end=900)
+
+
+def test_files_of_others_are_not_overwritten(saved):
+    obj, _control, path = saved
+    path.parent.mkdir()
+    path.write_text("precious")
+    with steps.refused("something else than a bake", "Overwrite"):
+        bpy.ops.meanvalue.bake()
+    assert path.read_text() == "precious"
+    bake(overwrite='ANY')
+    assert len(rows(path)) == FRAMES
+    with steps.refused("baked already"):
+        bpy.ops.meanvalue.bake(overwrite='NEVER')
+    bpy.ops.object.duplicate()
+    copy = bpy.context.object
+    assert copy != obj
+    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    with steps.refused("the bake of 'Tube'"):
+        bpy.ops.meanvalue.bake(path=str(path))
+
+
+def test_a_full_disk_leaves_scene_and_old_cache(saved, part, monkeypatch):
+    obj, control, path = saved
+    bake()
+    curves(control)[0].keyframe_points[1].co.y += 0.5
+    before, kept = snapshot(obj), path.read_bytes()
+
+    def full(_file):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(part("core.whole_files").os, "fsync", full)
+    with steps.refused("The disk is full", "bake again"):
+        bpy.ops.meanvalue.bake()
+    assert_same(before, snapshot(obj))
+    assert path.read_bytes() == kept
+    assert list(path.parent.rglob("*.tmp.*")) == []
+
+
+def test_a_control_that_is_scaled_to_nothing_is_told_with_its_frame(saved):
+    obj, control, path = saved
+    control.scale = (1.0, 1.0, 1.0)
+    obj.scale = (1.0, 1.0, 1.0)
+    obj.keyframe_insert("scale", frame=4)
+    obj.scale = (0.0, 0.0, 0.0)
+    obj.keyframe_insert("scale", frame=5)
+    with steps.refused("At frame 5", "scaled to nothing"):
+        bpy.ops.meanvalue.bake()
+    assert bpy.context.scene.frame_current == 1
+    assert not path.exists()
+
+
+def test_an_edited_mesh_must_be_looked_at(saved):
+    obj, _control, _path = saved
+    bake()
+    bpy.ops.meanvalue.unbake()
+    steps.edit_mesh(obj, lambda mesh: mesh.verts.new((0.0, 0.0, 0.0)))
+    with steps.refused("stale", "Bind"):
+        bpy.ops.meanvalue.bake()
+
+
+# -- objects ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["a/b", "..", "手" * 21, "x'\"\\[]", "CON"])
+def test_odd_names(tmp_path, name):
+    obj, _control = animated_tube(name)
+    save(tmp_path)
+    bake()
+    path = pathlib.Path(bpy.path.abspath(obj.modifiers[0].filepath))
+    assert path.parent == tmp_path / "meanvalue_cache"
+    assert np.array_equal(played(obj, [1, 8]), rows(path)[[0, 7]])
+
+
+def test_a_copy_with_the_same_mesh_has_a_cache_of_its_own(saved, tmp_path):
+    obj, _control, path = saved
+    bake()
+    bpy.ops.object.duplicate(linked=True)
+    copy = bpy.context.object
+    assert copy.data == obj.data
+    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    bpy.context.scene.frame_set(1)
+    meshes.activate(copy)
+    bake()
+    assert len(copy.modifiers) == 1
+    own = tmp_path / "meanvalue_cache" / f"{bpy.path.clean_name(copy.name)}.pc2"
+    assert own.exists()
+    bpy.ops.meanvalue.unbake(delete_files=True)
+    assert not own.exists()
+    assert np.array_equal(played(obj, [4]), rows(path)[3:4])
+
+
+def test_removing_the_bake_of_a_copy_keeps_the_originals_file(saved):
+    _obj, _control, path = saved
+    bake()
+    bpy.ops.object.duplicate()
+    assert bpy.ops.meanvalue.unbake(delete_files=True) == {'FINISHED'}
+    assert path.exists()
+
+
+def test_an_object_that_is_deleted_while_it_is_sampled(saved, part):
+    obj, _control, _path = saved
+    preparing, scene = part("bake.preparing"), bpy.context.scene
+    options = _options(obj, part)
+    preparation = preparing.Preparation(obj, scene, options)
+
+    def find():
+        if scene.frame_current > 5:
+            raise part("errors").SceneError("'Tube' is gone")
+        return obj
+
+    with pytest.raises(part("errors").SceneError, match="gone"):
+        list(preparation.sample(find))
+    assert scene.frame_current == 1
+
+
+def test_sampling_that_is_dropped_puts_the_frame_back(saved, part):
+    obj, _control, _path = saved
+    bpy.context.scene.frame_set(3)
+    sampling = part("bake.preparing").Preparation(obj, bpy.context.scene, _options(obj, part)).sample(lambda: obj)
+    next(sampling)
+    next(sampling)
+    assert bpy.context.scene.frame_current == 2
+    sampling.close()
+    assert bpy.context.scene.frame_current == 3
+
+
+def _options(obj, part):
+    names = part("bake_settings").NAMES
+    return types.SimpleNamespace(**{name: getattr(obj.meanvalue.bake, name) for name in names}, confirm_size=False)
