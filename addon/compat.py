@@ -76,6 +76,16 @@ def curves_to_read(id_block):
     return ()
 
 
+def file_handler():
+    """The class of what takes files that are dropped on a window (4.1 and later), or None."""
+    return getattr(bpy.types, "FileHandler", None)
+
+
+def lines_shader():
+    """Built-in shader for lines, each end of its colour: `pos`, `color`, uniforms `lineWidth`, `viewportSize`."""
+    return _first_shader("POLYLINE_FLAT_COLOR", "3D_POLYLINE_FLAT_COLOR")
+
+
 def surface_shader():
     """Built-in shader for faces of one colour: `pos`, uniform `color`. Needs a window."""
     return _first_shader("UNIFORM_COLOR", "3D_UNIFORM_COLOR")

@@ -9,7 +9,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import session
-from .bridge import controls, object_status, overlay_data, shared_readings, views
+from .bridge import controls, marker_pairs, object_status, overlay_data, shared_readings, views
 from .live import engine
 
 
@@ -82,6 +82,7 @@ def _note_active_object():
         _last_active = name
         if active is not None and active.type == 'EMPTY':
             controls.note_active(active)
+            marker_pairs.note_active(active)
 
 
 def _forget_what_was_read():

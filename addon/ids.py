@@ -26,6 +26,9 @@ REGION_GROUP = "Region"
 PRESETS_PANEL = "MEANVALUE_PT_presets"
 PRESETS_FOLDER = "meanvalue"
 
+#: The folder of the artist's own marker sets, likewise.
+MARKER_SETS_FOLDER = "meanvalue_markers"
+
 #: The solver's methods (`method` of the native Deformer), and its default rigidity.
 METHOD_FAST = "fast"
 METHOD_PAPER = "paper"

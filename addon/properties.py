@@ -14,7 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import bake_settings, ids
+from . import bake_settings, ids, properties_capture
 from .bridge import controls, targets
 from .errors import SceneError
 
@@ -123,6 +123,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     )
     made_group: BoolProperty(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
     made_control: BoolProperty(options={'HIDDEN'})
+    marker: StringProperty(options={'HIDDEN'})  # Match Markers made the line for this marker
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -213,6 +214,9 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         max=1.0,
         subtype='FACTOR',
     )
+    marker: StringProperty(options={'HIDDEN'})  # of a marker of a take: its name in the file
+    marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file
+    capture: PointerProperty(type=properties_capture.MEANVALUE_PG_capture)
     bake: PointerProperty(type=bake_settings.MEANVALUE_PG_bake)
     baked: PointerProperty(type=bake_settings.MEANVALUE_PG_baked)
 
@@ -226,6 +230,7 @@ CLASSES = (
 
 
 def register():
+    properties_capture.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     setattr(bpy.types.Object, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_settings))
@@ -235,3 +240,4 @@ def unregister():
     delattr(bpy.types.Object, ids.OBJECT_PROPERTY)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+    properties_capture.unregister()

@@ -14,19 +14,39 @@ from .operators import (
     background,
     bake,
     bind,
+    find_marker_problems,
     grow_region,
+    import_motion,
     keep_pose,
+    match_markers,
     own_controls,
     paint_region,
+    pick_marker_point,
+    reference_frame,
     remove_anchor_group,
+    remove_marker,
     reset_handles,
+    save_marker_set,
     select_handle,
+    select_marker,
     solve,
     toggle_live,
     unbake,
     unbind,
 )
-from .ui import anchor_list, bake_panel, keymap, menus, overlay, panel, presets
+from .ui import (
+    anchor_list,
+    bake_panel,
+    capture_panel,
+    file_drop,
+    keymap,
+    marker_list,
+    menus,
+    overlay,
+    pair_overlay,
+    panel,
+    presets,
+)
 from .workers import job
 
 CLASSES = (
@@ -51,15 +71,27 @@ CLASSES = (
     bake.MEANVALUE_OT_bake,
     unbake.MEANVALUE_OT_unbake,
     add_preset.MEANVALUE_OT_add_preset,
+    import_motion.MEANVALUE_OT_import_motion,
+    find_marker_problems.MEANVALUE_OT_find_marker_problems,
+    find_marker_problems.MEANVALUE_OT_show_marker_problem,
+    reference_frame.MEANVALUE_OT_set_reference_frame,
+    match_markers.MEANVALUE_OT_match_markers,
+    select_marker.MEANVALUE_OT_select_marker,
+    pick_marker_point.MEANVALUE_OT_pick_marker_point,
+    remove_marker.MEANVALUE_OT_remove_marker,
+    save_marker_set.MEANVALUE_OT_save_marker_set,
+    *marker_list.CLASSES,
     presets.MEANVALUE_PT_presets,
     anchor_list.MEANVALUE_UL_anchor_groups,
     *panel.CLASSES,
+    *capture_panel.CLASSES,
+    *file_drop.CLASSES,
     *bake_panel.CLASSES,
     *menus.CLASSES,
 )
 
 #: What is hung into Blender's own user interface.
-USER_INTERFACE = (menus, keymap, overlay)
+USER_INTERFACE = (menus, keymap, overlay, pair_overlay)
 
 
 def register():

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core import motion
 from ..errors import SceneError
-from . import selection
+from . import actions, selection
 
 #: Whether choose() is at work: the update of the property then leaves the place at rest alone.
 is_choosing = False
@@ -123,10 +123,26 @@ def choose(group, control, rest_relation):
 
 
 def remove_control(group):
-    """Deletes the control if Add Handle made it for this object."""
+    """Deletes the control, with its animation, if it was made for this object."""
     control = group.control
     if control is not None and group.made_control and owner_of(control) == group.id_data:
+        actions.remove_action(control)
         bpy.data.objects.remove(control)
+
+
+def remove_handle(obj, index):
+    """Takes a line off the list of handles, with the control and vertex group that were made for it."""
+    settings = obj.meanvalue
+    line = settings.anchor_groups[index]
+    name, control = line.name, line.control
+    if control is not None and bpy.context.view_layer.objects.active == control:
+        selection.choose(obj)
+    remove_control(line)
+    if line.made_group and name in obj.vertex_groups:
+        obj.vertex_groups.remove(obj.vertex_groups[name])
+    settings.anchor_groups.remove(index)
+    obj.update_tag()
+    settings.active_anchor_group = max(0, min(settings.active_anchor_group, len(settings.anchor_groups) - 1))
 
 
 def select(group):

@@ -5,16 +5,17 @@ from .. import ids
 from ..core import springs, wording
 from ..core.bind_input import BindInput, anchor_layout, region_mask
 from ..errors import SceneError
-from . import controls, shape_keys, targets, vertex_groups
+from . import controls, marker_pairs, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
 
 
 def subject(context):
-    """The object that the artist works on: the active one, or the mesh that it is a control of; None for none."""
+    """The object that the artist works on: the active one, or the mesh that it is a control or marker of; None for
+    none."""
     active = context.object
     if active is None or active.type == 'MESH':
         return active
-    return controls.carried_by(active) or active
+    return controls.carried_by(active) or marker_pairs.mesh_of_marker(active) or active
 
 
 def object_problem(obj):

@@ -21,6 +21,11 @@ def seconds(value):
     return f"{value:.2f} s" if value < 100.0 else f"{value:.0f} s"
 
 
+def share(value):
+    """A part of something, from 0 to 1: "0%", "less than 0.1%", "4.2%"."""
+    return "less than 0.1%" if 0.0 < value < 0.0005 else f"{value:.1%}" if value else "0%"
+
+
 def duration(value):
     """What is left of a wait, no finer than anybody wants to know: "5 s", "3 min 20 s", "2 h 05 min"."""
     whole = max(1, round(value))

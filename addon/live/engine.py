@@ -28,20 +28,28 @@ def scene_updated(depsgraph):
     _notice_end_of_rendering()
     if _must_search:
         look_for_live_objects()
-    updated = [
-        update.id.original
-        for update in depsgraph.updates
-        if isinstance(update.id, bpy.types.Object) and update.is_updated_geometry
-    ]
-    edited = [obj for obj in updated if not _is_echo(obj)]
+    edited = [obj for obj in _updated(depsgraph) if not _is_echo(obj)]
     follow_all()
     return edited
 
 
 def frame_changed(depsgraph):
-    if depsgraph.mode != 'RENDER':
-        _notice_end_of_rendering()
-        follow_all()
+    if depsgraph.mode == 'RENDER':
+        return
+    _notice_end_of_rendering()
+    for obj in _updated(depsgraph):  # what was turned live just before the frame was changed is not told otherwise
+        if follower_of(obj) is None:
+            _is_echo(obj)
+    follow_all()
+
+
+def _updated(depsgraph):
+    """The objects whose geometry or settings are others since the last evaluation."""
+    return [
+        update.id.original
+        for update in depsgraph.updates
+        if isinstance(update.id, bpy.types.Object) and update.is_updated_geometry
+    ]
 
 
 def follow_all():

@@ -6,7 +6,20 @@ from ..core import wording
 from ..errors import CancelledError, MeanValueError
 
 
-class MeshOperator:
+class Reporting:
+    """Mix-in: how operators tell what they did, and why they did nothing."""
+
+    def refuse(self, error):
+        self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))
+        return {'CANCELLED'}
+
+    def tell(self, message, warnings):
+        text = " ".join(wording.sentence(part) for part in (message, *warnings))
+        self.report({'WARNING' if warnings else 'INFO'}, text)
+        return {'FINISHED'}
+
+
+class MeshOperator(Reporting):
     """Mix-in for operators on the mesh that the artist works on. Subclasses define run(obj).
 
     run() either returns (message, [notes]) or raises MeanValueError before it has changed anything.
@@ -38,12 +51,3 @@ class MeshOperator:
         except MeanValueError as error:
             return self.refuse(error)
         return self.tell(message, warnings)
-
-    def refuse(self, error):
-        self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))
-        return {'CANCELLED'}
-
-    def tell(self, message, warnings):
-        text = " ".join(wording.sentence(part) for part in (message, *warnings))
-        self.report({'WARNING' if warnings else 'INFO'}, text)
-        return {'FINISHED'}

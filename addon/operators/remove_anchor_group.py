@@ -21,15 +21,6 @@ class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
         if index >= len(settings.anchor_groups):
             raise SceneError("No line of the list is selected. Click the anchor group to remove")
         selection.leave_edit_mode(obj)
-        line = settings.anchor_groups[index]
-        name = line.name
-        control = line.control
-        if control is not None and bpy.context.view_layer.objects.active == control:
-            selection.choose(obj)
-        controls.remove_control(line)
-        if line.made_group and name in obj.vertex_groups:
-            obj.vertex_groups.remove(obj.vertex_groups[name])
-        settings.anchor_groups.remove(index)
-        obj.update_tag()
-        settings.active_anchor_group = max(0, min(index, len(settings.anchor_groups) - 1))
+        name = settings.anchor_groups[index].name
+        controls.remove_handle(obj, index)
         return f"'{name}' holds nothing any more", []

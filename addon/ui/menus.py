@@ -11,12 +11,19 @@ from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bake import MEANVALUE_OT_bake
 from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from ..operators.grow_region import MEANVALUE_OT_grow_region
+from ..operators.import_motion import MEANVALUE_OT_import_motion
 from ..operators.keep_pose import MEANVALUE_OT_keep_pose
+from ..operators.match_markers import MEANVALUE_OT_match_markers
 from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_paint_region
+from ..operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
+from ..operators.reference_frame import MEANVALUE_OT_set_reference_frame
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.remove_marker import MEANVALUE_OT_remove_marker
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
+from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.toggle_live import MEANVALUE_OT_toggle_live
@@ -45,6 +52,14 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_keep_pose,
     MEANVALUE_OT_apply_pose,
+    None,
+    MEANVALUE_OT_import_motion,
+    MEANVALUE_OT_find_marker_problems,
+    MEANVALUE_OT_set_reference_frame,
+    MEANVALUE_OT_match_markers,
+    MEANVALUE_OT_pick_marker_point,
+    MEANVALUE_OT_remove_marker,
+    MEANVALUE_OT_save_marker_set,
     None,
     MEANVALUE_OT_bake,
     MEANVALUE_OT_unbake,
@@ -97,9 +112,17 @@ def meanvalue_draw_edit_mesh_menu(self, _context):
     self.layout.menu(MEANVALUE_MT_edit_mesh.bl_idname)
 
 
+def meanvalue_draw_import_menu(self, _context):
+    self.layout.operator(MEANVALUE_OT_import_motion.bl_idname, text="Motion Capture Markers (.c3d/.trc/.bvh)")
+
+
 CLASSES = (MEANVALUE_MT_object, MEANVALUE_MT_edit_mesh)
 
-_ENTRIES = (("VIEW3D_MT_object", meanvalue_draw_object_menu), ("VIEW3D_MT_edit_mesh", meanvalue_draw_edit_mesh_menu))
+_ENTRIES = (
+    ("VIEW3D_MT_object", meanvalue_draw_object_menu),
+    ("VIEW3D_MT_edit_mesh", meanvalue_draw_edit_mesh_menu),
+    ("TOPBAR_MT_file_import", meanvalue_draw_import_menu),
+)
 
 
 def register():

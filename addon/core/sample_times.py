@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples of a recording in the time of the scene, and the stretches where they are missing."""
+
+import numpy as np
+
+
+def sample_frames(count, rate_hz, frames_per_second, start):
+    """count float64: the scene's frames, fractional ones too, at which the samples were taken. Seconds stay seconds."""
+    return start + np.arange(count) * (frames_per_second / rate_hz)
+
+
+def runs(flags):
+    """r x 2 int: begin and end (the first after it) of each stretch of True in n bool `flags`."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return edges.reshape(-1, 2)
+
+
+def presence_keys(present, frames):
+    """(frames, values) of the keys, held to the next, of a number that is 1 where `present` (n bool), 0 elsewhere.
+
+    No keys if it is always 1.
+    """
+    if present.all():
+        return frames[:0], np.empty(0)
+    changes = np.concatenate([[0], np.flatnonzero(np.diff(present)) + 1])
+    return frames[changes], present[changes].astype(np.float64)
+
+
+def nearest_sample(frames, frame):
+    """Number of the sample nearest to a frame; `frames` ascending, not empty."""
+    return int(np.abs(frames - frame).argmin())

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Import Motion Capture: from a file to animated Empties."""
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps, take_files
+
+
+def blocks():
+    return {
+        name: sorted(block.name for block in getattr(bpy.data, name))
+        for name in ("objects", "collections", "actions", "meshes")
+    }
+
+
+def at(frame):
+    whole = int(np.floor(frame))
+    bpy.context.scene.frame_set(whole, subframe=float(frame - whole))
+
+
+@pytest.mark.parametrize("rate, fps, base", [(100.0, 24, 1.0), (119.88, 30, 1.001), (30.0, 30, 1.0), (10.0, 24, 1.0)])
+def test_one_second_stays_one_second(tmp_path, rate, fps, base):
+    scene = bpy.context.scene
+    scene.render.fps, scene.render.fps_base = fps, base
+    labels, positions = take_files.waves()
+    take = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions, rate), start_frame=11)
+    assert (scene.render.fps, round(scene.render.fps_base, 6)) == (fps, base)
+    for empty in take.objects:
+        frames = take_files.keys(empty, "location")[:, 0]
+        seconds = (frames - 11.0) * base / fps
+        assert np.allclose(seconds, np.arange(120) / rate, atol=1e-5 * 120)
+    assert scene.frame_end >= frames[-1]
+
+
+def test_the_scene_may_take_the_rate_of_the_capture(tmp_path):
+    scene = bpy.context.scene
+    labels, positions = take_files.waves()
+    path = take_files.write_trc(tmp_path / "swing.trc", labels, positions, 119.88)
+    take = take_files.bring_in(path, time='CAPTURE')
+    assert scene.render.fps / scene.render.fps_base == pytest.approx(119.88, rel=1e-6)
+    assert np.array_equal(take_files.keys(take.objects[0], "location")[:, 0], np.arange(1, 121))
+
+
+def test_markers_are_where_the_file_says(tmp_path):
+    labels, positions = take_files.waves()
+    take = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
+    assert take.name == "swing"
+    assert [empty.meanvalue.marker for empty in take.objects] == list(labels)
+    for number, empty in enumerate(take.objects):
+        values = np.stack([take_files.keys(empty, "location", axis)[:, 1] for axis in range(3)], axis=1)
+        assert np.array_equal(values.astype(np.float32), positions[:, number])
+        assert (empty.type, empty.empty_display_type) == ('EMPTY', 'SPHERE')
+    for sample in (0, 17, 119):
+        at(1.0 + sample * 0.24)
+        shown = np.array([empty.matrix_world.translation for empty in take.objects])
+        assert np.allclose(shown, positions[sample], atol=1e-5)
+
+
+def test_unit_scale_and_up_axis_of_the_artist(tmp_path):
+    labels, positions = take_files.waves()
+    path = take_files.write_trc(tmp_path / "swing.trc", labels, positions, unit="mm")
+    take = take_files.bring_in(path, up_axis='Y', unit='CENTIMETRES', scale=2.0)
+    at(1.0)
+    for number, empty in enumerate(take.objects):
+        x, y, z = positions[0, number] * 0.02
+        assert empty.matrix_world.translation.z == pytest.approx(y, abs=1e-6)
+        assert sorted(map(abs, empty.matrix_world.translation)) == pytest.approx(sorted(map(abs, (x, y, z))), abs=1e-6)
+
+
+def test_gaps_are_no_keys_and_never_zeros(tmp_path):
+    labels, positions = take_files.waves()
+    positions[20:40, 1] = positions[:7, 2] = positions[100:, 3] = np.nan
+    take = take_files.bring_in(take_files.write_trc(tmp_path / "gaps.trc", labels, positions))
+    empties = {empty.meanvalue.marker: empty for empty in take.objects}
+    for number, label in enumerate(labels):
+        found = take_files.keys(empties[label], "location")
+        samples = np.rint((found[:, 0] - 1.0) / 0.24).astype(int)
+        assert np.array_equal(samples, np.flatnonzero(~np.isnan(positions[:, number, 0])))
+        present = ~np.isnan(positions[:, number, 0])
+        curve = take_files.keys(empties[label], "meanvalue.influence")
+        assert (len(curve) == 0) == present.all()
+        for sample in range(0, 120, 3):
+            at(1.0 + 0.24 * sample + 0.01)
+            assert empties[label].meanvalue.influence == (1.0 if present[sample] else 0.0), (label, sample)
+            near = np.abs(np.array(empties[label].location) - np.nanmean(positions[:, number], axis=0))
+            assert near.max() < 0.5, (label, sample)  # not at the origin
+
+
+def test_a_marker_that_is_never_seen_gets_no_empty(tmp_path):
+    labels, positions = take_files.waves()
+    positions[:, 2] = np.nan
+    take = take_files.bring_in(take_files.write_trc(tmp_path / "unseen.trc", labels, positions))
+    assert [empty.meanvalue.marker for empty in take.objects] == [label for label in labels if label != "M2"]
+
+
+def test_several_files_at_once(tmp_path):
+    labels, positions = take_files.waves()
+    for name in ("one.trc", "two.trc"):
+        take_files.write_trc(tmp_path / name, labels, positions)
+    files = [{"name": "one.trc"}, {"name": "two.trc"}]
+    assert bpy.ops.meanvalue.import_motion(files=files, directory=str(tmp_path), up_axis='Z') == {'FINISHED'}
+    assert [collection.name for collection in bpy.data.collections] == ["one", "two"]
+    assert all(len(collection.objects) == 5 for collection in bpy.data.collections)
+
+
+def test_one_undo_takes_all_of_it_back(tmp_path):
+    meshes.grid()
+    bpy.ops.ed.undo_push(message="Before")
+    scene = bpy.context.scene
+    before = blocks(), scene.frame_end, scene.render.fps
+    labels, positions = take_files.waves(frames=2000)
+    take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions), time='CAPTURE')
+    assert blocks() != before[0]
+    bpy.ops.ed.undo_push(message="Import")
+    bpy.ops.ed.undo()
+    scene = bpy.context.scene
+    assert (blocks(), scene.frame_end, scene.render.fps) == before
+
+
+def test_wrong_files_are_refused_by_name_and_leave_nothing(tmp_path):
+    labels, positions = take_files.waves()
+    good = take_files.write_trc(tmp_path / "good.trc", labels, positions)
+    (tmp_path / "bad.trc").write_text("not a motion file\n")
+    before = blocks()
+    with steps.refused("bad.trc"):
+        bpy.ops.meanvalue.import_motion(filepath=str(tmp_path / "bad.trc"))
+    with steps.refused("missing.trc"):
+        bpy.ops.meanvalue.import_motion(filepath=str(tmp_path / "missing.trc"))
+    with steps.refused("bad.trc"):
+        files = [{"name": "good.trc"}, {"name": "bad.trc"}]
+        bpy.ops.meanvalue.import_motion(files=files, directory=str(tmp_path))
+    with steps.refused("No file is chosen"):
+        bpy.ops.meanvalue.import_motion(filepath="")
+    assert blocks() == before
+    assert good
+
+
+def test_an_error_half_way_leaves_nothing(tmp_path, part, monkeypatch):
+    labels, positions = take_files.waves()
+    path = take_files.write_trc(tmp_path / "swing.trc", labels, positions)
+    before = blocks()
+    write = part("bridge.actions").write_vector
+    calls = []
+
+    def fails_at_the_third(*arguments):
+        calls.append(arguments)
+        if len(calls) == 3:
+            raise part("errors").SceneError("no more room")
+        write(*arguments)
+
+    monkeypatch.setattr(part("bridge.actions"), "write_vector", fails_at_the_third)
+    rate = bpy.context.scene.render.fps
+    with steps.refused("o more room"):
+        bpy.ops.meanvalue.import_motion(filepath=path, time='CAPTURE')
+    assert blocks() == before
+    assert bpy.context.scene.render.fps == rate
+
+
+def test_a_mesh_that_is_worked_on_stays_active_and_gets_the_take(tmp_path):
+    obj = meshes.grid()
+    labels, positions = take_files.waves()
+    take = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
+    assert bpy.context.object == obj
+    assert obj.meanvalue.capture.take == take
+    assert [pair.name for pair in obj.meanvalue.capture.pairs] == list(labels)
+
+
+def test_the_report_counts(tmp_path, capfd):
+    labels, positions = take_files.waves()
+    positions[20:40, 1] = np.nan
+    take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
+    text = capfd.readouterr().out
+    for part_of_it in ("5 markers", "120 samples", "1.19 s", "100 Hz", "1 gap", "3.3%"):
+        assert part_of_it in text, text
+
+
+def test_long_takes(tmp_path, part):
+    """10,000 samples of 60 markers: every key is there, and frames far on are still told apart."""
+    labels, positions = take_files.waves(frames=10000, markers=60)
+    take_class = part("core.capture.take").Take
+    take = take_class("long", 100.0, 1, labels, positions.astype(np.float64))
+    frames = part("core.sample_times").sample_frames(10000, 100.0, 24.0, 1)
+    collection = part("bridge.takes").make(take, frames)
+    recording = part("bridge.takes").read(collection)
+    assert recording.labels == labels
+    assert np.array_equal(recording.positions.astype(np.float32), positions)
+    assert np.allclose(recording.frames, frames, atol=1e-3)
+
+
+def test_what_was_edited_is_read_back(tmp_path, part):
+    labels, positions = take_files.waves()
+    positions[50:60, 0] = np.nan
+    take = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
+    takes = part("bridge.takes")
+    read = takes.read(take)
+    assert np.array_equal(read.positions.astype(np.float32), positions, equal_nan=True)
+    assert np.allclose(read.frames, 1.0 + 0.24 * np.arange(120))
+    action = take.objects[1].animation_data.action
+    curves = list(action.fcurves) if hasattr(action, "fcurves") else list(take_files._bag(take.objects[1]).fcurves)
+    for curve in curves:
+        curve.keyframe_points.remove(curve.keyframe_points[7])
+    assert np.isnan(takes.read(take).positions[7, 1]).all()
+    for factor in (1.5, 2.0 / 1.5):
+        for key in curves[0].keyframe_points:
+            key.co.x *= factor
+        curves[0].update()
+        with pytest.raises(part("errors").SceneError, match=r"Keys may be moved in value"):
+            takes.read(take)
+
+
+def test_markers_under_a_moved_parent_are_read_where_they_are(tmp_path, part):
+    labels, positions = take_files.waves()
+    take = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
+    stand = bpy.data.objects.new("Stand", None)
+    bpy.context.collection.objects.link(stand)
+    stand.location, stand.scale = (1.0, 2.0, 3.0), (2.0, 2.0, 2.0)
+    for empty in take.objects:
+        empty.parent = stand
+    bpy.context.view_layer.update()
+    read = part("bridge.takes").read(take)
+    assert np.allclose(read.positions, 2.0 * positions + (1.0, 2.0, 3.0), atol=1e-5)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A generated figure and its generated walk, from the files to handles on the body, by the operators."""
+
+import bpy
+import numpy as np
+import pytest
+from support import body_mesh, meshes, take_files, walking_figure
+
+FRAMES = 120
+
+
+def set_up(tmp_path, legs=1.0, **walk):
+    """(body, its bones): a turned, moved and bigger body with the T-pose and the walk imported."""
+    vertices, triangles, bones = body_mesh.body(legs)
+    obj = meshes.make_object(vertices.tolist(), triangles.tolist(), "Body")
+    obj.location, obj.rotation_euler, obj.scale = (2.0, 1.0, 0.0), (0.0, 0.0, 1.2), (1.3, 1.3, 1.3)
+    bpy.context.view_layer.update()
+    still, moving = walking_figure.t_pose(frames=5), walking_figure.take(frames=FRAMES, **walk)
+    for name, figure in (("walk", moving), ("standing", still)):
+        path = take_files.write_trc(tmp_path / f"{name}.trc", figure.labels, figure.positions, figure.rate_hz)
+        take_files.bring_in(path, unit='METRES')
+    capture = obj.meanvalue.capture
+    assert capture.take.name == "walk"
+    capture.reference_take = bpy.data.collections["standing"]
+    return obj, bones
+
+
+def controls_at(obj, sample):
+    """(m, 3) in the object's space."""
+    frame = 1.0 + 0.24 * sample
+    whole = int(np.floor(frame))
+    bpy.context.scene.frame_set(whole, subframe=float(frame - whole))
+    world = np.array([pair.control.matrix_world.translation for pair in obj.meanvalue.capture.pairs])
+    to_object = np.linalg.inv(np.array(obj.matrix_world))
+    return world @ to_object[:3, :3].T + to_object[:3, 3]
+
+
+def test_the_body_is_carried_through_the_walk(tmp_path):
+    obj, bones = set_up(tmp_path, gaps=0.05, noise=0.001)
+    assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+    pairs = obj.meanvalue.capture.pairs
+    assert len(pairs) == 41 and all(pair.control for pair in pairs)
+    rest = np.array([vertex.co for vertex in obj.data.vertices])
+    for pair in pairs:
+        sign = 1.0 if pair.name in {*walking_figure.FOOT_LABELS["L"], "LKneeOut", "LElbowOut", "LShoulderTop"} else 0.0
+        sign -= 1.0 if pair.name in {*walking_figure.FOOT_LABELS["R"], "RKneeOut", "RElbowOut", "RShoulderTop"} else 0.0
+        assert sign * rest[pair.vertex, 0] >= 0.0, (pair.name, bones[pair.vertex])
+        assert pair.distance < 0.1, (pair.name, pair.distance)
+    samples = np.array([0, 37, 80, 119])
+    truth = body_mesh.posed(rest, bones, samples / walking_figure.RATE_HZ)
+    vertices = [pair.vertex for pair in pairs]
+    for sample, shape in zip(samples, truth, strict=True):
+        off = np.linalg.norm(controls_at(obj, sample) - shape[vertices], axis=1)
+        assert np.sqrt((off**2).mean()) < 0.03, (sample, off.max(), pairs[int(off.argmax())].name)
+
+
+def test_a_walk_without_a_static_trial_is_laid_on_the_pose_of_the_mesh(tmp_path):
+    obj, bones = set_up(tmp_path)
+    capture = obj.meanvalue.capture
+    capture.reference_take = None
+    vertices = np.array([vertex.co for vertex in obj.data.vertices])
+    truth = body_mesh.posed(vertices, bones, np.array([60]) / walking_figure.RATE_HZ)[0]
+    off = {}
+    for pose_limbs in (False, True):
+        capture.pose_limbs = pose_limbs
+        assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+        places = controls_at(obj, 60)
+        indices = [pair.vertex for pair in capture.pairs]
+        off[pose_limbs] = np.sqrt((np.linalg.norm(places - truth[indices], axis=1) ** 2).mean())
+    assert off[True] < 0.12 and off[True] < 0.5 * off[False], off
+
+
+@pytest.mark.parametrize("legs", [0.7])
+def test_feet_of_another_figure_stand_still(tmp_path, part, legs):
+    obj, _bones = set_up(tmp_path, legs)
+    obj.meanvalue.capture.mode = 'RETARGET'
+    assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+    pairs = obj.meanvalue.capture.pairs
+    feet = [number for number, pair in enumerate(pairs) if pair.name[1:] in {"Heel", "ToeIn", "ToeOut"}]
+    assert len(feet) == 6
+    paths = np.array([controls_at(obj, sample)[feet] for sample in range(FRAMES)])
+    contacts = walking_figure.take(frames=FRAMES).contacts
+    height = np.ptp([vertex.co.z for vertex in obj.data.vertices])
+    for column, number in enumerate(feet):
+        name = pairs[number].name
+        flat = contacts[f"heel.{name[0]}"] & contacts[f"toe.{name[0]}"]
+        for begin, end in part("core.sample_times").runs(flat):
+            stance = paths[begin:end, column, :2]
+            slide = np.linalg.norm(stance - stance[0], axis=1).max()
+            assert slide < 0.01 * height, (name, begin, end, slide / height)
