@@ -213,6 +213,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         min=0.0,
         max=1.0,
         subtype='FACTOR',
+        update=_tell,
     )
     marker: StringProperty(options={'HIDDEN'})  # of a marker of a take: its name in the file
     marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file

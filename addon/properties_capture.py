@@ -124,6 +124,12 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):  # noqa: N801  Blender's wa
         ),
         default='AUTO',
     )
+    pose_limbs: BoolProperty(
+        name="Pose Limbs",
+        description="Turn arms and legs of the reference to where the mesh has them, if the person stands otherwise. "
+        "Needs markers whose place on the body is known",
+        default=True,
+    )
     alignment: FloatVectorProperty(
         description="From the world of the markers to the mesh's own space, row by row, as last matched",
         size=16,
@@ -159,7 +165,7 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):  # noqa: N801  Blender's wa
         soft_max=30.0,
     )
     mode: EnumProperty(
-        name="Proportions",
+        name="Lengths",
         description="What to do where the character is not built as the person was",
         items=(
             ('AS_CAPTURED', "As Captured", "The paths of the markers, at one scale"),

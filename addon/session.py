@@ -69,10 +69,10 @@ def bind_steps(bind_input, triangles, execution):
     return Binding(deformer, summary)
 
 
-def solve_steps(binding, bind_input, targets, start=None, settle=False, execution=None):
+def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=None):
     """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary).
 
-    targets: k x 3, in the order of `bind_input.anchors`; start: n x 3 float64, an earlier result to go on from;
+    goal: a bridge.targets.Targets; start: n x 3 float64, an earlier result to go on from;
     settle: see the native Deformer. Without a start the result is the same for the same arguments; with one, within the
     tolerance, since a drag goes on with what the solves before it told.
 
@@ -80,7 +80,8 @@ def solve_steps(binding, bind_input, targets, start=None, settle=False, executio
     """
     task = _call(
         binding.deformer.start_solve,
-        np.ascontiguousarray(targets, np.float64),
+        np.ascontiguousarray(goal.positions, np.float64),
+        weights=goal.weights,
         start=start,
         settle=settle,
         execution=execution,

@@ -29,7 +29,8 @@ class MatchInput:
     used       markers that are ticked; landmarks  {marker: landmark or None}
     fixed      {marker: vertex} to be kept; picked  those of them that were picked by hand
     to_object  4 x 4 from the markers' world to the object's space, to be kept, or None: as `align` says
-    align, mode, spline_seconds, rigid_seconds, cutoff_hz  as MEANVALUE_PG_capture; cutoff_hz is None without a filter
+    align, pose_limbs, mode, spline_seconds, rigid_seconds, cutoff_hz  as in MEANVALUE_PG_capture; cutoff_hz is None
+               without a filter
     notes      sentences
     """
 
@@ -44,6 +45,7 @@ class MatchInput:
     picked: dict
     to_object: np.ndarray | None
     align: str
+    pose_limbs: bool
     mode: str
     spline_seconds: float
     rigid_seconds: float
@@ -86,6 +88,7 @@ def _read(obj, fixed, picked, to_object):
         picked=picked,
         to_object=to_object,
         align=capture.align,
+        pose_limbs=capture.pose_limbs and capture.align != 'NONE',
         mode=capture.mode,
         spline_seconds=capture.spline_seconds,
         rigid_seconds=capture.rigid_seconds,

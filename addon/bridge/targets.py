@@ -14,13 +14,24 @@ from . import controls, shape_keys
 class Targets:
     """positions: k x 3 float64, object space, in the order of the anchors.
 
+    weights: k float64, how much each counts, 0 to 1; None where all count fully.
+
     pose: n x 3 float32 of the shape key that anchors were moved in, or None if no group follows it.
     pose_key: its name, or "".
     """
 
     positions: np.ndarray
+    weights: np.ndarray | None
     pose: np.ndarray | None
     pose_key: str
+
+    def is_near(self, other, distance):
+        """Whether no anchor is farther than `distance` from where `other` has it, and each counts the same."""
+        if self.weights is None or other.weights is None:
+            count_alike = self.weights is other.weights
+        else:
+            count_alike = np.array_equal(self.weights, other.weights)
+        return count_alike and bool(np.abs(self.positions - other.positions).max(initial=0.0) <= distance)
 
 
 def enabled_groups(obj):
@@ -57,7 +68,9 @@ def gather(obj, bind_input):
         raise SceneError(found)
     moved_in = pose_key(obj)
     pose = shape_keys.pose_positions(obj) if moved_in else None
-    return Targets(positions(obj, bind_input, pose), pose, moved_in)
+    counts = influences(obj, bind_input)
+    weights = None if (counts == 1.0).all() else counts
+    return Targets(positions(obj, bind_input, pose), weights, pose, moved_in)
 
 
 def positions(obj, bind_input, pose):

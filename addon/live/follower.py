@@ -68,7 +68,7 @@ class Follower:
 
     def _nothing_known(self):
         self._binding = None
-        self._wanted = None  # k x 3: where the anchors should be
+        self._wanted = None  # Targets: where the anchors should be
         self._shown = None  # k x 3: where they were for the solution that the mesh shows
         self._solution = None  # n x 3 float64
         self._written = None  # n x 3 float32: what is in the result key
@@ -189,13 +189,14 @@ class Follower:
         if self._scene.must_read and not self._read_on(obj, patience):
             return False
         goal = targets.gather(obj, self._scene.bind_input)
-        if self._wanted is not None and self._near(goal.positions, self._wanted, SAME_TARGETS):
+        same = SAME_TARGETS * self._scene.bind_input.diagonal
+        if self._wanted is not None and goal.is_near(self._wanted, same):
             if self._is_shown():
                 self.problem = None
             return False
         self.problem = None
         self._mute(obj, goal.pose_key)
-        self._wanted = goal.positions
+        self._wanted = goal
         self._is_settled = False
         self._changed_at = clock()
         return True
@@ -270,7 +271,7 @@ class Follower:
         """What the artist may not expect of a result, in sentences."""
         yield from self._binding.summary.notes()
         if self._wanted is not None:
-            yield from result.torn_notes(self._scene.bind_input, self._wanted)
+            yield from result.torn_notes(self._scene.bind_input, self._wanted.positions)
 
     def _is_quiet(self):
         return clock() >= self._changed_at + QUIET_SECONDS
@@ -307,7 +308,7 @@ class Follower:
             solved, summary = yield from session.solve_steps(
                 binding, bind_input, wanted, start=start, execution=execution
             )
-            return solved, summary, result.compose(bind_input, wanted, solved)
+            return solved, summary, result.compose(bind_input, wanted.positions, solved)
 
         def collect(owner, outcome):
             solved, summary, composed = outcome
@@ -328,7 +329,7 @@ class Follower:
             settled, _summary = yield from session.solve_steps(
                 binding, bind_input, wanted, start, settle=True, execution=execution
             )
-            return settled, result.compose(bind_input, wanted, settled)
+            return settled, result.compose(bind_input, wanted.positions, settled)
 
         def collect(owner, outcome):
             settled, composed = outcome

@@ -97,7 +97,10 @@ def _draw_reference(layout, capture):
 def _draw_options(layout, capture):
     column = _split(layout)
     column.prop(capture, "align")
-    column.prop(capture, "mode", text="Lengths")
+    limbs = column.row()
+    limbs.active = capture.align != 'NONE'
+    limbs.prop(capture, "pose_limbs")
+    column.prop(capture, "mode")
     layout.label(text="Fill Gaps up to")
     gaps = _split(layout).column(align=True)
     gaps.prop(capture, "spline_seconds", text="Spline")

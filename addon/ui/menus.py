@@ -19,8 +19,11 @@ from ..operators.match_markers import MEANVALUE_OT_match_markers
 from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_paint_region
 from ..operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
+from ..operators.reference_frame import MEANVALUE_OT_set_reference_frame
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.remove_marker import MEANVALUE_OT_remove_marker
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
+from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.toggle_live import MEANVALUE_OT_toggle_live
@@ -52,8 +55,11 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_import_motion,
     MEANVALUE_OT_find_marker_problems,
+    MEANVALUE_OT_set_reference_frame,
     MEANVALUE_OT_match_markers,
     MEANVALUE_OT_pick_marker_point,
+    MEANVALUE_OT_remove_marker,
+    MEANVALUE_OT_save_marker_set,
     None,
     MEANVALUE_OT_bake,
     MEANVALUE_OT_unbake,

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..core import fixed_points, wording
 from ..core.capture import alignment, filtering, gaps, marker_sets, matching, retargeting, skin
+from ..core.capture.limb_posing import pose_limbs
 from ..core.capture.surface import Surface
 from ..errors import SceneError
 
@@ -88,6 +89,12 @@ def steps(given):
     yield "aligning", 0.3
     to_mesh, words = _alignment(given, markers)
     aligned = replace(markers, path=_apply(to_mesh, markers.path), reference=_apply(to_mesh, markers.reference))
+    if given.pose_limbs:
+        yield "posing limbs", 0.4
+        surface = given.surface
+        posed = pose_limbs(aligned.reference, aligned.landmarks, surface.vertices, surface.triangles)
+        aligned = replace(aligned, reference=posed)
+    laid = aligned.reference
     yield "matching", 0.5
     match = _match(given, aligned)
     if given.mode == 'RETARGET':
@@ -96,6 +103,7 @@ def steps(given):
     yield "following the skin", 0.7
     targets = skin.skin_targets(aligned.path, aligned.reference, match, aligned.landmarks)
     yield "making handles", 0.9
+    markers = replace(markers, reference=laid)
     return _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
 
 
@@ -204,13 +212,14 @@ def _retargeted(given, markers, match):
 
 
 def _matched(given, markers, to_mesh, match, targets, frame, notes):
+    """markers: with the reference as it was laid on the mesh, in the world."""
     to_object = np.linalg.inv(given.surface.to_world)
     rest = given.surface.own[match.vertex].astype(np.float64)
     return Matched(
         names=markers.labels,
         vertices=match.vertex,
         rest=rest,
-        offsets=_apply(to_object @ to_mesh, markers.reference) - rest,
+        offsets=_apply(to_object, markers.reference) - rest,
         distance=match.distance,
         targets=_apply(to_object, targets),
         frames=given.recording.frames,

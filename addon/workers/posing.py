@@ -71,7 +71,7 @@ class Posing:
             yield from session.solve_steps(
                 self.binding,
                 self.bind_input,
-                self.targets.positions,
+                self.targets,
                 start=self._start,
                 settle=self._start is not None,
                 execution=execution,
@@ -95,7 +95,7 @@ class Posing:
             now = scene_input.gather(obj, reading)
             is_same = now.fingerprint == self.bind_input.fingerprint
             if is_same and self.targets is not None:
-                is_same = np.array_equal(targets.gather(obj, now).positions, self.targets.positions)
+                is_same = targets.gather(obj, now).is_near(self.targets, 0.0)
             if is_same:
                 return
         raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")

@@ -255,7 +255,7 @@ def test_a_smaller_weight_lets_an_anchor_give_way_more(soft):
 
 def test_anchors_come_and_go_along_a_clip(soft):
     """Nothing stays of a gap once it is over, and in it the shape is that of the other anchors."""
-    points, _, chosen, targets = soft
+    points, _, _, targets = soft
     deformer, _ = bind(soft)
     weights = np.ones(targets.shape[:2])
     weights[5:12, 4] = 0.0

@@ -215,3 +215,26 @@ def test_the_methods_of_the_paper_are_there():
         results[method] = shown(obj)
     assert np.abs(results["fast"] - results["full"]).max() > 1e-3
     assert np.abs(results["paper"] - results["full"]).max() > 1e-6
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_a_soft_handle_without_influence_is_free(live):
+    obj, control, _ = handles.three_lines(live=live)
+    line = obj.meanvalue.anchor_groups["Top"]
+    line.is_soft, line.strength = True, 1.0
+
+    def moved_by():
+        update()
+        if not live:
+            assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+        return float(np.abs(shown(obj) - rest(obj))[TOP].max())
+
+    move(control, (1.0, 0.0, 0.0))
+    assert live or bpy.ops.meanvalue.bind() == {'FINISHED'}
+    pulled = moved_by()
+    control.meanvalue.influence = 0.0
+    freed = moved_by()
+    control.meanvalue.influence = 1.0
+    assert pulled > 0.3
+    assert freed < 0.1 * pulled
+    assert abs(moved_by() - pulled) < 0.05 * pulled

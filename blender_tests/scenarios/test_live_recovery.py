@@ -255,9 +255,9 @@ def spied_distances(part, monkeypatch):
         session = part("session")
         solve_steps, seen = session.solve_steps, []
 
-        def spy(binding, bind_input, targets, *rest, **options):
-            seen.append(float(np.abs(targets - bind_input.rest[bind_input.anchors]).max()))
-            return solve_steps(binding, bind_input, targets, *rest, **options)
+        def spy(binding, bind_input, goal, *rest, **options):
+            seen.append(float(np.abs(goal.positions - bind_input.rest[bind_input.anchors]).max()))
+            return solve_steps(binding, bind_input, goal, *rest, **options)
 
         monkeypatch.setattr(session, "solve_steps", spy)
         return seen

@@ -30,7 +30,7 @@ def write_trc(path, labels, positions, rate_hz=100.0, unit="m"):
 def waves(frames=120, markers=5, seed=3):
     """(labels, (f, m, 3) float32 positions): points a stride apart that swing, each in its own way."""
     random = np.random.default_rng(seed)
-    centre = random.uniform(-1.0, 1.0, (markers, 3)) + (0.0, 0.0, 1.5)
+    centre = random.uniform(-1.0, 1.0, (markers, 3)) + np.array([0.0, 0.0, 1.5])
     phase = random.uniform(0.0, 6.0, (markers, 3))
     time = np.arange(frames)[:, None, None] / 30.0
     labels = tuple(f"M{number}" for number in range(markers))

@@ -11,7 +11,7 @@ import tempfile
 import bpy
 import numpy as np
 from harness import view
-from support import meshes, take_files
+from support import body_mesh, meshes, take_files, walking_figure
 
 RINGS, SEGMENTS = 25, 24
 MARKED = [ring * SEGMENTS + segment for ring in range(2, RINGS, 5) for segment in range(0, SEGMENTS, 6)]
@@ -132,3 +132,31 @@ def the_mesh_follows_while_it_is_played(ui):
 
     yield from ui.wait_until(follows, "the mesh has followed")
     yield from ui.screenshot("capture_07_followed")
+
+
+def a_body_in_the_walk(ui):
+    """Aligned by itself, matched with progress, and followed."""
+    vertices, triangles, _bones = body_mesh.body()
+    body = meshes.make_object(vertices.tolist(), triangles.tolist(), "Body")
+    folder = pathlib.Path(tempfile.mkdtemp())
+    for name, figure in (("walk", walking_figure.take(frames=200)), ("standing", walking_figure.t_pose(frames=5))):
+        path = take_files.write_trc(folder / f"{name}.trc", figure.labels, figure.positions, figure.rate_hz)
+        with view.override():
+            bpy.ops.meanvalue.import_motion('EXEC_DEFAULT', True, filepath=path, up_axis='Z')
+    body.meanvalue.capture.reference_take = bpy.data.collections["standing"]
+    meshes.activate(body)
+    for collection in ("walk", "standing"):
+        bpy.context.view_layer.layer_collection.children[collection].hide_viewport = True
+    ui.frame_all()
+    yield from ui.invoke("meanvalue.match_markers")
+    yield from ui.wait_until(lambda: len(bpy.data.objects["Body"].meanvalue.anchor_groups) == 41, "all are matched")
+    view.area().spaces.active.overlay.show_relationship_lines = False
+    yield from ui.screenshot("capture_08_body")
+    yield from ui.invoke("meanvalue.toggle_live")
+    bpy.context.scene.frame_set(20)
+    yield from ui.pause(3.0)
+    yield from ui.screenshot("capture_09_body_walks")
+    yield from ui.invoke("meanvalue.match_markers")
+    yield from ui.key('ESC')  # whether it is heard or comes too late
+    yield from ui.wait_until(lambda: ui.status_text() is None, "matching is over")
+    assert len(bpy.data.objects["Body"].meanvalue.anchor_groups) == 41

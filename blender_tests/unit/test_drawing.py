@@ -139,7 +139,12 @@ def test_menus(part):
         menu.draw(listener, context_of(obj))
         told[menu.__name__] = listener.layout.text
     every = {name for name in dir(bpy.types) if name.startswith("MEANVALUE_OT_")}
-    in_sidebar_only = {"MEANVALUE_OT_add_preset", "MEANVALUE_OT_finish_region"}
+    in_sidebar_only = {
+        "MEANVALUE_OT_add_preset",
+        "MEANVALUE_OT_finish_region",
+        "MEANVALUE_OT_select_marker",
+        "MEANVALUE_OT_show_marker_problem",
+    }
     for name in every - in_sidebar_only:
         assert f"operator {getattr(bpy.types, name).bl_idname} " in told["MEANVALUE_MT_object"]
     assert "operator meanvalue.add_handle " in told["MEANVALUE_MT_edit_mesh"]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #define MEANVALUE_INLINE inline __attribute__((always_inline))
 
@@ -15,15 +16,24 @@ constexpr Index kStrip = 4;  // columns that are worked on together
 
 /// Rows of a block that are in registers at once: all of it, or a third where registers are of two numbers.
 struct WideRows {
-    using Vector = double __attribute__((vector_size(32), may_alias, aligned(8)));
+    using Vector = double __attribute__((vector_size(32)));
     static constexpr int kVectors = 3;
     static constexpr int kLanes = 4;
 };
 struct NarrowRows {
-    using Vector = double __attribute__((vector_size(16), may_alias, aligned(8)));
+    using Vector = double __attribute__((vector_size(16)));
     static constexpr int kVectors = 2;
     static constexpr int kLanes = 2;
 };
+/// From memory without any alignment. A cast to a vector type of less alignment will not do: Clang forgets it in
+/// templates.
+template <typename Vector>
+MEANVALUE_INLINE Vector load_vector(const double* from) {
+    Vector vector;
+    std::memcpy(&vector, from, sizeof vector);
+    return vector;
+}
+
 template <typename R>
 constexpr Index row_count() {
     static_assert(kBlockRows % (R::kVectors * R::kLanes) == 0, "a block is whole pieces");
@@ -37,13 +47,13 @@ struct Tile {
     MEANVALUE_INLINE void load(const double* from, std::int64_t stride) {
         for (int c = 0; c < kColumns; ++c) {
             for (int v = 0; v < R::kVectors; ++v)
-                at[c][v] = *reinterpret_cast<const typename R::Vector*>(from + c * stride + v * R::kLanes);
+                at[c][v] = load_vector<typename R::Vector>(from + c * stride + v * R::kLanes);
         }
     }
     MEANVALUE_INLINE void store(double* to, std::int64_t stride) const {
         for (int c = 0; c < kColumns; ++c) {
             for (int v = 0; v < R::kVectors; ++v)
-                *reinterpret_cast<typename R::Vector*>(to + c * stride + v * R::kLanes) = at[c][v];
+                std::memcpy(to + c * stride + v * R::kLanes, &at[c][v], sizeof at[c][v]);
         }
     }
     /// Loses rows * columns^T, both of `depth` columns of a block.
@@ -52,7 +62,7 @@ struct Tile {
         for (Index k = 0; k < depth; ++k, rows += kBlockRows, columns += kBlockRows) {
             typename R::Vector row[R::kVectors];
             for (int v = 0; v < R::kVectors; ++v)
-                row[v] = *reinterpret_cast<const typename R::Vector*>(rows + v * R::kLanes);
+                row[v] = load_vector<typename R::Vector>(rows + v * R::kLanes);
             for (int c = 0; c < kColumns; ++c) {
                 for (int v = 0; v < R::kVectors; ++v)
                     sum[c][v] += row[v] * columns[c];
