@@ -6,6 +6,7 @@ feet, mittens and a head, and with its thighs apart. `posed()` turns it by blend
 show, to compare with.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,6 +113,7 @@ class Body:
     legs: float
 
 
+@functools.lru_cache(maxsize=4)
 def body(legs=1.0, spacing=0.0155):
     """The Body with an edge length of about `spacing` metres."""
     cones = _cones(legs)

@@ -11,7 +11,7 @@ from .walking_figure import ANKLE_HEIGHT, RATE_HZ, SHANK, THIGH, turn_x, turn_y,
 
 #: Seconds: sits down from the first to the second, stands up from the third to the fourth.
 DOWN_BEGIN, DOWN_END, UP_BEGIN, UP_END = 0.3, 1.7, 2.5, 3.9
-SECONDS = 4.2
+FRAMES = 420
 #: The box: its top, and from where to where along Y.
 SEAT_HEIGHT, SEAT = 0.412, (0.22, 0.66)
 
@@ -20,7 +20,7 @@ SHARES = (0.0, 0.5, 1.0)
 THIGHS, SHANKS, TRUNK = (7.0, 52.0, 89.0), (5.0, 17.0, 0.0), (2.0, 42.0, 4.0)
 
 
-def take(frames=int(SECONDS * RATE_HZ), seed=0, gaps=0.0, noise=0.0, longest_gap=20):
+def take(frames=FRAMES, seed=0, gaps=0.0, noise=0.0, longest_gap=20):
     """The motion as a walking_figure.Figure."""
     joints, turns, contacts = sitting(np.arange(frames) / RATE_HZ)
     return walking_figure.figure(joints, turns, contacts, seed, 1.0, gaps, noise, longest_gap)
@@ -55,7 +55,7 @@ def _turn_arms(turns, share, lean):
     for side, sign in (("L", 1.0), ("R", -1.0)):
         hang = turn_y(sign * (1.35 + 0.1 * share))
         turns[f"upper_arm.{side}"] = turn_x(-0.42 * share - 0.25 * lean) @ hang
-        turns[f"forearm.{side}"] = turns[f"upper_arm.{side}"] @ turn_z(-sign * (0.3 + 0.38 * share))
+        turns[f"forearm.{side}"] = turns[f"upper_arm.{side}"] @ turn_z(-sign * (0.3 + 0.22 * share))
 
 
 def _smooth(share):

@@ -11,6 +11,17 @@ def rms(shapes, truth):
     return np.sqrt(((shapes - truth) ** 2).sum(2).mean(1))
 
 
+def laid_on(shapes, truth):
+    """The shapes (f, n, 3), each moved and turned as a whole to where it should be (Kabsch 1976)."""
+    result = np.empty(shapes.shape)
+    for row, (shape, goal) in enumerate(zip(shapes.astype(float), truth, strict=True)):
+        centre = shape.mean(0)
+        u, _, vt = np.linalg.svd((shape - centre).T @ (goal - goal.mean(0)))
+        u[:, 2] *= np.sign(np.linalg.det(u @ vt))
+        result[row] = (shape - centre) @ u @ vt + goal.mean(0)
+    return result
+
+
 def roughness(paths):
     """(f - 2, n): lengths of the second differences of paths (f, n, 3): how suddenly they turn or change speed."""
     return np.linalg.norm(np.diff(paths, 2, axis=0), axis=2)
@@ -44,11 +55,13 @@ def rows(subject, carried):
         ("worst frames", ", ".join(f"{k + 1} ({mm(per_frame[k])}, {worst_name(carried, miss, k)})" for k in worst)),
     ]
     if subject.truth is not None:
-        off = rms(carried.shapes, subject.truth)
-        result.append(
-            ("off the skinned figure", f"rms {mm(np.sqrt((off**2).mean()))} ({np.sqrt((off**2).mean()) / height:.2%} "
-             f"of the height), worst frame {off.argmax() + 1} with {mm(off.max())} ({off.max() / height:.2%})")
-        )  # fmt: skip
+        for what, shapes in (
+            ("off the skinned figure", carried.shapes),
+            ("  by its shape alone", laid_on(carried.shapes, subject.truth)),
+        ):
+            off = rms(shapes, subject.truth)
+            whole = np.sqrt((off**2).mean())
+            result.append((what, f"rms {share(whole, height)}, worst frame {off.argmax() + 1}: {share(off.max(), height)}"))
     rough = roughness(carried.shapes)
     frame, vertex = np.unravel_index(rough.argmax(), rough.shape)
     words = f"vertices at most {mm(rough.max())} (frame {frame + 2}, vertex {vertex})"
@@ -60,12 +73,16 @@ def rows(subject, carried):
     result.append(("second differences", words))
     if subject.planted:
         moved = slide(carried.shapes, subject.planted)
-        result.append(("slide of standing soles", f"{mm(moved)} ({moved / height:.2%} of the height)"))
+        result.append(("slide of standing soles", share(moved, height)))
     return result
 
 
 def worst_name(carried, miss, frame):
     return carried.names[int(np.nanargmax(miss[frame]))]
+
+
+def share(metres, height):
+    return f"{mm(metres)} ({metres / height:.2%} of the height)"
 
 
 def mm(metres):

@@ -9,17 +9,20 @@ from .capture import BODY_COLOUR
 
 MARKER_COLOUR, BOX_COLOUR = (0.95, 0.22, 0.02), (0.23, 0.30, 0.36)
 BALL = 0.0075  # radius of a marker over the height of the figure
-SIDE, FRONT = -90.0, 0.0  # azimuth of the camera; figures look along -y, so in SIDE they go to the right
+SIDE, FRONT = -90.0, 0.0  # azimuth of the camera from where the figure goes; seen from its right, to the right
 ELEVATION_DEG = 5.0
 WIDTH = 1600
-FACE_TO_FACE = 0.06  # left free between two figures, over the height
+FACE_TO_FACE = 0.05  # left free between two figures, over the height
 
 
 def draw(path, subject, carried, samples, azimuth_deg, engine, cycles_samples, per_row=None):
     """Renders the frames `samples` as one PNG, in an empty scene; rows of `per_row`, else all in one."""
+    azimuth_deg += heading_deg(subject, carried)
     right = stage.camera_axes(azimuth_deg, 0.0)[0]
     shapes, balls, boxes = in_place(subject, carried, samples)
-    pitch = max(np.ptp(shape @ right) for shape in (*shapes, *boxes)) + FACE_TO_FACE * subject.height
+    pitch = FACE_TO_FACE * subject.height + (
+        np.ptp(np.concatenate([*shapes, *boxes]) @ right) if boxes else max(np.ptp(shape @ right) for shape in shapes)
+    )
     per_row = per_row or len(samples)
     drop = 1.12 * subject.height
     for number, (shape, ball) in enumerate(zip(shapes, balls, strict=True)):
@@ -29,16 +32,18 @@ def draw(path, subject, carried, samples, azimuth_deg, engine, cycles_samples, p
         ball += away
         if boxes:
             add_box(boxes[0] + away)
-    skin = scene_mesh.plain_material("Skin", BODY_COLOUR, 0.55)
-    for number, shape in enumerate(shapes):
-        obj = scene_mesh.new_object(f"Frame {samples[number] + 1}", shape, subject.polygons)
-        scene_mesh.shade_smooth(obj)
-        obj.data.materials.append(skin)
+    add_figures(shapes, subject.polygons)
     everywhere = np.concatenate(balls)
     seen = everywhere[~np.isnan(everywhere[:, 0])]
     markers.add_spheres("Markers", seen, BALL * subject.height, MARKER_COLOUR)
     points = np.concatenate([*shapes, *(box + 0.0 for box in boxes)])
     render(path, points, azimuth_deg, engine, cycles_samples)
+
+
+def heading_deg(subject, carried):
+    """Where the figure goes: 0 along -y, as it looks where it does not go anywhere."""
+    way = carried.shapes[-1].mean(axis=0) - carried.shapes[0].mean(axis=0)
+    return float(np.degrees(np.arctan2(way[0], -way[1]))) if np.hypot(*way[:2]) > 0.5 * subject.height else 0.0
 
 
 def in_place(subject, carried, samples):
@@ -48,11 +53,23 @@ def in_place(subject, carried, samples):
     still = 0.5 * (first.min(0) + first.max(0)) * [1.0, 1.0, 0.0]
     for sample in samples:
         shape = carried.shapes[sample].astype(float)
-        centre = still if subject.box else 0.5 * (shape.min(0) + shape.max(0)) * [1.0, 1.0, 0.0]
+        centre = still if subject.box else shape.mean(0) * [1.0, 1.0, 0.0]
         shapes.append(shape - centre)
         balls.append(carried.balls[sample] - centre)
     boxes = [np.stack(subject.box) - still] if subject.box else []
     return shapes, balls, boxes
+
+
+def add_figures(shapes, polygons):
+    """An object for each of the shapes (k, n, 3): copies of one, which is quicker than making each."""
+    first = scene_mesh.new_object("Figure", shapes[0], polygons)
+    scene_mesh.shade_smooth(first)
+    first.data.materials.append(scene_mesh.plain_material("Skin", BODY_COLOUR, 0.55))
+    for shape in shapes[1:]:
+        obj = bpy.data.objects.new("Figure", first.data.copy())
+        bpy.context.scene.collection.objects.link(obj)
+        obj.data.vertices.foreach_set("co", shape.astype(np.float32).ravel())
+        obj.data.update()
 
 
 def add_box(ends):

@@ -40,7 +40,7 @@ class Subject:
 
 def walk(folder, spacing=SPACING, frames=170):
     """The figure walks: two steps are shown."""
-    shape, figure = figure_body.body(spacing=spacing), walking_figure.take(frames, 7, 1.0, GAPS, NOISE)
+    shape, figure = figure_body.body(1.0, spacing), walking_figure.take(frames, 7, 1.0, GAPS, NOISE)
     time = np.arange(frames) / figure.rate_hz
     joints, turns, _ = walking_figure.walking(time)
     return Subject(
@@ -74,9 +74,9 @@ def short_legs(folder, spacing=SPACING, frames=170, legs=0.7):
     )
 
 
-def sit(folder, spacing=SPACING):
+def sit(folder, spacing=SPACING, frames=sitting_figure.FRAMES):
     """The figure sits down on a box and stands up again."""
-    shape, figure = figure_body.body(spacing=spacing), sitting_figure.take(seed=11, gaps=GAPS, noise=NOISE)
+    shape, figure = figure_body.body(1.0, spacing), sitting_figure.take(frames, 11, GAPS, NOISE)
     joints, turns, _ = sitting_figure.sitting(np.arange(len(figure.clean)) / figure.rate_hz)
     low, high = sitting_figure.SEAT
     return Subject(
@@ -86,7 +86,7 @@ def sit(folder, spacing=SPACING):
         shape.quads,
         write(folder / "sit.c3d", figure),
         standing(folder),
-        np.array([20, 70, 90, 110, 140, 210, 270, 300, 320, 340, 400]),
+        np.array([20, 70, 90, 105, 125, 210, 300, 325, 390]),
         box=(np.array([-0.24, low, 0.0]), np.array([0.24, high, sitting_figure.SEAT_HEIGHT])),
         truth=figure_body.posed(shape, joints, turns),
         markers=figure.clean,
