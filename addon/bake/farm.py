@@ -115,7 +115,7 @@ def _run_merge(options):
     steps = _store(out, clip, plan, frames).merge(path, header)
     columns = _last_of(steps)
     report = BakeReport.of(frames, columns)
-    write_json(baking.report_path(path), {"schema": SCHEMA, "key": key, "clip": clip["name"], **report.content()})
+    baking.write_report(path, report, {"key": key, "clip": clip["name"]})
     _say(f"{path}: {report.text()}")
     for note in report.notes():
         _say(f"warning: {note}")
@@ -261,9 +261,7 @@ def _parser():
     plan.add_argument("--chunk", type=_positive, default=200, help="frames of a task")
     plan.add_argument("--clip", action="append", help="NAME, NAME=OBJECT or NAME=OBJECT:FRAMES; default: all")
     plan.add_argument("--frames", help="of clips that say nothing else; the scene's range if left out")
-    plan.add_argument(
-        "--portable", action="store_true", help="the same bits on processors of different kinds; slower"
-    )
+    plan.add_argument("--portable", action="store_true", help="the same bits on processors of different kinds; slower")
     plan.set_defaults(run=_run_plan)
     for name, run in (("bake", _run_bake), ("merge", _run_merge)):
         command = commands.add_parser(name)

@@ -43,6 +43,7 @@ class BakePlan:
             "all count" if self.weights is None else self.weights,
             f"{native_loader.module().__version__} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}"
             f"{' portable' if self.portable else ''}",
+            ", ".join(solving.REPORTED),
         )
 
     @property
