@@ -155,6 +155,7 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     was_relative: BoolProperty()
     made_basis: BoolProperty()
     note: StringProperty()  # what it is, for the panel
+    worst: StringProperty()  # frames with the highest energies
 
 
 CLASSES = (MEANVALUE_PG_bake, MEANVALUE_PG_baked)

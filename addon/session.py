@@ -32,17 +32,19 @@ class Binding:
     summary: result.BindSummary
 
 
-def cached(bind_input):
+def cached(bind_input, portable=False):
     """The Binding of `bind_input` if it is at hand, else None."""
-    return _cache.get(bind_input.fingerprint.key)
+    return _cache.get((bind_input.fingerprint.key, portable))
 
 
-def remember(bind_input, binding):
-    _cache.put(bind_input.fingerprint.key, binding, int(binding.deformer.report.bytes))
+def remember(bind_input, binding, portable=False):
+    _cache.put((bind_input.fingerprint.key, portable), binding, int(binding.deformer.report.bytes))
 
 
-def bind_steps(bind_input, triangles, execution):
+def bind_steps(bind_input, triangles, execution, portable=False):
     """Steps (see workers.job) to a new Binding; `triangles` m x 3 int32.
+
+    portable: with the same bits on every processor of an architecture, and slower.
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
@@ -55,6 +57,7 @@ def bind_steps(bind_input, triangles, execution):
         handles=bind_input.pieces if bind_input.rigid_pieces else None,
         rigidity=bind_input.rigidity,
         method=bind_input.method,
+        portable=portable,
         execution=execution,
         **({} if bind_input.strengths is None else {"strengths": bind_input.strengths}),
     )
@@ -122,7 +125,7 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
 
 
 def forget(fingerprint):
-    _cache.discard(fingerprint.key)
+    _cache.discard((fingerprint.key, False))
 
 
 def clear():

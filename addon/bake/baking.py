@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from ..core import key_reduction, point_cache
+from ..core import bake_plot, key_reduction, point_cache, whole_files
 from ..core.bake_report import BakeReport
 from ..core.chunk_store import ChunkStore, read_json, write_json
 from ..core.wording import counted
@@ -123,7 +123,7 @@ class Baking:
             "key": f"{former.get('key', '')}, in part {self.plan.key}",
             "frames": sorted([*others, *frames], key=lambda each: each["frame"]),
         }
-        write_json(report_path(self.path), content)
+        _write_content(self.path, content)
         self.store.remove()
         return report
 
@@ -145,7 +145,25 @@ class Baking:
 
     def write_report(self, report, about):
         """Beside the cache. @throws CacheError."""
-        write_json(report_path(self.path), {"schema": SCHEMA, **about, **report.content()})
+        write_report(self.path, report, about)
+
+
+def write_report(path, report, about):
+    """Beside the cache `path`: a BakeReport and what else `about` says, as JSON and as a picture. @throws CacheError."""
+    _write_content(path, {"schema": SCHEMA, **about, **report.content()})
+
+
+def _write_content(path, content):
+    write_json(report_path(path), content)
+    title = f"Bake of {content.get('object') or content.get('clip') or pathlib.Path(path).name}"
+    with whole_files.replacing(plot_path(path)) as file:
+        file.write(bake_plot.svg(content["frames"], title).encode())
+
+
+def plot_path(path):
+    """Of the picture of the report, beside the cache `path`."""
+    path = pathlib.Path(path)
+    return path.with_name(f"{path.name}.svg")
 
 
 def report_path(path):

@@ -11,7 +11,7 @@ from ..core.bind_input import BindInput
 from ..errors import CacheError
 from .plan import BakePlan
 
-_OF_PLAN = ("times", "spacing", "targets", "weights")
+_OF_PLAN = ("times", "spacing", "targets", "weights", "portable")
 
 
 def save(path, plan, triangles):

@@ -71,7 +71,7 @@ def write_plan(out, clips, chunk):
 def _run_plan(options):
     from . import farm_scene  # Blender is needed for nothing else
 
-    clips = farm_scene.planned(options.clip, options.frames)
+    clips = farm_scene.planned(options.clip, options.frames, options.portable)
     tasks, count = write_plan(options.out, clips, options.chunk)
     _say(f"planned {tasks} tasks (indices 0 to {tasks - 1}) of {count} clips (0 to {count - 1}) in {options.out}/plan")
     return DONE
@@ -115,7 +115,7 @@ def _run_merge(options):
     steps = _store(out, clip, plan, frames).merge(path, header)
     columns = _last_of(steps)
     report = BakeReport.of(frames, columns)
-    write_json(baking.report_path(path), {"schema": SCHEMA, "key": key, "clip": clip["name"], **report.content()})
+    baking.write_report(path, report, {"key": key, "clip": clip["name"]})
     _say(f"{path}: {report.text()}")
     for note in report.notes():
         _say(f"warning: {note}")
@@ -147,10 +147,10 @@ def _run_status(options):
 
 def _solve(plan, triangles, rows, threads):
     def work(execution):
-        binding = session.cached(plan.bind_input)
+        binding = session.cached(plan.bind_input, plan.portable)
         if binding is None:
-            binding = yield from session.bind_steps(plan.bind_input, triangles, execution)
-            session.remember(plan.bind_input, binding)
+            binding = yield from session.bind_steps(plan.bind_input, triangles, execution, plan.portable)
+            session.remember(plan.bind_input, binding, plan.portable)
         return (
             yield from solving.solve_rows(
                 binding, plan.bind_input, plan.targets, plan.weights, *rows, execution, threads
@@ -261,6 +261,7 @@ def _parser():
     plan.add_argument("--chunk", type=_positive, default=200, help="frames of a task")
     plan.add_argument("--clip", action="append", help="NAME, NAME=OBJECT or NAME=OBJECT:FRAMES; default: all")
     plan.add_argument("--frames", help="of clips that say nothing else; the scene's range if left out")
+    plan.add_argument("--portable", action="store_true", help="the same bits on processors of different kinds; slower")
     plan.set_defaults(run=_run_plan)
     for name, run in (("bake", _run_bake), ("merge", _run_merge)):
         command = commands.add_parser(name)

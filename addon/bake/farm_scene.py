@@ -13,22 +13,24 @@ from ..workers.posing import Posing
 from .plan import BakePlan
 
 
-def planned(wanted, frames):
+def planned(wanted, frames, portable=False):
     """[(name, BakePlan, triangles)] of clips as --clip writes them; None: every object with handles.
+
+    portable: to be solved with the same bits on every processor of an architecture.
 
     @throws SceneError.
     """
     scene = bpy.context.scene
     frames = frames or f"{scene.frame_start}..{scene.frame_end}"
     if not wanted:
-        wanted = [obj.name for obj in scene.objects if obj.type == 'MESH' and obj.meanvalue.anchor_groups]
+        wanted = [obj.name for obj in scene.objects if obj.type == "MESH" and obj.meanvalue.anchor_groups]
         if not wanted:
             raise SceneError("No object of the scene has handles")
     clips = [_clip(text, frames) for text in wanted]
     names = [name for name, _, _ in clips]
     if len(set(names)) < len(names):
         raise SceneError(f"Two clips have one name: {', '.join(names)}. Give them names: --clip NAME=OBJECT:FRAMES")
-    return [(name, *_plan(scene, obj, numbers)) for name, obj, numbers in clips]
+    return [(name, *_plan(scene, obj, numbers, portable)) for name, obj, numbers in clips]
 
 
 def _clip(text, frames):
@@ -49,7 +51,7 @@ def _clip(text, frames):
     return re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip", obj, runs[0]
 
 
-def _plan(scene, obj, numbers):
+def _plan(scene, obj, numbers, portable):
     bind_input = Posing.to_bake(obj).bind_input
     triangles = mesh_arrays.triangles(obj.data, bind_input)
     times = bake_times.sample_times(*numbers)
@@ -57,7 +59,7 @@ def _plan(scene, obj, numbers):
         samples = _last_of(sampling.sample(scene.name, lambda: obj, bind_input, times))
     for note in samples.notes:
         print(f"meanvalue: {obj.name}: {note}", flush=True)
-    return BakePlan(bind_input, times, 1.0, samples.targets, samples.weights), triangles
+    return BakePlan(bind_input, times, 1.0, samples.targets, samples.weights, portable), triangles
 
 
 def _last_of(steps):

@@ -30,6 +30,7 @@ class BakePlan:
     spacing: float
     targets: np.ndarray
     weights: np.ndarray | None
+    portable: bool = False  #: solved with the same bits on every processor of an architecture
 
     @cached_property
     def key(self):
@@ -40,7 +41,9 @@ class BakePlan:
             repr(self.spacing),
             self.targets,
             "all count" if self.weights is None else self.weights,
-            f"{native_loader.module().__version__} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}",
+            f"{native_loader.module().__version__} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}"
+            f"{' portable' if self.portable else ''}",
+            ", ".join(solving.REPORTED),
         )
 
     @property

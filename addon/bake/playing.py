@@ -16,17 +16,17 @@ EVAL_TIME = "eval_time"
 
 def play_cache(obj, path, plan):
     """A Mesh Cache modifier on top of the stack. Returns notes."""
-    modifier = obj.modifiers.new(ids.CACHE_MODIFIER, 'MESH_CACHE')
+    modifier = obj.modifiers.new(ids.CACHE_MODIFIER, "MESH_CACHE")
     compat.move_modifier_to_top(obj, modifier)  # it has to see the vertices of the mesh itself
     scale = 1.0 / plan.spacing
-    modifier.cache_format = 'PC2'
+    modifier.cache_format = "PC2"
     modifier.filepath = path
-    modifier.time_mode, modifier.play_mode = 'FRAME', 'SCENE'
+    modifier.time_mode, modifier.play_mode = "FRAME", "SCENE"
     modifier.frame_scale = scale
     modifier.frame_start = plan.times[0] * scale  # Blender scales the frame first
-    modifier.interpolation = 'LINEAR'
-    modifier.deform_mode = 'OVERWRITE'
-    modifier.forward_axis, modifier.up_axis = 'POS_Y', 'POS_Z'
+    modifier.interpolation = "LINEAR"
+    modifier.deform_mode = "OVERWRITE"
+    modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
     others = [key.name for key in _shown_keys(obj) if key.name != obj.meanvalue.result_key]
     _hide_result(obj)
     record = obj.meanvalue.baked
@@ -92,7 +92,7 @@ def take_back(obj):
     """Takes back what the last bake of `obj` has made in the scene. Files stay. Returns what it was, in words."""
     record = obj.meanvalue.baked
     modifier = obj.modifiers.get(record.modifier) if record.modifier else None
-    if modifier is not None and modifier.type == 'MESH_CACHE':
+    if modifier is not None and modifier.type == "MESH_CACHE":
         obj.modifiers.remove(modifier)
     said = f"the modifier '{record.modifier}'" if record.modifier else ""
     if record.target == TO_KEYS:
@@ -117,7 +117,7 @@ def is_in_place(obj, path, plan):
     modifier = obj.modifiers.get(record.modifier) if record.target == TO_CACHE else None
     return (
         modifier is not None
-        and modifier.type == 'MESH_CACHE'
+        and modifier.type == "MESH_CACHE"
         and modifier.filepath == path
         and modifier.frame_scale == _single(1.0 / plan.spacing)
         and modifier.frame_start == _single(plan.times[0] / plan.spacing)
@@ -166,14 +166,14 @@ def _animate_values(keys, made, times):
         begin, end = max(0, number - 1), min(len(made), number + 2)
         values = [float(each == number) for each in range(begin, end)]
         path = f'key_blocks["{bpy.utils.escape_identifier(key.name)}"].value'
-        actions.write_curve(keys, path, 0, times[begin:end], values, 'LINEAR')
+        actions.write_curve(keys, path, 0, times[begin:end], values, "LINEAR")
 
 
 def _animate_time(keys, made, times):
     keys.use_relative = False
     for key in made:
-        key.interpolation = 'KEY_LINEAR'
-    actions.write_curve(keys, EVAL_TIME, 0, times, [key.frame for key in made], 'LINEAR')
+        key.interpolation = "KEY_LINEAR"
+    actions.write_curve(keys, EVAL_TIME, 0, times, [key.frame for key in made], "LINEAR")
 
 
 def _remove_keys(obj, names, was_relative):
@@ -208,6 +208,6 @@ def _remove_lone_basis(obj):
 
 
 def _key_name(prefix, time):
-    """"Bake 0012", "Bake -0003.5": sorted by name they are in order, for frames from 0 on."""
+    """ "Bake 0012", "Bake -0003.5": sorted by name they are in order, for frames from 0 on."""
     whole, dot, part = bake_times.named(abs(time)).partition(".")
     return f"{prefix} {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"

@@ -95,9 +95,9 @@ class Preparation:
     def _tolerance(self):
         """(tolerance as a distance or None, key_step)."""
         options = self.options
-        if options.keys == 'EVERY':
+        if options.keys == "EVERY":
             return None, options.key_step
-        if options.tolerance_kind == 'DISTANCE':
+        if options.tolerance_kind == "DISTANCE":
             return options.tolerance, 1
         return options.tolerance_share / 100.0 * self.posing.bind_input.diagonal, 1
 
@@ -132,9 +132,9 @@ class Preparation:
 def times_of(scene, options):
     """f float64: the frames to sample. @throws SceneError."""
     first, last = options.frame_start, options.frame_end
-    if options.frame_range == 'SCENE':
+    if options.frame_range == "SCENE":
         first, last = scene.frame_start, scene.frame_end
-    elif options.frame_range == 'PREVIEW':
+    elif options.frame_range == "PREVIEW":
         if not scene.use_preview_range:
             raise SceneError("The scene has no preview range. Set one in the timeline (P), or choose another range")
         first, last = scene.frame_preview_start, scene.frame_preview_end
@@ -145,7 +145,7 @@ def size_problem(obj, times, options):
     """A sentence if what is chosen would hurt, else None. Adaptive keys are known only when they are chosen."""
     keys = None
     if options.target == TO_KEYS:
-        if options.keys == 'ADAPTIVE':
+        if options.keys == "ADAPTIVE":
             return None
         keys = math.ceil((len(times) - 1) / options.key_step) + 1
     return bake_times.size_problem(len(times), len(obj.data.vertices), keys)
@@ -181,11 +181,11 @@ def _paths(obj, options):
 
 def _require_place(obj, options, path):
     """@throws SceneError if something is in the way that must not be replaced."""
-    if options.overwrite == 'NEVER' and obj.meanvalue.baked.target:
+    if options.overwrite == "NEVER" and obj.meanvalue.baked.target:
         raise SceneError(f"'{obj.name}' is baked already. Choose another setting of Overwrite, or press Remove Bake")
-    if options.target != TO_CACHE or options.overwrite == 'ANY' or not path.exists():
+    if options.target != TO_CACHE or options.overwrite == "ANY" or not path.exists():
         return
-    if options.overwrite == 'NEVER':
+    if options.overwrite == "NEVER":
         raise SceneError(f"There is a file '{path}' already. Choose another path, or another setting of Overwrite")
     marker = read_json(baking.report_path(path)) or {}
     if (marker.get("object"), marker.get("blend")) != (obj.name, _blend_name()):

@@ -11,6 +11,9 @@ from .. import session
 RUN_FRAMES = 48
 OVERLAP_FRAMES = 8
 
+#: What is told of each row, see core.bake_report.
+REPORTED = ("distances", "energies", "iterations", "converged", "errors")
+
 NOT_NUMBERS = "the solver gave positions that are not numbers"
 
 
@@ -47,9 +50,19 @@ def solve_rows(binding, bind_input, targets, weights, begin, end, execution, thr
         errors[row - begin] = message
     energies = (np.asarray(sequence.energies) / bind_input.diagonal**2).tolist()
     report = {
+        "distances": _distances(sequence.vertices[:, bind_input.anchors], targets[begin:end], weights, begin).tolist(),
         "energies": [energy if np.isfinite(energy) else None for energy in energies],
         "iterations": [int(count) for count in sequence.iterations],
         "converged": [bool(is_converged) for is_converged in sequence.converged],
         "errors": errors,
     }
+    assert tuple(report) == REPORTED
     return SolvedRows(sequence.vertices, report)
+
+
+def _distances(placed, wanted, weights, begin):
+    """r float64: how far the farthest anchor that counts is from its target, in the object's own units."""
+    distances = np.linalg.norm(placed.astype(np.float64) - wanted, axis=2)
+    if weights is not None:
+        distances = np.where(weights[begin : begin + len(wanted)] > 0.0, distances, 0.0)
+    return np.nan_to_num(distances.max(axis=1, initial=0.0))

@@ -14,10 +14,15 @@ WORST_COUNT = 5
 
 @dataclass(frozen=True, eq=False)
 class BakeReport:
-    """Of f frames. energies: for a rest shape of diagonal 1, NaN where it failed; errors: texts, "" for none."""
+    """Of f frames.
+
+    energies: for a rest shape of diagonal 1, NaN where it failed; distances: of the farthest anchor that counts from
+    its target, in the object's own units; errors: texts, "" for none.
+    """
 
     times: np.ndarray
     energies: np.ndarray
+    distances: np.ndarray
     iterations: np.ndarray
     converged: np.ndarray
     errors: tuple
@@ -28,6 +33,7 @@ class BakeReport:
         return cls(
             np.asarray(times, np.float64),
             np.array([np.nan if value is None else value for value in columns["energies"]], np.float64),
+            np.asarray(columns["distances"], np.float64),
             np.asarray(columns["iterations"], np.int64),
             np.asarray(columns["converged"], bool),
             tuple(columns["errors"]),
@@ -42,7 +48,12 @@ class BakeReport:
     def text(self):
         worst = self.worst()
         text = wording.counted(len(self.times), "sample")
-        return f"{text}, the highest energy is {worst[0][1]:.3g} at frame {worst[0][0]}" if worst else text
+        if worst:
+            text += f", the highest energy is {worst[0][1]:.3g} at frame {worst[0][0]}"
+        if len(self.distances) and self.distances.max() > 0.0:
+            row = int(self.distances.argmax())
+            text += f", an anchor is {self.distances[row]:.3g} from its target at frame {named(self.times[row])}"
+        return text
 
     def notes(self):
         """Sentences on frames to look at."""
@@ -69,12 +80,13 @@ class BakeReport:
                 {
                     "frame": float(time),
                     "energy": float(energy) if np.isfinite(energy) else None,
+                    "distance": float(distance),
                     "iterations": int(iterations),
                     "converged": bool(converged),
                     **({"error": error} if error else {}),
                 }
-                for time, energy, iterations, converged, error in zip(
-                    self.times, self.energies, self.iterations, self.converged, self.errors, strict=True
+                for time, energy, distance, iterations, converged, error in zip(
+                    self.times, self.energies, self.distances, self.iterations, self.converged, self.errors, strict=True
                 )
             ],
         }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes the animation of the handles."""
 
+import json
 import types
 
 import bpy
@@ -102,6 +103,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if prepared.is_done:
             return f"The point cache '{prepared.shown_path}' was right still: '{obj.name}' plays it", warnings
         report = prepared.outcome[2] if prepared.to_keys else prepared.outcome
+        obj.meanvalue.baked.worst = json.dumps([float(frame) for frame, _energy in report.worst()])
         return f"Baked '{obj.name}' to {_made(prepared)}: {report.text()}", [*report.notes(), *warnings]
 
     def _options(self, obj):

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The part of the sidebar about baking."""
 
+import json
+
 import bpy
 
 from ..bake import preparing
 from ..bake_settings import TO_CACHE
 from ..bridge import scene_input
-from ..core import whole_files, wording
+from ..core import bake_times, whole_files, wording
 from ..core.point_cache import Header
 from ..errors import SceneError
 from ..operators.bake import MEANVALUE_OT_bake
+from ..operators.show_baked_frame import MEANVALUE_OT_show_baked_frame
 from ..operators.unbake import MEANVALUE_OT_unbake
 from .panel import PanelPart
 from .text_box import draw_wrapped
@@ -40,7 +43,19 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
         bake.operator(MEANVALUE_OT_bake.bl_idname, icon='REC')
         if obj.meanvalue.baked.target:
             draw_wrapped(layout, context, wording.sentence(obj.meanvalue.baked.note), icon='CHECKMARK')
+            _draw_worst(layout, obj)
             layout.operator(MEANVALUE_OT_unbake.bl_idname, icon='X')
+
+
+def _draw_worst(layout, obj):
+    """Buttons to the frames with the highest energies."""
+    frames = json.loads(obj.meanvalue.baked.worst or "[]")
+    if not frames:
+        return
+    layout.label(text="Frames to look at:")
+    row = layout.row(align=True)
+    for frame in frames:
+        row.operator(MEANVALUE_OT_show_baked_frame.bl_idname, text=bake_times.named(frame)).frame = frame
 
 
 def _draw_range(layout, settings):

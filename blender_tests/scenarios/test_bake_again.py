@@ -3,6 +3,7 @@
 
 import json
 import pathlib
+from xml.etree import ElementTree
 
 import bpy
 import numpy as np
@@ -46,7 +47,7 @@ def test_nothing_changed_nothing_to_do(saved, monkeypatch, part, capfd):
     obj.modifiers.clear()
     bake()
     assert (asked, path.stat().st_mtime_ns) == ([], stamp)
-    assert obj.modifiers[0].type == 'MESH_CACHE'
+    assert obj.modifiers[0].type == "MESH_CACHE"
     curves(control)[0].keyframe_points[1].co.y += 0.5
     bake()
     assert asked == [(0, FRAMES)]
@@ -70,7 +71,7 @@ def test_what_was_solved_before_it_was_stopped_is_not_solved_again(saved, monkey
         return solve(binding, bind_input, targets, weights, begin, end, *rest)
 
     monkeypatch.setattr(solving, "solve_rows", stopped)
-    assert bpy.ops.meanvalue.bake() == {'CANCELLED'}
+    assert bpy.ops.meanvalue.bake() == {"CANCELLED"}
     assert not path.exists()
     assert sorted(each.name for each in path.with_name("Tube.chunks").glob("*.json")) == [
         "+000001_+000005.json", "+000006_+000010.json",
@@ -80,7 +81,7 @@ def test_what_was_solved_before_it_was_stopped_is_not_solved_again(saved, monkey
     bake()
     assert asked == [(10, FRAMES)]
     assert path.read_bytes() == whole
-    assert sorted(each.name for each in path.parent.iterdir()) == ["Tube.pc2", "Tube.pc2.json"]
+    assert sorted(each.name for each in path.parent.iterdir()) == ["Tube.pc2", "Tube.pc2.json", "Tube.pc2.svg"]
 
 
 def test_a_part_is_baked_again(saved):
@@ -121,13 +122,13 @@ def test_remove_bake_takes_back_what_bake_made(tmp_path):
     assert not obj.meanvalue.live
     assert obj.data.shape_keys.key_blocks["Mean-Value"].mute
     assert len(obj.modifiers) == 1
-    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert bpy.ops.meanvalue.unbake() == {"FINISHED"}
     assert_same(before, snapshot(obj, without=("keys",)))
     key = obj.data.shape_keys.key_blocks["Mean-Value"]
     assert not key.mute and np.abs(steps.key_positions(obj, "Mean-Value") - shape).max() < 1e-3  # live, so solved anew
     assert (tmp_path / "meanvalue_cache" / "Tube.pc2").exists()
     bake()
-    assert bpy.ops.meanvalue.unbake(delete_files=True) == {'FINISHED'}
+    assert bpy.ops.meanvalue.unbake(delete_files=True) == {"FINISHED"}
     assert list((tmp_path / "meanvalue_cache").iterdir()) == []
     assert not bpy.ops.meanvalue.unbake.poll()
 
@@ -165,17 +166,30 @@ def test_the_report_has_every_frame(saved, capfd):
     worst = max(frames, key=lambda each: each["energy"])
     assert report["worst"][0] == {"frame": f"{worst['frame']:.0f}", "energy": worst["energy"]}
     assert (report["object"], report["blend"]) == ("Tube", "scene.blend")
+    assert all(0.0 <= each["distance"] < 1e-5 for each in frames)  # hard handles
+    plot = pathlib.Path(f"{path}.svg").read_text()
+    assert len(ElementTree.fromstring(plot).findall("{http://www.w3.org/2000/svg}polyline")) == 2
     assert f"the highest energy is {worst['energy']:.3g} at frame {worst['frame']:.0f}" in capfd.readouterr().out
 
 
 def test_posing_on_does_not_move_a_baked_mesh_twice(saved):
     obj, _control, path = saved
-    bake(target='SHAPE_KEYS', keys='EVERY')
+    bake(target="SHAPE_KEYS", keys="EVERY")
     baked = played(obj, [1, 6])
     obj.meanvalue.live = True
     assert np.abs(played(obj, [1, 6]) - baked).max() < 1e-6
     obj.meanvalue.live = False
-    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert bpy.ops.meanvalue.solve() == {"FINISHED"}
     assert np.abs(played(obj, [1, 6]) - baked).max() < 1e-6
     bake()
     assert np.array_equal(played(obj, [1, 6]), rows(path)[[0, 5]])
+
+
+def test_a_frame_to_look_at_is_gone_to(saved):
+    obj, _control, _path = saved
+    bake()
+    frames = json.loads(obj.meanvalue.baked.worst)
+    assert frames
+    assert bpy.ops.meanvalue.show_baked_frame(frame=frames[0] + 0.5) == {"FINISHED"}
+    scene = bpy.context.scene
+    assert scene.frame_current + scene.frame_subframe == pytest.approx(frames[0] + 0.5)

@@ -185,3 +185,35 @@ def test_clips_have_names_objects_and_ranges(tmp_path, part):
     for wanted, words in ((["First", "First"], "one name"), (["Nobody"], "no object"), (["A=First:1,3"], "no gaps")):
         with pytest.raises(error, match=words):
             planned_clips(wanted, "1-3")
+
+
+def test_a_portable_plan_is_another_key_and_solved_so(tmp_path, part, farm, farm_in_blender):
+    blend = two_clips(tmp_path)
+    out = tmp_path / "out"
+    load = part("bake.bundle").load
+    plans = {}
+    for options in ((), ("--portable",)):
+        assert (
+            farm_in_blender(blend, "plan", "--out", out, "--clip", "First", "--frames", "1-4", *options).returncode == 0
+        )
+        plans[options], triangles = load(out / "plan" / "First.npz")
+    plain, portable = plans.values()
+    assert (plain.portable, portable.portable) == (False, True)
+    assert plain.key != portable.key
+    assert farm("bake", "--plan", out / "plan", "--index", 0).returncode == 0
+    mesh = portable.bind_input
+    deformer = (
+        part("native_loader")
+        .module()
+        .Deformer(
+            mesh.rest.astype(np.float64),
+            triangles,
+            mesh.anchors,
+            handles=mesh.pieces,
+            rigidity=mesh.rigidity,
+            portable=True,
+        )
+    )
+    chunk = out / "First" / "chunks" / "+000001_+000004.pc2"
+    baked = np.frombuffer(chunk.read_bytes()[32:], np.float32).reshape(4, -1, 3)
+    np.testing.assert_array_equal(baked, deformer.solve_sequence(portable.targets).vertices)

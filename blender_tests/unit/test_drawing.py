@@ -143,6 +143,7 @@ def test_menus(part):
         "MEANVALUE_OT_add_preset",
         "MEANVALUE_OT_finish_region",
         "MEANVALUE_OT_select_marker",
+        "MEANVALUE_OT_show_baked_frame",
         "MEANVALUE_OT_show_marker_problem",
     }
     for name in every - in_sidebar_only:

@@ -134,6 +134,23 @@ TEST(Lbfgs, EndsWhereTheGradientOfANonlinearFunctionVanishes) {
     }
 }
 
+TEST(Lbfgs, WithPatienceASingleStepThatIsFarTooShortEndsIt) {
+    const auto iterations = [](int patience, double distance) {
+        Line line(300);
+        const Positions minimum = line.free_of(line.start) + Positions::Constant(line.size(), 3, distance);
+        LbfgsOptions options = options_with(1e-2, 100);
+        options.patience = patience;
+        Positions positions = line.start;
+        const LbfgsReport report = line.minimise(line.quadratic(minimum), options, positions);
+        EXPECT_TRUE(report.converged);
+        return report.iterations();
+    };
+    EXPECT_EQ(iterations(0, 1e-3), 2);
+    EXPECT_EQ(iterations(20, 1e-3), 1);
+    EXPECT_EQ(iterations(0, 1.0), 3);
+    EXPECT_EQ(iterations(20, 1.0), 2);
+}
+
 TEST(Lbfgs, TheHistoryIsWorthItsKeep) {
     // In a few directions the matrix is fifty times too soft; steps without a history would shorten by as much.
     Line line(900);

@@ -17,8 +17,8 @@ constexpr double kSteep = 0.3;
 constexpr double kLongest = 4.0;
 // Steps this short on end tell the end of the way from a single bad step.
 constexpr int kShortSteps = 2;
-// With patience, what comes after a step that is shorter than this, in step tolerances, does not matter even where
-// the energy falls: there is little of it.
+// With patience, what comes after a single step that is shorter than this, in step tolerances, does not matter even
+// where the energy falls: there is little of it, and the next solve goes on. Half of a smooth drag's iterations.
 constexpr double kOutOfSight = 0.3;
 // A step of an inherited history that has to be shortened to less ends it.
 constexpr double kMisled = 0.125;
@@ -114,7 +114,10 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         const bool is_out_of_sight = options.patience > 0 && step < kOutOfSight * options.step_tolerance;
         const bool still_falls =
             options.energy_tolerance > 0.0 && falls(report.energies, kShortSteps, options.energy_tolerance);
-        if (short_steps >= kShortSteps && (is_out_of_sight || !still_falls)) break;
+        if (is_out_of_sight || (short_steps >= kShortSteps && !still_falls)) {
+            report.converged = true;
+            break;
+        }
         if (share > 0.0 && step < kNearlyShort * options.step_tolerance &&
             !falls(report.energies, kSlowSteps, share)) {
             report.converged = share == options.energy_tolerance;

@@ -14,10 +14,11 @@
 namespace meanvalue {
 
 struct LbfgsOptions {
-    /// Stop when no vertex has moved farther in a step, twice on end; in the units of the positions.
+    /// Stop when no vertex has moved farther in a step, twice on end, with patience also once by far less; in the
+    /// units of the positions.
     double step_tolerance = 0.0;
     /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less
-    /// than this share of it; and not where it still falls faster, with patience unless steps are far shorter.
+    /// than this share of it; and not where it still falls faster, unless steps are far shorter with patience.
     double energy_tolerance = 0.0;
     /// The iterations before the energy tolerance counts; after twice as many, a larger one does, and the minimiser
     /// leaves off.
