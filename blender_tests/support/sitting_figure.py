@@ -13,7 +13,7 @@ from .walking_figure import ANKLE_HEIGHT, RATE_HZ, SHANK, THIGH, turn_x, turn_y,
 DOWN_BEGIN, DOWN_END, UP_BEGIN, UP_END = 0.3, 1.7, 2.5, 3.9
 FRAMES = 420
 #: The box: its top, and from where to where along Y.
-SEAT_HEIGHT, SEAT = 0.412, (0.22, 0.66)
+SEAT_HEIGHT, SEAT = 0.435, (0.22, 0.66)
 
 #: Degrees at shares of sitting down: thighs back from upright, shanks forward, trunk forward.
 SHARES = (0.0, 0.5, 1.0)
