@@ -13,7 +13,8 @@ from pathlib import Path
 
 import bpy
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[up]) for up in (1, 2)]
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from demo import arguments, built_in, pose, report, stage, user_file
 from demo.errors import DemoError

@@ -14,8 +14,8 @@ def of_field(field, low, high, spacing, near=None):
     field has to be looked at (elsewhere it is far from zero).
     """
     counts = np.ceil((np.asarray(high) - low) / spacing).astype(int) + 1
-    grid = np.stack(np.meshgrid(*(low[axis] + spacing * np.arange(counts[axis]) for axis in range(3)), indexing="ij"), -1)
-    flat = grid.reshape(-1, 3)
+    lines = [low[axis] + spacing * np.arange(counts[axis]) for axis in range(3)]
+    flat = np.stack(np.meshgrid(*lines, indexing="ij"), -1).reshape(-1, 3)
     values = np.full(len(flat), 1.0)
     look = np.flatnonzero(_chunks(near, flat)) if near is not None else np.arange(len(flat))
     values[look] = _chunks(field, flat[look])

@@ -43,7 +43,7 @@ CENTRE_MARKERS = {
     "WaistRBack": ("pelvis", (-0.06, 0.125, 0.08)),
 }
 SIDE_MARKERS = {
-    "ShoulderTop": ("chest", (0.16, 0.0, 0.36)),
+    "ShoulderTop": ("chest", (0.16, 0.0, 0.355)),
     "ShoulderBack": ("chest", (0.15, 0.085, 0.22)),
     "UArmHigh": ("upper_arm", (0.14, 0.045, 0.03)),
     "ElbowOut": ("upper_arm", (0.27, 0.045, 0.0)),

@@ -83,10 +83,8 @@ def play(obj, seconds):
         targets.append([place(pair.control) for pair in pairs])
         balls.append([place(empties[pair.name]) for pair in pairs])
     targets, balls = np.array(targets), np.array(balls)
-    if capture.mode == "RETARGET":  # what was captured is not where the character is
-        balls = targets
-    else:
-        balls = balls @ alignment[:3, :3].T + alignment[:3, 3]
+    # What was captured is not where a character of other proportions is.
+    balls = targets if capture.mode == "RETARGET" else balls @ alignment[:3, :3].T + alignment[:3, 3]
     anchors = np.array([pair.vertex for pair in pairs])
     matched = np.array([pair.distance for pair in pairs])
     return Carried([pair.name for pair in pairs], np.stack(shapes), anchors, targets, balls, matched, seconds)

@@ -61,7 +61,9 @@ def rows(subject, carried):
         ):
             off = rms(shapes, subject.truth)
             whole = np.sqrt((off**2).mean())
-            result.append((what, f"rms {share(whole, height)}, worst frame {off.argmax() + 1}: {share(off.max(), height)}"))
+            result.append(
+                (what, f"rms {share(whole, height)}, worst frame {off.argmax() + 1}: {share(off.max(), height)}")
+            )
     rough = roughness(carried.shapes)
     frame, vertex = np.unravel_index(rough.argmax(), rough.shape)
     words = f"vertices at most {mm(rough.max())} (frame {frame + 2}, vertex {vertex})"

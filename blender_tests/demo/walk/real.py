@@ -24,13 +24,13 @@ def subject(body, take):
     upright = unit * np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
     upright[:, 2] -= upright[:, 2].min()
     motion, standing = (mesh_files.DATA / name for name in TAKES[take])
-    return Subject(
-        f"{take} on {body}", f"{take}_{body}", upright, polygons, motion, standing, np.arange(40, 161, 12)
-    )
+    return Subject(f"{take} on {body}", f"{take}_{body}", upright, polygons, motion, standing, np.arange(40, 161, 12))
 
 
 MAKERS = {
-    f"{take} on {body}": (lambda _folder, body=body, take=take: subject(body, take)) for take in TAKES for body in BODIES
+    f"{take} on {body}": (lambda _folder, body=body, take=take: subject(body, take))
+    for take in TAKES
+    for body in BODIES
 }
 
 

@@ -23,7 +23,9 @@ a report."""
 def options(argv):
     """The command line after `walk`."""
     parser = argparse.ArgumentParser(prog="./dev demo walk", description=DESCRIPTION, allow_abbrev=False)
-    parser.add_argument("--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s")
+    parser.add_argument(
+        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
+    )
     parser.add_argument("--only", choices=tuple(subjects.GENERATED), help="just one of the three motions")
     parser.add_argument(
         "--data", action="store_true", help="also real captures on real bodies, from ../shared/data where that is there"

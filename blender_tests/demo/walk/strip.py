@@ -73,8 +73,8 @@ def add_figures(shapes, polygons):
 
 
 def add_box(ends):
-    low, high = ends
-    corners = [[(low, high)[k][0], (low, high)[j][1], (low, high)[i][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    """A box from ends[0] to ends[1]."""
+    corners = [(x, y, z) for z in ends[:, 2] for y in ends[:, 1] for x in ends[:, 0]]
     faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     obj = scene_mesh.new_object("Box", corners, faces)
     obj.data.materials.append(scene_mesh.plain_material("Box", BOX_COLOUR, 0.6))
@@ -87,7 +87,7 @@ def render(path, points, azimuth_deg, engine, cycles_samples):
     low, high = local.min(0), local.max(0)
     margin = 0.05 * (high[1] - low[1])
     size = high[:2] - low[:2] + 2.0 * margin
-    picture = stage.Picture(WIDTH, int(round(WIDTH * size[1] / size[0])), cycles_samples, engine)
+    picture = stage.Picture(WIDTH, round(WIDTH * size[1] / size[0]), cycles_samples, engine)
     camera = bpy.data.cameras.new("Camera")
     camera.type, camera.sensor_fit, camera.ortho_scale = "ORTHO", "HORIZONTAL", size[0]
     depth = high[2] - low[2]
