@@ -25,7 +25,8 @@ Poses meshes by their anchors with the Mean-Value Deform add-on, without a displ
 before and after, the .blend and a report.
 
 Without FILE: an octopus that lifts a tentacle, and a figure-eight twisted by 90 degrees.
-With FILE: your own mesh. Anchors hold the mesh; those that you move pull it along."""
+With FILE: your own mesh. Anchors hold the mesh; those that you move pull it along.
+Motion capture has a demo of its own: ./dev demo walk --help"""
 
 EXAMPLES = """\
 examples:

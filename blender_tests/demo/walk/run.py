@@ -33,7 +33,7 @@ def options(argv):
     parser.add_argument(
         "--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer"
     )
-    parser.add_argument("--samples", metavar="N", type=int, default=24, help="Cycles samples per pixel; default: 24")
+    parser.add_argument("--samples", metavar="N", type=int, default=16, help="Cycles samples per pixel; default: 16")
     words = parser.parse_args(argv)
     if words.samples < 1:
         parser.error(f"--samples {words.samples}: at least 1 is needed")
