@@ -13,29 +13,35 @@ from pathlib import Path
 
 import bpy
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from demo import arguments, built_in, pose, report, stage, user_file
 from demo.errors import DemoError
 from demo.photograph import photograph
+from demo.walk import run as walk_run
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
 
 
 def main(argv):
     """Runs the demo; returns the exit status."""
-    options = arguments.parse(argv)
+    is_walk = argv[:1] == ["walk"]
+    options = walk_run.options(argv[1:]) if is_walk else arguments.parse(argv)
     try:
         make_folder(options.output)
         pose.install_addon(os.environ.get("MEANVALUE_ADDON_ZIP"))
-        blocks = [run_subject(make, options) for make in makers(options)]
+        if is_walk:
+            text, name = walk_run.text(addon_version(), walk_run.blocks(options, empty_scene)), "walk_report.txt"
+        else:
+            blocks = [run_subject(make, options) for make in makers(options)]
+            text, name = report.text(bpy.app.version_string, addon_version(), blocks), "report.txt"
     except DemoError as error:
         print(f"./dev demo: {error}", file=sys.stderr)
         return 1
-    text = report.text(bpy.app.version_string, addon_version(), blocks)
-    (options.output / "report.txt").write_text(text, encoding="utf-8")
+    (options.output / name).write_text(text, encoding="utf-8")
     print("\n" + text)
-    print(f"Written to {options.output}: report.txt and the files above")
+    print(f"Written to {options.output}: {name} and the files above")
     return 0
 
 

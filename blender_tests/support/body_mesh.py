@@ -27,7 +27,7 @@ TURNS_WITH = {"neck": "chest", "hand.L": "forearm.L", "hand.R": "forearm.R"}
 
 def body(legs=1.0, around=14, along=8):
     """(vertices (n, 3) float64, triangles (t, 3) int, bones (n,) names): the figure's T-pose, on z = 0, facing -Y."""
-    joints, _ = walking_figure._upright(1, legs)
+    joints, _ = walking_figure.upright(1, legs)
     parts = [(bone, *_ends(joints, place)) for bone, place in CENTRE.items()]
     for side, sign in (("L", 1.0), ("R", -1.0)):
         for bone, (joint, begin, end, radii) in SIDES.items():
@@ -47,7 +47,7 @@ def body(legs=1.0, around=14, along=8):
 
 def posed(vertices, bones, time, legs=1.0):
     """(f, n, 3): vertices of `body()` moved rigidly with their bones, at the times (f,) of the walk."""
-    rest, _ = walking_figure._upright(1, legs)
+    rest, _ = walking_figure.upright(1, legs)
     joints, turns, _ = walking_figure.walking(time, legs)
     result = np.empty((len(time), *vertices.shape))
     for bone in np.unique(bones):

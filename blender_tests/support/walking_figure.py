@@ -43,7 +43,7 @@ CENTRE_MARKERS = {
     "WaistRBack": ("pelvis", (-0.06, 0.125, 0.08)),
 }
 SIDE_MARKERS = {
-    "ShoulderTop": ("chest", (0.16, 0.0, 0.335)),
+    "ShoulderTop": ("chest", (0.16, 0.0, 0.355)),
     "ShoulderBack": ("chest", (0.15, 0.085, 0.22)),
     "UArmHigh": ("upper_arm", (0.14, 0.045, 0.03)),
     "ElbowOut": ("upper_arm", (0.27, 0.045, 0.0)),
@@ -89,14 +89,14 @@ def take(frames=255, seed=0, legs=1.0, gaps=0.0, noise=0.0, longest_gap=20, star
     """
     time = start + np.arange(frames) / RATE_HZ
     joints, turns, contacts = walking(time, legs)
-    return _figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap)
+    return figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap)
 
 
 def t_pose(legs=1.0, seed=0, noise=0.0, frames=1):
     """The figure at rest, arms to the sides, as a `Figure` of `frames` frames."""
-    joints, turns = _upright(frames, legs)
+    joints, turns = upright(frames, legs)
     contacts = {f"{part}.{side}": np.ones(frames, bool) for part in ("heel", "toe") for side in "LR"}
-    return _figure(joints, turns, contacts, seed, legs, 0.0, noise, 1)
+    return figure(joints, turns, contacts, seed, legs, 0.0, noise, 1)
 
 
 def walking(time, legs=1.0):
@@ -116,16 +116,16 @@ def walking(time, legs=1.0):
         turns[f"upper_arm.{side}"] = turn_x(swing) @ turn_y(np.full(len(time), sign * 1.35))
         bend = turn_z(sign * (-0.35 + 0.15 * np.cos(phase + later)))
         turns[f"forearm.{side}"] = turns[f"upper_arm.{side}"] @ bend
-    joints = _trunk_and_arms(pelvis, turns)
+    joints = trunk_and_arms(pelvis, turns)
     contacts = {}
     for side, sign, later in (("L", 1.0, 0.0), ("R", -1.0, 0.5)):
         hip = joints[f"hip.{side}"]
         ankle, turns[f"foot.{side}"], on_ground = _foot(time / CYCLE + later, sign, legs, later)
         contacts[f"heel.{side}"], contacts[f"toe.{side}"] = on_ground
-        knee = _knee_between(hip, ankle, THIGH * legs, SHANK * legs)
+        knee = knee_between(hip, ankle, THIGH * legs, SHANK * legs)
         joints[f"knee.{side}"], joints[f"ankle.{side}"] = knee, ankle
-        turns[f"thigh.{side}"] = _leg_turn(hip - knee)
-        turns[f"shank.{side}"] = _leg_turn(knee - ankle)
+        turns[f"thigh.{side}"] = leg_turn(hip - knee)
+        turns[f"shank.{side}"] = leg_turn(knee - ankle)
     return joints, turns, contacts
 
 
@@ -170,7 +170,7 @@ def _turns(angles, first, second):
     return result
 
 
-def _figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap):
+def figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap):
     clean = _markers(joints, turns, legs)
     rng = np.random.default_rng(seed)
     positions = clean + noise * rng.standard_normal(clean.shape)
@@ -180,19 +180,19 @@ def _figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap):
     return Figure(LABELS, RATE_HZ, positions, clean, joints, contacts, angles, height)
 
 
-def _upright(frames, legs):
+def upright(frames, legs):
     bones = [f"{bone}.{side}" for side in "LR" for bone in ("upper_arm", "forearm", "thigh", "shank", "foot")]
     turns = {bone: np.broadcast_to(np.eye(3), (frames, 3, 3)) for bone in ["pelvis", "chest", "head", *bones]}
     pelvis = np.zeros((frames, 3))
     pelvis[:, 2] = ANKLE_HEIGHT + (THIGH + SHANK) * legs + 0.05
-    joints = _trunk_and_arms(pelvis, turns)
+    joints = trunk_and_arms(pelvis, turns)
     for side in "LR":
         joints[f"knee.{side}"] = joints[f"hip.{side}"] - [0.0, 0.0, THIGH * legs]
         joints[f"ankle.{side}"] = joints[f"knee.{side}"] - [0.0, 0.0, SHANK * legs]
     return joints, turns
 
 
-def _trunk_and_arms(pelvis, turns):
+def trunk_and_arms(pelvis, turns):
     joints = {"pelvis": pelvis, "chest": pelvis + turns["pelvis"] @ [0.0, 0.0, 0.16]}
     joints["neck"] = joints["chest"] + turns["chest"] @ [0.0, 0.02, 0.37]
     joints["head"] = joints["neck"] + turns["head"] @ [0.0, -0.01, 0.05]
@@ -237,7 +237,7 @@ def _smooth(share):
     return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
 
 
-def _knee_between(hip, ankle, thigh, shank):
+def knee_between(hip, ankle, thigh, shank):
     """(f, 3): the knee bends forward (-Y), in the plane of its leg."""
     leg = ankle - hip
     length = np.linalg.norm(leg, axis=1, keepdims=True)
@@ -250,7 +250,7 @@ def _knee_between(hip, ankle, thigh, shank):
     return hip + along * down + np.sqrt(thigh**2 - along**2) * forward
 
 
-def _leg_turn(up):
+def leg_turn(up):
     """(f, 3, 3): turns +Z to `up`, the knee's axis stays in the plane across it."""
     up = up / np.linalg.norm(up, axis=1, keepdims=True)
     right = np.array([1.0, 0.0, 0.0]) - up[:, :1] * up

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How good a bake is, in figures. No bpy."""
+
+import numpy as np
+
+WORST = 3
+
+
+def rms(shapes, truth):
+    """(f,): root mean square distance of the vertices (f, n, 3) from where they should be."""
+    return np.sqrt(((shapes - truth) ** 2).sum(2).mean(1))
+
+
+def laid_on(shapes, truth):
+    """The shapes (f, n, 3), each moved and turned as a whole to where it should be (Kabsch 1976)."""
+    result = np.empty(shapes.shape)
+    for row, (shape, goal) in enumerate(zip(shapes.astype(float), truth, strict=True)):
+        centre = shape.mean(0)
+        u, _, vt = np.linalg.svd((shape - centre).T @ (goal - goal.mean(0)))
+        u[:, 2] *= np.sign(np.linalg.det(u @ vt))
+        result[row] = (shape - centre) @ u @ vt + goal.mean(0)
+    return result
+
+
+def roughness(paths):
+    """(f - 2, n): lengths of the second differences of paths (f, n, 3): how suddenly they turn or change speed."""
+    return np.linalg.norm(np.diff(paths, 2, axis=0), axis=2)
+
+
+def slide(shapes, planted):
+    """The farthest that a vertex of a standing sole goes along the ground from where it stood first."""
+    farthest = 0.0
+    for begin, end, sole in planted:
+        if end - begin > 1:
+            stance = shapes[begin:end, sole, :2]
+            farthest = max(farthest, float(np.linalg.norm(stance - stance[0], axis=2).max()))
+    return farthest
+
+
+def misses(carried):
+    """(f, m): how far each anchor is from its target; NaN where it was free."""
+    return np.linalg.norm(carried.shapes[:, carried.anchors] - carried.targets, axis=2)
+
+
+def rows(subject, carried):
+    """[(what, figure in words)] for the report."""
+    miss, height = misses(carried), subject.height
+    per_frame = np.nanmax(miss, axis=1)
+    worst = np.argsort(-per_frame)[:WORST]
+    result = [
+        ("vertices, frames", f"{len(subject.vertices):,}, {len(carried.shapes):,}"),
+        ("markers", f"{len(carried.anchors)}, {np.isnan(carried.targets[..., 0]).mean():.1%} of the samples free"),
+        ("marker to skin, reference", f"{mm(carried.matched.mean())} on average, at most {mm(carried.matched.max())}"),
+        ("anchor to its target", f"{mm(np.nanmean(miss))} on average, at most {mm(np.nanmax(miss))}"),
+        ("worst frames", ", ".join(f"{k + 1} ({mm(per_frame[k])}, {worst_name(carried, miss, k)})" for k in worst)),
+    ]
+    if subject.truth is not None:
+        for what, shapes in (
+            ("off the skinned figure", carried.shapes),
+            ("  by its shape alone", laid_on(carried.shapes, subject.truth)),
+        ):
+            off = rms(shapes, subject.truth)
+            whole = np.sqrt((off**2).mean())
+            result.append(
+                (what, f"rms {share(whole, height)}, worst frame {off.argmax() + 1}: {share(off.max(), height)}")
+            )
+    rough = roughness(carried.shapes)
+    frame, vertex = np.unravel_index(rough.argmax(), rough.shape)
+    words = f"vertices at most {mm(rough.max())} (frame {frame + 2}, vertex {vertex})"
+    words += f", targets {mm(np.nanmax(roughness(carried.targets)))}"
+    if subject.markers is not None:
+        words += f", markers without noise {mm(roughness(subject.markers).max())}"
+    if subject.truth is not None:
+        words += f", skinned figure {mm(roughness(subject.truth).max())}"
+    result.append(("second differences", words))
+    if subject.planted:
+        moved = slide(carried.shapes, subject.planted)
+        result.append(("slide of standing soles", share(moved, height)))
+    return result
+
+
+def worst_name(carried, miss, frame):
+    return carried.names[int(np.nanargmax(miss[frame]))]
+
+
+def share(metres, height):
+    return f"{mm(metres)} ({metres / height:.2%} of the height)"
+
+
+def mm(metres):
+    return f"{1000.0 * metres:.1f} mm"

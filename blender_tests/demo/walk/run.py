@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line of `./dev demo walk`, and its report."""
+
+import argparse
+import os
+import time
+from pathlib import Path
+
+import bpy
+
+from .. import pictures
+from . import capture, measures, real, strip, subjects
+
+EVERY = 5  # samples from one frame of the close look to the next
+PER_ROW = 12
+
+DESCRIPTION = """\
+Motion capture without a skeleton, from the file to the picture: a generated figure is moved by a generated C3D file
+of 41 markers with gaps and noise. Import, match and bake by the add-on's operators, then film strips, the .blend and
+a report."""
+
+
+def options(argv):
+    """The command line after `walk`."""
+    parser = argparse.ArgumentParser(prog="./dev demo walk", description=DESCRIPTION, allow_abbrev=False)
+    parser.add_argument(
+        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
+    )
+    parser.add_argument("--only", choices=tuple(subjects.GENERATED), help="just one of the three motions")
+    parser.add_argument(
+        "--data", action="store_true", help="also real captures on real bodies, from ../shared/data where that is there"
+    )
+    parser.add_argument(
+        "--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer"
+    )
+    parser.add_argument("--samples", metavar="N", type=int, default=24, help="Cycles samples per pixel; default: 24")
+    words = parser.parse_args(argv)
+    if words.samples < 1:
+        parser.error(f"--samples {words.samples}: at least 1 is needed")
+    words.output = (Path(os.environ.get("MEANVALUE_CALLED_FROM", ".")) / words.output).resolve()
+    words.engine = {"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine]
+    return words
+
+
+def blocks(words, empty_scene):
+    """The report's lines for each subject; makes the files."""
+    makers = [make for name, make in subjects.GENERATED.items() if words.only in (None, name)]
+    result = [one(make, words, empty_scene) for make in makers]
+    if words.data:
+        for title, make in real.MAKERS.items():
+            missing = real.missing(title)
+            if missing:
+                print(f"{title}: skipped, there is no {missing}", flush=True)
+                result.append([title, f"  skipped: there is no {missing}", ""])
+            else:
+                result.append(one(make, words, empty_scene))
+    return result
+
+
+def one(make, words, empty_scene):
+    """Makes, carries, measures and draws one subject; returns its lines of the report."""
+    begin = time.perf_counter()
+    empty_scene()
+    subject = make(words.output)
+    modelled = time.perf_counter()
+    print(f"{subject.title}: importing, matching, baking ...", flush=True)
+    carried = capture.carry(subject, words.output)
+    seconds = {"model": modelled - begin, **carried.seconds}
+    print(f"{subject.title}: rendering ...", flush=True)
+    begin = time.perf_counter()
+    files = draw(subject, carried, words, empty_scene)
+    seconds["render"] = time.perf_counter() - begin
+    rows = measures.rows(subject, carried)
+    rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
+    rows.append(("files", ", ".join([*files, f"{subject.stem}.blend"])))
+    return [subject.title, *(f"  {label + ':':<27}{value}" for label, value in rows), ""]
+
+
+def draw(subject, carried, words, empty_scene):
+    """The strip from the side and from the front, and a close look at every few frames; names of the files."""
+    views = []
+    for azimuth in (strip.SIDE, strip.FRONT):
+        empty_scene()
+        path = words.output / f"{subject.stem}_strip.png"
+        strip.draw(path, subject, carried, subject.shown, azimuth, words.engine, words.samples)
+        views.append(pictures.read_png(path))
+    strip.on_top(path, *views)
+    empty_scene()
+    close = words.output / f"{subject.stem}_frames.png"
+    every = range(0, len(carried.shapes), EVERY)
+    strip.draw(close, subject, carried, list(every), strip.SIDE + 40.0, "BLENDER_WORKBENCH", 1, PER_ROW)
+    return [path.name, close.name]
+
+
+def text(addon_version, lines):
+    head = [
+        f"Mean-Value Deform {addon_version}, Blender {bpy.app.version_string}: motion capture",
+        "The skinned figure is the generated one turned by its own bones with blended weights. Second differences are",
+        "from sample to sample, 100 a second.",
+        "",
+    ]
+    return "\n".join(head + [line for block in lines for line in block])

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who is moved by which capture. No bpy."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from support import capture_files, figure_body, sitting_figure, walking_figure
+
+SPACING = 0.0155  # metres between vertices
+GAPS, NOISE = 0.06, 0.0007  # of the generated captures: share of the samples, metres
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A mesh, the files that move it, and which samples are shown.
+
+    vertices (n, 3) metres, Z up; polygons; take, standing: paths of the motion and of the reference; shown: samples of
+    the film strip; box: (low (3,), high (3,)) of a seat, or None. Where the truth is known: truth (f, n, 3), markers
+    (f, m, 3) without gaps and noise, planted: [(begin, end, vertices)] of feet that stand; height in metres.
+    """
+
+    title: str
+    stem: str
+    vertices: np.ndarray
+    polygons: object
+    take: object
+    standing: object
+    shown: np.ndarray
+    mode: str = "AS_CAPTURED"
+    low_pass_hz: float = 8.0
+    box: tuple = None
+    truth: np.ndarray = None
+    markers: np.ndarray = None
+    planted: list = field(default_factory=list)
+
+    @property
+    def height(self):
+        return float(np.ptp(self.vertices[:, 2]))
+
+
+def walk(folder, spacing=SPACING, frames=170):
+    """The figure walks: two steps are shown."""
+    shape, figure = figure_body.body(1.0, spacing), walking_figure.take(frames, 7, 1.0, GAPS, NOISE)
+    time = np.arange(frames) / figure.rate_hz
+    joints, turns, _ = walking_figure.walking(time)
+    return Subject(
+        "Walk: 41 markers, gaps and noise",
+        "walk",
+        shape.vertices,
+        shape.quads,
+        write(folder / "walk.c3d", figure),
+        standing(folder),
+        np.linspace(25, min(frames - 1, 135), 11).round().astype(int),
+        truth=figure_body.posed(shape, joints, turns),
+        markers=figure.clean,
+        planted=planted(shape, figure.contacts),
+    )
+
+
+def short_legs(folder, spacing=SPACING, frames=170, legs=0.7):
+    """The same capture on a figure with shorter legs. Where its feet stand is not known, but when they do."""
+    shape, figure = figure_body.body(legs, spacing), walking_figure.take(frames, 7, 1.0, GAPS, NOISE)
+    return Subject(
+        "Walk, retargeted to legs 30 % shorter",
+        "walk_short_legs",
+        shape.vertices,
+        shape.quads,
+        write(folder / "walk.c3d", figure),
+        standing(folder),
+        np.linspace(25, min(frames - 1, 135), 11).round().astype(int),
+        mode="RETARGET",
+        markers=figure.clean,
+        planted=planted(shape, figure.contacts),
+    )
+
+
+def sit(folder, spacing=SPACING, frames=sitting_figure.FRAMES):
+    """The figure sits down on a box and stands up again."""
+    shape, figure = figure_body.body(1.0, spacing), sitting_figure.take(frames, 11, GAPS, NOISE)
+    joints, turns, _ = sitting_figure.sitting(np.arange(len(figure.clean)) / figure.rate_hz)
+    low, high = sitting_figure.SEAT
+    return Subject(
+        "Sitting down and standing up",
+        "sit",
+        shape.vertices,
+        shape.quads,
+        write(folder / "sit.c3d", figure),
+        standing(folder),
+        np.array([20, 70, 90, 105, 125, 210, 300, 325, 390]),
+        box=(np.array([-0.24, low, 0.0]), np.array([0.24, high, sitting_figure.SEAT_HEIGHT])),
+        truth=figure_body.posed(shape, joints, turns),
+        markers=figure.clean,
+        planted=planted(shape, figure.contacts),
+    )
+
+
+GENERATED = {"walk": walk, "walk_short_legs": short_legs, "sit": sit}
+
+
+def write(path, figure):
+    """Writes a walking_figure.Figure as C3D, in millimetres; returns the path."""
+    path.write_bytes(capture_files.c3d(figure.labels, 1000.0 * figure.positions, rate=figure.rate_hz))
+    return path
+
+
+def standing(folder):
+    """The T-pose of the person who was captured."""
+    return write(folder / "standing.c3d", walking_figure.t_pose(seed=3, noise=NOISE, frames=5))
+
+
+def planted(shape, contacts):
+    """[(begin, end, vertices of the sole)]: when a foot of the figure stands flat."""
+    result = []
+    for side in "LR":
+        column = figure_body.BONES.index(f"foot.{side}")
+        sole = np.flatnonzero((shape.weights[:, column] > 0.95) & (shape.vertices[:, 2] < 0.02))
+        flat = np.concatenate([[False], contacts[f"heel.{side}"] & contacts[f"toe.{side}"], [False]])
+        ends = np.flatnonzero(np.diff(flat.astype(int)))
+        result += [(begin, end, sole) for begin, end in zip(ends[::2], ends[1::2], strict=True)]
+    return result
