@@ -149,7 +149,7 @@ class Baking:
 
 
 def write_report(path, report, about):
-    """Beside the cache `path`: a BakeReport and what else `about` says, as JSON and as a picture. @throws CacheError."""
+    """Beside the cache `path`: a BakeReport and what `about` says, as JSON and as a picture. @throws CacheError."""
     _write_content(path, {"schema": SCHEMA, **about, **report.content()})
 
 

@@ -14,7 +14,7 @@ from . import solving
 
 #: Chunks have so many frames where they fit into the memory that one may take: several runs of the solver, so that
 #: each of its threads has one. It depends on the mesh alone, so that another machine goes on with the same chunks.
-CHUNK_FRAMES = 4 * solving.RUN_FRAMES
+CHUNK_FRAMES = 2 * solving.RUN_FRAMES
 CHUNK_BYTES = 256 << 20
 
 

@@ -10,7 +10,7 @@ COLORS = {"energy": "#c2571a", "distance": "#2b6ca3"}
 
 
 def svg(frames, title):
-    """Text of the picture: energy and distance from the targets. frames: those of BakeReport.content(), one at least."""
+    """Text of the picture: energy, and distance from the targets. frames: of BakeReport.content(), one at least."""
     times = np.array([each["frame"] for each in frames], np.float64)
     values = {name: _column(frames, name) for name in COLORS}
     panels = (

@@ -112,6 +112,37 @@ def test_frames_are_handed_over_in_order_and_not_kept(clip):
     np.testing.assert_array_equal(result.energies, whole.energies)
 
 
+@pytest.mark.parametrize("chunk", [FRAMES, 10**9, 2**31 - 1])
+def test_one_run_for_all_frames(clip, chunk):
+    _, _, deformer, targets, _ = clip
+    got = []
+    deformer.solve_sequence(targets, chunk=chunk, threads=2, on_frame=lambda _, shape: got.append(shape.copy()))
+    np.testing.assert_array_equal(got, deformer.solve_sequence(targets, chunk=chunk).vertices)
+
+
+def test_a_callback_may_cancel(clip):
+    _, _, deformer, targets, _ = clip
+    execution = meanvalue.Execution()
+    with pytest.raises(meanvalue.Cancelled):
+        deformer.solve_sequence(targets, execution=execution, on_frame=lambda *_: execution.cancel())
+
+
+def test_a_sequence_leaves_other_drags_alone(clip):
+    _, _, deformer, targets, _ = clip
+
+    def drag(between):
+        shape, shapes = None, []
+        for frame in range(12):
+            if frame == 6:
+                between()
+            shape = deformer.solve(targets[frame], start=shape).vertices
+            shapes.append(shape)
+        return np.array(shapes)
+
+    undisturbed = drag(lambda: None)
+    np.testing.assert_array_equal(drag(lambda: deformer.solve_sequence(targets, chunk=3, overlap=1)), undisturbed)
+
+
 def test_what_on_frame_raises_ends_the_sequence(clip):
     _, _, deformer, targets, _ = clip
 
@@ -141,6 +172,30 @@ def test_a_frame_that_fails_is_told_and_does_not_end_the_rest(clip):
     np.testing.assert_array_equal(result.vertices[20], result.vertices[19])
     np.testing.assert_array_equal(result.vertices[: CHUNK - OVERLAP], whole.vertices[: CHUNK - OVERLAP])
     assert np.isfinite(result.vertices).all()
+
+
+@pytest.mark.parametrize("begin", [CHUNK - OVERLAP - 3, CHUNK - 2, CHUNK])
+def test_a_dropout_across_two_runs_holds_the_last_shape(clip, begin):
+    points, _, deformer, targets, _ = clip
+    end = CHUNK + 5
+    broken = targets.copy()
+    broken[begin:end] = np.nan
+    result = deformer.solve_sequence(broken, chunk=CHUNK, overlap=OVERLAP)
+    assert [frame for frame, _ in result.errors] == list(range(begin, end))
+    held = result.vertices[begin - 1]
+    for frame in range(begin, end):
+        assert np.abs(result.vertices[frame] - held).max() < 3e-3 * diagonal(points)
+    part = deformer.solve_sequence(broken, chunk=CHUNK, overlap=OVERLAP, frames=(CHUNK + 1, CHUNK + 9))
+    np.testing.assert_array_equal(part.vertices, result.vertices[CHUNK + 1 : CHUNK + 9])
+
+
+def test_after_a_first_frame_that_fails_the_next_is_solved_from_rest(clip):
+    _, _, deformer, targets, _ = clip
+    broken = targets[20:24].copy()
+    broken[0] = np.nan
+    result = deformer.solve_sequence(broken)
+    alone = deformer.solve_sequence(broken[1:])
+    np.testing.assert_array_equal(result.vertices[1:], alone.vertices)
 
 
 def test_a_first_frame_that_fails_holds_the_rest_shape(clip):
@@ -318,6 +373,28 @@ def test_a_hard_anchor_can_not_be_freed(clip):
     weights[2] = 0.5
     with pytest.raises(meanvalue.InvalidInput, match="met exactly"):
         deformer.solve(targets[3], weights=weights)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, -0.1, 1.1])
+def test_wrong_weights_of_a_clip_are_named_with_their_frame(soft, wrong):
+    deformer, _ = bind(soft)
+    weights = np.ones(soft[3].shape[:2])
+    weights[7, 3] = wrong
+    with pytest.raises(meanvalue.InvalidInput, match=r"frame 7: weights\[3\]"):
+        deformer.solve_sequence(soft[3], weights=weights)
+
+
+def test_more_freed_anchors_than_columns_are_kept_of():
+    """Those that lose most are corrected, so that the answer stays that of a bind without them."""
+    points, faces, _, _ = bar(4000)
+    chosen = np.linspace(0, len(points) - 1, 400).astype(np.int32)
+    targets = points[chosen] + 0.1 * np.sin(points[chosen])
+    weights = np.ones(len(chosen))
+    weights[np.arange(400) % 4 != 0] = 0.0  # 300 of them
+    freed = meanvalue.Deformer(points, faces, chosen, strengths=np.full(400, 1.0)).solve(targets, weights=weights)
+    kept = chosen[weights > 0.0]
+    expected = meanvalue.Deformer(points, faces, kept, strengths=np.full(len(kept), 1.0)).solve(targets[weights > 0.0])
+    assert np.abs(freed.vertices - expected.vertices).max() < 0.01 * diagonal(points)
 
 
 def test_targets_that_count_must_be_numbers(soft):

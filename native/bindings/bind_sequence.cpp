@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
@@ -14,7 +15,7 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 // Frames that on_frame waits for at most, in chunks for each thread: what is kept of them is most of the memory.
-constexpr Index kChunksOfBlock = 2;
+constexpr std::int64_t kChunksOfBlock = 2;
 
 struct Call {
     Trajectories trajectories;
@@ -31,6 +32,12 @@ Call own_call(const py::object& targets, const std::optional<py::object>& weight
         throw ::meanvalue::InvalidInput(message("targets has the shape (", target_array.shape(0), ", ",
                                                 target_array.shape(1), ", ", target_array.shape(2),
                                                 "); give (frames, anchors, 3)"));
+    }
+    for (const int axis : {0, 1}) {
+        if (target_array.shape(axis) > std::numeric_limits<Index>::max()) {
+            throw ::meanvalue::InvalidInput(
+                message("targets has ", target_array.shape(axis), axis == 0 ? " frames" : " anchors", ", too many"));
+        }
     }
     trajectories.frame_count = static_cast<Index>(target_array.shape(0));
     trajectories.anchor_count = static_cast<Index>(target_array.shape(1));
@@ -57,11 +64,11 @@ std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& ca
     whole->first = begin;
     whole->vertex_count = deformer.report().vertex_count;
     SequenceOptions options = call.options;
-    const Index chunk = std::max<Index>(options.chunk, 1);
-    const Index block = std::max<Index>(kChunksOfBlock * thread_count(options.threads), 1) * chunk;
+    const std::int64_t chunk = std::max<Index>(options.chunk, 1);
+    const std::int64_t block = kChunksOfBlock * std::int64_t{std::max(1, thread_count(options.threads))} * chunk;
     Index from = begin;
     do {  // once at least, so that what is wrong is told
-        const Index to = std::min(end, (from / block + 1) * block);
+        const auto to = static_cast<Index>(std::min<std::int64_t>(end, (from / block + 1) * block));
         options.frames = {from, to};
         std::shared_ptr<Sequence> part;
         {
@@ -72,7 +79,7 @@ std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& ca
         for (Index frame = from; frame < to; ++frame) {
             const auto numbers = static_cast<std::size_t>(part->vertex_count) * 3;
             py::array_t<float> shape({static_cast<py::ssize_t>(part->vertex_count), py::ssize_t{3}},
-                                     part->vertices.data() + static_cast<std::size_t>(frame - from) * numbers, owner);
+                                     part->vertices.get() + static_cast<std::size_t>(frame - from) * numbers, owner);
             shape.attr("flags").attr("writeable") = false;
             on_frame(frame, shape);
         }
@@ -81,6 +88,7 @@ std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& ca
         whole->converged.insert(whole->converged.end(), part->converged.begin(), part->converged.end());
         whole->failures.insert(whole->failures.end(), part->failures.begin(), part->failures.end());
         from = to;
+        execution.check();  // a callback may have cancelled it
     } while (from < end);
     return whole;
 }
@@ -114,11 +122,9 @@ Task start_frames(const std::shared_ptr<Deformer>& deformer, const py::object& t
 
 py::array_t<float> sequence_vertices(const py::object& self) {
     const auto& sequence = self.cast<const Sequence&>();
-    const auto row = static_cast<std::size_t>(sequence.vertex_count) * 3;
-    const std::size_t frames = row == 0 ? 0 : sequence.vertices.size() / row;
-    py::array_t<float> array(
-        {static_cast<py::ssize_t>(frames), static_cast<py::ssize_t>(sequence.vertex_count), py::ssize_t{3}},
-        sequence.vertices.data(), self);
+    const py::ssize_t frames = sequence.vertices ? sequence.frame_count : 0;
+    py::array_t<float> array({frames, static_cast<py::ssize_t>(sequence.vertex_count), py::ssize_t{3}},
+                             sequence.vertices.get(), self);
     array.attr("flags").attr("writeable") = false;
     return array;
 }
@@ -152,7 +158,8 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
                     errors.append(py::make_tuple(failure.frame, failure.message));
                 return py::tuple(errors);
             },
-            "tuple of (frame, message): frames that could not be solved. They hold the shape of the frame before.");
+            "tuple of (frame, message): frames that could not be solved. They hold the shape of the last that\n"
+            "could, or of rest where none could before.");
 
     const SequenceOptions defaults;
     deformer
@@ -165,7 +172,9 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
             "Solve every frame of a clip (section 4.2 of the paper: anchors follow trajectories).\n\n"
             "targets: (f, k, 3), the whole clip, each frame as for solve().\n"
             "weights: (f, k) from 0 to 1, or None: what the strength of each soft anchor is multiplied with in\n"
-            "each frame. At 0 it is free, and its target may be anything, also NaN; hard anchors have 1.\n"
+            "each frame. At 0 it is free, and its target may be anything, also NaN; hard anchors have 1. The spring\n"
+            "is gone then; rows of the energy keep the weights that bind gave them beside it. Anchors far stiffer\n"
+            "than a strength of 1e5 go slowly.\n"
             "frames: (begin, end) of those wanted, None: all.\n"
             "chunk: frames are solved in runs of so many, counted from the first of the clip, each from the frame\n"
             "before it, the first of a run from rest. overlap: each run but the first begins so many frames\n"

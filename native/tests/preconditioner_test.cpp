@@ -90,15 +90,6 @@ TEST(Preconditioner, AmountsMayChange) {
     EXPECT_EQ(same, right_hand_sides());
 }
 
-TEST(Preconditioner, TooManyRowsAreLeftAlone) {
-    const std::vector<Index> rows(300, 3);
-    Chain chain({3}, {10.0});
-    DiagonalDowndate downdate;
-    downdate.set(chain.factor, rows, std::vector<double>(300, 1e-3), 1, chain.execution, chain.workspace);
-    Positions same = right_hand_sides();
-    downdate.correct(same, 1, chain.execution);
-    EXPECT_EQ(same, right_hand_sides());
-}
 
 }  // namespace
 }  // namespace meanvalue::tests

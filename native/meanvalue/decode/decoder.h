@@ -54,6 +54,7 @@ class Workspace {
 
     /// Whether it remembers an answer that a solve may go on from.
     virtual bool has_answer() const { return false; }
+    virtual void forget() {}  ///< that answer
     /// Whether that is `positions`, n x 3 of the region.
     virtual bool goes_on_from(const Positions&) const { return false; }
     virtual std::size_t bytes() const = 0;  ///< about, once all of it is in use

@@ -205,10 +205,8 @@ Positions BoundMesh::rows_of_region(const PositionsView& positions, const Execut
     return rows;
 }
 
-Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const {
-    Positions filled = targets;
-    if (weights.empty()) return filled;
-    if (weights.size() != anchors_.size()) {
+void BoundMesh::check_weights(const std::vector<double>& weights) const {
+    if (!weights.empty() && weights.size() != anchors_.size()) {
         throw InvalidInput(
             message("weights has ", weights.size(), " numbers, but there are ", anchors_.size(), " anchors"));
     }
@@ -219,7 +217,24 @@ Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const st
         if (!(weights[k] >= 0.0 && weights[k] <= 1.0)) refuse("; give numbers from 0 to 1");
         if (weights[k] != 1.0 && is_fixed_[anchors_[k]])
             refuse(", but its anchor is met exactly; bind it with a finite strength, so that it can give way");
-        if (weights[k] == 0.0 && static_cast<Eigen::Index>(k) < filled.rows()) filled.row(k) = rest_.row(anchors_[k]);
+    }
+}
+
+bool BoundMesh::can_be_placed(const PositionsView& targets, const std::vector<double>& weights) const {
+    try {
+        require_targets(targets_without_gaps(targets, weights), anchors_, rest_, diagonal_);
+    } catch (const InvalidInput&) {
+        return false;
+    }
+    return true;
+}
+
+Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const {
+    check_weights(weights);
+    Positions filled = targets;
+    const std::size_t count = std::min<std::size_t>(weights.size(), filled.rows());
+    for (std::size_t k = 0; k < count; ++k) {
+        if (weights[k] == 0.0) filled.row(k) = rest_.row(anchors_[k]);
     }
     return filled;
 }

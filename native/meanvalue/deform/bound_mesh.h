@@ -85,8 +85,13 @@ class BoundMesh {
     double default_tolerance() const { return default_tolerance_; }
     const Positions& rest() const { return rest_; }  ///< n x 3
 
+    /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is
+    /// hard.
+    void check_weights(const std::vector<double>& weights) const;
+    /// Whether place_anchors() takes them. @param weights that check_weights() takes.
+    bool can_be_placed(const PositionsView& targets, const std::vector<double>& weights) const;
     /// k x 3: `targets`, and where `weights` (k, or empty: all 1) free an anchor, its place at rest.
-    /// @throws InvalidInput for weights of another number, outside [0, 1], or not 1 where an anchor is hard.
+    /// @throws as check_weights().
     Positions targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const;
     /// n x 3: the rest shape with the anchors that are not freed at their targets and everything else that may move
     /// at `start`, where given. @param weights that targets_without_gaps() took. @throws InvalidInput, Cancelled.

@@ -61,15 +61,19 @@ class Deformer {
     Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                    const SolveOptions& options, Execution& execution);
 
-    /// Solves one after another with a workspace of their own, whatever else is solved on the deformer: their bits are
-    /// those of the same solves alone. It must not outlive the deformer or the execution.
+    /// Solves one after another with a workspace of their own, whatever else is solved on the deformer: their bits
+    /// are those of the same solves alone. It must not outlive the deformer or the execution.
     class Drag {
       public:
         /// @throws Cancelled, std::bad_alloc.
         Drag(Deformer& deformer, const Execution& execution)
             : deformer_(deformer), loan_(deformer.workspaces_, nullptr, execution) {}
+        Drag(const Drag&) = delete;
+        Drag& operator=(const Drag&) = delete;
+        /// Nobody goes on from its last answer: the workspace is free for others, and pushes none of theirs out.
+        ~Drag() { loan_.workspace().forget(); }
 
-        /// As Deformer::solve(). The first is to begin from rest.
+        /// As Deformer::solve(); with a start that is no answer of this drag, nothing is gone on with.
         Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                        const SolveOptions& options, Execution& execution) {
             return deformer_.solve_with(&loan_, targets, start, options, execution);
@@ -85,8 +89,7 @@ class Deformer {
 
   private:
     Solution solve_with(WorkspacePool::Loan* loan, const PositionsView& targets,
-                        const std::optional<PositionsView>& start, const SolveOptions& options,
-                        Execution& execution);
+                        const std::optional<PositionsView>& start, const SolveOptions& options, Execution& execution);
 
     BoundMesh bound_;
     WorkspacePool workspaces_;

@@ -1,7 +1,8 @@
 #include "meanvalue/linalg/preconditioner.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "meanvalue/common/parallel.h"
 
@@ -10,33 +11,96 @@ namespace {
 
 // On the diagonal of the small matrix, as a share of it: what single precision may have taken off.
 constexpr double kLeastDiagonal = 1e-5;
-// Beyond so many rows the columns take more memory and time than they save.
-constexpr std::size_t kMostRows = 256;
+// Columns that are kept at most, for their memory and the time that they take.
+constexpr std::size_t kMostColumns = 256;
+constexpr std::size_t kFewestColumns = 16;
+constexpr std::size_t kMostBytes = std::size_t{128} << 20;
+
+std::size_t most_columns(const SupernodalFactor& factor) {
+    const std::size_t column = sizeof(float) * std::max<std::size_t>(factor.size(), 1);
+    return std::clamp(kMostBytes / column, kFewestColumns, kMostColumns);
+}
+
+/// Inverse of a symmetric positive definite matrix, of which the lower triangle is read; empty where it is not
+/// definite. In plain loops: Eigen's sums depend on the processor's caches.
+Eigen::MatrixXd inverse_of(Eigen::MatrixXd matrix) {
+    const Eigen::Index size = matrix.rows();
+    for (Eigen::Index column = 0; column < size; ++column) {  // its Cholesky factor
+        for (Eigen::Index row = column; row < size; ++row) {
+            double sum = matrix(row, column);
+            for (Eigen::Index k = 0; k < column; ++k)
+                sum -= matrix(row, k) * matrix(column, k);
+            if (row == column && !(sum > 0.0)) return {};
+            matrix(row, column) = row == column ? std::sqrt(sum) : sum / matrix(column, column);
+        }
+    }
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(size, size);
+    for (Eigen::Index side = 0; side < size; ++side) {
+        for (Eigen::Index row = side; row < size; ++row) {
+            for (Eigen::Index k = side; k < row; ++k)
+                inverse(row, side) -= matrix(row, k) * inverse(k, side);
+            inverse(row, side) /= matrix(row, row);
+        }
+        for (Eigen::Index row = size; row-- > 0;) {
+            for (Eigen::Index k = row + 1; k < size; ++k)
+                inverse(row, side) -= matrix(k, row) * inverse(k, side);
+            inverse(row, side) /= matrix(row, row);
+        }
+    }
+    return inverse;
+}
 
 }  // namespace
 
 void DiagonalDowndate::set(const SupernodalFactor& factor, const std::vector<Index>& rows,
                            const std::vector<double>& amounts, int threads, const Execution& execution,
                            SupernodalFactor::Workspace& workspace) {
+    std::vector<std::size_t> taken;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        if (amounts[k] > 0.0) taken.push_back(k);
+    }
+    const std::size_t most = most_columns(factor);
+    if (taken.size() > most) {
+        std::stable_sort(taken.begin(), taken.end(),
+                         [&](std::size_t a, std::size_t b) { return amounts[a] > amounts[b]; });
+        taken.resize(most);
+        std::sort(taken.begin(), taken.end());
+    }
     std::vector<Index> given_rows;
     std::vector<double> given_amounts;
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-        if (!(amounts[k] > 0.0)) continue;
+    for (const std::size_t k : taken) {
         given_rows.push_back(rows[k]);
         given_amounts.push_back(amounts[k]);
     }
     if (given_rows == rows_ && given_amounts == amounts_) return;
     clear();
-    if (given_rows.size() > kMostRows) return;
+    know_columns(factor, given_rows, most, threads, execution, workspace);
+    const auto size = static_cast<Eigen::Index>(given_rows.size());
+    Eigen::MatrixXd small(size, size);
+    for (Eigen::Index a = 0; a < size; ++a) {
+        for (Eigen::Index b = 0; b <= a; ++b)
+            small(a, b) = -0.5 * (column_of(given_rows[a])[given_rows[b]] + column_of(given_rows[b])[given_rows[a]]);
+        small(a, a) += (1.0 + kLeastDiagonal) / given_amounts[a];
+    }
+    // Where rounding has made it indefinite, the factor as it is serves: slower, and to the same minimum.
+    inverse_ = inverse_of(std::move(small));
+    rows_ = std::move(given_rows);
+    amounts_ = std::move(given_amounts);
+}
+
+/// Makes the columns of the inverse that are not known yet, three to a solve.
+void DiagonalDowndate::know_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, std::size_t most,
+                                    int threads, const Execution& execution, SupernodalFactor::Workspace& workspace) {
     std::vector<Index> unknown;
-    for (const Index row : given_rows) {
+    for (const Index row : rows) {
         if (std::find(known_rows_.begin(), known_rows_.end(), row) == known_rows_.end()) unknown.push_back(row);
     }
-    if (known_rows_.size() + unknown.size() > kMostRows) {
+    if (known_rows_.size() + unknown.size() > most) {
         known_rows_.clear();
         columns_.clear();
-        unknown = given_rows;
+        unknown = rows;
     }
+    known_rows_.reserve(known_rows_.size() + unknown.size());
     Positions three(factor.size(), 3);
     for (std::size_t first = 0; first < unknown.size(); first += 3) {
         const std::size_t count = std::min<std::size_t>(3, unknown.size() - first);
@@ -52,19 +116,6 @@ void DiagonalDowndate::set(const SupernodalFactor& factor, const std::vector<Ind
             known_rows_.push_back(unknown[first + c]);
         }
     }
-    const auto size = static_cast<Eigen::Index>(given_rows.size());
-    Eigen::MatrixXd small(size, size);
-    for (Eigen::Index a = 0; a < size; ++a) {
-        for (Eigen::Index b = 0; b <= a; ++b)
-            small(a, b) = -0.5 * (column_of(given_rows[a])[given_rows[b]] + column_of(given_rows[b])[given_rows[a]]);
-        small(a, a) += (1.0 + kLeastDiagonal) / given_amounts[a];
-    }
-    const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> cholesky(small);
-    rows_ = std::move(given_rows);
-    amounts_ = std::move(given_amounts);
-    // Where rounding has made it indefinite, the factor as it is serves: slower, and to the same minimum.
-    if (size > 0 && cholesky.info() == Eigen::Success)
-        inverse_ = cholesky.solve(Eigen::MatrixXd::Identity(size, size));
 }
 
 void DiagonalDowndate::clear() {
@@ -79,7 +130,11 @@ void DiagonalDowndate::correct(Positions& solution, int threads, const Execution
     Positions at_rows(count, 3);
     for (Eigen::Index k = 0; k < count; ++k)
         at_rows.row(k) = solution.row(rows_[k]);
-    const Positions add = inverse_ * at_rows;
+    Positions add = Positions::Zero(count, 3);
+    for (Eigen::Index a = 0; a < count; ++a) {
+        for (Eigen::Index b = 0; b < count; ++b)
+            add.row(a) += inverse_(a, b) * at_rows.row(b);
+    }
     std::vector<const float*> columns;
     for (const Index row : rows_)
         columns.push_back(column_of(row).data());

@@ -15,7 +15,8 @@ namespace meanvalue {
 class DiagonalDowndate {
   public:
     /// @param rows of the factored matrix. @param amounts for each, from 0: what comes off its diagonal; less than
-    /// what was put there. Nothing is done where both are as they were; more than 256 rows are left uncorrected.
+    /// what was put there. Nothing is done where both are as they were. Of more than 256 rows (fewer where
+    /// the matrix is large: 128 MB of columns) those with the largest amounts.
     /// @throws Cancelled, and then corrects nothing.
     void set(const SupernodalFactor& factor, const std::vector<Index>& rows, const std::vector<double>& amounts,
              int threads, const Execution& execution, SupernodalFactor::Workspace& workspace);
@@ -27,6 +28,8 @@ class DiagonalDowndate {
     std::size_t bytes() const;
 
   private:
+    void know_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, std::size_t most, int threads,
+                      const Execution& execution, SupernodalFactor::Workspace& workspace);
     const std::vector<float>& column_of(Index row) const;
 
     std::vector<Index> rows_;  // with an amount above 0

@@ -1,7 +1,7 @@
 // Many frames over one bound mesh: anchors follow trajectories, and the mesh is found at every frame.
 #pragma once
 
-#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -48,18 +48,21 @@ struct FrameFailure {
 struct Sequence {
     Index first = 0;  ///< number of the first in the clip
     Index vertex_count = 0;
-    std::vector<float> vertices;   ///< frames x n x 3
-    std::vector<double> energies;  ///< as Solution::energy, before a frame fades into another run's; NaN: failed
-    std::vector<int> iterations;   ///< all_iterations
+    Index frame_count = 0;
+    std::unique_ptr<float[]> vertices;  ///< frames x n x 3
+    std::vector<double> energies;       ///< as Solution::energy, before a frame fades into another run's; NaN: failed
+    std::vector<int> iterations;        ///< all_iterations
     std::vector<char> converged;
-    std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the one before
+    std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the last that
+                                         ///< could, or of rest where none could before
 };
 
 /// Section 4.2 of the paper. A frame's bits depend on the trajectories, `chunk` and `overlap` alone: neither on which
 /// frames are wanted nor on the number of threads.
 ///
-/// Memory: what is returned, and what the runs at work overlap in. @throws InvalidInput for options out of range and
-/// trajectories of another number of anchors, Cancelled; what is wrong with a single frame is told in `failures`.
+/// Memory: what is returned, a workspace for each thread, and what the runs at work overlap in.
+/// @throws InvalidInput for options out of range, weights that are none (Deformer::solve()) and trajectories of
+/// another number of anchors, Cancelled; what is wrong with the targets of a single frame is told in `failures`.
 Sequence solve_sequence(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                         Execution& execution);
 

@@ -18,6 +18,10 @@ struct FastWorkspace : Workspace {
     };
 
     bool has_answer() const override { return predictor.has_answer(); }
+    void forget() override {
+        predictor.forget();
+        keeps_history = false;
+    }
     bool goes_on_from(const Positions& positions) const override { return predictor.goes_on_from(positions); }
     std::size_t bytes() const override;
 
