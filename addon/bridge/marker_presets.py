@@ -43,8 +43,8 @@ def recognised(capture, labels):
         )
     places = tuple(mine or by_name for mine, by_name in zip(own, recognition.landmarks, strict=True))
     chosen = sum(map(bool, own))
-    words = recognition.words.rstrip(".") + (f", {wording.counted(chosen, 'landmark')} chosen by hand" if chosen else "")
-    return places, words, notes
+    by_hand = f", {wording.counted(chosen, 'landmark')} chosen by hand" if chosen else ""
+    return places, recognition.words.rstrip(".") + by_hand, notes
 
 
 def save(name, capture):

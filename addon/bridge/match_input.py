@@ -26,7 +26,8 @@ class MatchInput:
 
     recording  the take; standing  the takes.Recording that has the reference, which may be the same
     reference_frame  of the scene; reference_name  of the take that has it
-    used       markers that are ticked; landmarks  {marker: landmark or None}; recognition  words on how names were known
+    used       markers that are ticked; landmarks  {marker: landmark or None}
+    recognition  how the names of the markers were known, in words
     fixed      {marker: vertex} to be kept; picked  those of them that were picked by hand
     to_object  4 x 4 from the markers' world to the object's space, to be kept, or None: as `align` says
     align, pose_limbs, mode, spline_seconds, rigid_seconds, cutoff_hz  as in MEANVALUE_PG_capture; cutoff_hz is None

@@ -142,7 +142,8 @@ def test_wrong_files_are_refused_by_name_and_leave_nothing(tmp_path):
 
 def test_only_takes_of_bvh_are_skeletons(tmp_path):
     labels, positions = take_files.waves()
-    assert not take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions)).meanvalue.is_skeleton
+    markers = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
+    assert not markers.meanvalue.is_skeleton
     channels = ("Xposition", "Yposition", "Zposition")
     chain = ("Hips", (0, 0, 0), channels, [("Spine", (0, 50, 0), (), [(None, (0, 60, 0), (), ())])])
     (tmp_path / "chain.bvh").write_bytes(capture_files.bvh(chain, [[0.0, 90.0, 0.0]] * 3))
