@@ -135,6 +135,32 @@ def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
     assert 1.5 < body_height < 2.0
 
 
+@pytest.mark.parametrize("take", ["makehuman/tpose.bvh", "mocap/bvh/scaled_131_01.bvh"])
+def test_real_skeletons_lie_in_the_middle_of_a_real_body(take):
+    for path in (mesh_files.DATA / take, mesh_files.DATA / "makehuman" / "base.obj"):
+        if not path.exists():
+            pytest.skip(f"no {path.name} in {path.parent}")
+    vertices, triangles = mesh_files.read_triangles(mesh_files.DATA / "makehuman" / "base.obj")
+    triangles = triangles[(triangles < 13380).all(axis=1)]
+    vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    read = readers.read(mesh_files.DATA / take)
+    names = marker_sets.recognise(read.labels).landmarks
+    known = [k for k, name in enumerate(names) if name]
+    names = [names[k] for k in known]
+    found = align_to_mesh(read.positions[0, known], [read.labels[k] for k in known], vertices, triangles)
+    posed = pose_limbs(moved(read.positions[0, known], found.matrix), names, vertices, triangles)
+    height = np.ptp(vertices[np.unique(triangles), 2])
+    places = dict(zip(names, posed / height, strict=True))
+    across = places["hip.L"] - places["hip.R"]
+    assert across[0] > np.cos(np.radians(15.0)) * np.linalg.norm(across), "its left is at +X"
+    assert np.abs(places["hip.L"] + places["hip.R"])[0] < 0.04
+    for name, (x, z) in {"knee.joint": (0.09, -0.21), "ankle.joint": (0.13, -0.45), "elbow.joint": (0.2, 0.21)}.items():
+        for side, sign in (("L", 1.0), ("R", -1.0)):
+            off = places[f"{name}.{side}"][[0, 2]] - [sign * x, z]
+            assert np.linalg.norm(off) < 0.05, (name, side, places[f"{name}.{side}"])
+    assert found.certainty > 1.1
+
+
 # -- limbs in another pose ---------------------------------------------------------------------------------------------
 
 

@@ -43,7 +43,8 @@ class Recognition:
         """For the artist."""
         if self.name is None:
             return f"None of the {len(self.landmarks)} names is of a known marker set."
-        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known, {len(self.absent)} of its own not."
+        rest = f"; {len(self.absent)} of that set are not there" if self.absent else ""
+        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known{rest}."
 
 
 def key_of(label):
