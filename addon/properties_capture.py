@@ -47,6 +47,7 @@ class MEANVALUE_PG_take(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     """What a collection of markers was recorded as"""
 
     is_take: BoolProperty(options={'HIDDEN'})
+    is_skeleton: BoolProperty(description="The markers are joints of a skeleton, as in BVH", options={'HIDDEN'})
     rate_hz: FloatProperty(name="Rate", description="Samples a second, as recorded")
     sample_count: IntProperty(name="Samples")
     frames_per_sample: FloatProperty(description="Frames of the scene from one sample to the next")

@@ -30,9 +30,10 @@ def own_sets():
 
 
 def recognised(capture, labels):
-    """(landmark or None for each of the labels, notes): as the artist says, else by the names."""
+    """(landmark or None for each of the labels, words on what the names tell, notes): as the artist says, else by the
+    names."""
     sets, notes = own_sets()
-    found = marker_sets.recognise(labels, sets).landmarks if labels else ()
+    recognition = marker_sets.recognise(labels, sets)
     own = [capture.pairs[label].landmark if label in capture.pairs else "" for label in labels]
     unknown = sorted({landmark for landmark in own if landmark and landmarks.place_of(landmark) is None})
     if unknown:
@@ -40,13 +41,16 @@ def recognised(capture, labels):
             f"{wording.quoted(unknown)} {'is no landmark' if len(unknown) == 1 else 'are no landmarks'}. Choose from "
             "the list that opens in the field, or clear it"
         )
-    return tuple(mine or by_name for mine, by_name in zip(own, found, strict=True)), notes
+    places = tuple(mine or by_name for mine, by_name in zip(own, recognition.landmarks, strict=True))
+    chosen = sum(map(bool, own))
+    by_hand = f", {wording.counted(chosen, 'landmark')} chosen by hand" if chosen else ""
+    return places, recognition.words.rstrip(".") + by_hand, notes
 
 
 def save(name, capture):
     """Writes the landmarks of all markers as a set `name`. Returns its path. @throws MeanValueError."""
     labels = [pair.name for pair in capture.pairs]
-    places, _ = recognised(capture, labels)
+    places, _, _ = recognised(capture, labels)
     known = {label: place for label, place in zip(labels, places, strict=True) if place}
     if not known:
         raise SceneError("No marker has a landmark yet. Choose one for each marker of the list first")

@@ -27,6 +27,7 @@ class MatchInput:
     recording  the take; standing  the takes.Recording that has the reference, which may be the same
     reference_frame  of the scene; reference_name  of the take that has it
     used       markers that are ticked; landmarks  {marker: landmark or None}
+    recognition  how the names of the markers were known, in words
     fixed      {marker: vertex} to be kept; picked  those of them that were picked by hand
     to_object  4 x 4 from the markers' world to the object's space, to be kept, or None: as `align` says
     align, pose_limbs, mode, spline_seconds, rigid_seconds, cutoff_hz  as in MEANVALUE_PG_capture; cutoff_hz is None
@@ -41,6 +42,7 @@ class MatchInput:
     reference_name: str
     used: frozenset
     landmarks: dict
+    recognition: str
     fixed: dict
     picked: dict
     to_object: np.ndarray | None
@@ -75,7 +77,7 @@ def _read(obj, fixed, picked, to_object):
     recording = takes.read(capture.take)
     other = capture.reference_take
     standing = recording if other is None or other == capture.take else takes.read(other)
-    landmarks, notes = marker_presets.recognised(capture, recording.labels)
+    landmarks, recognition, notes = marker_presets.recognised(capture, recording.labels)
     return MatchInput(
         surface=surface,
         recording=recording,
@@ -84,6 +86,7 @@ def _read(obj, fixed, picked, to_object):
         reference_name=(other or capture.take).name,
         used=frozenset(label for label in recording.labels if _is_used(capture, label)),
         landmarks=dict(zip(recording.labels, landmarks, strict=True)),
+        recognition=recognition,
         fixed=fixed,
         picked=picked,
         to_object=to_object,

@@ -9,6 +9,8 @@ from ..core.bind_input import require_finite
 from ..errors import SceneError
 from . import mesh_arrays
 
+#: Why nothing of a pose is to be seen; each begins a sentence.
+BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
 ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
 
 
@@ -191,13 +193,13 @@ def why_result_is_hidden(obj):
     if key is None:
         return None
     if obj.meanvalue.baked.target:
-        return "a bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
+        return BAKE_PLAYS
     if obj.show_only_shape_key and obj.active_shape_key not in {None, key}:
         return f"'{obj.active_shape_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'"
     if key.mute:
-        return f"shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
+        return f"Shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
     if key.value != 1.0:
-        return f"shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. Set it to 1"
+        return f"Shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. Set it to 1"
     return None
 
 

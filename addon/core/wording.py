@@ -55,7 +55,12 @@ def quoted(names, limit=3):
 
 def sentence(text):
     """First letter in upper case, the rest untouched, one full stop."""
-    return text[:1].upper() + text[1:].rstrip(".") + "."
+    return first_upper(text).rstrip(".") + "."
+
+
+def first_upper(text):
+    """First letter in upper case, the rest untouched."""
+    return text[:1].upper() + text[1:]
 
 
 #: What the native solver calls its stages, for artists.

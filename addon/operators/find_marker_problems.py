@@ -53,7 +53,7 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
 
     def run(self, context, take):
         recording = takes.read(take)
-        found = [*self._gaps(context, take, recording), *_jumps(recording)]
+        found = [*self._gaps(context, take, recording), *_jumps(recording, take.meanvalue.is_skeleton)]
         settings = take.meanvalue
         settings.problems.clear()
         settings.active_problem = 0
@@ -66,7 +66,12 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
         if not found:
             return f"'{take.name}': no jumps, no swapped markers, no gaps over {self.longest_gap:g} s", []
         more = [f"The first {MOST} are listed"] if len(found) > MOST else []
-        return f"'{take.name}': {wording.counted(len(found), 'problem')} found. Click one to go there", more
+        first = settings.problems[0]
+        return (
+            f"'{take.name}': {wording.counted(len(found), 'problem')} found. The first, at frame {first.frame:g}: "
+            f"{first.text.rstrip('.')}. Click one in the list to go there",
+            more,
+        )
 
     def _gaps(self, context, take, recording):
         if not self.properties.is_property_set("longest_gap"):
@@ -100,8 +105,8 @@ class MEANVALUE_OT_show_marker_problem(TakeOperator, bpy.types.Operator):
         return problem.text, ["Its marker is in no collection of this view layer"]
 
 
-def _jumps(recording):
-    for finding in jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels):
+def _jumps(recording, are_joints):
+    for finding in jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, are_joints):
         yield finding.sample, finding.marker, finding.words
 
 

@@ -99,7 +99,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         named = [folder / each.name for each in self.files if each.name] if folder else []
         if named:
             return named
-        if self.filepath and not self.filepath.endswith(("/", "\\")):
+        if self.filepath:
             return [pathlib.Path(bpy.path.abspath(self.filepath))]
         raise SceneError(f"No file is chosen. Choose one or more of {wording.listed(readers.SUFFIXES)}")
 

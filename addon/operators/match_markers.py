@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import marker_handles, marker_pairs, match_input, scene_input, targets, vertex_groups
+from ..bridge import marker_handles, marker_pairs, match_input, scene_input, shape_keys, targets, vertex_groups
 from ..core import wording
 from ..errors import SceneError
 from ..workers import marker_matching
@@ -32,6 +32,8 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed
             notes.append(str(problem))
+        if obj.meanvalue.baked.target:
+            notes.append(shape_keys.BAKE_PLAYS)
         return _account(obj, matched), notes
 
 
@@ -55,10 +57,18 @@ def _shared(obj, matched):
 def _account(obj, matched):
     parts = [
         f"{wording.counted(len(matched.names), 'marker')} matched to '{obj.name}' at frame {matched.frame:g}, "
-        f"{matched.distance.mean():.3g} from it on average, at most {matched.distance.max():.3g} "
-        f"('{matched.names[int(matched.distance.argmax())]}')"
+        f"{_far(matched, matched.distance.mean())} from it on average, at most "
+        f"{_far(matched, matched.distance.max())} ('{matched.names[int(matched.distance.argmax())]}')",
+        wording.first_upper(matched.recognition),
     ]
     filled = [f"{wording.share(share)} {how}" for how, share in matched.filled.items() if share]
     if filled:
         parts.append(f"Of the samples {wording.listed(filled)}")
+    if not obj.meanvalue.live and not obj.meanvalue.baked.target:
+        parts.append("To see the mesh follow, press Live, or Bake")
     return ". ".join(parts)
+
+
+def _far(matched, distance):
+    """A distance in the scene's unit and, since that may be any, over the mesh's size."""
+    return f"{distance:.3g} ({wording.share(distance / matched.world_size)} of the mesh's size)"

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..core import fixed_points, wording
-from ..core.capture import alignment, filtering, gaps, marker_sets, matching, retargeting, skin
+from ..core.capture import alignment, filtering, gaps, landmarks, marker_sets, matching, retargeting, skin
 from ..core.capture.limb_posing import pose_limbs
 from ..core.capture.surface import Surface
 from ..errors import SceneError
@@ -36,6 +36,8 @@ class Matched:
     frame      of the reference
     alignment  4 x 4, from where the markers are in the world to the object's space
     size       bounding-box diagonal of the mesh, in its own space
+    world_size  the same in the world
+    recognition  how the names of the markers were known, in words
     filled     {how, in words: share of the samples}
     """
 
@@ -49,6 +51,8 @@ class Matched:
     frame: float
     alignment: np.ndarray
     size: float
+    world_size: float
+    recognition: str
     filled: dict = field(default_factory=dict)
     notes: list = field(default_factory=list)
 
@@ -86,6 +90,7 @@ def steps(given):
     sample = standing.sample_at(given.reference_frame)
     frame = float(standing.frames[sample])
     markers, notes = _chosen(given, frame, path, how, _reference(given, path, sample))
+    notes += [*_frame_notes(given, frame), *_retarget_notes(given, markers)]
     yield "aligning", 0.3
     to_mesh, words = _alignment(given, markers)
     aligned = replace(markers, path=_apply(to_mesh, markers.path), reference=_apply(to_mesh, markers.reference))
@@ -133,16 +138,64 @@ def _chosen(given, frame, path, how, reference):
         raise SceneError("No marker is ticked in the list. Tick those that should move the mesh")
     if not seen:
         raise SceneError(f"No marker is seen in {where}. Choose another Reference Frame")
+    placeless = []
+    if landmarks.has_joints(given.landmarks.values()):
+        placeless = [label for label in map(given.recording.labels.__getitem__, seen) if not _has_place(given, label)]
+        seen = [number for number in seen if given.recording.labels[number] not in placeless]
     labels = [given.recording.labels[number] for number in seen]
-    landmarks = tuple(given.landmarks[label] for label in labels)
-    unseen = [given.recording.labels[number] for number in used if number not in seen]
+    unseen = [label for label in (given.recording.labels[k] for k in used) if label not in {*labels, *placeless}]
     notes = []
+    if placeless:
+        notes.append(
+            f"{wording.counted(len(placeless), 'joint')} of the skeleton, {wording.quoted(placeless)}, "
+            f"{'has' if len(placeless) == 1 else 'have'} no known place on the body and got no handle: they would pull "
+            "at skin that is not theirs. Choose a Landmark, or pick the point, of those that should have one"
+        )
     if unseen:
         notes.append(
             f"{wording.quoted(unseen)} {'is' if len(unseen) == 1 else 'are'} not seen in {where} and got no handle. "
             "Choose a frame that has them, or fill longer gaps"
         )
-    return Markers(labels, landmarks, path[:, seen], how[:, seen], reference[seen]), notes
+    known = tuple(given.landmarks[label] for label in labels)
+    return Markers(labels, known, path[:, seen], how[:, seen], reference[seen]), notes
+
+
+def _has_place(given, label):
+    return given.landmarks[label] or label in given.fixed
+
+
+def _frame_notes(given, frame):
+    """Says so where the take has no frame like the one that was asked for; that one is the nearest."""
+    frames = given.standing.frames
+    if frames[0] - 1.0 <= given.reference_frame <= frames[-1] + 1.0:
+        return []
+    return [
+        f"'{given.reference_name}' has no frame {given.reference_frame:g}: it goes from {frames[0]:g} to "
+        f"{frames[-1]:g}. Frame {frame:g} was taken as the reference"
+    ]
+
+
+def _retarget_notes(given, markers):
+    if given.mode != 'RETARGET' or any(label in given.picked for label in markers.labels):
+        return []
+    return [
+        "Retarget takes the character's lengths from picked points; none are picked, so lengths are as captured. Pick "
+        "the points of hips, knees, ankles, shoulders, elbows and wrists, and match again"
+    ]
+
+
+def _limb_notes(markers):
+    """Says so where names do not tell which markers are on arms and legs."""
+    unknown = landmarks.unknown_limbs(markers.landmarks)
+    if not unknown:
+        return []
+    known = sum(1 for place in markers.landmarks if place)
+    return [
+        f"Of {wording.counted(len(markers.labels), 'marker')} the place on the body is known of {known}, and not of "
+        f"those that tell how {wording.listed(unknown)} lie, so these are taken as they are in the reference frame, "
+        "and the mesh is bent wrongly if it stands otherwise. Choose the Landmark of shoulders, elbows, hips (or the "
+        "front of the pelvis) and knees in the list, and match again"
+    ]
 
 
 def _alignment(given, markers):
@@ -160,7 +213,7 @@ def _alignment(given, markers):
         )
         is_doubtful = found.certainty < DOUBTFUL or found.quality > POOR
         words = f"{found.words} If it is wrong, pick three points and align by these"
-        return found.matrix, [words] if is_doubtful else []
+        return found.matrix, [*_limb_notes(markers), *([words] if is_doubtful else [])]
     rows = [row for row, label in enumerate(markers.labels) if label in given.fixed]
     targets = surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
     if len(rows) < LEAST_PAIRS or not fixed_points.span_a_plane(markers.reference[rows]):
@@ -226,6 +279,8 @@ def _matched(given, markers, to_mesh, match, targets, frame, notes):
         frame=frame,
         alignment=to_object @ to_mesh,
         size=fixed_points.bounding_box_diagonal(given.surface.own),
+        recognition=given.recognition,
+        world_size=fixed_points.bounding_box_diagonal(given.surface.vertices),
         filled=_filled(markers.how),
         notes=notes,
     )

@@ -64,6 +64,22 @@ def test_a_unit_of_choice_overrules_the_file():
             read_c3d(capture_files.c3d(walker.LABELS, METRES), unit=wrong)
 
 
+def test_a_unit_of_choice_that_makes_no_person_is_followed_and_told():
+    take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, unit="mm"), unit=1e-5)
+    assert np.abs(take.positions - 0.01 * METRES).max() < FLOAT_ERROR
+    assert has_note(take, "In the chosen unit", " cm large", "0.001 m for a unit")
+    assert not has_note(read_c3d(capture_files.c3d(walker.LABELS, 100.0 * METRES), unit=0.01), "In the chosen unit")
+
+
+def test_folders_and_nothing_are_no_files(tmp_path):
+    with pytest.raises(MotionFileError, match="No file is chosen"):
+        readers.read("")
+    (tmp_path / "folder.c3d").mkdir()
+    for path in (tmp_path, f"{tmp_path}/", tmp_path / "folder.c3d"):
+        with pytest.raises(MotionFileError, match="this is a folder"):
+            readers.read(path)
+
+
 @pytest.mark.parametrize("told, factor", [("m", 1000.0), ("mm", 0.001), ("mm", 1.0)])
 def test_a_unit_that_cannot_be_true_is_followed_and_told(told, factor):
     take = read_c3d(capture_files.c3d(walker.LABELS, factor * METRES, unit=told))

@@ -98,3 +98,15 @@ def test_takes_with_hardly_anything_in_them():
         find_jumps(nothing, 100.0, ["a", "b"])
     with pytest.raises(InvalidMotionError, match="frame rate"):
         find_jumps(nothing, 0.0)
+
+
+def test_joints_of_skeletons_are_neither_swapped_nor_renamed():
+    walk = walking_figure.take(200)
+    path = walk.clean.copy()
+    path[100:, 3] += [0.4, 0.0, 0.0]
+    (marker,), (joint,) = (find_jumps(path, 100.0, walk.labels, are_joints) for are_joints in (False, True))
+    assert "rename" in marker.words and "rename" not in joint.words
+    assert (joint.sample, joint.marker) == (marker.sample, marker.marker) == (100, 3)
+    path = swapped(walk.clean, 7, 20, 100)
+    assert {finding.kind for finding in find_jumps(path, 100.0)} == {"swap"}
+    assert all("swap" not in finding.words for finding in find_jumps(path, 100.0, are_joints=True))

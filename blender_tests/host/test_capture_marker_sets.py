@@ -38,7 +38,9 @@ def test_built_in_sets_are_sound(marker_set):
         if side and landmark != "back.shoulder.R":  # Plug-in Gait's marker that tells left from right
             assert landmark[:-1] + {"L": "R", "R": "L"}[side] in names
     feet = landmarks.feet(names)
-    assert all(feet[side][part] for side in "LR" for part in ("heel", "toe"))
+    parts = ("toe",) if landmarks.has_joints(names) else ("heel", "toe")
+    assert all(feet[side][part] for side in "LR" for part in parts)
+    assert landmarks.unknown_limbs(names) == []
 
 
 def test_prefixes_case_and_separators_do_not_matter():
@@ -47,6 +49,48 @@ def test_prefixes_case_and_separators_do_not_matter():
     assert marker_sets.PLUG_IN_GAIT.landmark_of("LASIX") is None
     found = marker_sets.recognise([f"Skeleton_{label}" for label in walking_figure.LABELS])
     assert (found.name, found.matched) == ("Baseline 41", 41)
+
+
+MIXAMO = ("Hips", "Spine", "Spine1", "Spine2", "Neck", "Head", "HeadTop_End", *(
+    side + name
+    for side in ("Left", "Right")
+    for name in ("Shoulder", "Arm", "ForeArm", "Hand", "HandMiddle1", "UpLeg", "Leg", "Foot", "ToeBase", "Toe_End")
+))  # fmt: skip
+
+
+@pytest.mark.parametrize("prefix", ["", "mixamorig:", "mixamorig_"])
+def test_joints_of_skeletons_are_known(prefix):
+    found = marker_sets.recognise([prefix + label for label in MIXAMO])
+    assert (found.matched, None in found.landmarks) == (27, False)
+    places = dict(zip(MIXAMO, found.landmarks, strict=True))
+    assert (places["LeftLeg"], places["RightArm"], places["LeftUpLeg"]) == ("knee.joint.L", "shoulder.joint.R", "hip.L")
+    assert landmarks.unknown_limbs(found.landmarks) == []
+    assert landmarks.has_joints(found.landmarks)
+
+
+def test_a_joint_called_as_the_set_has_it_goes_before_its_helper():
+    labels = ["Hips", "__UpLeg_L", "UpLeg_L", "LoLeg_L", "UpLeg_R", "LoLeg_R", "Foot_L", "Foot_R"]
+    found = marker_sets.recognise(labels).landmarks
+    assert (found[1], found[2]) == (None, "hip.L")
+
+
+@pytest.mark.parametrize(("gone", "limbs"), [
+    ((), []), (("LElbowOut",), ["arms"]), (("RShoulderTop", "LKneeOut"), ["arms", "legs"]),
+    (("WaistRFront",), ["legs"]), (walking_figure.LABELS, ["arms", "legs"]),
+])  # fmt: skip
+def test_limbs_without_landmarks_are_told(gone, limbs):
+    known = marker_sets.recognise(walking_figure.LABELS).landmarks
+    left = [None if label in gone else name for label, name in zip(walking_figure.LABELS, known, strict=True)]
+    assert landmarks.unknown_limbs(left) == limbs
+    assert not landmarks.has_joints(known)
+
+
+@pytest.mark.parametrize("name", ["tpose", "walk1", "dance1"])
+def test_joints_of_real_files_are_known(name):
+    path = mesh_files.DATA / "makehuman" / f"{name}.bvh"
+    if not path.exists():
+        pytest.skip(f"no {path.name} in {path.parent}")
+    assert landmarks.unknown_limbs(marker_sets.recognise(readers.read(path).labels).landmarks) == []
 
 
 def test_a_landmark_is_given_once_and_unknown_names_are_none():

@@ -13,6 +13,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from addon.core.capture import marker_sets, readers
 from addon.core.capture.checks import InvalidMotionError
 from addon.core.capture.matching import align_to_mesh, match_to_surface, one_to_one, pose_limbs, similarity
+from addon.core.capture.medial import medial_points
 from addon.core.capture.skin import skin_targets
 from addon.core.capture.surface import Surface, nearest_on_triangles
 from blender_tests.support import body_mesh, mesh_files, walking_figure
@@ -134,6 +135,32 @@ def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
     assert 1.5 < body_height < 2.0
 
 
+@pytest.mark.parametrize("take", ["makehuman/tpose.bvh", "mocap/bvh/scaled_131_01.bvh"])
+def test_real_skeletons_lie_in_the_middle_of_a_real_body(take):
+    for path in (mesh_files.DATA / take, mesh_files.DATA / "makehuman" / "base.obj"):
+        if not path.exists():
+            pytest.skip(f"no {path.name} in {path.parent}")
+    vertices, triangles = mesh_files.read_triangles(mesh_files.DATA / "makehuman" / "base.obj")
+    triangles = triangles[(triangles < 13380).all(axis=1)]
+    vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    read = readers.read(mesh_files.DATA / take)
+    names = marker_sets.recognise(read.labels).landmarks
+    known = [k for k, name in enumerate(names) if name]
+    names = [names[k] for k in known]
+    found = align_to_mesh(read.positions[0, known], [read.labels[k] for k in known], vertices, triangles)
+    posed = pose_limbs(moved(read.positions[0, known], found.matrix), names, vertices, triangles)
+    height = np.ptp(vertices[np.unique(triangles), 2])
+    places = dict(zip(names, posed / height, strict=True))
+    across = places["hip.L"] - places["hip.R"]
+    assert across[0] > np.cos(np.radians(15.0)) * np.linalg.norm(across), "its left is at +X"
+    assert np.abs(places["hip.L"] + places["hip.R"])[0] < 0.04
+    for name, (x, z) in {"knee.joint": (0.09, -0.21), "ankle.joint": (0.13, -0.45), "elbow.joint": (0.2, 0.21)}.items():
+        for side, sign in (("L", 1.0), ("R", -1.0)):
+            off = places[f"{name}.{side}"][[0, 2]] - [sign * x, z]
+            assert np.linalg.norm(off) < 0.05, (name, side, places[f"{name}.{side}"])
+    assert found.certainty > 1.1
+
+
 # -- limbs in another pose ---------------------------------------------------------------------------------------------
 
 
@@ -177,6 +204,43 @@ def test_limbs_that_are_right_or_unknown_are_left_alone():
     posed = pose_limbs(missing, NAMES, VERTICES, TRIANGLES)
     assert np.array_equal(np.isnan(posed), np.isnan(missing))
     assert np.array_equal(posed[LABELS.index("LWristIn")], captured[LABELS.index("LWristIn")])
+
+
+#: Joints of the figure, as a skeleton has them.
+JOINTS = {
+    "Hips": "pelvis", "Spine": "chest", "Neck": "neck", "Head": "head",
+    **{f"{word}{name}": f"{joint}.{side}" for side, word in (("L", "Left"), ("R", "Right")) for name, joint in (
+        ("UpLeg", "hip"), ("Leg", "knee"), ("Foot", "ankle"), ("Arm", "shoulder"), ("ForeArm", "elbow"),
+        ("Hand", "wrist"),
+    )},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("down", [0.0, 0.6, 1.1])
+def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down):
+    figure = walking_figure.t_pose().joints
+    rest = np.array([figure[joint][0] for joint in JOINTS.values()])
+    captured, labels = rest.copy(), list(JOINTS)
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        turn, shoulder = walking_figure.turn_y(np.array(sign * down)), rest[labels.index(f"{side}Arm")]
+        for name in ("ForeArm", "Hand"):
+            captured[labels.index(side + name)] = shoulder + turn @ (rest[labels.index(side + name)] - shoulder)
+    truth = placed(1.0, 2.1, [3.0, 1.0, 0.5])
+    found = align_to_mesh(captured, labels, moved(VERTICES, truth), TRIANGLES)
+    aligned = moved(captured, found.matrix)
+    posed = pose_limbs(aligned, marker_sets.recognise(labels).landmarks, moved(VERTICES, truth), TRIANGLES)
+    off = np.linalg.norm(posed - moved(rest, truth), axis=1)
+    assert off.max() < 0.12, dict(zip(labels, off.round(3), strict=True))
+    assert found.certainty > 1.1
+
+
+def test_middles_of_a_capsule_are_on_its_axis():
+    points, triangles = body_mesh.capsule(np.zeros(3), np.array([0.0, 0.0, 1.0]), (0.1, 0.1), 24, 20)
+    for faces in (triangles, triangles[:, ::-1]):
+        middles = medial_points(*Surface(points, faces).samples(2000))
+        inside = (middles[:, 2] > 0.0) & (middles[:, 2] < 1.0)
+        assert inside.mean() > 0.8
+        assert np.median(np.linalg.norm(middles[inside, :2], axis=1)) < 0.015
 
 
 # -- surface ----------------------------------------------------------------------------------------------------------

@@ -50,7 +50,7 @@ def test_trc_with_z_up_is_seen_and_choice_overrules():
     assert np.abs(read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES)).positions - METRES).max() < DECIMALS
     take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES), up_axis="Y", unit=0.1)
     assert take.positions[0, 0, 2] == pytest.approx(100.0 * METRES[0, 0, 1])
-    assert take.notes == ()
+    assert [note[:22] for note in take.notes] == ["In the chosen unit the"], "nobody is 168 m large"
 
 
 def test_trc_where_nothing_tells_has_y_up():

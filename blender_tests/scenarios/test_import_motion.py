@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps, take_files
+from support import capture_files, meshes, steps, take_files
 
 
 def blocks():
@@ -132,8 +132,22 @@ def test_wrong_files_are_refused_by_name_and_leave_nothing(tmp_path):
         bpy.ops.meanvalue.import_motion(files=files, directory=str(tmp_path))
     with steps.refused("No file is chosen"):
         bpy.ops.meanvalue.import_motion(filepath="")
+    with steps.refused("this is a folder"):
+        bpy.ops.meanvalue.import_motion(filepath=str(tmp_path) + "/")
+    with steps.refused("this is a folder"):
+        bpy.ops.meanvalue.import_motion(filepath=str(tmp_path))
     assert blocks() == before
     assert good
+
+
+def test_only_takes_of_bvh_are_skeletons(tmp_path):
+    labels, positions = take_files.waves()
+    markers = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
+    assert not markers.meanvalue.is_skeleton
+    channels = ("Xposition", "Yposition", "Zposition")
+    chain = ("Hips", (0, 0, 0), channels, [("Spine", (0, 50, 0), (), [(None, (0, 60, 0), (), ())])])
+    (tmp_path / "chain.bvh").write_bytes(capture_files.bvh(chain, [[0.0, 90.0, 0.0]] * 3))
+    assert take_files.bring_in(tmp_path / "chain.bvh").meanvalue.is_skeleton
 
 
 def test_an_error_half_way_leaves_nothing(tmp_path, part, monkeypatch):

@@ -445,3 +445,92 @@ def test_lines_go_from_each_marker_to_its_point(tmp_path, part):
     assert near[1] > near[0] and far[0] > far[1]
     obj.meanvalue.capture.show_pairs = False
     assert len(lines.lines(obj).ends) == 0
+
+
+def said(capfd):
+    return capfd.readouterr().out
+
+
+def test_the_report_has_distances_over_the_size_names_and_what_to_press(tmp_path, capfd):
+    set_up(tmp_path)
+    match()
+    text = said(capfd)
+    for part_of_it in ("% of the mesh's size)", "None of the 20 names is of a known marker set", "press Live, or Bake"):
+        assert part_of_it in text, text
+
+
+def test_names_that_tell_no_limbs_are_warned_of(tmp_path, capfd):
+    obj, _take = set_up(tmp_path, align='AUTO')
+    match()
+    text = said(capfd)
+    assert "20 markers the place on the body is known of 0" in text and "how arms and legs lie" in text, text
+    obj.meanvalue.capture.align = 'NONE'
+    match()
+    assert "how arms and legs lie" not in said(capfd)
+
+
+def test_a_match_while_a_bake_plays_says_that_it_is_not_seen(tmp_path, capfd):
+    obj, _take = set_up(tmp_path)
+    obj.meanvalue.baked.target = 'POINT_CACHE'
+    match()
+    text = said(capfd)
+    assert ". A bake plays in place of the pose" in text and "press Live" not in text, text
+
+
+@pytest.mark.parametrize(("frame", "is_told"), [(5000.0, True), (-40.0, True), (1.0, False), (7.3, False)])
+def test_a_reference_frame_that_the_take_has_not_is_told(tmp_path, capfd, frame, is_told):
+    obj, _take = set_up(tmp_path)
+    obj.meanvalue.capture.reference_frame = frame
+    match()
+    text = said(capfd)
+    assert (f"has no frame {frame:g}" in text) == is_told, text
+    if is_told:
+        assert f"Frame {obj.meanvalue.capture.reference_frame:g} was taken" in text, text
+
+
+def test_retarget_without_picked_points_says_that_lengths_are_as_captured(tmp_path, capfd):
+    obj, _take = set_up(tmp_path)
+    obj.meanvalue.capture.mode = 'RETARGET'
+    match()
+    assert "none are picked, so lengths are as captured" in said(capfd)
+    assert bpy.ops.meanvalue.pick_marker_point(marker="M4", vertex=5) == {'FINISHED'}
+    said(capfd)
+    match()
+    assert "none are picked" not in said(capfd)
+
+
+def test_the_first_problem_is_quoted(tmp_path, capfd):
+    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
+    positions = recorded(obj)
+    take_away(obj)
+    positions[25:, 4] += (0.0, 0.0, 3.0)
+    _obj, take = set_up(tmp_path, positions)
+    said(capfd)
+    assert bpy.ops.meanvalue.find_marker_problems() == {'FINISHED'}
+    text = said(capfd)
+    assert take.meanvalue.problems[0].text.rstrip(".") in text and LABELS[4] in text and "frame 7" in text, text
+
+
+#: Where joints of a tube that stands for a body are, of its height: sideways, to the front, up.
+SKELETON = {
+    "Hips": (0.0, 0.0, 0.55), "Neck": (0.0, 0.0, 0.85), "Jaw": (0.0, -0.02, 0.9), "Head": (0.0, 0.0, 0.9),
+    **{f"{word}{name}": (sign * x, 0.0, z) for word, sign in (("Left", 1.0), ("Right", -1.0)) for name, x, z in (
+        ("UpLeg", 0.03, 0.5), ("Leg", 0.03, 0.28), ("Foot", 0.03, 0.05), ("Arm", 0.05, 0.8), ("ForeArm", 0.05, 0.65),
+        ("Hand", 0.05, 0.5),
+    )},
+}  # fmt: skip
+
+
+def test_of_a_skeleton_joints_without_a_place_get_no_handle(tmp_path, capfd):
+    places = rest_top(None) * np.array(list(SKELETON.values()))
+    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
+    path = take_files.write_trc(tmp_path / "walk.trc", tuple(SKELETON), np.repeat(places[None], 5, axis=0))
+    take_files.bring_in(path, unit='METRES')
+    obj.meanvalue.capture.align = 'NONE'
+    match()
+    text = said(capfd)
+    assert [line.name for line in obj.meanvalue.anchor_groups] == [name for name in SKELETON if name != "Jaw"]
+    assert "1 joint of the skeleton, 'Jaw', has no known place" in text and "15 of 16 names known" in text, text
+    assert bpy.ops.meanvalue.pick_marker_point(marker="Jaw", vertex=100) == {'FINISHED'}
+    match()
+    assert "Jaw" in obj.meanvalue.anchor_groups

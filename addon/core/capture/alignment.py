@@ -7,10 +7,13 @@ import numpy as np
 
 from . import checks, marker_sets
 from . import landmarks as places
+from .medial import medial_points
 from .surface import Surface
 
 #: Share of the markers that must lie on the mesh; the others may be anywhere (arms in another pose, mislabelled ones).
 TRIMMED = 0.65
+#: How much each joint of the hips counts beside all others together.
+HIPS = 0.5
 #: How much markers of arms count: nobody holds them alike.
 ARMS = 0.3
 #: Points of the surface that the search looks at, and the rounds on them: first few, from every start, then many.
@@ -30,8 +33,8 @@ FACES = {
 }  # fmt: skip
 FACING = 0.06
 #: How much the way of the feet counts beside the surface, and by how much a body that looks the other way must fit
-#: better to be believed.
-WAY_COUNTS, BACKWARD = 0.5, 1.3
+#: better to be believed: of joints front and back are hard to tell by the surface, but their names tell the sides.
+WAY_COUNTS, BACKWARD, BACKWARD_JOINTS = 0.5, 1.3, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +105,9 @@ def align_to_mesh(markers, labels, vertices, faces, normals=None, marker_radius=
     if not np.ptp(markers[known, 2]) > 0.0:
         raise checks.InvalidMotionError("The markers are all at one height. Check the up axis of the take.")
     names = np.array(marker_sets.recognise(labels, more_sets).landmarks, object)[known]
+    if places.has_joints(names):
+        body.few, body.many = ((medial_points(*some), some[1]) for some in (body.few, body.many))
+        marker_radius = 0.0
     fit = _Fit(body, markers[known], names, marker_radius)
     candidates = sorted((fit.settled(start, body.few, ROUNDS) for start in fit.starts()), key=_residual)
     best = min((fit.settled(matrix, body.many, FINER_ROUNDS) for _, matrix in candidates[:3]), key=_residual)
@@ -149,6 +155,14 @@ class _Body:
             way = way[1] - way[0]
             self.looks = way if np.linalg.norm(way) > 0.01 * self.height else None
 
+    def trunk(self):
+        """(2,) the middle of the trunk at the hips, without hands that hang beside it."""
+        points = self.many[0]
+        above = (points[:, 2] - self.ground) / self.height
+        centre = np.median(points[above > 0.5], axis=0)[:2]
+        near = (above > 0.5) & (above < 0.62) & (np.linalg.norm(points[:, :2] - centre, axis=1) < 0.12 * self.height)
+        return np.median(points[near], axis=0)[:2] if near.any() else self.middle
+
 
 class _Fit:
     """Iterated closest points, upright."""
@@ -163,6 +177,8 @@ class _Fit:
         self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
         self._looks = _forward(markers, names)
         self._faces = _faces(names, self._looks)
+        # Joints of the hips are about the middle of the trunk; of markers the skin tells more.
+        self._hips = np.array([name in ("hip.L", "hip.R", "pelvis.joint") for name in names])
 
     def starts(self):
         """Matrices: about the way that the feet point, where both bodies tell it, else all round."""
@@ -203,14 +219,18 @@ class _Fit:
         told = ~np.isnan(self._heights)
         upright = self._body.ground + self._heights[told] * height
         target[told, 2] += HEIGHT_COUNTS * (upright - target[told, 2])
+        if self._hips.any():
+            target[self._hips, :2] = moved[self._hips, :2] + self._body.trunk() - moved[self._hips, :2].mean(axis=0)
         # Those on the mesh count; arms need not be among them.
         near = np.sort(off)[: max(4, int(np.ceil(TRIMMED * len(off))))]
         sigma = max(float(np.sqrt((near**2).mean())), 0.005 * height)
         weights = self._weights / (1.0 + (off / sigma) ** 2) ** 2
+        weights[self._hips] = HIPS * weights.sum()
         residual = float(np.sqrt((self._weights * np.minimum(off, 3.0 * sigma) ** 2).sum() / self._weights.sum()))
         angle = self._expected_angle()
         if angle is not None and _angle_between(_upright(angle, 1.0, 0.0, np.zeros(3)), matrix) > 0.5 * np.pi:
-            residual, angle = BACKWARD * residual, angle + np.pi
+            backward = BACKWARD_JOINTS if self._hips.any() else BACKWARD
+            residual, angle = backward * residual, angle + np.pi
         return residual, _upright_similarity(self._markers, target, weights, self._scales, angle)
 
     def _expected_angle(self):

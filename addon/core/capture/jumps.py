@@ -50,7 +50,7 @@ class _Break:
     before: np.ndarray  # that speed, a sample
 
 
-def find_jumps(positions, rate_hz, labels=None):
+def find_jumps(positions, rate_hz, labels=None, are_joints=False):
     """List of `Finding`, by sample: markers that jump, jump away and come back (spikes), or are swapped with another.
 
     A path breaks where a step differs from the mean of the speeds (medians of WINDOW steps) before and after it by far
@@ -59,7 +59,8 @@ def find_jumps(positions, rate_hz, labels=None):
     Two markers whose paths break together and go on in each other's are swapped. Markers nearer to each other than
     twice FREE of the body's size can't be told apart.
 
-    positions  (f, m, 3) metres, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words.
+    positions  (f, m, 3) metres, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words;
+    are_joints  they are of a skeleton, as in BVH, where no point can be taken for another: swaps are not looked for.
     Raises InvalidMotionError for wrong shapes.
     """
     positions = checks.motion(positions)
@@ -73,8 +74,8 @@ def find_jumps(positions, rate_hz, labels=None):
     breaks = []
     for marker in range(positions.shape[1]):
         breaks += _breaks(positions, marker, size)
-    findings, rest = _swaps(breaks, rate * TOGETHER, names)
-    findings += _single(rest, rate * SPIKE, names)
+    findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate * TOGETHER, names)
+    findings += _single(rest, rate * SPIKE, names, are_joints)
     return sorted(findings, key=lambda finding: (finding.sample, finding.marker))
 
 
@@ -208,7 +209,7 @@ def _expected_at(one, sample):
     return one.expected + (sample - one.first) * one.before
 
 
-def _single(breaks, window, names):
+def _single(breaks, window, names, are_joints):
     """Findings of breaks that are no swaps; one that is undone soon is a spike."""
     findings, number = [], 0
     while number < len(breaks):
@@ -228,6 +229,9 @@ def _single(breaks, window, names):
             words = f"{told} and is back at sample {until}: delete the samples between, the gap will be filled."
             findings.append(Finding("spike", one.marker, one.first, words, distance=distance, until=until))
         else:
-            words = f"{told}: another point may go by its name from there on; rename it or delete its samples."
+            if are_joints:
+                words = f"{told}: the skeleton's motion is broken there; leave these frames out or mend its curves."
+            else:
+                words = f"{told}: another point may go by its name from there on; rename it or delete its samples."
             findings.append(Finding("jump", one.marker, one.first, words, distance=distance))
     return findings

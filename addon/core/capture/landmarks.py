@@ -57,7 +57,24 @@ PLACES = {
     "toe.big": Place(("foot.*",), 0.02, "toe"),
     "toe.little": Place(("foot.*",), 0.015, "toe"),
     "toe.tip": Place(("foot.*",), 0.015, "toe"),
+    # What skeletons have in place of markers: centres of joints, inside of the body ("hip" above is one, too).
+    "pelvis.joint": Place(("pelvis", "waist"), 0.55),
+    "spine": Place(("torso", "waist")),
+    "neck.joint": Place(("torso", "neck"), 0.84),
+    "head.joint": Place(("head", "neck"), 0.88),
+    "clavicle.joint": Place(("torso", "neck")),
+    "shoulder.joint": Place(("torso", "neck", "upper_arm.*"), 0.80),
+    "elbow.joint": Place(("upper_arm.*", "forearm.*")),
+    "wrist.joint": Place(("forearm.*", "hand.*")),
+    "hand.joint": Place(("hand.*", "forearm.*")),
+    "knee.joint": Place(("thigh.*", "shank.*"), 0.285),
+    "ankle.joint": Place(("shank.*", "foot.*"), 0.05),
+    "toe.joint": Place(("foot.*",), 0.02, "toe"),
 }
+
+#: Limbs and, of each, places of which one must be known on either side: without them a limb is not brought into the
+#: pose of the mesh (limb_posing.py).
+LIMBS = {"arms": (("shoulder",), ("elbow",)), "legs": (("knee",), ("hip", "pelvis.front"))}
 
 
 def side_of(landmark):
@@ -98,6 +115,21 @@ def neighbours(landmarks):
     for numbers in segments(landmarks).values():
         pairs |= {(a, b) for k, a in enumerate(numbers) for b in numbers[k + 1 :]}
     return sorted(pairs)
+
+
+def has_joints(landmarks):
+    """True if landmarks (names or None) are joints of a skeleton, inside of the body, and no markers on its skin."""
+    return any(landmark and ".joint" in landmark for landmark in landmarks)
+
+
+def unknown_limbs(landmarks):
+    """Those of LIMBS for which, on one side or both, landmarks (names or None) tell too little."""
+    known = {landmark for landmark in landmarks if landmark}
+
+    def has(places, side):
+        return any(side_of(name) == side and name.startswith(places) for name in known)
+
+    return [limb for limb, needed in LIMBS.items() if not all(has(some, side) for some in needed for side in "LR")]
 
 
 def feet(landmarks):

@@ -5,7 +5,8 @@ import numpy as np
 
 from . import checks
 from .hip_centres import with_hips
-from .landmarks import side_of
+from .landmarks import has_joints, side_of
+from .medial import medial_points
 from .rigid import fit_rotations, turns_between
 from .surface import Surface
 
@@ -28,22 +29,27 @@ def pose_limbs(markers, landmarks, vertices, triangles):
     lowest (legs) on its side; the best one is refined by ICP, first for the whole limb about shoulder or hip, then for
     what is beyond elbow or knee. Only skin beyond the shoulder is an arm's, so arms of a mesh that lie at its sides are
     not followed. Lengths stay the actor's. A limb that would not lie much nearer to its skin is left alone.
+    Joints of a skeleton look for the middle of the limb in place of its skin.
     What comes out takes the place of the reference everywhere: in `match_to_surface()`, `skin_targets()`, `retarget()`.
 
     markers  (m, 3) aligned with the mesh, NaN where missing; landmarks  m names or None; vertices  (n, 3); triangles
-    (t, 3). Arms need markers of shoulder and elbow, legs of knee and pelvis, or they are left alone.
+    (t, 3). Arms need markers (or joints) of shoulder and elbow, legs of knee and pelvis or hip, or they are left alone.
     """
+    landmarks = tuple(landmarks)
     markers = checks.points(markers, "the markers")
     if len(landmarks) != len(markers):
         raise checks.InvalidMotionError(f"There are {len(landmarks)} landmarks for {len(markers)} markers.")
-    samples = Surface(vertices, triangles).samples(SAMPLES)[0]
+    samples, normals = Surface(vertices, triangles).samples(SAMPLES)
+    if has_joints(landmarks):
+        samples = medial_points(samples, normals)
     above = (samples[:, 2] - samples[:, 2].min()) / max(np.ptp(samples[:, 2]), 1e-300)
-    hips = with_hips(markers, markers, markers[None], landmarks)[0][len(markers) :]
+    hips = _hips(markers, landmarks)
     result = markers.copy()
     for number, side in enumerate("LR"):
         shoulder, other = (_middle(markers, landmarks, which, "shoulder") for which in (side, "RL"[number]))
         if shoulder is not None and other is not None:
-            shoulder, out = shoulder - [0.0, 0.0, BELOW * np.ptp(samples[:, 2])], _level(shoulder - other)
+            below = 0.0 if f"shoulder.joint.{side}" in landmarks else BELOW * np.ptp(samples[:, 2])
+            shoulder, out = shoulder - [0.0, 0.0, below], _level(shoulder - other)
             far, height = (samples - shoulder) @ out, np.ptp(samples[:, 2])
             skin = samples[(far > BEYOND * height) & (above > HANDS)]
             if len(skin) and np.linalg.norm(skin - shoulder, axis=1).max() > LEAST_ARM * height:
@@ -54,6 +60,14 @@ def pose_limbs(markers, landmarks, vertices, triangles):
             if len(skin):
                 _pose(result, landmarks, side, LEG, hip, skin, -skin[:, 2])
     return result
+
+
+def _hips(markers, landmarks):
+    """(2, 3) left and right: as captured, or from the markers of the pelvis; empty where neither is there."""
+    if {"hip.L", "hip.R"} <= set(landmarks):
+        hips = markers[[landmarks.index("hip.L"), landmarks.index("hip.R")]]
+        return hips[:0] if np.isnan(hips).any() else hips
+    return with_hips(markers, markers, markers[None], landmarks)[0][len(markers) :]
 
 
 def _pose(markers, landmarks, side, parts, joint, skin, outermost):

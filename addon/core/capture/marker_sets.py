@@ -43,7 +43,8 @@ class Recognition:
         """For the artist."""
         if self.name is None:
             return f"None of the {len(self.landmarks)} names is of a known marker set."
-        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known, {len(self.absent)} of its own not."
+        rest = f"; {len(self.absent)} of that set are not there" if self.absent else ""
+        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known{rest}."
 
 
 def key_of(label):
@@ -55,7 +56,8 @@ def recognise(labels, more_sets=()):
     """The `Recognition` of labels by the set, built in or of `more_sets`, that knows most of them.
 
     Of sets that know as many, the one with fewer absent markers. What all labels begin with, up to "_", is left out
-    where that helps. Landmarks are not given twice: of two labels for one, only the first is known.
+    where that helps. Landmarks are not given twice: of two labels for one, the one that is written as the set has it
+    is known, else the first.
     """
     labels = list(labels)
     prefix = re.match(r"(.+?_)", labels[0]) if len(labels) > 1 else None
@@ -65,17 +67,25 @@ def recognise(labels, more_sets=()):
     best, none = None, Recognition(None, (None,) * len(labels), 0, ())
     for marker_set in (*more_sets, *BUILT_IN):
         for spelling in spellings:
-            found, taken = [], set()
-            for label in spelling:
-                landmark = marker_set.landmark_of(label)
-                found.append(landmark if landmark not in taken else None)
-                taken.add(landmark)
+            found = _landmarks(marker_set, spelling)
             known = {landmark for landmark in found if landmark}
             absent = tuple(label for label, landmark in marker_set.landmarks.items() if landmark not in known)
             candidate = Recognition(marker_set.name, tuple(found), len(known), absent)
             if best is None or (candidate.matched, -len(absent)) > (best.matched, -len(best.absent)):
                 best = candidate
     return best if best and best.matched else none
+
+
+def _landmarks(marker_set, labels):
+    """[landmark or None] of the labels, none of them twice."""
+    exact = {marker_set.landmarks[label] for label in labels if label in marker_set.landmarks}
+    found, taken = [], set()
+    for label in labels:
+        landmark = marker_set.landmark_of(label)
+        is_free = landmark not in taken and (landmark not in exact or label in marker_set.landmarks)
+        found.append(landmark if is_free else None)
+        taken |= {found[-1]}
+    return found
 
 
 def save(path, marker_set):
@@ -213,4 +223,84 @@ COMMON_41 = MarkerSet(
     },
 )  # fmt: skip
 
-BUILT_IN = (PLUG_IN_GAIT, RAJAGOPAL, COMMON_41)
+
+
+def _joints(pattern, sides, names):
+    """As `_both_sides`, with the sides called as in `sides`, {"L": "Left", ...}."""
+    return {
+        pattern.format(side=word, name=name): f"{place}.{side}"
+        for side, word in sides.items()
+        for name, place in names.items()
+    }
+
+
+LEFT_RIGHT, L_R = {"L": "Left", "R": "Right"}, {"L": "L", "R": "R"}
+SPINE = {f"Spine{number or ''}": f"spine.{number + 1}" if number else "spine" for number in range(4)}
+
+# Of MotionBuilder, Mixamo, and CMU's motions as they are usually converted.
+JOINTS_BY_BONE = MarkerSet(
+    "Joints (Hips, LeftUpLeg, LeftLeg)",
+    {
+        "Hips": "pelvis.joint", **SPINE, "Neck": "neck.joint", "Head": "head.joint", "HeadTop_End": "head.top",
+        **_joints("{side}{name}", LEFT_RIGHT, {
+            "UpLeg": "hip", "Leg": "knee.joint", "Foot": "ankle.joint", "ToeBase": "toe.joint",
+            "ToeBase_end": "toe.tip", "Shoulder": "clavicle.joint",
+            "Arm": "shoulder.joint", "ForeArm": "elbow.joint", "Hand": "wrist.joint",
+            "HandMiddle1": "hand.joint",
+        }),
+    },
+    {
+        "Head_end": "HeadTop_End", "LowerBack": "Spine3", "Pelvis": "Hips", "Chest": "Spine2",
+        **{f"{side}{alias}": f"{side}{name}" for side in LEFT_RIGHT.values() for alias, name in (
+            ("Toe_End", "ToeBase_end"), ("FingerBase", "HandMiddle1"), ("UpperLeg", "UpLeg"), ("LowerLeg", "Leg"),
+            ("UpperArm", "Arm"), ("LowerArm", "ForeArm"), ("Toe", "ToeBase"),
+        )},
+    },
+)  # fmt: skip
+
+# Of Poser and of the older converters: bones are called after the joint that they begin with.
+JOINTS_BY_JOINT = MarkerSet(
+    "Joints (Hips, LeftHip, LeftKnee)",
+    {
+        "Hips": "pelvis.joint", "LowerBack": "spine", "Chest": "spine.2", "Chest2": "spine.3", "Neck": "neck.joint",
+        "Head": "head.joint", "Head_end": "head.top",
+        **_joints("{side}{name}", LEFT_RIGHT, {
+            "Hip": "hip", "Knee": "knee.joint", "Ankle": "ankle.joint", "Toe": "toe.joint", "Toe_end": "toe.tip",
+            "Collar": "clavicle.joint", "Shoulder": "shoulder.joint", "Elbow": "elbow.joint", "Wrist": "wrist.joint",
+        }),
+    },
+    {**{f"{side}Ankle_end": f"{side}Toe" for side in LEFT_RIGHT.values()}},
+)  # fmt: skip
+
+JOINTS_MAKEHUMAN = MarkerSet(
+    "Joints (Hips, UpLeg_L, LoLeg_L)",
+    {
+        "Hips": "pelvis.joint", "Spine1": "spine", "Spine2": "spine.2", "Spine3": "spine.3", "Neck": "neck.joint",
+        "Head": "head.joint", "Head_end": "head.top",
+        **_joints("{name}_{side}", L_R, {
+            "UpLeg": "hip", "LoLeg": "knee.joint", "Foot": "ankle.joint", "Toe": "toe.joint", "Toe_end": "toe.tip",
+            "Clavicle": "clavicle.joint", "UpArm": "shoulder.joint", "LoArm": "elbow.joint", "Hand": "wrist.joint",
+            "Middle1": "hand.joint",
+        }),
+    },
+    {f"Toe_{side}_end": f"Toe_end_{side}" for side in "LR"},
+)  # fmt: skip
+
+JOINTS_MAKEHUMAN_DEFAULT = MarkerSet(
+    "Joints (upperleg01.L, lowerleg01.L)",
+    {
+        "root": "pelvis.joint", **{f"spine0{5 - n}": f"spine.{n + 1}" if n else "spine" for n in range(5)},
+        "neck01": "neck.joint", "head": "head.joint", "head_end": "head.top",
+        **_joints("{name}.{side}", L_R, {
+            "upperleg01": "hip", "upperleg02": "thigh", "lowerleg01": "knee.joint", "lowerleg02": "shank",
+            "foot": "ankle.joint", "toe1-1": "toe.joint", "clavicle": "clavicle.joint", "upperarm01": "shoulder.joint",
+            "upperarm02": "upper_arm", "lowerarm01": "elbow.joint", "lowerarm02": "forearm", "wrist": "wrist.joint",
+            "finger3-1": "hand.joint",
+        }),
+    },
+)  # fmt: skip
+
+BUILT_IN = (
+    *(PLUG_IN_GAIT, RAJAGOPAL, COMMON_41),
+    *(JOINTS_BY_BONE, JOINTS_BY_JOINT, JOINTS_MAKEHUMAN, JOINTS_MAKEHUMAN_DEFAULT),
+)

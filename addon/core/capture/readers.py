@@ -26,7 +26,11 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
     of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
     """
+    if not os.fspath(path):
+        raise MotionFileError(f"No file is chosen. Choose one of {', '.join(SUFFIXES)}")
     path = pathlib.Path(path)
+    if path.suffix.lower() not in _READERS and _is_folder(path):
+        raise MotionFileError(f"{path}: this is a folder. Choose a file in it: one of {', '.join(SUFFIXES)}")
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise MotionFileError(
@@ -41,8 +45,17 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
         ) from None
 
 
+def _is_folder(path):
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):  # what is wrong is told where it is read
+        return False
+
+
 def _content(path):
     try:
+        if path.is_dir():
+            raise MotionFileError(f"{path}: this is a folder. Choose a motion capture file")
         if not path.is_file():  # a pipe or a device would never end
             raise MotionFileError(f"{path}: there is no such file. Choose a motion capture file")
         return path.read_bytes()

@@ -15,6 +15,8 @@ from .take import Take
 FARTHEST = 1e4
 #: Metres that people and the room they move in have; beyond that the unit is in doubt.
 PLAUSIBLE = (0.02, 50.0)
+#: Metres that a person may have, in any pose: beyond that a unit that was chosen is in doubt.
+PLAUSIBLE_PERSON = (0.4, 4.0)
 
 
 @dataclass
@@ -77,6 +79,13 @@ class Recording:
             if not (np.isfinite(chosen) and chosen > 0.0):
                 raise MotionFileError(f"The unit must be metres for one unit of the file, above 0, and is {chosen}")
             metres = float(chosen)
+            extent = metres * self.spread(positions)
+            if extent > 0.0 and not PLAUSIBLE_PERSON[0] <= extent <= PLAUSIBLE_PERSON[1]:
+                fits, _ = units.guess_unit(self.spread(positions))
+                self.notes.append(
+                    f"In the chosen unit the subject is {units.length(extent)} large, which no person is. A person "
+                    f"would fit {fits:.4g} m for a unit of the file; choose another unit if this is one"
+                )
         elif self.unit is not None:
             metres = self.unit
             extent = metres * self.spread(positions)

@@ -84,6 +84,11 @@ def guess_unit(extent: float) -> tuple[float, str]:
     return 0.01, f"centimetres are assumed (the subject is {extent:.4g} units large, which fits a person in no unit)"
 
 
+def length(metres: float) -> str:
+    """Metres as people say it: "1.4 cm", "1.75 m"."""
+    return f"{100.0 * metres:.2g} cm" if metres < 0.995 else f"{metres:.3g} m"
+
+
 def likely_up(positions: np.ndarray) -> str | None:
     """'Y' or 'Z' if just along one of them the markers, (f, m, 3) in metres, stand on a floor at 0; else None.
 
