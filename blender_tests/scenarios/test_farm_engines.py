@@ -34,10 +34,10 @@ def test_slurm_arrays_one_task_killed_and_submitted_again(tmp_path, part, files)
     out = planned(tmp_path, part, CLIPS, chunk=20)
     (tmp_path / "logs").mkdir()
     bake, merge = (str(files / "farm" / f"slurm_{name}.sh") for name in ("bake", "merge"))
-    blender = tmp_path / "blender.sh"  # the first time, task 4 is killed half-way
+    blender = tmp_path / "blender.sh"  # the first time, task 4 is killed while Blender starts
     blender.write_text(
         f'#!/bin/bash\nif [ "$SLURM_ARRAY_TASK_ID" = 4 ] && [ ! -e {tmp_path}/killed ]; then\n'
-        f'  touch {tmp_path}/killed\n  {bpy.app.binary_path} "$@" & sleep 1.5; kill -9 $!; wait $!; exit 137\nfi\n'
+        f'  touch {tmp_path}/killed\n  {bpy.app.binary_path} "$@" & sleep 0.2; kill -9 $!; wait $!; exit 137\nfi\n'
         f'exec {bpy.app.binary_path} "$@"\n'
     )
     blender.chmod(0o755)
