@@ -21,6 +21,7 @@ from ..core import frame_ranges, point_cache, whole_files
 from ..core.bake_report import BakeReport
 from ..core.chunk_store import ChunkStore, read_json, write_json
 from ..core.fingerprint import digest
+from ..core.steps import result_of
 from ..errors import DamagedCacheError, IncompleteCacheError, MeanValueError, SceneError
 from ..workers.job import Job
 from . import baking, bundle, solving
@@ -113,7 +114,7 @@ def _run_merge(options):
     for begun in (out / clip["name"] / "chunks").glob("*.pc2"):
         whole_files.remove_abandoned(begun)
     steps = _store(out, clip, plan, frames).merge(path, header)
-    columns = _last_of(steps)
+    columns = result_of(steps)
     report = BakeReport.of(frames, columns)
     baking.write_report(path, report, {"key": key, "clip": clip["name"]})
     _say(f"{path}: {report.text()}")
@@ -225,14 +226,6 @@ def _require_key(plan, key):
 
 def _store(out, clip, plan, frames):
     return ChunkStore(out / clip["name"] / "chunks", plan.key, frames, plan.vertices)
-
-
-def _last_of(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 def _versions():

@@ -7,6 +7,7 @@ import bpy
 
 from ..bridge import mesh_arrays, sampling, scene_input
 from ..core import bake_times, frame_ranges
+from ..core.steps import result_of
 from ..errors import SceneError
 from ..live import engine
 from ..workers.posing import Posing
@@ -56,15 +57,7 @@ def _plan(scene, obj, numbers, portable):
     triangles = mesh_arrays.triangles(obj.data, bind_input)
     times = bake_times.sample_times(*numbers)
     with engine.held():
-        samples = _last_of(sampling.sample(scene.name, lambda: obj, bind_input, times))
+        samples = result_of(sampling.sample(scene.name, lambda: obj, bind_input, times))
     for note in samples.notes:
         print(f"meanvalue: {obj.name}: {note}", flush=True)
     return BakePlan(bind_input, times, 1.0, samples.targets, samples.weights, portable), triangles
-
-
-def _last_of(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value

@@ -13,6 +13,7 @@ from ..core import fixed_points, wording
 from ..core.capture import alignment, filtering, gaps, landmarks, marker_sets, matching, retargeting, skin
 from ..core.capture.limb_posing import pose_limbs
 from ..core.capture.surface import Surface
+from ..core.steps import result_of
 from ..errors import SceneError
 
 #: Fewer points leave open how the markers are turned.
@@ -71,12 +72,7 @@ class Markers:
 
 def find(given):
     """The Matched of a bridge.match_input.MatchInput. @throws MeanValueError."""
-    course = steps(given)
-    while True:
-        try:
-            next(course)
-        except StopIteration as end:
-            return end.value
+    return result_of(steps(given))
 
 
 def steps(given):
