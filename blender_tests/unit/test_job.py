@@ -79,7 +79,12 @@ def test_cancel_ends_it_soon(part, job):
     obj, _control = handles.tube(live=False)
     prepared = part("workers.posing").Posing.to_bind(obj)
     prepared.read_triangles(obj)
-    running = job.Job(prepared.work)
+
+    def work(execution):  # so small a mesh may be bound before it is cancelled
+        yield tasks.Until(lambda: execution.cancelled)
+        return (yield from prepared.work(execution))
+
+    running = job.Job(work)
     running.cancel()
     started = time.monotonic()
     job.cancel_all()
