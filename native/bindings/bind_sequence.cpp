@@ -70,6 +70,8 @@ std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& ca
     do {  // once at least, so that what is wrong is told
         const auto to = static_cast<Index>(std::min<std::int64_t>(end, (from / block + 1) * block));
         options.frames = {from, to};
+        const double count = std::max<Index>(1, end - begin);
+        options.progress = {(from - begin) / count, (to - begin) / count};
         std::shared_ptr<Sequence> part;
         {
             const py::gil_scoped_release released;

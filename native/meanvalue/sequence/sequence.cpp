@@ -9,23 +9,39 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/sequence/smooth_paths.h"
 
 namespace meanvalue {
 namespace {
 
-/// Where one run fades into the next, at frame `at` of the clip: the last frames of the one and the same of the
-/// other.
+// A solve from rest ends when the energy falls slowly; where it lies in a valley, solves from its answer go on.
+constexpr int kSolvesFromRest = 3;
+// Roughness of the paths of vertices that is left alone, as a share of the diagonal: it can't be seen.
+constexpr double kUnseen = 2e-5;
+
+using Shape = std::unique_ptr<float[]>;  // n x 3
+
+/// Where one run fades into the next, at frame `at` of the clip. Those of the earlier are in the result.
 struct Seam {
     std::int64_t at = 0;
-    std::vector<Positions> before;
-    std::vector<Positions> after;  // empty ones: of frames that the later run could not solve
+    std::vector<Shape> after;  // of the later run's wanted frames before; none: it could not solve that frame
     std::atomic<int> sides_done{0};
 };
 
-/// 0 to 1 with no slope at either end. @param frame of `count`, counted from 0.
+/// The frames that a run solves, and those that it goes through on the way.
+struct Run {
+    Index number;
+    Index begin;
+    Index end;                    // of what is solved
+    std::vector<float*> shapes;   // of each frame, in the result or in `aside`
+    std::vector<Shape> aside;     // of each frame: none where it is in the result
+    std::vector<char> is_solved;  // of each frame
+};
+
+/// 0 to 1 with no slope at either end, and the least second difference. @param frame of `count`, counted from 0.
 double fade(Index frame, Index count) {
     const double t = (frame + 1.0) / (count + 1.0);
-    return t * t * (3.0 - 2.0 * t);
+    return t < 0.5 ? 2.0 * t * t : 1.0 - 2.0 * (1.0 - t) * (1.0 - t);
 }
 
 class SequenceSolve {
@@ -38,6 +54,8 @@ class SequenceSolve {
         chunk_ = std::min(options.chunk, std::max<Index>(1, trajectories.frame_count));
         overlap_ = std::min(options.overlap, chunk_);
         std::tie(begin_, end_) = options.frames.value_or(std::pair<Index, Index>{0, trajectories.frame_count});
+        const Positions& rest = deformer.bound().rest();
+        if (rest.rows() > 0) unseen_ = kUnseen * (rest.colwise().maxCoeff() - rest.colwise().minCoeff()).norm();
         result_.first = begin_;
         result_.vertex_count = deformer.report().vertex_count;
         const auto count = static_cast<std::size_t>(end_ - begin_);
@@ -60,7 +78,7 @@ class SequenceSolve {
         for (Index run = first_run; run <= last_run; ++run) {
             execution_.check();
             begins_.push_back(find_begin(run));
-            frames_to_solve_ += end_of(run) - begins_.back();
+            frames_to_solve_ += end_to_solve(run) - begins_.back();
         }
         const int threads = thread_count(options_.threads);
         const int workers = std::min<int>(threads, last_run - first_run + 1);
@@ -120,34 +138,94 @@ class SequenceSolve {
         return frame;
     }
     Index end_of(Index run) const {
-        return static_cast<Index>(std::min<std::int64_t>(end_, (std::int64_t{run} + 1) * chunk_));
+        return static_cast<Index>(
+            std::min<std::int64_t>(trajectories_.frame_count, (std::int64_t{run} + 1) * chunk_));
+    }
+    /// End of the frames that what is wanted of a run depends on: smoothing looks so far ahead.
+    Index end_to_solve(Index run) const {
+        return static_cast<Index>(
+            std::min<std::int64_t>(end_of(run), std::int64_t{end_} + 2 * std::int64_t{overlap_}));
     }
     bool has_seam_behind(Index run) const {
         return overlap_ > 0 && (std::int64_t{run} + 1) * chunk_ < trajectories_.frame_count;
     }
 
     template <typename Threads>
-    void solve_run(Index run, const Threads& threads) {
-        Seam& seam_before = *seams_[run - first_run_];
-        Seam& seam_behind = *seams_[run - first_run_ + 1];
+    void solve_run(Index number, const Threads& threads) {
+        Seam& seam_before = *seams_[number - first_run_];
+        Seam& seam_behind = *seams_[number - first_run_ + 1];
+        Run run{number, begins_[number - first_run_], end_to_solve(number), {}, {}, {}};
         Execution of_run(&execution_);
-        Deformer::Drag drag(deformer_, of_run);
-        Positions shape;  // empty until a frame could be solved
-        for (Index frame = begins_[run - first_run_]; frame < end_of(run); ++frame) {
-            const bool is_own = frame >= seam_before.at;
-            const bool is_solved = solve_frame(drag, frame, is_own, threads(), of_run, shape);
-            execution_.set_progress(static_cast<double>(++frames_solved_) / static_cast<double>(frames_to_solve_));
-            if (frame < begin_) continue;
-            if (!is_own) {
-                if (frame >= seam_before.at - overlap_) seam_before.after.push_back(is_solved ? shape : Positions());
-            } else if (has_seam_behind(run) && frame >= seam_behind.at - overlap_) {
-                seam_behind.before.push_back(shape_or_rest(shape));
-            } else {
-                put(frame, shape_or_rest(shape));
+        {
+            Deformer::Drag drag(deformer_, of_run);
+            Positions shape;  // empty until a frame could be solved
+            for (Index frame = run.begin; frame < run.end; ++frame) {
+                const bool is_told = frame >= seam_before.at && is_wanted(frame);
+                run.is_solved.push_back(
+                    static_cast<char>(solve_frame(drag, frame, is_told, threads(), of_run, shape)));
+                put(shape_or_rest(shape), add_frame(run, is_told));
+                report_progress();
             }
         }
+        smooth(run);
+        const auto first = static_cast<Index>(std::max<std::int64_t>(begin_, seam_before.at - overlap_));
+        for (Index frame = std::max(first, run.begin); frame < std::min<std::int64_t>(seam_before.at, run.end);
+             ++frame)
+            if (is_wanted(frame))
+                seam_before.after.push_back(run.is_solved[frame - run.begin] ? std::move(run.aside[frame - run.begin])
+                                                                             : nullptr);
         close(seam_before);
         close(seam_behind);
+    }
+
+    bool is_wanted(Index frame) const { return begin_ <= frame && frame < end_; }
+
+    /// Room for the next frame of a run.
+    float* add_frame(Run& run, bool in_result) {
+        const std::size_t numbers = numbers_of_shape();
+        const Index frame = run.begin + static_cast<Index>(run.shapes.size());
+        run.aside.emplace_back(in_result ? nullptr : new float[numbers]);
+        run.shapes.push_back(in_result ? row(frame) : run.aside.back().get());
+        return run.shapes.back();
+    }
+
+    /// From the first frame that could be solved on; frames that could not hold what becomes of the one before.
+    void smooth(Run& run) {
+        const auto first = static_cast<Index>(std::find(run.is_solved.begin(), run.is_solved.end(), char{1}) -
+                                              run.is_solved.begin());
+        const Index half_width = std::min<Index>(overlap_, end_of(run.number) - 1 - (run.begin + first));
+        if (run.begin + first >= end_ || half_width < 2) return;
+        const std::vector<float*> shapes(run.shapes.begin() + first, run.shapes.end());
+        const PathSmoother smoother({run.is_solved.begin() + first, run.is_solved.end()}, half_width);
+        smoother.smooth(shapes, static_cast<std::size_t>(result_.vertex_count),
+                        limits_of(smoother, run.begin + first, run.end), execution_);
+        for (std::size_t k = 1; k < shapes.size(); ++k) {
+            if (!run.is_solved[first + k]) std::copy_n(shapes[k - 1], numbers_of_shape(), shapes[k]);
+        }
+    }
+
+    /// As rough as the targets are, the paths of vertices may be.
+    std::vector<double> limits_of(const PathSmoother& smoother, Index begin, Index end) const {
+        std::vector<double> limits(end - begin, 0.0);
+        const auto anchors = static_cast<std::size_t>(trajectories_.anchor_count);
+        std::vector<std::vector<float>> targets;  // rounded as shapes are, so that hard anchors keep to the limits
+        std::vector<const float*> points;
+        std::vector<std::vector<char>> counts;
+        for (Index frame = begin; frame < end; ++frame) {
+            const PositionsView at = trajectories_.targets_at(frame);
+            targets.emplace_back(at.data(), at.data() + 3 * anchors);
+            const std::vector<double> weights = trajectories_.weights_at(frame);
+            if (!weights.empty()) {
+                auto& flags = counts.emplace_back(anchors);
+                std::transform(weights.begin(), weights.end(), flags.begin(), [](double w) { return w > 0.0; });
+            }
+        }
+        for (const auto& of_frame : targets)
+            points.push_back(of_frame.data());
+        smoother.raise_limits(points, anchors, counts, limits);
+        for (double& limit : limits)
+            limit += unseen_;
+        return limits;
     }
 
     const Positions& shape_or_rest(const Positions& shape) const {
@@ -155,29 +233,36 @@ class SequenceSolve {
     }
 
     /// @param shape of the last frame that could be solved, or empty; receives this one's. @return whether it could.
-    bool solve_frame(Deformer::Drag& drag, Index frame, bool is_own, int threads, Execution& execution,
+    bool solve_frame(Deformer::Drag& drag, Index frame, bool is_told, int threads, Execution& execution,
                      Positions& shape) {
         SolveOptions options;
         options.tolerance = options_.tolerance;
         options.max_iterations = options_.max_iterations;
         options.weights = trajectories_.weights_at(frame);
         options.threads = threads;
-        std::optional<PositionsView> start;
-        if (shape.rows() > 0) start.emplace(shape);
         const auto fail = [&](const std::exception& error) {
-            if (!is_own || frame < begin_) return false;
+            if (!is_told) return false;
             const std::lock_guard<std::mutex> lock(mutex_);
             result_.failures.push_back({frame, error.what()});
             return false;
         };
         try {
-            Solution solution = drag.solve(trajectories_.targets_at(frame), start, options, execution);
-            start.reset();
-            shape = std::move(solution.vertices);
-            if (!is_own || frame < begin_) return true;
+            int iterations = 0;
+            Solution solution;
+            const auto solve = [&] {
+                std::optional<PositionsView> start;
+                if (shape.rows() > 0) start.emplace(shape);
+                solution = drag.solve(trajectories_.targets_at(frame), start, options, execution);
+                start.reset();
+                shape = std::move(solution.vertices);
+                iterations += solution.all_iterations;
+            };
+            for (int left = shape.rows() > 0 ? 1 : kSolvesFromRest; left > 0; --left)
+                solve();
+            if (!is_told) return true;
             const auto row = static_cast<std::size_t>(frame - begin_);
             result_.energies[row] = solution.energy;
-            result_.iterations[row] = solution.all_iterations;
+            result_.iterations[row] = iterations;
             result_.converged[row] = static_cast<char>(solution.converged);
             return true;
         } catch (const InvalidInput& error) {
@@ -190,22 +275,31 @@ class SequenceSolve {
     /// Called by either side once its frames of the seam are there; the second does the work.
     void close(Seam& seam) {
         if (++seam.sides_done < 2) return;
-        for (std::size_t k = 0; k < seam.before.size(); ++k) {
-            // Both sides lack the same frames, those before what is wanted, and may lack what is behind it.
-            const auto first = static_cast<Index>(seam.at - overlap_);
+        const auto first = static_cast<Index>(seam.at - overlap_);
+        for (std::size_t k = 0; k < seam.after.size(); ++k) {
+            if (!seam.after[k]) continue;
             const Index frame = std::max(begin_, first) + static_cast<Index>(k);
-            Positions& shape = seam.before[k];
-            if (seam.after[k].rows() > 0) shape += fade(frame - first, overlap_) * (seam.after[k] - shape);
-            put(frame, shape);
+            const auto share = static_cast<float>(fade(frame - first, overlap_));
+            float* const to = row(frame);
+            const float* const after = seam.after[k].get();
+            for (std::size_t number = 0; number < numbers_of_shape(); ++number)
+                to[number] += share * (after[number] - to[number]);
         }
-        seam.before.clear();
         seam.after.clear();
     }
 
-    void put(Index frame, const Positions& shape) {
-        const auto numbers = static_cast<std::size_t>(shape.size());
-        float* const to = result_.vertices.get() + static_cast<std::size_t>(frame - begin_) * numbers;
-        std::transform(shape.data(), shape.data() + numbers, to, [](double x) { return static_cast<float>(x); });
+    void report_progress() {
+        const double share = static_cast<double>(++frames_solved_) / static_cast<double>(frames_to_solve_);
+        execution_.set_progress(options_.progress.first +
+                                share * (options_.progress.second - options_.progress.first));
+    }
+
+    std::size_t numbers_of_shape() const { return static_cast<std::size_t>(result_.vertex_count) * 3; }
+    float* row(Index frame) {
+        return result_.vertices.get() + static_cast<std::size_t>(frame - begin_) * numbers_of_shape();
+    }
+    static void put(const Positions& shape, float* to) {
+        std::transform(shape.data(), shape.data() + shape.size(), to, [](double x) { return static_cast<float>(x); });
     }
 
     Deformer& deformer_;
@@ -214,6 +308,7 @@ class SequenceSolve {
     Execution& execution_;
     Index chunk_ = 1;
     Index overlap_ = 0;
+    double unseen_ = 0.0;
     Index begin_ = 0;  // of what is wanted
     Index end_ = 0;
     Index first_run_ = 0;

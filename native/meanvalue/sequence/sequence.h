@@ -34,9 +34,12 @@ struct SequenceOptions {
     /// runs are solved side by side, and in part, with the same bits.
     Index chunk = 48;
     /// Each run but the first begins so many frames earlier, and over these the one before it fades into it: where
-    /// two runs came to different minima, nothing jumps. At most `chunk`.
+    /// two runs came to different minima, nothing jumps. At most `chunk`. Where a minimum changes inside a run, the
+    /// jump is spread over so many frames to either side (PathSmoother).
     Index overlap = 8;
     int threads = 0;  ///< 0: every core; results do not depend on it
+    /// What this call makes of the progress that is told: from and to which share.
+    std::pair<double, double> progress = {0.0, 1.0};
 };
 
 struct FrameFailure {
@@ -50,7 +53,8 @@ struct Sequence {
     Index vertex_count = 0;
     Index frame_count = 0;
     std::unique_ptr<float[]> vertices;  ///< frames x n x 3
-    std::vector<double> energies;       ///< as Solution::energy, before a frame fades into another run's; NaN: failed
+    std::vector<double> energies;       ///< as Solution::energy, before paths are smoothed and a frame fades into
+                                        ///< another run's; NaN: failed
     std::vector<int> iterations;        ///< all_iterations
     std::vector<char> converged;
     std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the last that
@@ -60,7 +64,10 @@ struct Sequence {
 /// Section 4.2 of the paper. A frame's bits depend on the trajectories, `chunk` and `overlap` alone: neither on which
 /// frames are wanted nor on the number of threads.
 ///
-/// Memory: what is returned, a workspace for each thread, and what the runs at work overlap in.
+/// Paths of vertices are as rough as those of the anchors at most, but for what is left of jumps after they are
+/// spread: frames are not at their minimum there.
+///
+/// Memory: what is returned, a workspace for each thread, and of each run at work the frames that it solves beside.
 /// @throws InvalidInput for options out of range, weights that are none (Deformer::solve()) and trajectories of
 /// another number of anchors, Cancelled; what is wrong with the targets of a single frame is told in `failures`.
 Sequence solve_sequence(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,

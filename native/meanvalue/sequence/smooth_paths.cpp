@@ -1,0 +1,130 @@
+#include "meanvalue/sequence/smooth_paths.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+namespace meanvalue {
+namespace {
+
+// Points whose paths fit into the cache, 56 frames of them.
+constexpr std::size_t kBlock = 64;
+
+}  // namespace
+
+PathSmoother::PathSmoother(std::vector<char> is_solved, Index half_width)
+    : frame_count_(static_cast<Index>(is_solved.size())), half_width_(half_width), roughness_(is_solved.size()) {
+    if (half_width_ < 2) return;
+    const double width = half_width_;
+    for (Index frame = 1; frame + 1 < frame_count_; ++frame) {
+        std::vector<Term>& terms = roughness_[frame];
+        add(frame, -2.0 + 2.0 / (width * width), terms);
+        for (const Index side : {-1, 1}) {
+            add(frame + side, 1.0, terms);
+            add(frame + side * half_width_, -1.0 / (width * width), terms);
+        }
+        if (!std::all_of(terms.begin(), terms.end(), [&](const Term& term) { return is_solved[term.frame]; }))
+            terms.clear();
+    }
+    // From beyond the triangle, where it is 0, to the middle.
+    response_.assign(half_width_ + 1, 0.0);
+    for (Index distance = half_width_ - 1; distance > 0; --distance) {
+        const double triangle = (width - distance) / (width * width);
+        response_[distance - 1] = 2.0 * response_[distance] - response_[distance + 1] - triangle;
+    }
+}
+
+/// A frame beyond an end is that of the path turned about it: twice the end less the one as far inside.
+void PathSmoother::add(Index frame, double factor, std::vector<Term>& terms) const {
+    const Index last = frame_count_ - 1;
+    if (frame < 0 || frame > last) {
+        const Index end = frame < 0 ? 0 : last;
+        add(end, 2.0 * factor, terms);
+        add(2 * end - frame, -factor, terms);
+        return;
+    }
+    const auto same = std::find_if(terms.begin(), terms.end(), [&](const Term& term) { return term.frame == frame; });
+    if (same != terms.end()) {
+        same->factor += factor;
+    } else {
+        terms.push_back({frame, factor});
+    }
+}
+
+double PathSmoother::shift(Index from, Index to) const {
+    const auto response = [&](Index distance) {
+        distance = std::abs(distance);
+        return distance < half_width_ ? response_[distance] : 0.0;
+    };
+    // And of what the turned path has beyond either end.
+    return response(to - from) - response(to + from) - response(to + from - 2 * (frame_count_ - 1));
+}
+
+void PathSmoother::raise_limits(const std::vector<const float*>& points, std::size_t count,
+                                const std::vector<std::vector<char>>& counts, std::vector<double>& limits) const {
+    for (Index frame = 0; frame < frame_count_; ++frame) {
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::vector<Term>& terms = roughness_[frame];
+            if (!counts.empty() &&
+                !std::all_of(terms.begin(), terms.end(), [&](const Term& term) { return counts[term.frame][k]; }))
+                continue;
+            double square = 0.0;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                double sum = 0.0;
+                for (const Term& term : terms)
+                    sum += term.factor * points[term.frame][3 * k + axis];
+                square += sum * sum;
+            }
+            limits[frame] = std::max(limits[frame], std::sqrt(square));
+        }
+    }
+}
+
+bool PathSmoother::find_excess(const std::vector<float*>& points, std::size_t begin, std::size_t numbers, Index frame,
+                               double limit, std::vector<double>& excess) const {
+    std::fill(excess.begin(), excess.end(), 0.0);
+    for (const Term& term : roughness_[frame]) {
+        const float* const at = points[term.frame] + begin;
+        for (std::size_t k = 0; k < numbers; ++k)
+            excess[k] += term.factor * at[k];
+    }
+    bool exceeds = false;
+    for (std::size_t k = 0; k < numbers; k += 3) {
+        const double square = excess[k] * excess[k] + excess[k + 1] * excess[k + 1] + excess[k + 2] * excess[k + 2];
+        const double share = square > limit * limit ? 1.0 - limit / std::sqrt(square) : 0.0;
+        exceeds = exceeds || share > 0.0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            excess[k + axis] *= share;
+    }
+    return exceeds;
+}
+
+void PathSmoother::smooth(const std::vector<float*>& points, std::size_t count, const std::vector<double>& limits,
+                          const Execution& execution) const {
+    std::vector<double> excess(3 * kBlock);
+    std::vector<std::vector<double>> moves(frame_count_);  // empty: none
+    for (std::size_t first = 0; first < count; first += kBlock) {
+        execution.check();
+        const std::size_t begin = 3 * first;
+        const std::size_t numbers = 3 * std::min(kBlock, count - first);
+        for (Index frame = 0; frame < frame_count_; ++frame) {
+            if (!find_excess(points, begin, numbers, frame, limits[frame], excess)) continue;
+            const Index end = std::min(frame_count_, frame + half_width_);
+            for (Index to = std::max<Index>(0, frame - half_width_ + 1); to < end; ++to) {
+                moves[to].resize(3 * kBlock, 0.0);
+                const double factor = shift(frame, to);
+                for (std::size_t k = 0; k < numbers; ++k)
+                    moves[to][k] -= factor * excess[k];
+            }
+        }
+        for (Index frame = 0; frame < frame_count_; ++frame) {
+            float* const at = points[frame] + begin;
+            for (std::size_t k = 0; k < moves[frame].size() && k < numbers; ++k)
+                at[k] = static_cast<float>(at[k] + moves[frame][k]);
+            moves[frame].clear();
+        }
+    }
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,57 @@
+// Takes jumps out of the paths of vertices that the targets do not ask for.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// The frames of one run, one after another, from the first that could be solved.
+///
+/// The *roughness* of a path x at frame t is its second difference less the mean of those around it, weighted by the
+/// triangle of half-width w, which is the second difference over w frames:
+/// (x(t+1) - 2 x(t) + x(t-1)) - (x(t+w) - 2 x(t) + x(t-w)) / w^2. Beyond its ends a path goes on turned by 180
+/// degrees about its last point. Where a minimum ceases to be, or where a loose solve catches up, roughness is about
+/// as long as the jump; of steady motion it is the fourth difference.
+class PathSmoother {
+  public:
+    /// @param is_solved flag of each frame; what is not solved tells nothing about roughness.
+    /// @param half_width w, frames; below 2 nothing is smoothed. Not longer than the run less a frame.
+    PathSmoother(std::vector<char> is_solved, Index half_width);
+
+    /// Roughness that frames may keep: raises each of `limits` to the largest of `count` points.
+    /// @param points of each frame, count x 3. @param counts flags of the points of each frame (a point tells nothing
+    /// where it does not count), or empty: all do.
+    void raise_limits(const std::vector<const float*>& points, std::size_t count,
+                      const std::vector<std::vector<char>>& counts, std::vector<double>& limits) const;
+
+    /// What roughness exceeds the limit of its frame is taken out and spread as second difference over the triangle
+    /// around it, which keeps where a path comes from and goes to. Paths that keep to the limits keep their bits.
+    /// @param points of each frame, count x 3. @throws Cancelled.
+    void smooth(const std::vector<float*>& points, std::size_t count, const std::vector<double>& limits,
+                const Execution& execution) const;
+
+  private:
+    struct Term {
+        Index frame;
+        double factor;
+    };
+
+    /// @param excess receives by how much the roughness of `numbers` coordinates from `begin` on is above the limit.
+    /// @return whether any is.
+    bool find_excess(const std::vector<float*>& points, std::size_t begin, std::size_t numbers, Index frame,
+                     double limit, std::vector<double>& excess) const;
+    void add(Index frame, double factor, std::vector<Term>& terms) const;
+    /// What an excess of 1 at frame `from` moves frame `to` by.
+    double shift(Index from, Index to) const;
+
+    Index frame_count_;
+    Index half_width_;
+    std::vector<std::vector<Term>> roughness_;  // of each frame; none: nothing is told
+    std::vector<double> response_;  // by the distance in frames: its second difference is 1 less the triangle
+};
+
+}  // namespace meanvalue
