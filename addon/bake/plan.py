@@ -41,7 +41,7 @@ class BakePlan:
             repr(self.spacing),
             self.targets,
             "all count" if self.weights is None else self.weights,
-            f"{native_loader.module().__version__} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}"
+            f"{native_loader.module().__version__} {solving.REVISION} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}"
             f"{' portable' if self.portable else ''}",
             ", ".join(solving.REPORTED),
         )

@@ -153,11 +153,79 @@ def test_what_on_frame_raises_ends_the_sequence(clip):
         deformer.solve_sequence(targets, on_frame=refuse)
 
 
+def roughest(paths):
+    """The largest second difference of any of f x n x 3."""
+    return np.linalg.norm(np.diff(np.asarray(paths, np.float64), 2, axis=0), axis=2).max()
+
+
+@pytest.fixture(scope="module")
+def buckled():
+    """(deformer, anchors, targets): a bar squeezed by a fifth, its ends turned until it snaps to the other side."""
+    points, faces = stress.bar(600)
+    points = np.asarray(points, np.float64)
+    length = np.ptp(points[:, 2])
+    is_low, is_high = points[:, 2] < 0.08 * length, points[:, 2] > 0.92 * length
+    anchors = np.flatnonzero(is_low | is_high).astype(np.int32)
+    pieces = is_high[anchors].astype(np.int32)
+    targets = np.repeat(points[anchors][None], FRAMES, axis=0)
+    for frame in range(FRAMES):
+        for piece, sign in ((0, 1.0), (1, -1.0)):
+            angle = sign * 0.7 * np.cos(np.pi * frame / (FRAMES - 1))
+            turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+            end = points[anchors][pieces == piece]
+            centre = end.mean(axis=0)
+            targets[frame, pieces == piece] = centre + (end - centre) @ turn.T + [0.0, 0.0, 0.1 * sign * length]
+    return meanvalue.Deformer(points, faces, anchors, handles=pieces), anchors, targets
+
+
+@pytest.mark.parametrize("chunk", [FRAMES, 24])
+def test_a_snap_through_is_spread_over_frames(buckled, chunk):
+    """A minimum ceases to be: all of the bar jumps between two frames, whichever the solver is."""
+    deformer, anchors, targets = buckled
+    jump = roughest(deformer.solve_sequence(targets, chunk=FRAMES, overlap=0).vertices)
+    assert jump > 100 * roughest(targets)
+    spread = deformer.solve_sequence(targets, chunk=chunk, overlap=8)
+    assert roughest(spread.vertices) < 0.05 * jump
+    np.testing.assert_array_equal(spread.vertices[:, anchors], targets.astype(np.float32))
+
+
+@pytest.mark.parametrize("frames", [(0, 3), (26, 29), (20, 37), (30, FRAMES), (FRAMES - 1, FRAMES)])
+@pytest.mark.parametrize("chunk", [16, 24])
+def test_a_part_of_a_snap_through_has_the_bits_of_the_whole(buckled, chunk, frames):
+    deformer, _, targets = buckled
+    whole = deformer.solve_sequence(targets, chunk=chunk, overlap=6, threads=1)
+    part = deformer.solve_sequence(targets, chunk=chunk, overlap=6, threads=2, frames=frames)
+    np.testing.assert_array_equal(part.vertices, whole.vertices[slice(*frames)])
+
+
+def test_the_first_frame_is_as_good_as_the_next(soft):
+    """A loose solve from rest in a valley is far from where the frames after it come to rest."""
+    points, _, _, targets = soft
+    still = np.repeat(targets[20:21], 6, axis=0)
+    deformer = meanvalue.Deformer(*soft[:3], strengths=np.full(len(soft[2]), 0.05))
+    shapes = deformer.solve_sequence(still, overlap=0).vertices
+    alone = deformer.solve(targets[20]).vertices
+    moved = np.linalg.norm(np.diff(shapes, axis=0), axis=2).max()
+    assert moved < 0.5 * np.linalg.norm(shapes[-1] - alone, axis=1).max()
+    assert moved < 2e-3 * diagonal(points)
+
+
+def test_progress_counts_once_over_all_frames(clip):
+    _, _, deformer, targets, _ = clip
+    execution = meanvalue.Execution()
+    told = []
+    deformer.solve_sequence(
+        targets, chunk=4, overlap=2, threads=1, execution=execution, on_frame=lambda *_: told.append(execution.progress)
+    )
+    assert told == sorted(told)
+    assert told[0] < 0.2
+    assert told[-1] == pytest.approx(1.0)
+
+
 def test_smooth_targets_give_a_smooth_sequence_across_runs(clip):
     """The largest second difference of any vertex, over that of the targets: also where one run fades into the next."""
     _, _, _, targets, whole = clip
-    bend = np.linalg.norm(np.diff(whole.vertices.astype(np.float64), 2, axis=0), axis=2).max()
-    assert bend < 1.5 * np.linalg.norm(np.diff(targets, 2, axis=0), axis=2).max()
+    assert roughest(whole.vertices) < 1.5 * roughest(targets)
 
 
 def test_a_frame_that_fails_is_told_and_does_not_end_the_rest(clip):
@@ -316,14 +384,26 @@ def test_anchors_come_and_go_along_a_clip(soft):
     weights[5:12, 4] = 0.0
     weights[9:15, 6] = 0.0
     holed = np.where(weights[..., None] > 0.0, targets, np.nan)
-    result = deformer.solve_sequence(holed, weights=weights, tolerance=1e-6)
-    complete = deformer.solve_sequence(targets, tolerance=1e-6)
+    # Without overlap: nothing is spread, each frame is its solve.
+    result = deformer.solve_sequence(holed, weights=weights, tolerance=1e-6, overlap=0)
+    complete = deformer.solve_sequence(targets, tolerance=1e-6, overlap=0)
     assert result.errors == ()
     assert np.isfinite(result.vertices).all()
     off = np.abs(result.vertices - complete.vertices).max(axis=(1, 2)) / diagonal(points)
     assert off[:5].max() < 1e-5
     assert off.max() < 0.05
     assert off[18:].max() < 3e-3
+
+
+def test_nothing_jumps_where_an_anchor_goes_or_comes_back(soft):
+    _, _, _, targets = soft
+    deformer, _ = bind(soft)
+    weights = np.ones(targets.shape[:2])
+    weights[8:16, 5] = 0.0
+    loose, spread = (
+        roughest(deformer.solve_sequence(targets, weights=weights, overlap=overlap).vertices) for overlap in (0, 6)
+    )
+    assert spread < 0.5 * loose
 
 
 def test_weights_with_threads_have_the_same_bits(soft):

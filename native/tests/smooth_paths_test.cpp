@@ -1,0 +1,133 @@
+#include "meanvalue/sequence/smooth_paths.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "meanvalue/common/errors.h"
+
+namespace meanvalue {
+namespace {
+
+constexpr Index kFrames = 60;
+constexpr Index kWidth = 8;
+
+/// Of each frame, with y and z at 0.
+std::vector<std::vector<float>> path(const std::function<double(Index)>& x, std::size_t points = 1) {
+    std::vector<std::vector<float>> frames(kFrames, std::vector<float>(3 * points, 0.0F));
+    for (Index t = 0; t < kFrames; ++t) {
+        for (std::size_t k = 0; k < points; ++k)
+            frames[t][3 * k] = static_cast<float>(x(t));
+    }
+    return frames;
+}
+
+std::vector<std::vector<float>> smoothed(std::vector<std::vector<float>> frames, double limit,
+                                         std::vector<char> is_solved = std::vector<char>(kFrames, 1)) {
+    std::vector<float*> points;
+    for (auto& frame : frames)
+        points.push_back(frame.data());
+    PathSmoother(std::move(is_solved), kWidth)
+        .smooth(points, frames.front().size() / 3, std::vector<double>(kFrames, limit), Execution());
+    return frames;
+}
+
+double largest_second_difference(const std::vector<std::vector<float>>& frames) {
+    double largest = 0.0;
+    for (std::size_t t = 1; t + 1 < frames.size(); ++t)
+        largest = std::max(largest, std::abs(double{frames[t + 1][0]} - 2.0 * frames[t][0] + frames[t - 1][0]));
+    return largest;
+}
+
+double step(Index t) {
+    return t < 31 ? 0.0 : 1.0;
+}
+
+TEST(SmoothPaths, AJumpIsSpreadOverTheFramesBesideIt) {
+    const auto frames = smoothed(path(step), 0.0);
+    EXPECT_LT(largest_second_difference(frames), 0.04);
+    for (Index t = 0; t < kFrames; ++t) {
+        if (t >= 2) EXPECT_NEAR(frames[t][0] + frames[61 - t][0], 1.0, 1e-6) << t;  // as far before it as behind
+        if (std::abs(t - 30.5) > 2 * kWidth) EXPECT_EQ(frames[t][0], static_cast<float>(step(t))) << t;
+    }
+}
+
+TEST(SmoothPaths, SteadyMotionKeepsItsBits) {
+    const auto motion = path([](Index t) { return 3.0 + 0.25 * t - 0.0625 * t * t; });
+    const auto frames = smoothed(motion, 1e-3);
+    for (Index t = kWidth; t < kFrames - kWidth; ++t)
+        EXPECT_EQ(frames[t], motion[t]) << t;
+}
+
+TEST(SmoothPaths, WhatIsAsRoughAsItMayBeKeepsItsBits) {
+    const auto motion = path([](Index t) { return std::sin(1.7 * t) + 0.3 * step(t); });
+    std::vector<const float*> points;
+    for (const auto& frame : motion)
+        points.push_back(frame.data());
+    const PathSmoother smoother(std::vector<char>(kFrames, 1), kWidth);
+    std::vector<double> limits(kFrames, 0.0);
+    smoother.raise_limits(points, 1, {}, limits);
+    auto frames = motion;
+    std::vector<float*> writable;
+    for (auto& frame : frames)
+        writable.push_back(frame.data());
+    smoother.smooth(writable, 1, limits, Execution());
+    EXPECT_EQ(frames, motion);
+}
+
+TEST(SmoothPaths, EndsStayWhereTheyAre) {
+    for (const Index at : {1, 3, 57, 59}) {
+        const auto motion = path([&](Index t) { return t < at ? 0.0 : 1.0; });
+        const auto frames = smoothed(motion, 0.0);
+        EXPECT_EQ(frames.front(), motion.front());
+        EXPECT_EQ(frames.back(), motion.back());
+    }
+}
+
+TEST(SmoothPaths, FramesThatWereNotSolvedTellNothing) {
+    std::vector<char> is_solved(kFrames, 1);
+    std::fill(is_solved.begin() + 29, is_solved.begin() + 31, 0);
+    // The jump after frames that held the last shape: both sides of it are next to one of these.
+    const auto motion = path(step);
+    const auto frames = smoothed(motion, 0.0, is_solved);
+    EXPECT_EQ(frames[28], motion[28]);
+    EXPECT_GT(largest_second_difference(frames), 0.5);
+}
+
+TEST(SmoothPaths, PointsThatDoNotCountTellNothing) {
+    auto motion = path(step, 2);
+    for (Index t = 0; t < kFrames; ++t)
+        motion[t][3] = std::nanf("");
+    std::vector<const float*> points;
+    for (const auto& frame : motion)
+        points.push_back(frame.data());
+    const PathSmoother smoother(std::vector<char>(kFrames, 1), kWidth);
+    std::vector<double> limits(kFrames, 0.0);
+    smoother.raise_limits(points, 2, std::vector<std::vector<char>>(kFrames, {1, 0}), limits);
+    EXPECT_NEAR(*std::max_element(limits.begin(), limits.end()), 1.0, 1e-1);
+    EXPECT_TRUE(std::all_of(limits.begin(), limits.end(), [](double limit) { return std::isfinite(limit); }));
+}
+
+TEST(SmoothPaths, PointsDoNotDependOnTheirNeighbours) {
+    const auto alone = smoothed(path(step), 0.01);
+    const auto many = smoothed(path(step, 200), 0.01);
+    for (Index t = 0; t < kFrames; ++t) {
+        for (std::size_t k = 0; k < 200; ++k)
+            ASSERT_EQ(many[t][3 * k], alone[t][0]);
+    }
+}
+
+TEST(SmoothPaths, IsCancelled) {
+    Execution execution;
+    execution.cancel();
+    std::vector<float> numbers(3);
+    EXPECT_THROW(PathSmoother({1, 1, 1, 1}, 2)
+                     .smooth(std::vector<float*>(4, numbers.data()), 1, std::vector<double>(4, 0.0), execution),
+                 Cancelled);
+}
+
+}  // namespace
+}  // namespace meanvalue
