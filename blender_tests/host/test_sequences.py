@@ -198,16 +198,14 @@ def test_a_part_of_a_snap_through_has_the_bits_of_the_whole(buckled, chunk, fram
     np.testing.assert_array_equal(part.vertices, whole.vertices[slice(*frames)])
 
 
-def test_the_first_frame_is_as_good_as_the_next(soft):
-    """A loose solve from rest in a valley is far from where the frames after it come to rest."""
-    points, _, _, targets = soft
-    still = np.repeat(targets[20:21], 6, axis=0)
-    deformer = meanvalue.Deformer(*soft[:3], strengths=np.full(len(soft[2]), 0.05))
+def test_the_first_frame_is_as_good_as_the_next(buckled):
+    """A solve from rest stops before its minimum, and the next frame would be nearer to it."""
+    deformer, _, targets = buckled
+    still = np.repeat(targets[5:6], 3, axis=0)
+    alone = deformer.solve(still[0]).vertices
+    nearer = deformer.solve(still[0], start=alone).vertices
     shapes = deformer.solve_sequence(still, overlap=0).vertices
-    alone = deformer.solve(targets[20]).vertices
-    moved = np.linalg.norm(np.diff(shapes, axis=0), axis=2).max()
-    assert moved < 0.5 * np.linalg.norm(shapes[-1] - alone, axis=1).max()
-    assert moved < 2e-3 * diagonal(points)
+    assert np.abs(shapes[1] - shapes[0]).max() < 0.5 * np.abs(nearer - alone).max()
 
 
 def test_progress_counts_once_over_all_frames(clip):
