@@ -189,7 +189,8 @@ class SequenceSolve {
         return run.shapes.back();
     }
 
-    /// From the first frame that could be solved on; frames that could not hold what becomes of the one before.
+    /// From the first frame that could be solved on, as rough as the targets are; frames that could not be solved
+    /// hold what becomes of the one before.
     void smooth(Run& run) {
         const auto first = static_cast<Index>(std::find(run.is_solved.begin(), run.is_solved.end(), char{1}) -
                                               run.is_solved.begin());
@@ -197,35 +198,13 @@ class SequenceSolve {
         if (run.begin + first >= end_ || half_width < 2) return;
         const std::vector<float*> shapes(run.shapes.begin() + first, run.shapes.end());
         const PathSmoother smoother({run.is_solved.begin() + first, run.is_solved.end()}, half_width);
-        smoother.smooth(shapes, static_cast<std::size_t>(result_.vertex_count),
-                        limits_of(smoother, run.begin + first, run.end), execution_);
+        std::vector<double> limits = smoother.roughness_of(trajectories_, run.begin + first);
+        for (double& limit : limits)
+            limit += unseen_;
+        smoother.smooth(shapes, static_cast<std::size_t>(result_.vertex_count), limits, execution_);
         for (std::size_t k = 1; k < shapes.size(); ++k) {
             if (!run.is_solved[first + k]) std::copy_n(shapes[k - 1], numbers_of_shape(), shapes[k]);
         }
-    }
-
-    /// As rough as the targets are, the paths of vertices may be.
-    std::vector<double> limits_of(const PathSmoother& smoother, Index begin, Index end) const {
-        std::vector<double> limits(end - begin, 0.0);
-        const auto anchors = static_cast<std::size_t>(trajectories_.anchor_count);
-        std::vector<std::vector<float>> targets;  // rounded as shapes are, so that hard anchors keep to the limits
-        std::vector<const float*> points;
-        std::vector<std::vector<char>> counts;
-        for (Index frame = begin; frame < end; ++frame) {
-            const PositionsView at = trajectories_.targets_at(frame);
-            targets.emplace_back(at.data(), at.data() + 3 * anchors);
-            const std::vector<double> weights = trajectories_.weights_at(frame);
-            if (!weights.empty()) {
-                auto& flags = counts.emplace_back(anchors);
-                std::transform(weights.begin(), weights.end(), flags.begin(), [](double w) { return w > 0.0; });
-            }
-        }
-        for (const auto& of_frame : targets)
-            points.push_back(of_frame.data());
-        smoother.raise_limits(points, anchors, counts, limits);
-        for (double& limit : limits)
-            limit += unseen_;
-        return limits;
     }
 
     const Positions& shape_or_rest(const Positions& shape) const {
@@ -321,17 +300,6 @@ class SequenceSolve {
 };
 
 }  // namespace
-
-PositionsView Trajectories::targets_at(Index frame) const {
-    return Eigen::Map<const Positions>(targets.data() + static_cast<std::size_t>(frame) * anchor_count * 3,
-                                       anchor_count, 3);
-}
-
-std::vector<double> Trajectories::weights_at(Index frame) const {
-    if (weights.empty()) return {};
-    const auto first = weights.begin() + static_cast<std::ptrdiff_t>(frame) * anchor_count;
-    return {first, first + anchor_count};
-}
 
 Sequence solve_sequence(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                         Execution& execution) {

@@ -10,20 +10,9 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/deform/deformer.h"
+#include "meanvalue/sequence/trajectories.h"
 
 namespace meanvalue {
-
-/// Where the anchors go at each frame of a clip, in the order of the anchors.
-struct Trajectories {
-    Index frame_count = 0;
-    Index anchor_count = 0;
-    std::vector<double> targets;  ///< frames x anchors x 3
-    std::vector<double> weights;  ///< frames x anchors, or empty: SolveOptions::weights of each frame
-
-    /// anchors x 3.
-    PositionsView targets_at(Index frame) const;
-    std::vector<double> weights_at(Index frame) const;  ///< empty where there are none
-};
 
 struct SequenceOptions {
     std::optional<double> tolerance;  ///< as of SolveOptions, and the next

@@ -11,6 +11,10 @@ namespace {
 // Points whose paths fit into the cache, 56 frames of them.
 constexpr std::size_t kBlock = 64;
 
+double length_of(const double* vector) {
+    return std::sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
+}
+
 }  // namespace
 
 PathSmoother::PathSmoother(std::vector<char> is_solved, Index half_width)
@@ -18,14 +22,15 @@ PathSmoother::PathSmoother(std::vector<char> is_solved, Index half_width)
     if (half_width_ < 2) return;
     const double width = half_width_;
     for (Index frame = 1; frame + 1 < frame_count_; ++frame) {
+        const auto first = is_solved.begin() + std::max<Index>(0, frame - half_width_);
+        const auto behind = is_solved.begin() + std::min(frame_count_, frame + half_width_ + 1);
+        if (std::find(first, behind, char{0}) != behind) continue;
         std::vector<Term>& terms = roughness_[frame];
         add(frame, -2.0 + 2.0 / (width * width), terms);
         for (const Index side : {-1, 1}) {
             add(frame + side, 1.0, terms);
             add(frame + side * half_width_, -1.0 / (width * width), terms);
         }
-        if (!std::all_of(terms.begin(), terms.end(), [&](const Term& term) { return is_solved[term.frame]; }))
-            terms.clear();
     }
     // From beyond the triangle, where it is 0, to the middle.
     response_.assign(half_width_ + 1, 0.0);
@@ -61,24 +66,26 @@ double PathSmoother::shift(Index from, Index to) const {
     return response(to - from) - response(to + from) - response(to + from - 2 * (frame_count_ - 1));
 }
 
-void PathSmoother::raise_limits(const std::vector<const float*>& points, std::size_t count,
-                                const std::vector<std::vector<char>>& counts, std::vector<double>& limits) const {
+std::vector<double> PathSmoother::roughness_of(const Trajectories& trajectories, Index first) const {
+    const auto anchors = static_cast<std::size_t>(trajectories.anchor_count);
+    const auto row_of = [&](const Term& term, std::size_t anchor) {
+        return static_cast<std::size_t>(first + term.frame) * anchors + anchor;
+    };
+    std::vector<double> largest(frame_count_, 0.0);
     for (Index frame = 0; frame < frame_count_; ++frame) {
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::vector<Term>& terms = roughness_[frame];
-            if (!counts.empty() &&
-                !std::all_of(terms.begin(), terms.end(), [&](const Term& term) { return counts[term.frame][k]; }))
-                continue;
-            double square = 0.0;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                double sum = 0.0;
-                for (const Term& term : terms)
-                    sum += term.factor * points[term.frame][3 * k + axis];
-                square += sum * sum;
+        for (std::size_t anchor = 0; anchor < anchors; ++anchor) {
+            Vector3 sum = Vector3::Zero();
+            bool counts = true;
+            for (const Term& term : roughness_[frame]) {
+                const std::size_t row = row_of(term, anchor);
+                counts = counts && (trajectories.weights.empty() || trajectories.weights[row] > 0.0);
+                for (int axis = 0; axis < 3; ++axis)
+                    sum[axis] += term.factor * static_cast<float>(trajectories.targets[3 * row + axis]);
             }
-            limits[frame] = std::max(limits[frame], std::sqrt(square));
+            if (counts) largest[frame] = std::max(largest[frame], length_of(sum.data()));
         }
     }
+    return largest;
 }
 
 bool PathSmoother::find_excess(const std::vector<float*>& points, std::size_t begin, std::size_t numbers, Index frame,
@@ -91,8 +98,8 @@ bool PathSmoother::find_excess(const std::vector<float*>& points, std::size_t be
     }
     bool exceeds = false;
     for (std::size_t k = 0; k < numbers; k += 3) {
-        const double square = excess[k] * excess[k] + excess[k + 1] * excess[k + 1] + excess[k + 2] * excess[k + 2];
-        const double share = square > limit * limit ? 1.0 - limit / std::sqrt(square) : 0.0;
+        const double length = length_of(&excess[k]);
+        const double share = length > limit ? 1.0 - limit / length : 0.0;
         exceeds = exceeds || share > 0.0;
         for (std::size_t axis = 0; axis < 3; ++axis)
             excess[k + axis] *= share;

@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/sequence/trajectories.h"
 
 namespace meanvalue {
 
@@ -18,19 +19,18 @@ namespace meanvalue {
 /// as long as the jump; of steady motion it is the fourth difference.
 class PathSmoother {
   public:
-    /// @param is_solved flag of each frame; what is not solved tells nothing about roughness.
+    /// @param is_solved flag of each frame; at most w from one that is not, nothing is known of roughness.
     /// @param half_width w, frames; below 2 nothing is smoothed. Not longer than the run less a frame.
     PathSmoother(std::vector<char> is_solved, Index half_width);
 
-    /// Roughness that frames may keep: raises each of `limits` to the largest of `count` points.
-    /// @param points of each frame, count x 3. @param counts flags of the points of each frame (a point tells nothing
-    /// where it does not count), or empty: all do.
-    void raise_limits(const std::vector<const float*>& points, std::size_t count,
-                      const std::vector<std::vector<char>>& counts, std::vector<double>& limits) const;
+    /// The largest roughness of any target at each frame; those of anchors that are free there tell nothing. Targets
+    /// are rounded as shapes are, so that hard anchors are within it.
+    /// @param first the clip's frame that the run's first is.
+    std::vector<double> roughness_of(const Trajectories& trajectories, Index first) const;
 
     /// What roughness exceeds the limit of its frame is taken out and spread as second difference over the triangle
     /// around it, which keeps where a path comes from and goes to. Paths that keep to the limits keep their bits.
-    /// @param points of each frame, count x 3. @throws Cancelled.
+    /// @param points of each frame, count x 3. @param limits of each frame. @throws Cancelled.
     void smooth(const std::vector<float*>& points, std::size_t count, const std::vector<double>& limits,
                 const Execution& execution) const;
 
