@@ -141,7 +141,7 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
                                "on_frame took them.")
         .def_property_readonly(
             "energies", [](const py::object& self) { return view_of(self.cast<const Sequence&>().energies, self); },
-            "(f,) float64: as Solution.energy, before a frame fades into the next run's; NaN where it failed.")
+            "(f,) float64: as Solution.energy, before paths are smoothed and fade; NaN where it failed.")
         .def_property_readonly(
             "iterations",
             [](const py::object& self) { return view_of(self.cast<const Sequence&>().iterations, self); },
@@ -181,7 +181,8 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
             "chunk: frames are solved in runs of so many, counted from the first of the clip, each from the frame\n"
             "before it, the first of a run from rest. overlap: each run but the first begins so many frames\n"
             "earlier, over which the one before it fades into it, so that nothing jumps where two runs came to\n"
-            "different minima.\n"
+            "different minima. Where a vertex' path is rougher than that of any target, as where a minimum ceases\n"
+            "to be, that is spread over as many frames to either side; below 2 nothing is spread.\n"
             "tolerance, max_iterations: as of solve(). threads: 0 for every core; runs are solved side by side.\n"
             "A frame's bits depend on targets, weights, chunk and overlap alone: neither on the frames wanted nor\n"
             "on the number of threads.\n"

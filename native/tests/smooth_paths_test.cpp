@@ -72,7 +72,7 @@ TEST(SmoothPaths, WhatIsAsRoughAsTheTargetsKeepsItsBits) {
     std::vector<float*> points;
     for (auto& frame : frames)
         points.push_back(frame.data());
-    smoother.smooth(points, 1, smoother.roughness_of(targets, 5), Execution());
+    smoother.smooth(points, 1, smoother.roughness_of(targets, 5, {0}, points), Execution());
     EXPECT_EQ(frames, motion);
 }
 
@@ -94,16 +94,27 @@ TEST(SmoothPaths, FramesThatWereNotSolvedTellNothing) {
     EXPECT_EQ(frames, motion);
 }
 
-TEST(SmoothPaths, AnchorsThatAreFreeTellNothing) {
-    Trajectories targets{kFrames, 2, {}, {}};
+TEST(SmoothPaths, AnchorsThatAreFreeTellNothingAndThoseThatComeBackTheirVertices) {
+    auto frames = path(step, 3);
+    std::vector<float*> points;
     for (Index t = 0; t < kFrames; ++t) {
-        const double free = std::nan("");
-        targets.targets.insert(targets.targets.end(), {step(t), 0.0, 0.0, free, free, free});
-        targets.weights.insert(targets.weights.end(), {1.0, 0.0});
+        frames[t][6] = t < 40 ? 0.0F : 5.0F;
+        points.push_back(frames[t].data());
     }
-    const auto roughness = PathSmoother(std::vector<char>(kFrames, 1), kWidth).roughness_of(targets, 0);
-    EXPECT_NEAR(*std::max_element(roughness.begin(), roughness.end()), 1.0, 0.05);
-    EXPECT_TRUE(std::all_of(roughness.begin(), roughness.end(), [](double r) { return std::isfinite(r); }));
+    const double free = std::nan("");
+    for (const bool comes_back : {false, true}) {
+        Trajectories targets{kFrames, 3, {}, {}};
+        for (Index t = 0; t < kFrames; ++t) {
+            const bool is_back = comes_back && t >= 40;
+            targets.targets.insert(targets.targets.end(), {step(t), 0.0, 0.0, free, free, free});
+            targets.targets.insert(targets.targets.end(), {is_back ? 7.0 : free, 0.0, 0.0});
+            targets.weights.insert(targets.weights.end(), {1.0, 0.0, is_back ? 1.0 : 0.0});
+        }
+        const auto roughness =
+            PathSmoother(std::vector<char>(kFrames, 1), kWidth).roughness_of(targets, 0, {0, 1, 2}, points);
+        EXPECT_NEAR(*std::max_element(roughness.begin(), roughness.end()), comes_back ? 5.0 : 1.0, 0.2);
+        EXPECT_TRUE(std::all_of(roughness.begin(), roughness.end(), [](double r) { return std::isfinite(r); }));
+    }
 }
 
 TEST(SmoothPaths, PointsDoNotDependOnTheirNeighbours) {

@@ -84,6 +84,7 @@ class BoundMesh {
     const BindReport& report() const { return report_; }
     double default_tolerance() const { return default_tolerance_; }
     const Positions& rest() const { return rest_; }  ///< n x 3
+    const std::vector<Index>& anchors() const { return anchors_; }
 
     /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is
     /// hard.

@@ -198,7 +198,8 @@ class SequenceSolve {
         if (run.begin + first >= end_ || half_width < 2) return;
         const std::vector<float*> shapes(run.shapes.begin() + first, run.shapes.end());
         const PathSmoother smoother({run.is_solved.begin() + first, run.is_solved.end()}, half_width);
-        std::vector<double> limits = smoother.roughness_of(trajectories_, run.begin + first);
+        std::vector<double> limits =
+            smoother.roughness_of(trajectories_, run.begin + first, deformer_.bound().anchors(), shapes);
         for (double& limit : limits)
             limit += unseen_;
         smoother.smooth(shapes, static_cast<std::size_t>(result_.vertex_count), limits, execution_);

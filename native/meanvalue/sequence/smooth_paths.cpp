@@ -66,23 +66,31 @@ double PathSmoother::shift(Index from, Index to) const {
     return response(to - from) - response(to + from) - response(to + from - 2 * (frame_count_ - 1));
 }
 
-std::vector<double> PathSmoother::roughness_of(const Trajectories& trajectories, Index first) const {
-    const auto anchors = static_cast<std::size_t>(trajectories.anchor_count);
+std::vector<double> PathSmoother::roughness_of(const Trajectories& trajectories, Index first,
+                                               const std::vector<Index>& vertices,
+                                               const std::vector<float*>& points) const {
     const auto row_of = [&](const Term& term, std::size_t anchor) {
-        return static_cast<std::size_t>(first + term.frame) * anchors + anchor;
+        return static_cast<std::size_t>(first + term.frame) * vertices.size() + anchor;
+    };
+    const auto weight_of = [&](const Term& term, std::size_t anchor) {
+        return trajectories.weights.empty() ? 1.0 : trajectories.weights[row_of(term, anchor)];
     };
     std::vector<double> largest(frame_count_, 0.0);
     for (Index frame = 0; frame < frame_count_; ++frame) {
-        for (std::size_t anchor = 0; anchor < anchors; ++anchor) {
+        const std::vector<Term>& terms = roughness_[frame];
+        for (std::size_t anchor = 0; anchor < vertices.size() && !terms.empty(); ++anchor) {
+            const double weight = weight_of(terms.front(), anchor);
+            const bool is_steady = std::all_of(terms.begin(), terms.end(),
+                                               [&](const Term& term) { return weight_of(term, anchor) == weight; });
+            if (is_steady && weight == 0.0) continue;
             Vector3 sum = Vector3::Zero();
-            bool counts = true;
-            for (const Term& term : roughness_[frame]) {
-                const std::size_t row = row_of(term, anchor);
-                counts = counts && (trajectories.weights.empty() || trajectories.weights[row] > 0.0);
+            for (const Term& term : terms) {
+                const double* const target = &trajectories.targets[3 * row_of(term, anchor)];
+                const float* const point = points[term.frame] + 3 * static_cast<std::size_t>(vertices[anchor]);
                 for (int axis = 0; axis < 3; ++axis)
-                    sum[axis] += term.factor * static_cast<float>(trajectories.targets[3 * row + axis]);
+                    sum[axis] += term.factor * (is_steady ? static_cast<float>(target[axis]) : point[axis]);
             }
-            if (counts) largest[frame] = std::max(largest[frame], length_of(sum.data()));
+            largest[frame] = std::max(largest[frame], length_of(sum.data()));
         }
     }
     return largest;

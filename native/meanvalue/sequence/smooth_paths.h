@@ -23,10 +23,12 @@ class PathSmoother {
     /// @param half_width w, frames; below 2 nothing is smoothed. Not longer than the run less a frame.
     PathSmoother(std::vector<char> is_solved, Index half_width);
 
-    /// The largest roughness of any target at each frame; those of anchors that are free there tell nothing. Targets
-    /// are rounded as shapes are, so that hard anchors are within it.
-    /// @param first the clip's frame that the run's first is.
-    std::vector<double> roughness_of(const Trajectories& trajectories, Index first) const;
+    /// The largest roughness that anchors ask for at each frame: that of their targets, rounded as shapes are, so
+    /// that hard ones are within it; of those whose weights change, that of their vertices; of free ones none.
+    /// @param first the clip's frame that the run's first is. @param vertices of the anchors. @param points of each
+    /// frame of the run.
+    std::vector<double> roughness_of(const Trajectories& trajectories, Index first,
+                                     const std::vector<Index>& vertices, const std::vector<float*>& points) const;
 
     /// What roughness exceeds the limit of its frame is taken out and spread as second difference over the triangle
     /// around it, which keeps where a path comes from and goes to. Paths that keep to the limits keep their bits.
