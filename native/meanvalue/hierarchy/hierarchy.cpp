@@ -59,12 +59,26 @@ Candidate candidate(std::uint64_t cost_class, Index vertex) {
     return cost_class << 32 | static_cast<std::uint32_t>(vertex);
 }
 
+Candidate candidate(const RemovalLog::Turn& turn) {
+    return candidate(turn.cost_class, turn.vertex);
+}
+
+constexpr Candidate kLastCandidate = std::numeric_limits<Candidate>::max();
+
 /// Removes one vertex after another and writes down what each removal needs to be undone.
+///
+/// The vertex at its turn is the one with the lowest Candidate of all that wait: those whose ring has changed since
+/// they could not be removed, or that have not been at their turn. A candidate depends on the vertex' ring and on how
+/// it is held, whether it can be removed on its ring and those of its neighbours. So where an earlier coarsening is
+/// followed, a vertex does what it did then, at the same candidate, until its ring is another one than then: from
+/// there on it is astray, and what it costs is computed. Two orders are merged: that of the log, and that of the
+/// queue of what is astray.
 class Coarsening {
   public:
     Coarsening(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
-               const CoarseningOptions& options, int threads, const Execution& execution)
-        : mesh_(rings, execution),
+               const CoarseningOptions& options, int threads, const Execution& execution, const RemovalLog* earlier)
+        : earlier_(earlier),
+          mesh_(rings, execution),
           positions_(positions),
           is_fixed_(is_fixed),
           threads_(threads),
@@ -79,11 +93,12 @@ class Coarsening {
         if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
         if (!options.is_soft.empty())
             soft_parts_ = find_fixed_parts(rings, positions, options.is_soft, options.handles);
+        if (earlier_ != nullptr) find_astray();
         std::vector<Candidate> candidates(is_fixed.size(), kNoClass << 32);
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
             CollapseCost cost(positions_, unit_);
             for (Index v = begin; v < end; ++v) {
-                if (is_removable(v) && is_short(v) && look_at(v, cost)) {
+                if (states_[v].is_astray && is_removable(v) && is_short(v) && look_at(v, cost)) {
                     states_[v].waits = true;
                     candidates[v] = candidate(states_[v].cost_class, v);
                 }
@@ -97,27 +112,15 @@ class Coarsening {
 
     /// Removes vertices until `count` free ones are left, or none can be removed.
     void coarsen_to(Index count, std::vector<Index>& order) {
-        while (remaining_ > count && !candidates_.empty()) {
+        while (remaining_ > count) {
             work_.add(kStepsPerRound);
-            const Candidate first = candidates_.top();
-            candidates_.pop();
-            const Index vertex = static_cast<Index>(first & 0xffffffff);
-            if (!candidates_.empty()) {
-                const Index next = static_cast<Index>(candidates_.top() & 0xffffffff);
-                __builtin_prefetch(&states_[next]);
-                mesh_.prefetch(next);
+            const Candidate logged = next_logged();
+            if (candidates_.empty() && logged == kLastCandidate) return;
+            if (candidates_.empty() || logged < candidates_.top()) {
+                follow(earlier_->turns[turn_++], order);
+            } else {
+                take_first_of_queue(logged, order);
             }
-            State& state = states_[vertex];
-            if (!state.waits || first >> 32 != state.cost_class) continue;  // it has a newer place in the queue
-            state.waits = false;
-            if (!state.is_fresh) {
-                if (!look_at(vertex, cost_)) continue;
-                if (!candidates_.empty() && candidate(state.cost_class, vertex) > candidates_.top()) {
-                    enqueue(vertex);
-                    continue;
-                }
-            }
-            if (remove(vertex)) order.push_back(vertex);
         }
     }
 
@@ -141,6 +144,8 @@ class Coarsening {
     const std::vector<SoftMerge>& soft_merges() const { return soft_merges_; }
     bool is_removed(Index vertex) const { return states_[vertex].is_removed; }
 
+    RemovalLog take_log() { return {std::move(turns_), is_fixed_, std::move(parts_), std::move(soft_parts_)}; }
+
   private:
     using Queue = std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>>;
 
@@ -150,7 +155,94 @@ class Coarsening {
         bool is_fresh = false;         // else the surroundings have changed since, and the cost may have risen
         bool waits = false;            // it is in the queue, by that class
         bool is_removed = false;
+        bool is_astray = true;    // else it is where it was in the log, and the above is not known
+        bool is_blocked = false;  // it could not be removed at its turn, and its ring is the same since
     };
+
+    /// Those that are held in another way than then.
+    void find_astray() {
+        const std::vector<char> by_part = changed_members(earlier_->fixed_parts, parts_, states_.size());
+        const std::vector<char> by_soft_part = changed_members(earlier_->soft_parts, soft_parts_, states_.size());
+        for (std::size_t v = 0; v < states_.size(); ++v) {
+            states_[v].is_astray =
+                by_part[v] != 0 || by_soft_part[v] != 0 || (is_fixed_[v] != 0) != (earlier_->is_fixed[v] != 0);
+        }
+    }
+
+    /// The candidate of the next turn in the log whose vertex is where it was then. What is there when others went is
+    /// astray from there on, and everything at the end.
+    Candidate next_logged() {
+        if (earlier_ == nullptr) return kLastCandidate;
+        for (; turn_ < earlier_->turns.size(); ++turn_) {
+            const RemovalLog::Turn& turn = earlier_->turns[turn_];
+            const State& state = states_[turn.vertex];
+            if (!state.is_astray) return candidate(turn);
+            if (turn.to >= 0 && !state.is_removed) lead_astray(turn.vertex);
+        }
+        for (Index v = 0; v < mesh_.vertex_count(); ++v) {
+            execution_.check_every(v);
+            go_astray(v);
+        }
+        earlier_ = nullptr;
+        return kLastCandidate;
+    }
+
+    void go_astray(Index vertex) {
+        State& state = states_[vertex];
+        if (state.is_astray || state.is_removed) return;
+        state.is_astray = true;
+        if (!state.is_blocked && is_removable(vertex) && is_short(vertex) && look_at(vertex, cost_)) enqueue(vertex);
+    }
+
+    /// All neighbours of the vertex.
+    void lead_astray(Index vertex) {
+        for (const Index neighbour : mesh_.ring(vertex))
+            go_astray(neighbour);
+    }
+
+    /// A turn of the log. Where no neighbour is astray, nothing that decides is another than then.
+    void follow(const RemovalLog::Turn& turn, std::vector<Index>& order) {
+        const RingView ring = mesh_.ring(turn.vertex);
+        Index to = turn.to;
+        if (std::any_of(ring.begin(), ring.end(), [&](Index v) { return states_[v].is_astray; })) {
+            look_at(turn.vertex, cost_);
+            to = destination(turn.vertex);
+            if (to != turn.to) lead_astray(turn.vertex);
+        }
+        turns_.push_back({turn.cost_class, turn.vertex, to});
+        if (to >= 0) {
+            remove(turn.vertex, to, order);
+            return;
+        }
+        states_[turn.vertex].is_blocked = true;
+        if (to != turn.to) go_astray(turn.vertex);
+    }
+
+    /// @param logged what comes after it at the earliest.
+    void take_first_of_queue(Candidate logged, std::vector<Index>& order) {
+        const Candidate first = candidates_.top();
+        candidates_.pop();
+        const auto vertex = static_cast<Index>(first & 0xffffffff);
+        const Candidate next = candidates_.empty() ? logged : std::min(logged, candidates_.top());
+        if (!candidates_.empty()) {
+            const auto next_vertex = static_cast<Index>(candidates_.top() & 0xffffffff);
+            __builtin_prefetch(&states_[next_vertex]);
+            mesh_.prefetch(next_vertex);
+        }
+        State& state = states_[vertex];
+        if (!state.waits || first >> 32 != state.cost_class) return;  // it has a newer place in the queue
+        state.waits = false;
+        if (!state.is_fresh) {
+            if (!look_at(vertex, cost_)) return;
+            if (candidate(state.cost_class, vertex) > next) {
+                enqueue(vertex);
+                return;
+            }
+        }
+        const Index to = destination(vertex);
+        turns_.push_back({state.cost_class, vertex, to});
+        if (to >= 0) remove(vertex, to, order);
+    }
 
     bool is_removable(Index vertex) const {
         if (!mesh_.is_manifold(vertex)) return false;
@@ -196,26 +288,27 @@ class Coarsening {
         candidates_.push(candidate(states_[vertex].cost_class, vertex));
     }
 
-    /// Removes the vertex by its cheapest legal collapse. @return false where it has none for now; it is considered
-    /// again when its surroundings change.
-    bool remove(Index vertex) {
+    /// What the vertex is merged into, by its cheapest legal collapse; or -1 where it has none for now: it is
+    /// considered again when its ring changes. @pre its state is fresh.
+    Index destination(Index vertex) {
         const RingView ring = mesh_.ring(vertex);
         // Comparing rings and changing them is linear in their lengths.
         for (const Index neighbour : ring)
             work_.add(mesh_.ring(neighbour).valence);
         // A fixed vertex is never put back, so it needs no stencil.
-        if (!is_fixed_[vertex] && !has_good_stencil(vertex, ring)) return false;
-        Index to = states_[vertex].to;
-        if (!mesh_.can_collapse(vertex, to)) {
-            cost_.look_at(vertex, ring);
-            to = cost_
-                     .cheapest(kUnlimited,
-                               [&](Index target) {
-                                   return may_become(vertex, target) && mesh_.can_collapse(vertex, target);
-                               })
-                     .to;
-            if (to < 0) return false;
-        }
+        if (!is_fixed_[vertex] && !has_good_stencil(vertex, ring)) return -1;
+        const Index to = states_[vertex].to;
+        if (mesh_.can_collapse(vertex, to)) return to;
+        cost_.look_at(vertex, ring);
+        const auto is_legal = [&](Index target) {
+            return may_become(vertex, target) && mesh_.can_collapse(vertex, target);
+        };
+        return cost_.cheapest(kUnlimited, is_legal).to;
+    }
+
+    void remove(Index vertex, Index to, std::vector<Index>& order) {
+        const RingView ring = mesh_.ring(vertex);
+        order.push_back(vertex);
         if (!is_fixed_[vertex]) {
             recorder_.add(vertex, ring);
             --remaining_;
@@ -232,13 +325,18 @@ class Coarsening {
         mesh_.collapse(vertex, to);
         states_[vertex].is_removed = true;
         for (const Index neighbour : neighbours_)
-            surroundings_changed(neighbour);
-        return true;
+            ring_changed(neighbour, states_[vertex].is_astray);
     }
 
-    void surroundings_changed(Index vertex) {
-        if (!is_removable(vertex) || !is_short(vertex)) return;
+    /// @param goes_astray by what happened at another time, or not at all, in the log.
+    void ring_changed(Index vertex, bool goes_astray) {
         State& state = states_[vertex];
+        state.is_blocked = false;
+        if (!state.is_astray) {
+            if (goes_astray) go_astray(vertex);
+            return;
+        }
+        if (!is_removable(vertex) || !is_short(vertex)) return;
         if (!state.waits) {
             if (look_at(vertex, cost_)) enqueue(vertex);
             return;
@@ -258,6 +356,9 @@ class Coarsening {
         return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
     }
 
+    const RemovalLog* earlier_;  // nullptr once it was followed to its end
+    std::size_t turn_ = 0;       // the next in it
+    std::vector<RemovalLog::Turn> turns_;
     RingMesh mesh_;
     const PositionsView& positions_;
     const std::vector<char>& is_fixed_;
@@ -305,12 +406,18 @@ std::size_t Hierarchy::bytes() const {
     return sum;
 }
 
+std::size_t RemovalLog::bytes() const {
+    return turns.capacity() * sizeof(Turn) + is_fixed.capacity() +
+           (fixed_parts.part.capacity() + soft_parts.part.capacity()) * (sizeof(Index) + 1);
+}
+
 RemovalOrder find_removal_order(const OneRings& rings, const PositionsView& positions,
                                 const std::vector<char>& is_fixed, const CoarseningOptions& options, int threads,
-                                Execution& execution) {
+                                Execution& execution, const RemovalLog* earlier,
+                                std::shared_ptr<const RemovalLog>* log) {
     execution.begin_stage("build hierarchy");
     RemovalOrder result;
-    Coarsening coarsening(rings, positions, is_fixed, options, threads, execution);
+    Coarsening coarsening(rings, positions, is_fixed, options, threads, execution, earlier);
     const auto add_level = [&](Index size) {
         coarsening.coarsen_to(size, result.order);
         result.levels.push_back(
@@ -323,6 +430,7 @@ RemovalOrder find_removal_order(const OneRings& rings, const PositionsView& posi
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         if (!is_fixed[v] && !coarsening.is_removed(v)) result.base_unknowns.push_back(v);
     }
+    if (log != nullptr) *log = std::make_shared<const RemovalLog>(coarsening.take_log());
     return result;
 }
 

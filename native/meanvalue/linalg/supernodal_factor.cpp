@@ -22,11 +22,12 @@ double scale_of(const PositionsView& numbers) {
 
 }  // namespace
 
-void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution, int threads) {
+void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution, int threads,
+                               const std::vector<Index>& order) {
     pattern_.reset();
     values_.reset();
     try {
-        auto pattern = std::make_shared<const SupernodalPattern>(find_supernodes(lower, threads, execution));
+        auto pattern = std::make_shared<const SupernodalPattern>(find_supernodes(lower, threads, execution, order));
         order_ = pattern->order;
         build_supernodes(*pattern, execution);
         place_rows(*pattern, execution);

@@ -36,9 +36,10 @@ class SupernodalFactor {
     };
 
     /// Fill-reducing order, symbolic analysis and the division into tasks; once for each pattern.
-    /// @param threads as given by thread_count().
+    /// @param threads as given by thread_count(). @param order see find_supernodes().
     /// @throws Cancelled, SolverFailure; then analysed() is false.
-    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1);
+    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1,
+                 const std::vector<Index>& order = {});
     bool analysed() const { return pattern_ != nullptr; }
     /// Another one for a matrix of the pattern that was analysed; not factored yet.
     SupernodalFactor of_same_pattern() const;

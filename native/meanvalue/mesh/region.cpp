@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "meanvalue/mesh/disjoint_sets.h"
 #include "meanvalue/mesh/extent.h"
 
 namespace meanvalue {
@@ -52,7 +53,33 @@ void sort_in_pieces(std::vector<PlaceOnCurve>& places, const Execution& executio
     }
 }
 
+// Patches of anchors larger than this share of what may move are cut out of it.
+constexpr std::ptrdiff_t kPatchesPerRegion = 64;
+
 }  // namespace
+
+std::vector<char> without_small_patches(std::vector<char> is_fixed, const std::vector<char>& may_move,
+                                        const TrianglesView& faces, const Execution& execution) {
+    const auto is_anchor = [&](Index v) { return is_fixed[v] != 0 && may_move[v] != 0; };
+    DisjointSets patches(static_cast<Index>(is_fixed.size()));
+    for (Index f = 0; f < faces.rows(); ++f) {
+        execution.check_every(f);
+        for (int k = 0; k < 3; ++k) {
+            const Index next = faces(f, k < 2 ? k + 1 : 0);
+            if (is_anchor(faces(f, k)) && is_anchor(next)) patches.join(faces(f, k), next);
+        }
+    }
+    std::vector<Index> sizes(is_fixed.size(), 0);
+    for (std::size_t v = 0; v < sizes.size(); ++v)
+        ++sizes[patches.root(static_cast<Index>(v))];
+    const auto largest = static_cast<Index>(std::count(may_move.begin(), may_move.end(), 1) / kPatchesPerRegion);
+    std::vector<char> result = is_fixed;
+    for (std::size_t v = 0; v < sizes.size(); ++v) {
+        const auto vertex = static_cast<Index>(v);
+        if (is_anchor(vertex) && sizes[patches.root(vertex)] <= largest) result[v] = 0;
+    }
+    return result;
+}
 
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
                             const std::vector<char>& is_fixed, const Execution& execution) {

@@ -6,7 +6,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/decode/fast/fast_solve.h"
-#include "meanvalue/mesh/extent.h"
+#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 namespace {
@@ -32,10 +32,7 @@ constexpr double kLeastDiagonal = 1e-9;
 
 FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
                          double rigidity, int threads, Execution& execution)
-    : Decoder(shape, threads),
-      rigidity_(rigidity),
-      size_(mean_diagonal(region_.positions, threads, execution)),
-      soft_(std::move(soft)) {
+    : Decoder(shape, threads), rigidity_(rigidity), size_(shape_->size), soft_(std::move(soft)) {
     std::sort(soft_.begin(), soft_.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
     std::vector<char> is_soft(soft_.empty() ? 0 : region_.is_fixed.size(), 0);
     std::vector<char> is_held = region_.is_fixed;
@@ -66,10 +63,10 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
             options.thin_out_fixed = true;
             options.handles = handles;
             options.is_soft = std::move(is_soft);
-            hierarchy_ = encode_along(
-                find_removal_order(shape.rings, region_.positions, region_.is_fixed, options, threads_, execution),
-                region_.positions, SplitBy::kCarrying, threads_, execution);
-            shape.rings = {};  // a sixth of the encoding, and not needed any more
+            hierarchy_ =
+                encode_along(find_removal_order(shape_->rings, region_.positions, region_.is_fixed, options, threads_,
+                                                execution, shape.earlier_removals.get(), &removals_),
+                             region_.positions, SplitBy::kCarrying, threads_, execution);
         }
         const StageTimer timer(bind_timings_, "coarse level");
         const auto make = [&](const Level& level) {
@@ -84,7 +81,7 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
                                      energy_unit(encoding_, unknowns, fine_cells, execution);
                 soft = coarse_soft_anchors(soft_, hierarchy_, level, region_.is_fixed.size(), scale);
             }
-            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, execution);
+            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, {}, execution);
         };
         // A level that could not be made coarse is factored twice and not four times.
         if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2)
@@ -95,7 +92,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
-    fine_ = make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, execution);
+    const std::vector<Index> order = slots_in_order(shape_->elimination_order, unknowns);
+    fine_ = make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, order, execution);
     if (fine_->stages.empty()) return;
     couple_fixed(*fine_, *fine_->stages.back(), execution);
     FastLevel& starting = coarse_ ? *coarse_ : *fine_;
@@ -109,7 +107,7 @@ void FastDecoder::couple_fixed(FastLevel& level, FastStage& stage, const Executi
 std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, const RestCells& cells,
                                                    Unknowns unknowns, std::vector<SoftAnchor> soft,
                                                    const std::vector<double>& rigidities,
-                                                   Execution& execution) const {
+                                                   const std::vector<Index>& order, Execution& execution) const {
     auto level = std::make_unique<FastLevel>();
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
@@ -129,7 +127,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         stage->rigidity = rigidity;
         if (level->stages.empty()) {
             stage->factor = SupernodalFactor(instructions_);
-            stage->factor.analyse(hessian, execution, threads_);
+            stage->factor.analyse(hessian, execution, threads_, order);
         } else {
             stage->factor = level->stages.front()->factor.of_same_pattern();  // it does not depend on rigidity
         }
@@ -178,7 +176,7 @@ Index FastDecoder::longest_ring() const {
 }
 
 std::size_t FastDecoder::bytes() const {
-    std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0);
+    std::size_t sum = shape_->bytes() + (coarse_ ? hierarchy_.bytes() + removals_->bytes() : 0);
     for (const FastLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
         if (level == nullptr) continue;
         sum += level->energy->bytes();

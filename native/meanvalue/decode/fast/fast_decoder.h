@@ -54,7 +54,7 @@ class FastDecoder : public Decoder {
 
     std::unique_ptr<FastLevel> make_level(const Encoding& encoding, const RestCells& cells, Unknowns unknowns,
                                           std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
-                                          Execution& execution) const;
+                                          const std::vector<Index>& order, Execution& execution) const;
     void couple_fixed(FastLevel& level, FastStage& stage, const Execution& execution) const;
 
     double rigidity_;
