@@ -27,7 +27,8 @@ struct DecodeOptions {
     /// soft anchor is multiplied with. At 0 it is free, and its target is not looked at.
     const std::vector<double>* weights = nullptr;
     int threads = 0;  ///< 0: as many as it was bound with
-    /// Nothing is to be left to a solve that goes on from the answer.
+    /// Nothing is to be left to a solve that goes on from the answer. What the workspace remembers stays as it is, so
+    /// that whoever asks for this may do so in two halves, and forgets it then.
     bool is_last = false;
 };
 

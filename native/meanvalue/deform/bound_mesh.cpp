@@ -252,8 +252,8 @@ void BoundMesh::fill_report(Components components) {
 
 Positions BoundMesh::rows_of_region(const PositionsView& positions, const Execution& execution) const {
     Positions rows(static_cast<Eigen::Index>(region_vertices_.size()), 3);
+    execution.check();
     for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
-        execution.check_every(k);
         rows.row(k) = positions.row(region_vertices_[k]);
     }
     return rows;
@@ -302,12 +302,10 @@ Positions BoundMesh::place_anchors(const PositionsView& targets, const std::opti
     if (start) {
         require_start(*start, rest(), mesh_->diagonal, is_fixed_, execution);
         for (Index v = 0; v < positions.rows(); ++v) {
-            execution.check_every(v);
             if (!is_fixed_[v]) positions.row(v) = start->row(v);
         }
     }
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
-        execution.check_every(k);
         const bool is_free = !weights.empty() && weights[k] == 0.0;
         if ((!start && !is_free) || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
     }

@@ -66,6 +66,8 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
                 positions = std::move(fresh);
             }
         }
+        // Once both are done: after a cancel the next frame goes on from the answer before.
+        if (options.settle) workspace.forget();
     }
     bound_.put_rows_of_region(positions, solution.vertices);
     solution.energies = report.energies;

@@ -132,8 +132,8 @@ class Coarsening {
         rings.offsets.reserve(states_.size() + 1);
         rings.kinds.reserve(states_.size());
         rings.closed.reserve(states_.size());
+        execution_.check();
         for (Index v = 0; v < mesh_.vertex_count(); ++v) {
-            execution_.check_every(v);
             const RingView ring = mesh_.ring(v);
             rings.append(ring.begin(), ring.end(), mesh_.kind(v), ring.closed);
         }

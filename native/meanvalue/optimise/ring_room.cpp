@@ -86,8 +86,8 @@ void require_room_for_rings(const Region& region, const std::vector<char>& is_fi
     // Each neighbour but for the ends of an open fan is named by two triangles.
     std::vector<Index> named(region.vertices.size(), 0);
     const auto for_each_spoke = [&](const auto& visit) {
+        execution.check();
         for (Index f = 0; f < region.faces.rows(); ++f) {
-            execution.check_every(f);
             for (int k = 0; k < 3; ++k) {
                 visit(f, region.faces(f, k), region.faces(f, (k + 1) % 3));
                 visit(f, region.faces(f, k), region.faces(f, (k + 2) % 3));
@@ -99,7 +99,6 @@ void require_room_for_rings(const Region& region, const std::vector<char>& is_fi
     std::vector<Index> found;
     RingRoom room(bytes);
     for (std::size_t v = 0; v < named.size(); ++v) {
-        execution.check_every(v);
         if (named[v] < kLongRow) {
             if (named[v] > 0 || !is_fixed[v]) room.add(region.vertices[v], (named[v] + 1) / 2);
             continue;
