@@ -25,8 +25,14 @@ class DeformerCache:
         self._entries.move_to_end(key)
         return self._entries[key][0]
 
-    def put(self, key, entry, byte_count):
-        self._entries[key] = (entry, byte_count)
+    def relative(self, family):
+        """The newest entry that was put with this family, or None. It stays as old as it is."""
+        found = (entry for entry, _, its_family in reversed(self._entries.values()) if its_family == family)
+        return next(found, None)
+
+    def put(self, key, entry, byte_count, family=None):
+        """family: what entries have in common that may be made from each other."""
+        self._entries[key] = (entry, byte_count, family)
         self._entries.move_to_end(key)
         while len(self._entries) > 1 and (len(self._entries) > self._capacity or self._total() > self._byte_limit):
             self._entries.popitem(last=False)
@@ -38,4 +44,4 @@ class DeformerCache:
         self._entries.clear()
 
     def _total(self):
-        return sum(byte_count for _, byte_count in self._entries.values())
+        return sum(byte_count for _, byte_count, _ in self._entries.values())

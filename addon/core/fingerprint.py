@@ -46,6 +46,11 @@ class Fingerprint:
         """One hashable value for the whole content."""
         return astuple(self)
 
+    @property
+    def shape_key(self):
+        """The same of the mesh and its region alone, whatever is anchored in it."""
+        return (self.vertex_count, self.face_count, self.faces, self.rest_shape, self.roi)
+
 
 def digest(*parts):
     """Hex digest of numpy arrays and texts, their types and shapes included. About 1 ms per megabyte."""

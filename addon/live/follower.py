@@ -294,8 +294,13 @@ class Follower:
 
     def _start_bind(self, obj):
         bind_input = self._scene.bind_input
-        triangles = mesh_arrays.triangles(obj.data, bind_input)
-        self._start(lambda execution: session.bind_steps(bind_input, triangles, execution), self._collect_binding)
+        known = session.earlier(bind_input)
+        triangles = mesh_arrays.triangles(obj.data, bind_input) if known is None else None
+
+        def work(execution):
+            return session.bind_steps(bind_input, triangles, execution, known=known)
+
+        self._start(work, self._collect_binding)
 
     def _start_solve(self, obj):
         binding, bind_input, wanted = self._binding, self._scene.bind_input, self._wanted

@@ -23,11 +23,12 @@ class Posing:
         self.changes = changes
         self._start = start
         self.binding = session.cached(bind_input)
+        self._known = session.earlier(bind_input) if self.binding is None else None
         self._triangles = None
 
     def read_triangles(self, obj):
         """Before work(): apart from the rest, since it takes long on a big mesh."""
-        if self.binding is None:
+        if self.binding is None and self._known is None:
             self._triangles = mesh_arrays.triangles(obj.data, self.bind_input)
 
     @classmethod
@@ -63,8 +64,10 @@ class Posing:
         @throws MeanValueError.
         """
         if self.binding is None:
-            self.binding = yield from session.bind_steps(self.bind_input, self._triangles, execution)
-            self._triangles = None
+            self.binding = yield from session.bind_steps(
+                self.bind_input, self._triangles, execution, known=self._known
+            )
+            self._triangles = self._known = None
         if self.targets is None:
             return None
         return (

@@ -285,6 +285,18 @@ def test_bytes_are_limited_but_the_newest_stays():
     assert len(cache) == 1
 
 
+def test_the_newest_of_a_family_is_found_and_stays_as_old_as_it_is():
+    cache = DeformerCache(capacity=3, byte_limit=100)
+    cache.put("a", 1, 10, family="mesh")
+    cache.put("b", 2, 10, family="mesh")
+    cache.put("c", 3, 10, family="other")
+    assert cache.relative("mesh") == 2
+    assert cache.relative("none") is None
+    cache.put("d", 4, 10)
+    assert cache.get("a") is None
+    assert cache.relative("mesh") == 2
+
+
 def test_discard_and_clear():
     cache = DeformerCache(capacity=9, byte_limit=100)
     cache.put("a", 1, 1)

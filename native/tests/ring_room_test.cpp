@@ -33,7 +33,7 @@ Triangles fan(Index valence) {
 }
 
 void require(const Region& region) {
-    require_room_for_rings(region, kNumberPairs, Execution());
+    require_room_for_rings(region, region.is_fixed, kNumberPairs, Execution());
 }
 
 TEST(RingRoom, TakesTheLongestThereMayBeAndNoLongerOne) {

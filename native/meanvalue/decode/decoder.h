@@ -27,7 +27,8 @@ struct DecodeOptions {
     /// soft anchor is multiplied with. At 0 it is free, and its target is not looked at.
     const std::vector<double>* weights = nullptr;
     int threads = 0;  ///< 0: as many as it was bound with
-    /// Nothing is to be left to a solve that goes on from the answer.
+    /// Nothing is to be left to a solve that goes on from the answer. What the workspace remembers stays as it is, so
+    /// that whoever asks for this may do so in two halves, and forgets it then.
     bool is_last = false;
 };
 
@@ -81,7 +82,11 @@ class Decoder {
                                 Execution& execution) const = 0;
 
     const Encoding& encoding() const { return encoding_; }  ///< of the region at full resolution
-    Index detached_triangle_count() const { return detached_triangle_count_; }
+    Index detached_triangle_count() const { return shape_->detached_triangle_count; }
+    /// What decoders of the same region with other fixed vertices may share.
+    const std::shared_ptr<const RegionShape>& shape() const { return shape_; }
+    /// How vertices were removed, or nullptr where none were: EncodedRegion::earlier_removals of the next.
+    const std::shared_ptr<const RemovalLog>& removals() const { return removals_; }
     const Timings& bind_timings() const { return bind_timings_; }
     virtual Index row_count() const = 0;                 ///< residuals that take part
     virtual std::size_t bytes() const = 0;               ///< held, without workspaces
@@ -89,14 +94,15 @@ class Decoder {
     virtual Index longest_ring() const = 0;              ///< in any level, and of any vertex when it was removed
 
   protected:
-    /// Takes all but the rings.
+    /// Takes all but the earlier removals.
     Decoder(EncodedRegion& shape, int threads)
         : region_(std::move(shape.region)),
           threads_(threads),
           instructions_(shape.instructions),
           components_(std::move(shape.components)),
-          encoding_(std::move(shape.encoding)),
-          detached_triangle_count_(shape.detached_triangle_count),
+          shape_(std::move(shape.shape)),
+          shared_encoding_(std::move(shape.encoding)),
+          encoding_(*shared_encoding_),
           bind_timings_(std::move(shape.timings)) {}
 
     int threads_for(const DecodeOptions& options) const { return options.threads > 0 ? options.threads : threads_; }
@@ -105,8 +111,10 @@ class Decoder {
     int threads_;
     InstructionSet instructions_;
     Components components_;
-    Encoding encoding_;
-    Index detached_triangle_count_;
+    std::shared_ptr<const RegionShape> shape_;
+    std::shared_ptr<const Encoding> shared_encoding_;
+    const Encoding& encoding_;
+    std::shared_ptr<const RemovalLog> removals_;
     Timings bind_timings_;
 };
 

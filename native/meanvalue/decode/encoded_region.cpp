@@ -3,22 +3,57 @@
 #include <utility>
 
 #include "meanvalue/encoding/encoder.h"
+#include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 
-EncodedRegion encode_region(Region region, const std::vector<char>& is_soft, int threads, Execution& execution) {
-    EncodedRegion result;
-    result.region = std::move(region);
-    const Region& of = result.region;
-    result.components = find_components(of.positions, of.faces, of.is_fixed, execution, is_soft);
+std::size_t RegionShape::bytes() const {
+    return encoding.bytes() + static_cast<std::size_t>(region.positions.size()) * sizeof(double) +
+           (region.vertices.size() + region.faces.size() + rings.offsets.size() + rings.vertices.size() +
+            elimination_order.size()) *
+               sizeof(Index);
+}
+
+std::shared_ptr<const RegionShape> encode_shape(Region region, bool orders_unknowns, int threads,
+                                                Execution& execution) {
+    auto shape = std::make_shared<RegionShape>();
+    shape->region = std::move(region);
+    shape->region.is_fixed.clear();
+    const Region& of = shape->region;
     {
-        const StageTimer timer(result.timings, "encode");
+        const StageTimer timer(shape->timings, "encode");
         const TriangleMesh mesh(static_cast<Index>(of.vertices.size()), of.faces, execution);
-        result.detached_triangle_count = mesh.detached_count();
-        result.rings = collect_one_rings(mesh, execution);
-        result.encoding = encode(result.rings, of.positions, threads, execution);
+        shape->detached_triangle_count = mesh.detached_count();
+        shape->rings = collect_one_rings(mesh, execution);
+        shape->encoding = encode(shape->rings, of.positions, threads, execution);
+        shape->size = mean_diagonal(of.positions, threads, execution);
     }
+    if (orders_unknowns) {
+        const StageTimer timer(shape->timings, "order");
+        execution.begin_stage("order");
+        shape->elimination_order = find_elimination_order(shape->encoding, threads, execution);
+    }
+    return shape;
+}
+
+EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
+                         const std::vector<char>& is_soft, const Execution& execution) {
+    EncodedRegion result;
+    result.shape = std::move(shape);
+    result.encoding = {result.shape, &result.shape->encoding};
+    const Region& of = result.shape->region;
+    result.region = {of.vertices, of.positions, {}, std::move(is_fixed)};
+    result.components = find_components(of.positions, of.faces, result.region.is_fixed, execution, is_soft);
+    return result;
+}
+
+EncodedRegion encode_region(Region region, const std::vector<char>& is_soft, int threads, Execution& execution) {
+    std::vector<char> is_fixed = region.is_fixed;
+    auto shape = encode_shape(std::move(region), false, threads, execution);
+    EncodedRegion result = with_fixed(shape, std::move(is_fixed), is_soft, execution);
+    result.timings = shape->timings;
     return result;
 }
 

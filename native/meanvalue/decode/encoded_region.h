@@ -1,6 +1,7 @@
 // What every method binds first: a region, its rings and its encoding.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -8,23 +9,50 @@
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
 
 namespace meanvalue {
 
+/// What depends on the shape of a region alone, whatever is fixed in it: everything that is bound to it shares one.
+struct RegionShape {
+    Region region;  ///< without is_fixed
+    OneRings rings;
+    Encoding encoding;                  ///< by those rings
+    Index detached_triangle_count = 0;  ///< see TriangleMesh
+    double size = 0.0;                  ///< mean_diagonal()
+    std::vector<Index>
+        elimination_order;  ///< find_elimination_order(), or empty: for methods that have no use for it
+    Timings timings;        ///< seconds by stage
+
+    std::size_t bytes() const;
+};
+
+/// A region with what is fixed in it.
 struct EncodedRegion {
     Region region;
     Components components;
-    OneRings rings;
-    Encoding encoding;  ///< by those rings: of the region's own shape, or of another one of the same mesh
+    std::shared_ptr<const RegionShape> shape = std::make_shared<const RegionShape>();
+    /// By the rings of the shape: its own, or that of another shape of the same mesh.
+    std::shared_ptr<const Encoding> encoding{shape, &shape->encoding};
     InstructionSet instructions = InstructionSet::kFastest;  ///< that it is to be solved with
-    Index detached_triangle_count = 0;                       ///< see TriangleMesh
     Timings timings;                                         ///< seconds by stage
+    /// Of a region of this shape with other fixed vertices, or nullptr: the next removal order is found along it.
+    std::shared_ptr<const RemovalLog> earlier_removals;
 };
 
-/// @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.
+/// @param orders_unknowns elimination_order is wanted. @throws Cancelled. Cost: linear without it, else that of a
+/// nested dissection.
+std::shared_ptr<const RegionShape> encode_shape(Region region, bool orders_unknowns, int threads,
+                                                Execution& execution);
+
+/// @param is_fixed n flags, @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.
+EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
+                         const std::vector<char>& is_soft, const Execution& execution);
+
+/// Both, with what is fixed by Region::is_fixed. @throws Cancelled. Cost: linear.
 EncodedRegion encode_region(Region region, const std::vector<char>& is_soft, int threads, Execution& execution);
 
 }  // namespace meanvalue

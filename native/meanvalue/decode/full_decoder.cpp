@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "meanvalue/decode/carry_parts.h"
+#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 namespace {
@@ -38,7 +39,13 @@ FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);
     system_.emplace(encoding_, unknowns_, execution, region_.vertices);
-    if (!unknowns_.free.empty()) analysed_.analyse(system_->pattern().matrix(), execution, threads_);
+    if (unknowns_.free.empty()) return;
+    std::vector<Index> columns;
+    for (const Index slot : slots_in_order(shape_->elimination_order, unknowns_)) {
+        for (Index c = 0; c < 3; ++c)
+            columns.push_back(3 * slot + c);
+    }
+    analysed_.analyse(system_->pattern().matrix(), execution, threads_, columns);
 }
 
 DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given, Positions& positions,

@@ -62,9 +62,9 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions coarsening;
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
-    hierarchy_ = encode_along(
-        find_removal_order(shape.rings, region_.positions, region_.is_fixed, coarsening, threads_, execution),
-        region_.positions, SplitBy::kEncoding, threads_, execution);
+    hierarchy_ = encode_along(find_removal_order(shape_->rings, region_.positions, region_.is_fixed, coarsening,
+                                                 threads_, execution, shape.earlier_removals.get(), &removals_),
+                              region_.positions, SplitBy::kEncoding, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution, region_.vertices);
     coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution, instructions_);
@@ -165,7 +165,8 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, 
 }
 
 std::size_t PaperDecoder::bytes() const {
-    return encoding_.bytes() + hierarchy_.bytes() + coarse_->bytes() + base_->bytes() + relaxation_->bytes();
+    return shape_->bytes() + removals_->bytes() + hierarchy_.bytes() + coarse_->bytes() + base_->bytes() +
+           relaxation_->bytes();
 }
 
 }  // namespace meanvalue

@@ -121,26 +121,48 @@ PairBytes pair_bytes_of(Method method) {
     return kBlockPairs;
 }
 
-std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft, Region region,
-                                      int threads, Execution& execution) {
+std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft,
+                                      std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
+                                      std::shared_ptr<const RemovalLog> earlier_removals, int threads,
+                                      Execution& execution) {
+    const Region& region = shape->region;
     const double rigidity = rigidity_of(binding);
     const std::vector<Index> handles = handles_of_region(binding, region);
     std::vector<SoftAnchor> soft = soft_anchors_of_region(binding, is_soft, region);
     std::vector<char> is_soft_there(soft.empty() ? 0 : region.vertices.size(), 0);
     for (const SoftAnchor& anchor : soft)
         is_soft_there[anchor.vertex] = 1;
-    EncodedRegion shape = encode_region(std::move(region), is_soft_there, threads, execution);
-    shape.instructions = binding.instructions;
+    EncodedRegion encoded = with_fixed(std::move(shape), std::move(is_fixed), is_soft_there, execution);
+    encoded.instructions = binding.instructions;
+    encoded.earlier_removals = std::move(earlier_removals);
     switch (binding.method) {
         case Method::kFast:
-            return std::make_unique<FastDecoder>(std::move(shape), std::move(soft), handles, rigidity, threads,
+            return std::make_unique<FastDecoder>(std::move(encoded), std::move(soft), handles, rigidity, threads,
                                                  execution);
         case Method::kPaper:
-            return std::make_unique<PaperDecoder>(std::move(shape), threads, execution);
+            return std::make_unique<PaperDecoder>(std::move(encoded), threads, execution);
         case Method::kFull:
             break;
     }
-    return std::make_unique<FullDecoder>(std::move(shape), threads, execution);
+    return std::make_unique<FullDecoder>(std::move(encoded), threads, execution);
+}
+
+std::shared_ptr<const RestMesh> copy_mesh(const Binding& binding) {
+    auto mesh = std::make_shared<RestMesh>(RestMesh{binding.vertices, binding.faces, binding.roi});
+    require_finite(mesh->vertices, "vertices");
+    require_moderate_extent(mesh->vertices);
+    require_triangles(static_cast<Index>(mesh->vertices.rows()), mesh->faces);
+    mesh->diagonal = bounding_box_diagonal(mesh->vertices);
+    return mesh;
+}
+
+template <typename T>
+std::vector<T> rows_of(const std::vector<T>& whole, const std::vector<Index>& vertices) {
+    std::vector<T> rows;
+    rows.reserve(vertices.size());
+    for (const Index v : vertices)
+        rows.push_back(whole[v]);
+    return rows;
 }
 
 }  // namespace
@@ -152,35 +174,66 @@ Method method_from_name(const std::string& name) {
     throw InvalidInput(message("method is '", name, "'; this version knows 'fast', 'paper' and 'full'"));
 }
 
-BoundMesh::BoundMesh(const Binding& binding, Execution& execution)
-    : rest_(binding.vertices), anchors_(binding.anchors) {
-    if (binding.method == Method::kFast)
-        default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
-    const int threads = thread_count(binding.threads);
-    require_finite(rest_, "vertices");
-    require_moderate_extent(rest_);
-    diagonal_ = bounding_box_diagonal(rest_);
+BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier)
+    : method_(binding.method),
+      instructions_(binding.instructions),
+      threads_(thread_count(binding.threads)),
+      anchors_(binding.anchors) {
+    if (earlier != nullptr &&
+        (binding.vertices.data() != earlier->rest().data() || binding.faces.data() != earlier->mesh_->faces.data() ||
+         binding.roi != earlier->mesh_->roi || binding.method != earlier->method_)) {
+        earlier = nullptr;
+    }
+    if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
+    mesh_ = earlier != nullptr ? earlier->mesh_ : copy_mesh(binding);
     execution.begin_stage("encode");
-    require_triangles(static_cast<Index>(rest_.rows()), binding.faces);
-    is_fixed_ = fixed_flags(static_cast<Index>(rest_.rows()), binding.anchors, binding.roi);
+    is_fixed_ = fixed_flags(static_cast<Index>(rest().rows()), binding.anchors, binding.roi);
     const std::vector<char> is_soft = soft_flags(binding);
     for (std::size_t v = 0; v < is_soft.size(); ++v) {
         if (is_soft[v]) is_fixed_[v] = 0;
     }
-    Components components = find_components(rest_, binding.faces, is_fixed_, execution, is_soft);
-    Region region = surroundings_of_free(rest_, binding.faces, solved_as_fixed(is_fixed_, components), execution);
-    require_room_for_rings(region, pair_bytes_of(binding.method), execution);
-    // The paper's methods keep the caller's order, which their queue breaks ties by.
-    if (binding.method == Method::kFast) region = in_spatial_order(region, execution);
-    region_vertices_ = region.vertices;
-    report_.free_count = static_cast<Index>(std::count(region.is_fixed.begin(), region.is_fixed.end(), 0));
-    decoder_ = make_decoder(binding, is_soft, std::move(region), threads, execution);
+    Components components = find_components(rest(), mesh_->faces, is_fixed_, execution, is_soft);
+    const std::vector<char> solved_as_fixed_flags = solved_as_fixed(is_fixed_, components);
+    const auto shape = shape_for(solved_as_fixed_flags, components, earlier, execution);
+    region_vertices_ = shape->region.vertices;
+    std::vector<char> is_fixed_there = rows_of(solved_as_fixed_flags, region_vertices_);
+    report_.free_count = static_cast<Index>(std::count(is_fixed_there.begin(), is_fixed_there.end(), 0));
+    const bool is_same_shape = earlier != nullptr && earlier->decoder().shape() == shape;
+    decoder_ = make_decoder(binding, is_soft, shape, std::move(is_fixed_there),
+                            is_same_shape ? earlier->decoder().removals() : nullptr, threads_, execution);
+    if (!is_same_shape) report_.timings = shape->timings;
     fill_report(std::move(components));
+}
+
+/// Of the region in which free vertices and their surroundings lie: that of the earlier mesh, if it is the same.
+/// @param is_fixed solved_as_fixed().
+std::shared_ptr<const RegionShape> BoundMesh::shape_for(const std::vector<char>& is_fixed,
+                                                        const Components& components, const BoundMesh* earlier,
+                                                        Execution& execution) {
+    std::vector<char> may_move = mesh_->roi.value_or(std::vector<char>(is_fixed.size(), 1));
+    for (std::size_t v = 0; v < may_move.size(); ++v) {
+        may_move[v] = may_move[v] != 0 && !components.fixed[components.part_of[v]].empty() ? 1 : 0;
+    }
+    cut_out_by_ = without_small_patches(is_fixed, may_move, mesh_->faces, execution);
+    const bool is_same = earlier != nullptr && cut_out_by_ == earlier->cut_out_by_;
+    Region region = is_same ? Region() : surroundings_of_free(rest(), mesh_->faces, cut_out_by_, execution);
+    const Region& of = is_same ? earlier->decoder().shape()->region : region;
+    require_room_for_rings(of, rows_of(is_fixed, of.vertices), pair_bytes_of(method_), execution);
+    if (is_same) return earlier->decoder().shape();
+    // The paper's methods keep the caller's order, which their queue breaks ties by.
+    if (method_ == Method::kFast) region = in_spatial_order(region, execution);
+    return encode_shape(std::move(region), method_ != Method::kPaper, threads_, execution);
+}
+
+Binding BoundMesh::binding_again() const {
+    Binding binding{mesh_->vertices, mesh_->faces, {}, mesh_->roi, method_, threads_};
+    binding.instructions = instructions_;
+    return binding;
 }
 
 void BoundMesh::fill_report(Components components) {
     report_.components = std::move(components.parts);
-    report_.vertex_count = static_cast<Index>(rest_.rows());
+    report_.vertex_count = static_cast<Index>(rest().rows());
     report_.anchor_count = static_cast<Index>(anchors_.size());
     report_.row_count = decoder_->row_count();
     report_.level_sizes = decoder_->level_sizes();
@@ -192,14 +245,15 @@ void BoundMesh::fill_report(Components components) {
     for (const auto& [reason, vertices] : decoder_->encoding().guarded_by_reason()) {
         report_.guarded_reasons[reason] = static_cast<Index>(vertices.size());
     }
-    report_.timings = decoder_->bind_timings();
+    for (const auto& [stage, seconds] : decoder_->bind_timings())
+        report_.timings[stage] += seconds;
     report_.bytes = decoder_->bytes();
 }
 
 Positions BoundMesh::rows_of_region(const PositionsView& positions, const Execution& execution) const {
     Positions rows(static_cast<Eigen::Index>(region_vertices_.size()), 3);
+    execution.check();
     for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
-        execution.check_every(k);
         rows.row(k) = positions.row(region_vertices_[k]);
     }
     return rows;
@@ -222,7 +276,7 @@ void BoundMesh::check_weights(const std::vector<double>& weights) const {
 
 bool BoundMesh::can_be_placed(const PositionsView& targets, const std::vector<double>& weights) const {
     try {
-        require_targets(targets_without_gaps(targets, weights), anchors_, rest_, diagonal_);
+        require_targets(targets_without_gaps(targets, weights), anchors_, rest(), mesh_->diagonal);
     } catch (const InvalidInput&) {
         return false;
     }
@@ -234,26 +288,24 @@ Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const st
     Positions filled = targets;
     const std::size_t count = std::min<std::size_t>(weights.size(), filled.rows());
     for (std::size_t k = 0; k < count; ++k) {
-        if (weights[k] == 0.0) filled.row(k) = rest_.row(anchors_[k]);
+        if (weights[k] == 0.0) filled.row(k) = rest().row(anchors_[k]);
     }
     return filled;
 }
 
 Positions BoundMesh::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
                                    const std::vector<double>& weights, const Execution& execution) const {
-    require_targets(targets, anchors_, rest_, diagonal_);
+    require_targets(targets, anchors_, rest(), mesh_->diagonal);
     execution.check();
-    Positions positions = rest_;
+    Positions positions = rest();
     execution.check();
     if (start) {
-        require_start(*start, rest_, diagonal_, is_fixed_, execution);
+        require_start(*start, rest(), mesh_->diagonal, is_fixed_, execution);
         for (Index v = 0; v < positions.rows(); ++v) {
-            execution.check_every(v);
             if (!is_fixed_[v]) positions.row(v) = start->row(v);
         }
     }
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
-        execution.check_every(k);
         const bool is_free = !weights.empty() && weights[k] == 0.0;
         if ((!start && !is_free) || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
     }

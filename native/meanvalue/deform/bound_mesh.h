@@ -70,21 +70,34 @@ struct BindReport {
     std::size_t bytes = 0;                         ///< held by what was bound
 };
 
+/// A mesh as it was given, and what of it may move.
+struct RestMesh {
+    Positions vertices;
+    Triangles faces;
+    std::optional<std::vector<char>> roi;
+    double diagonal = 0.0;  ///< of its bounding box
+};
+
 /// Everything that bind makes. Never written to afterwards, so that any number of threads may read it.
 class BoundMesh {
   public:
+    /// @param earlier a mesh bound before, or nullptr. Where `binding` is its binding_again(), what does not depend
+    /// on the anchors is shared with it, and the rest found along it where that is quicker. The bits are the same.
     /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
     /// anchor named twice, rings that are too long (RingRoom), ...),
     ///         SolverFailure, Cancelled.
-    BoundMesh(const Binding& binding, Execution& execution);
+    BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier = nullptr);
     BoundMesh(const BoundMesh&) = delete;
     BoundMesh& operator=(const BoundMesh&) = delete;
 
     const Decoder& decoder() const { return *decoder_; }
     const BindReport& report() const { return report_; }
     double default_tolerance() const { return default_tolerance_; }
-    const Positions& rest() const { return rest_; }  ///< n x 3
     const std::vector<Index>& anchors() const { return anchors_; }
+    const Positions& rest() const { return mesh_->vertices; }  ///< n x 3
+    /// Mesh, region of influence, method, threads and instructions of this one, which it must not outlive; anchors
+    /// and what belongs to them are to be given.
+    Binding binding_again() const;
 
     /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is
     /// hard.
@@ -103,13 +116,18 @@ class BoundMesh {
     void put_rows_of_region(const Positions& rows, Positions& positions) const;
 
   private:
+    std::shared_ptr<const RegionShape> shape_for(const std::vector<char>& is_fixed, const Components& components,
+                                                 const BoundMesh* earlier, Execution& execution);
     void fill_report(Components components);
 
+    std::shared_ptr<const RestMesh> mesh_;
+    Method method_;
+    InstructionSet instructions_;
+    int threads_;
     double default_tolerance_ = 1e-6;
-    Positions rest_;
-    double diagonal_ = 0.0;  // of its bounding box
     std::vector<Index> anchors_;
     std::vector<char> is_fixed_;          // n: hard anchors, and what lies outside the region of influence
+    std::vector<char> cut_out_by_;        // n: what the region is the surroundings of the rest of
     std::vector<Index> region_vertices_;  // the decoder's vertex numbers in the mesh
     BindReport report_;
     std::unique_ptr<const Decoder> decoder_;

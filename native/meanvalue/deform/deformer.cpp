@@ -9,8 +9,10 @@
 
 namespace meanvalue {
 
-Deformer::Deformer(const Binding& binding, Execution& execution)
-    : bound_(binding, execution), workspaces_(bound_.decoder()), report_(bound_.report()) {
+Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer* earlier)
+    : bound_(binding, execution, earlier == nullptr ? nullptr : &earlier->bound_),
+      workspaces_(bound_.decoder()),
+      report_(bound_.report()) {
     report_.bytes += workspaces_.bytes_of_each(execution);
 }
 
@@ -64,6 +66,8 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
                 positions = std::move(fresh);
             }
         }
+        // Once both are done: after a cancel the next frame goes on from the answer before.
+        if (options.settle) workspace.forget();
     }
     bound_.put_rows_of_region(positions, solution.vertices);
     solution.energies = report.energies;
@@ -80,20 +84,35 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
     return solution;
 }
 
-std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution) {
+std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution,
+                                        const std::shared_ptr<const Deformer>& earlier) {
     struct Bind {
         Positions vertices;
         Triangles faces;
+        std::shared_ptr<const Deformer> earlier;
         std::unique_ptr<Binding> binding;
         std::shared_ptr<Execution> execution;
         std::unique_ptr<Deformer> deformer;
     };
-    const auto bind = std::make_shared<Bind>(Bind{binding.vertices, binding.faces, {}, execution, {}});
-    bind->binding = std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi,
-                                                      binding.method, binding.threads, binding.handles,
-                                                      binding.rigidity, binding.strengths, binding.instructions});
-    run_detached([bind] { bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution); },
-                 *execution);
+    // The views of a binding that is made again are those of the earlier one's own mesh, which it holds.
+    const bool is_again = earlier != nullptr && binding.vertices.data() == earlier->bound().rest().data();
+    const auto bind = std::make_shared<Bind>();
+    bind->execution = execution;
+    bind->earlier = earlier;
+    if (is_again) {
+        bind->binding = std::make_unique<Binding>(binding);
+    } else {
+        bind->vertices = binding.vertices;
+        bind->faces = binding.faces;
+        bind->binding = std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi,
+                                                          binding.method, binding.threads, binding.handles,
+                                                          binding.rigidity, binding.strengths, binding.instructions});
+    }
+    run_detached(
+        [bind] {
+            bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution, bind->earlier.get());
+        },
+        *execution);
     return std::move(bind->deformer);
 }
 

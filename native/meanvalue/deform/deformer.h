@@ -46,8 +46,9 @@ struct Solution {
 /// A mesh bound to its anchors. Expensive to make, cheap to solve again for other targets.
 class Deformer {
   public:
+    /// @param earlier to share with what it may, or nullptr; both stay usable, side by side, and either may go first.
     /// @throws as BoundMesh.
-    Deformer(const Binding& binding, Execution& execution);
+    Deformer(const Binding& binding, Execution& execution, const Deformer* earlier = nullptr);
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
     ///
@@ -98,7 +99,8 @@ class Deformer {
 
 /// Makes a Deformer on a thread of its own, so that a cancel waits neither for a look nor until all is freed that
 /// bind has made so far: see run_detached(), which is why it copies the mesh and holds the execution.
-/// @throws as the constructor of Deformer.
-std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution);
+/// @param earlier as for the constructor of Deformer, whose errors it throws.
+std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution,
+                                        const std::shared_ptr<const Deformer>& earlier = nullptr);
 
 }  // namespace meanvalue

@@ -23,7 +23,6 @@ RingReplacements replace_degenerate_rings(const OneRings& rings, const Positions
     });
     RingReplacements replacements;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
-        execution.check_every(v);
         if (!degenerate[v]) continue;
         execution.check();
         replacements.emplace(v, extended_ring(positions, rings, v));

@@ -2,11 +2,14 @@
 // and the encoding of a shape along it, each vertex by its ring at that time. Shapes of one mesh may share the order.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/hierarchy/fixed_parts.h"
 #include "meanvalue/hierarchy/vertex_splits.h"
 #include "meanvalue/mesh/one_ring.h"
 
@@ -44,6 +47,23 @@ struct RemovalLevel {
     Index free_count = 0;           ///< free vertices that were left
     OneRings rings;                 ///< n: of every vertex that was still there, as they were then
     Splits splits;                  ///< not encoded: to the next finer level, or from the finest to the whole mesh
+};
+
+/// How a coarsening went, so that one of the same mesh with other fixed or soft vertices can be found along it: costs
+/// are computed again only where something is different, or became so on the way.
+struct RemovalLog {
+    /// A vertex at its turn.
+    struct Turn {
+        std::uint32_t cost_class;
+        Index vertex;
+        Index to;  ///< what it was merged into, or -1 where it could not be removed
+    };
+    std::vector<Turn> turns;
+    std::vector<char> is_fixed;  ///< n, as the following were then
+    FixedParts fixed_parts;
+    FixedParts soft_parts;
+
+    std::size_t bytes() const;
 };
 
 /// Which vertices are removed, in what order, and by what rings they are put back.
@@ -90,10 +110,15 @@ struct Hierarchy {
 /// @param positions n x 3; never changed.
 /// @param is_fixed n flags: their positions are always given.
 /// @param threads the result is the same for any number.
-/// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; the removals are serial.
+/// @param earlier of the same rings and positions, exact_order and thin_out_fixed, or nullptr. The result is the
+/// same.
+/// @param log receives how it went, where given.
+/// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; the removals are serial. With an
+/// earlier one a fifth where few vertices have been fixed since or are not fixed any more.
 RemovalOrder find_removal_order(const OneRings& rings, const PositionsView& positions,
                                 const std::vector<char>& is_fixed, const CoarseningOptions& options, int threads,
-                                Execution& execution);
+                                Execution& execution, const RemovalLog* earlier = nullptr,
+                                std::shared_ptr<const RemovalLog>* log = nullptr);
 
 /// Encodes a shape along an order that was found for it or for another shape of the same mesh. Where a stencil of
 /// this shape is worse than that of the one that the order was found for, equation 13 may amplify errors there.

@@ -129,7 +129,6 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     Splits sorted;
     sorted.batches.assign(deepest + 1, 0);
     for (Index k = 0; k < count; ++k) {
-        execution.check_every(k);
         ++sorted.batches[depth_[taken_.vertices[k]]];
     }
     for (Index depth = 0; depth < deepest; ++depth)
@@ -144,7 +143,6 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     std::vector<Index> place(sorted.batches.begin(), sorted.batches.end() - 1);
     std::vector<Index> source(count);
     for (std::size_t v = 0; v < number.size(); ++v) {
-        execution.check_every(v);
         if (number[v] >= 0) source[place[depth_[v] - 1]++] = number[v];
     }
     execution.check();
@@ -152,7 +150,6 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     sorted.closed.resize(count);
     sorted.offsets.resize(count + 1);
     for (Index k = 0; k < count; ++k) {
-        execution.check_every(k);
         sorted.offsets[k + 1] = sorted.offsets[k] + taken_.offsets[source[k] + 1] - taken_.offsets[source[k]];
     }
     sorted.ring.resize(taken_.ring.size());

@@ -97,12 +97,13 @@ void throw_too_large(const SparseMatrix& lower, const char* action) {
                                 " unknowns with ", lower.nonZeros(), " entries; restrict the region of influence"));
 }
 
-void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution, int threads) {
+void SparseCholesky::analyse(const SparseMatrix& lower, const Execution& execution, int threads,
+                             const std::vector<Index>& order) {
     analysis_.reset();
     values_.reset();
     try {
         auto analysis = std::make_shared<Analysis>();
-        analysis->pattern = find_supernodes(lower, threads, execution);
+        analysis->pattern = find_supernodes(lower, threads, execution, order);
         for (Index s = 0; s < analysis->pattern.count(); ++s)
             analysis->first_value.push_back(analysis->first_value.back() + analysis->pattern.panel_size(s));
         analysis_ = std::move(analysis);

@@ -21,9 +21,10 @@ class SparseCholesky {
     explicit SparseCholesky(InstructionSet instructions = InstructionSet::kFastest) : instructions_(instructions) {}
 
     /// Fill-reducing order and symbolic analysis; once for each pattern.
-    /// @param threads as given by thread_count().
+    /// @param threads as given by thread_count(). @param order see find_supernodes().
     /// @throws Cancelled, SolverFailure where memory is short; then analysed() is false.
-    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1);
+    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1,
+                 const std::vector<Index>& order = {});
     bool analysed() const { return analysis_ != nullptr; }
     /// Another one for matrices of the pattern that was analysed, for another thread; not factored yet.
     SparseCholesky of_same_pattern() const;

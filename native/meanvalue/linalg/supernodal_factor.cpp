@@ -22,15 +22,12 @@ double scale_of(const PositionsView& numbers) {
 
 }  // namespace
 
-void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution, int threads) {
-    pattern_.reset();
+void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution, int threads,
+                               const std::vector<Index>& order) {
+    analysis_.reset();
     values_.reset();
     try {
-        auto pattern = std::make_shared<const SupernodalPattern>(find_supernodes(lower, threads, execution));
-        order_ = pattern->order;
-        build_supernodes(*pattern, execution);
-        place_rows(*pattern, execution);
-        pattern_ = std::move(pattern);
+        analysis_ = std::make_shared<const Analysis>(find_supernodes(lower, threads, execution, order), execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "analyse");
     }
@@ -38,55 +35,52 @@ void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execu
 
 SupernodalFactor SupernodalFactor::of_same_pattern() const {
     SupernodalFactor other(instructions_);
-    other.pattern_ = pattern_;
-    other.order_ = order_;
-    other.supernodes_ = supernodes_;
-    other.below_ = below_;
-    other.tasks_ = tasks_;
-    other.update_rows_ = update_rows_;
-    other.value_count_ = value_count_;
-    other.row_count_ = row_count_;
-    other.most_blocks_ = most_blocks_;
+    other.analysis_ = analysis_;
     return other;
 }
 
-void SupernodalFactor::build_supernodes(const SupernodalPattern& pattern, const Execution& execution) {
-    supernodes_.resize(pattern.count());
-    std::vector<std::int64_t> weights(pattern.count());
-    std::int64_t below = 0;
-    most_blocks_ = 0;
-    value_count_ = 0;
-    for (Index s = 0; s < pattern.count(); ++s) {
-        execution.check_every(s);
-        const Index width = pattern.width(s);
-        const Index row_count = pattern.row_count(s);
-        supernodes_[s] = {pattern.first_column[s], width, row_count, below, value_count_};
-        below += row_count - width;
-        value_count_ += lanes_of(width, row_count);
-        most_blocks_ = std::max(most_blocks_, block_count(row_count));
-        weights[s] = pattern.panel_size(s);
-    }
-    below_.resize(below);
-    tasks_ = cut_into_tasks(pattern.parents, weights);
+SupernodalFactor::Analysis::Analysis(SupernodalPattern found, const Execution& execution)
+    : pattern(std::move(found)) {
+    build_supernodes();
+    place_rows(execution);
 }
 
-void SupernodalFactor::place_rows(const SupernodalPattern& pattern, const Execution& execution) {
-    update_rows_.assign(tasks_.size(), {});
-    std::vector<std::vector<Index>> rows(tasks_.size());  // outside of each task, ascending
-    std::vector<Index> place(size());
-    std::vector<Index> seen_by(size(), -1);
-    Index next_place = size();
+void SupernodalFactor::Analysis::build_supernodes() {
+    supernodes.resize(pattern.count());
+    std::vector<std::int64_t> weights(pattern.count());
+    std::int64_t below_count = 0;
+    most_blocks = 0;
+    value_count = 0;
+    for (Index s = 0; s < pattern.count(); ++s) {
+        const Index width = pattern.width(s);
+        const Index row_count = pattern.row_count(s);
+        supernodes[s] = {pattern.first_column[s], width, row_count, below_count, value_count};
+        below_count += row_count - width;
+        value_count += lanes_of(width, row_count);
+        most_blocks = std::max(most_blocks, block_count(row_count));
+        weights[s] = pattern.panel_size(s);
+    }
+    below.resize(below_count);
+    tasks = cut_into_tasks(pattern.parents, weights);
+}
+
+void SupernodalFactor::Analysis::place_rows(const Execution& execution) {
+    update_rows.assign(tasks.size(), {});
+    std::vector<std::vector<Index>> rows(tasks.size());  // outside of each task, ascending
+    std::vector<Index> place(pattern.size());
+    std::vector<Index> seen_by(pattern.size(), -1);
+    Index next_place = pattern.size();
     const auto each_row_below = [&](Index task, const auto& action) {
-        for (Index s = tasks_[task].begin; s < tasks_[task].end; ++s) {
+        for (Index s = tasks[task].begin; s < tasks[task].end; ++s) {
             execution.check_every(s);
-            const Index* row = pattern.rows_of(s) + supernodes_[s].width;
-            for (Index k = 0; k < supernodes_[s].row_count - supernodes_[s].width; ++k)
-                action(supernodes_[s].first_below + k, row[k]);
+            const Index* row = pattern.rows_of(s) + supernodes[s].width;
+            for (Index k = 0; k < supernodes[s].row_count - supernodes[s].width; ++k)
+                action(supernodes[s].first_below + k, row[k]);
         }
     };
     // The parent of a task comes after it: from the last to the first, its rows are known.
-    for (auto task = static_cast<Index>(tasks_.size()) - 1; task >= 0; --task) {
-        const Supernode& last = supernodes_[tasks_[task].end - 1];
+    for (auto task = static_cast<Index>(tasks.size()) - 1; task >= 0; --task) {
+        const Supernode& last = supernodes[tasks[task].end - 1];
         const Index end = last.first_column + last.width;
         each_row_below(task, [&](std::int64_t, Index row) {
             if (row < end || seen_by[row] == task) return;
@@ -94,41 +88,41 @@ void SupernodalFactor::place_rows(const SupernodalPattern& pattern, const Execut
             rows[task].push_back(row);
         });
         std::sort(rows[task].begin(), rows[task].end());
-        update_rows_[task].place = next_place;
+        update_rows[task].place = next_place;
         for (const Index row : rows[task])
             place[row] = next_place++;
-        each_row_below(task, [&](std::int64_t k, Index row) { below_[k] = row < end ? row : place[row]; });
+        each_row_below(task, [&](std::int64_t k, Index row) { below[k] = row < end ? row : place[row]; });
 
-        const Index parent = tasks_[task].parent;
+        const Index parent = tasks[task].parent;
         if (parent < 0) continue;
-        const Supernode& last_of_parent = supernodes_[tasks_[parent].end - 1];
+        const Supernode& last_of_parent = supernodes[tasks[parent].end - 1];
         const Index end_of_parent = last_of_parent.first_column + last_of_parent.width;
         for (const Index row : rows[task]) {
             const auto found = std::lower_bound(rows[parent].begin(), rows[parent].end(), row);
-            update_rows_[task].in_parent.push_back(
+            update_rows[task].in_parent.push_back(
                 row < end_of_parent ? row
-                                    : update_rows_[parent].place + static_cast<Index>(found - rows[parent].begin()));
+                                    : update_rows[parent].place + static_cast<Index>(found - rows[parent].begin()));
         }
     }
-    row_count_ = next_place;
+    row_count = next_place;
 }
 
 bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
     try {
         // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
-        if (!values_) values_.reset(new Lanes[value_count_]);
+        if (!values_) values_.reset(new Lanes[analysis_->value_count]);
         // In double precision only what is being worked on.
         std::vector<std::vector<double>> panels(threads);
         const PanelSink sink{
             [&](Index s, int worker) {
                 std::vector<double>& panel = panels[worker];
-                panel.resize(std::max(panel.size(), static_cast<std::size_t>(pattern_->panel_size(s))));
+                panel.resize(std::max(panel.size(), static_cast<std::size_t>(analysis_->pattern.panel_size(s))));
                 return panel.data();
             },
             [&](Index s, int worker) {
-                pack(supernodes_[s], panels[worker].data(), &values_[supernodes_[s].values]);
+                pack(analysis_->supernodes[s], panels[worker].data(), &values_[analysis_->supernodes[s].values]);
             }};
-        return factor_fronts(*pattern_, lower, front_kernels(instructions_), threads, sink, execution);
+        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, sink, execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "factor");
     }
@@ -136,17 +130,19 @@ bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& exe
 
 void SupernodalFactor::solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
                              const Execution& execution, Workspace& workspace) const {
-    const auto worthwhile = static_cast<int>(std::min<std::int64_t>(1 + value_count_ / kLanesPerThread, 1024));
-    const int workers = std::min({threads, worthwhile, std::max(1, static_cast<int>(tasks_.size()))});
-    const std::size_t numbers = static_cast<std::size_t>(row_count_) * kStride;
+    const auto worthwhile =
+        static_cast<int>(std::min<std::int64_t>(1 + analysis_->value_count / kLanesPerThread, 1024));
+    const int workers = std::min({threads, worthwhile, std::max(1, static_cast<int>(analysis_->tasks.size()))});
+    const std::size_t numbers = static_cast<std::size_t>(analysis_->row_count) * kStride;
     if (workspace.rows.size() < numbers) workspace.rows.resize(numbers);
     if (workspace.blocks.size() < static_cast<std::size_t>(workers)) workspace.blocks.resize(workers);
     for (std::vector<Lanes>& blocks : workspace.blocks) {
-        if (blocks.size() < 3 * static_cast<std::size_t>(most_blocks_)) blocks.resize(3 * most_blocks_);
+        if (blocks.size() < 3 * static_cast<std::size_t>(analysis_->most_blocks))
+            blocks.resize(3 * analysis_->most_blocks);
     }
     workspace.scale = scale_of(right_hand_sides);
     workspace.runner.run(
-        tasks_, workers, execution,
+        analysis_->tasks, workers, execution,
         [&](Index task, int worker) { forward(right_hand_sides, task, worker, execution, workspace); },
         [&](Index task, int worker) { backward(solution, task, worker, execution, workspace); });
 }
@@ -154,17 +150,18 @@ void SupernodalFactor::solve(const PositionsView& right_hand_sides, Eigen::Ref<P
 void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task, int worker,
                                const Execution& execution, Workspace& workspace) const {
     const FlushDenormals flush;
-    const EliminationTask& nodes = tasks_[task];
-    const Supernode& last = supernodes_[nodes.end - 1];
-    for (Index k = supernodes_[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
+    const EliminationTask& nodes = analysis_->tasks[task];
+    const Supernode& last = analysis_->supernodes[nodes.end - 1];
+    for (Index k = analysis_->supernodes[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
         for (int side = 0; side < 3; ++side)
-            workspace.row(k)[side] = static_cast<float>(workspace.scale * right_hand_sides(order_[k], side));
+            workspace.row(k)[side] =
+                static_cast<float>(workspace.scale * right_hand_sides(analysis_->pattern.order[k], side));
     }
-    const UpdateRows& updates = update_rows_[task];
+    const UpdateRows& updates = analysis_->update_rows[task];
     std::fill_n(workspace.row(updates.place), updates.in_parent.size() * kStride, 0.0F);
     for (const Index child : nodes.children) {
-        const float* from = workspace.row(update_rows_[child].place);
-        for (const Index place : update_rows_[child].in_parent) {
+        const float* from = workspace.row(analysis_->update_rows[child].place);
+        for (const Index place : analysis_->update_rows[child].in_parent) {
             for (int side = 0; side < 3; ++side)
                 workspace.row(place)[side] += from[side];
             from += kStride;
@@ -173,46 +170,46 @@ void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task
     const auto kernel = supernode_kernels(instructions_).forward;
     for (Index s = nodes.begin; s < nodes.end; ++s) {
         execution.check();
-        const Supernode& node = supernodes_[s];
-        kernel(node, &values_[node.values], below_.data() + node.first_below, workspace.blocks[worker].data(),
-               workspace.rows.data());
+        const Supernode& node = analysis_->supernodes[s];
+        kernel(node, &values_[node.values], analysis_->below.data() + node.first_below,
+               workspace.blocks[worker].data(), workspace.rows.data());
     }
 }
 
 void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
                                 Workspace& workspace) const {
     const FlushDenormals flush;
-    const EliminationTask& nodes = tasks_[task];
-    float* to = workspace.row(update_rows_[task].place);
-    for (const Index place : update_rows_[task].in_parent) {
+    const EliminationTask& nodes = analysis_->tasks[task];
+    float* to = workspace.row(analysis_->update_rows[task].place);
+    for (const Index place : analysis_->update_rows[task].in_parent) {
         std::copy_n(workspace.row(place), kStride, to);
         to += kStride;
     }
     const auto kernel = supernode_kernels(instructions_).backward;
     for (Index s = nodes.end - 1; s >= nodes.begin; --s) {
         execution.check();
-        const Supernode& node = supernodes_[s];
-        kernel(node, &values_[node.values], below_.data() + node.first_below, workspace.blocks[worker].data(),
-               workspace.rows.data());
+        const Supernode& node = analysis_->supernodes[s];
+        kernel(node, &values_[node.values], analysis_->below.data() + node.first_below,
+               workspace.blocks[worker].data(), workspace.rows.data());
     }
-    const Supernode& last = supernodes_[nodes.end - 1];
-    for (Index k = supernodes_[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
+    const Supernode& last = analysis_->supernodes[nodes.end - 1];
+    for (Index k = analysis_->supernodes[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
         for (int side = 0; side < 3; ++side)
-            solution(order_[k], side) = workspace.row(k)[side] / workspace.scale;
+            solution(analysis_->pattern.order[k], side) = workspace.row(k)[side] / workspace.scale;
     }
 }
 
 std::size_t SupernodalFactor::bytes() const {
-    std::size_t bytes = value_count_ * sizeof(Lanes) + supernodes_.size() * sizeof(Supernode) +
-                        (order_.size() + below_.size()) * sizeof(Index);
-    for (const UpdateRows& updates : update_rows_)
+    std::size_t bytes = analysis_->value_count * sizeof(Lanes) + analysis_->supernodes.size() * sizeof(Supernode) +
+                        (analysis_->pattern.order.size() + analysis_->below.size()) * sizeof(Index);
+    for (const UpdateRows& updates : analysis_->update_rows)
         bytes += updates.in_parent.size() * sizeof(Index);
     return bytes;
 }
 
 std::size_t SupernodalFactor::workspace_bytes() const {
-    return static_cast<std::size_t>(row_count_) * kStride * sizeof(float) +
-           3 * static_cast<std::size_t>(most_blocks_) * sizeof(Lanes);
+    return static_cast<std::size_t>(analysis_->row_count) * kStride * sizeof(float) +
+           3 * static_cast<std::size_t>(analysis_->most_blocks) * sizeof(Lanes);
 }
 
 }  // namespace meanvalue

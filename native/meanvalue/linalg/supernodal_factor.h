@@ -36,10 +36,11 @@ class SupernodalFactor {
     };
 
     /// Fill-reducing order, symbolic analysis and the division into tasks; once for each pattern.
-    /// @param threads as given by thread_count().
+    /// @param threads as given by thread_count(). @param order see find_supernodes().
     /// @throws Cancelled, SolverFailure; then analysed() is false.
-    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1);
-    bool analysed() const { return pattern_ != nullptr; }
+    void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1,
+                 const std::vector<Index>& order = {});
+    bool analysed() const { return analysis_ != nullptr; }
     /// Another one for a matrix of the pattern that was analysed; not factored yet.
     SupernodalFactor of_same_pattern() const;
 
@@ -56,7 +57,7 @@ class SupernodalFactor {
     void solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
                const Execution& execution, Workspace& workspace) const;
 
-    Index size() const { return static_cast<Index>(order_.size()); }
+    Index size() const { return analysis_ == nullptr ? 0 : analysis_->pattern.size(); }
     /// What it keeps, without what the analysis keeps for factorising again.
     std::size_t bytes() const;
     /// Of a workspace that one thread solves with.
@@ -70,24 +71,30 @@ class SupernodalFactor {
         std::vector<Index> in_parent;  // for each, its place there
     };
 
-    void build_supernodes(const SupernodalPattern& pattern, const Execution& execution);
-    void place_rows(const SupernodalPattern& pattern, const Execution& execution);
     void forward(const PositionsView& right_hand_sides, Index task, int worker, const Execution& execution,
                  Workspace& workspace) const;
     void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
                   Workspace& workspace) const;
 
+    /// What does not depend on the values; factors of one pattern share it.
+    struct Analysis {
+        SupernodalPattern pattern;
+        std::vector<Supernode> supernodes;
+        std::vector<Index> below;  // for each supernode where its rows below are in the work vector
+        std::vector<EliminationTask> tasks;
+        std::vector<UpdateRows> update_rows;
+        std::int64_t value_count = 0;  // lanes
+        Index row_count = 0;           // of the work vector
+        Index most_blocks = 0;         // of a supernode
+
+        Analysis(SupernodalPattern found, const Execution& execution);
+        void build_supernodes();
+        void place_rows(const Execution& execution);
+    };
+
     InstructionSet instructions_;
-    std::shared_ptr<const SupernodalPattern> pattern_;
-    std::vector<Index> order_;  // the row of the matrix that is row k of the factor
-    std::vector<Supernode> supernodes_;
-    std::vector<Index> below_;  // for each supernode where its rows below are in the work vector
-    std::vector<EliminationTask> tasks_;
-    std::vector<UpdateRows> update_rows_;
-    std::int64_t value_count_ = 0;  // lanes
+    std::shared_ptr<const Analysis> analysis_;
     std::unique_ptr<Lanes[]> values_;
-    Index row_count_ = 0;    // of the work vector
-    Index most_blocks_ = 0;  // of a supernode
 };
 
 }  // namespace meanvalue

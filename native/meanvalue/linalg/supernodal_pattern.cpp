@@ -227,6 +227,19 @@ class PatternBuilder {
     SupernodalPattern pattern_;
 };
 
+/// The groups as their first members come. @param order of all members.
+std::vector<Index> in_order(const VertexGroups& groups, const std::vector<Index>& order) {
+    std::vector<Index> result;
+    result.reserve(groups.count());
+    std::vector<char> seen(groups.count(), 0);
+    for (const Index member : order) {
+        const Index group = groups.group_of[member];
+        if (!seen[group]) result.push_back(group);
+        seen[group] = 1;
+    }
+    return result;
+}
+
 }  // namespace
 
 std::int64_t SupernodalPattern::work(Index supernode) const {
@@ -242,12 +255,14 @@ std::int64_t SupernodalPattern::entry_count() const {
     return entries;
 }
 
-SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const Execution& execution) {
+SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const Execution& execution,
+                                  const std::vector<Index>& order) {
     Graph columns = graph_of(lower, execution);
     const VertexGroups groups = group_same_columns(columns, execution);
     const Graph graph = contracted(columns, groups, execution);
     columns = Graph();
-    const Elimination elimination = eliminated(graph, nested_dissection(graph, threads, execution), execution);
+    const Elimination elimination = eliminated(
+        graph, order.empty() ? nested_dissection(graph, threads, execution) : in_order(groups, order), execution);
     return PatternBuilder(elimination, groups, SupernodeMerging(elimination).begins()).build(execution);
 }
 

@@ -40,7 +40,10 @@ struct SupernodalPattern {
 
 /// Order, elimination tree and supernodes of a symmetric matrix.
 /// @param lower its lower triangle; entries above the diagonal are ignored, and those on it need not be there.
-/// @param threads as given by thread_count(); the result is the same for any. @throws Cancelled.
-SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const Execution& execution);
+/// @param threads as given by thread_count(); the result is the same for any.
+/// @param order columns in the order of their elimination, which the result's comes near to; empty: nested
+/// dissection. @throws Cancelled.
+SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const Execution& execution,
+                                  const std::vector<Index>& order = {});
 
 }  // namespace meanvalue

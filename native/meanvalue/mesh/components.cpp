@@ -42,8 +42,8 @@ Components find_components(const PositionsView& positions, const TrianglesView& 
     }
     Components result;
     result.part_of.assign(vertex_count, -1);
+    execution.check();
     for (Index v = 0; v < vertex_count; ++v) {
-        execution.check_every(v);
         const Index root = sets.root(v);
         if (root == v) {  // a root is the lowest vertex of its set, so it comes first
             result.part_of[v] = static_cast<Index>(result.parts.size());

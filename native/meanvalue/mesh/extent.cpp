@@ -72,8 +72,8 @@ Matrix3 principal_axes(const PositionsView& positions, const Execution& executio
     if (positions.rows() == 0) return Matrix3::Identity();
     const Eigen::RowVector3d centre = positions.colwise().mean();
     Matrix3 moments = Matrix3::Zero();
+    execution.check();
     for (Eigen::Index v = 0; v < positions.rows(); ++v) {
-        execution.check_every(v);
         const Eigen::RowVector3d arm = positions.row(v) - centre;
         moments.noalias() += arm.transpose() * arm;
     }
@@ -84,8 +84,8 @@ Matrix3 principal_axes(const PositionsView& positions, const Execution& executio
     Matrix3 axes = solver.eigenvectors();
     Eigen::RowVector3d third = Eigen::RowVector3d::Zero();
     Eigen::RowVector3d later = Eigen::RowVector3d::Zero();
+    execution.check();
     for (Eigen::Index v = 0; v < positions.rows(); ++v) {
-        execution.check_every(v);
         const Eigen::RowVector3d along = (positions.row(v) - centre) * axes;
         third += along.cwiseProduct(along).cwiseProduct(along);
         later += static_cast<double>(v) * along;

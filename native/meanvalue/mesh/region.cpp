@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "meanvalue/mesh/disjoint_sets.h"
 #include "meanvalue/mesh/extent.h"
 
 namespace meanvalue {
@@ -12,8 +13,8 @@ namespace {
 /// Marks every corner of the triangles that have a marked corner.
 std::vector<char> grown(const TrianglesView& faces, const std::vector<char>& marked, const Execution& execution) {
     std::vector<char> result = marked;
+    execution.check();
     for (Index f = 0; f < faces.rows(); ++f) {
-        execution.check_every(f);
         if (!marked[faces(f, 0)] && !marked[faces(f, 1)] && !marked[faces(f, 2)]) continue;
         for (int k = 0; k < 3; ++k)
             result[faces(f, k)] = 1;
@@ -52,7 +53,33 @@ void sort_in_pieces(std::vector<PlaceOnCurve>& places, const Execution& executio
     }
 }
 
+// Patches of anchors larger than this share of what may move are cut out of it.
+constexpr std::ptrdiff_t kPatchesPerRegion = 64;
+
 }  // namespace
+
+std::vector<char> without_small_patches(std::vector<char> is_fixed, const std::vector<char>& may_move,
+                                        const TrianglesView& faces, const Execution& execution) {
+    const auto is_anchor = [&](Index v) { return is_fixed[v] != 0 && may_move[v] != 0; };
+    DisjointSets patches(static_cast<Index>(is_fixed.size()));
+    execution.check();
+    for (Index f = 0; f < faces.rows(); ++f) {
+        for (int k = 0; k < 3; ++k) {
+            const Index next = faces(f, k < 2 ? k + 1 : 0);
+            if (is_anchor(faces(f, k)) && is_anchor(next)) patches.join(faces(f, k), next);
+        }
+    }
+    std::vector<Index> sizes(is_fixed.size(), 0);
+    for (std::size_t v = 0; v < sizes.size(); ++v)
+        ++sizes[patches.root(static_cast<Index>(v))];
+    const auto largest = static_cast<Index>(std::count(may_move.begin(), may_move.end(), 1) / kPatchesPerRegion);
+    std::vector<char> result = is_fixed;
+    for (std::size_t v = 0; v < sizes.size(); ++v) {
+        const auto vertex = static_cast<Index>(v);
+        if (is_anchor(vertex) && sizes[patches.root(vertex)] <= largest) result[v] = 0;
+    }
+    return result;
+}
 
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
                             const std::vector<char>& is_fixed, const Execution& execution) {
@@ -64,25 +91,23 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
     Region region;
     std::vector<Index> number(is_fixed.size(), -1);
     for (std::size_t v = 0; v < inside.size(); ++v) {
-        execution.check_every(v);
         if (!inside[v]) continue;
         number[v] = static_cast<Index>(region.vertices.size());
         region.vertices.push_back(static_cast<Index>(v));
         region.is_fixed.push_back(is_fixed[v]);
     }
     region.positions.resize(static_cast<Eigen::Index>(region.vertices.size()), 3);
+    execution.check();
     for (std::size_t k = 0; k < region.vertices.size(); ++k) {
-        execution.check_every(k);
         region.positions.row(k) = positions.row(region.vertices[k]);
     }
     std::vector<Index> kept;
+    execution.check();
     for (Index f = 0; f < faces.rows(); ++f) {
-        execution.check_every(f);
         if (near[faces(f, 0)] || near[faces(f, 1)] || near[faces(f, 2)]) kept.push_back(f);
     }
     region.faces.resize(static_cast<Eigen::Index>(kept.size()), 3);
     for (std::size_t k = 0; k < kept.size(); ++k) {
-        execution.check_every(k);
         for (int c = 0; c < 3; ++c)
             region.faces(k, c) = number[faces(kept[k], c)];
     }
@@ -97,8 +122,8 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
     const double extent = (along.colwise().maxCoeff() - low).maxCoeff();
     const double scale = extent > 0.0 ? static_cast<double>((1 << 21) - 1) / extent : 0.0;
     std::vector<PlaceOnCurve> order(count);
+    execution.check();
     for (std::size_t v = 0; v < count; ++v) {
-        execution.check_every(v);
         std::uint64_t code = 0;
         for (int c = 0; c < 3; ++c) {
             code |= spread_bits(static_cast<std::uint64_t>((along(v, c) - low(c)) * scale)) << c;
@@ -110,8 +135,8 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
     Region result;
     result.positions.resize(region.positions.rows(), 3);
     std::vector<Index> place(count);
+    execution.check();
     for (std::size_t k = 0; k < count; ++k) {
-        execution.check_every(k);
         const Index v = order[k].second;
         place[v] = static_cast<Index>(k);
         result.vertices.push_back(region.vertices[v]);
@@ -120,7 +145,6 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
     }
     result.faces.resize(region.faces.rows(), 3);
     for (Eigen::Index f = 0; f < region.faces.rows(); ++f) {
-        execution.check_every(f);
         for (int c = 0; c < 3; ++c)
             result.faces(f, c) = place[region.faces(f, c)];
     }

@@ -16,6 +16,13 @@ struct Region {
     std::vector<char> is_fixed;   ///< of these vertices
 };
 
+/// What a region is cut out by, so that it is the same one when an anchor is added or goes: `is_fixed` without the
+/// anchors that form patches of up to a 64th of what may move, of which a region is hardly smaller.
+/// @param is_fixed n flags; @param may_move n flags: all that is fixed of these are anchors. @throws Cancelled.
+/// Cost: linear.
+std::vector<char> without_small_patches(std::vector<char> is_fixed, const std::vector<char>& may_move,
+                                        const TrianglesView& faces, const Execution& execution);
+
 /// All free vertices and two rings of fixed ones around them, so that the ring of every vertex next to a free one is
 /// complete. @param positions n x 3; @param is_fixed n flags. @throws Cancelled. Cost: linear.
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,

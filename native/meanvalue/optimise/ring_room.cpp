@@ -81,27 +81,26 @@ void RingRoom::require() const {
     }
 }
 
-void require_room_for_rings(const Region& region, const PairBytes& bytes, const Execution& execution) {
+void require_room_for_rings(const Region& region, const std::vector<char>& is_fixed, const PairBytes& bytes,
+                            const Execution& execution) {
     // Each neighbour but for the ends of an open fan is named by two triangles.
     std::vector<Index> named(region.vertices.size(), 0);
     const auto for_each_spoke = [&](const auto& visit) {
+        execution.check();
         for (Index f = 0; f < region.faces.rows(); ++f) {
-            execution.check_every(f);
             for (int k = 0; k < 3; ++k) {
                 visit(f, region.faces(f, k), region.faces(f, (k + 1) % 3));
                 visit(f, region.faces(f, k), region.faces(f, (k + 2) % 3));
             }
         }
     };
-    for_each_spoke(
-        [&](Index, Index vertex, Index neighbour) { named[vertex] += region.is_fixed[neighbour] ? 0 : 1; });
+    for_each_spoke([&](Index, Index vertex, Index neighbour) { named[vertex] += is_fixed[neighbour] ? 0 : 1; });
     std::vector<Index> place(region.vertices.size(), -1);
     std::vector<Index> found;
     RingRoom room(bytes);
     for (std::size_t v = 0; v < named.size(); ++v) {
-        execution.check_every(v);
         if (named[v] < kLongRow) {
-            if (named[v] > 0 || !region.is_fixed[v]) room.add(region.vertices[v], (named[v] + 1) / 2);
+            if (named[v] > 0 || !is_fixed[v]) room.add(region.vertices[v], (named[v] + 1) / 2);
             continue;
         }
         place[v] = static_cast<Index>(found.size());
@@ -117,7 +116,7 @@ void require_room_for_rings(const Region& region, const PairBytes& bytes, const 
     }
     for (std::size_t k = 0; k < found.size(); ++k) {
         execution.check();
-        room.add(region.vertices[found[k]], free_in_largest_fan(spokes[k], region.is_fixed));
+        room.add(region.vertices[found[k]], free_in_largest_fan(spokes[k], is_fixed));
     }
     room.require();
 }

@@ -45,7 +45,9 @@ class RingRoom {
 };
 
 /// Asks that of the one-rings of a region, without looking at them one by one: by the numbers of triangles.
-/// @throws as RingRoom::require(), by Region::vertices; Cancelled. Cost: linear.
-void require_room_for_rings(const Region& region, const PairBytes& bytes, const Execution& execution);
+/// @param is_fixed of the region's vertices. @throws as RingRoom::require(), by Region::vertices; Cancelled. Cost:
+/// linear.
+void require_room_for_rings(const Region& region, const std::vector<char>& is_fixed, const PairBytes& bytes,
+                            const Execution& execution);
 
 }  // namespace meanvalue

@@ -32,7 +32,6 @@ class HessianAssembly {
         row_start_.reserve(unknowns_.rows.size() + 1);
         row_start_.push_back(0);
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-            execution_.check_every(row);
             row_start_.push_back(row_start_.back() + encoding_.ring_of(unknowns_.rows[row]).valence);
         }
         edges_.assign(row_start_.back(), {0.0, 0.0});
@@ -57,15 +56,14 @@ class HessianAssembly {
         };
         for_each_use([&](Index slot, const RingUse&) { ++use_start_[slot + 1]; });
         for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
-            execution_.check_every(slot);
             use_start_[slot + 1] += use_start_[slot];
         }
         uses_.resize(use_start_.back());
         execution_.check();
         std::vector<std::int64_t> next(use_start_.begin(), use_start_.end() - 1);
         for_each_use([&](Index slot, const RingUse& use) { uses_[next[slot]++] = use; });
+        execution_.check();
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-            execution_.check_every(row);
             const Index slot = unknowns_.slot[unknowns_.rows[row]];
             if (slot >= 0) own_row_[slot] = static_cast<Index>(row);
         }
@@ -190,8 +188,8 @@ class HessianAssembly {
 
     /// From the order of the batches into that of the rows.
     void collect_edges() {
+        execution_.check();
         for (std::size_t k = 0; k < energy_.batches.size(); ++k) {
-            execution_.check_every(k);
             const RowBatch& batch = energy_.batches[k];
             for (int lane = 0; lane < kRowLanes; ++lane) {
                 if (batch.row[lane] < 0) continue;
@@ -203,7 +201,6 @@ class HessianAssembly {
             }
         }
         for (std::size_t number = 0; number < energy_.singles.size(); ++number) {
-            execution_.check_every(number);
             const SingleRow& single = energy_.singles[number];
             const std::int64_t first = row_start_[single.row];
             for (std::int64_t k = first; k < row_start_[single.row + 1]; ++k) {
@@ -253,7 +250,6 @@ SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, c
     });
     starts[0] = 0;
     for (Index column = 0; column < size; ++column) {
-        execution.check_every(column);
         starts[column + 1] += starts[column];
     }
     hessian.resizeNonZeros(starts[size]);
@@ -274,7 +270,6 @@ FixedCoupling DeformationEnergy::fixed_coupling(double rigidity, const Execution
     std::vector<Index> column_of(unknowns_.slot.size(), -1);
     assembly.couple_fixed([&](Index, Index vertex, double) { column_of[vertex] = 0; });
     for (std::size_t v = 0; v < column_of.size(); ++v) {
-        execution.check_every(v);
         if (column_of[v] < 0) continue;
         column_of[v] = static_cast<Index>(coupling.vertices.size());
         coupling.vertices.push_back(static_cast<Index>(v));

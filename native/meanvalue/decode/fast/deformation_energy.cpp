@@ -29,19 +29,18 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
 
 void DeformationEnergy::index_uses(const Execution& execution) {
     use_start_.assign(unknowns_.free.size() + 1, 0);
+    execution.check();
     for (std::size_t point = 0; point < rows_.points.size(); ++point) {
-        execution.check_every(point);
         const Index slot = unknowns_.slot[rows_.points[point]];
         if (slot >= 0) ++use_start_[slot + 1];
     }
     for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
-        execution.check_every(slot);
         use_start_[slot + 1] += use_start_[slot];
     }
     uses_.resize(use_start_.back());
     std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
+    execution.check();
     for (std::size_t point = 0; point < rows_.points.size(); ++point) {
-        execution.check_every(point);
         const Index slot = unknowns_.slot[rows_.points[point]];
         if (slot >= 0) uses_[next[slot]++] = static_cast<Index>(point);
     }

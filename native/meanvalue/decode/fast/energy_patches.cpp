@@ -270,7 +270,6 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     }
     rows.stretching = square / (size * size);
     for (std::size_t k = 0; k < rows.batches.size(); ++k) {
-        execution.check_every(k);
         RowBatch& batch = rows.batches[k];
         for (int lane = 0; lane < kRowLanes; ++lane)
             batch.bending.value[lane] = batch.row[lane] < 0 ? 0.0 : rows.bending[batch.row[lane]];

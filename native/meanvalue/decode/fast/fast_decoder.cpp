@@ -6,7 +6,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/decode/fast/fast_solve.h"
-#include "meanvalue/mesh/extent.h"
+#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 namespace {
@@ -32,10 +32,7 @@ constexpr double kLeastDiagonal = 1e-9;
 
 FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
                          double rigidity, int threads, Execution& execution)
-    : Decoder(shape, threads),
-      rigidity_(rigidity),
-      size_(mean_diagonal(region_.positions, threads, execution)),
-      soft_(std::move(soft)) {
+    : Decoder(shape, threads), rigidity_(rigidity), size_(shape_->size), soft_(std::move(soft)) {
     std::sort(soft_.begin(), soft_.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
     std::vector<char> is_soft(soft_.empty() ? 0 : region_.is_fixed.size(), 0);
     std::vector<char> is_held = region_.is_fixed;
@@ -52,24 +49,25 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     stages.push_back(rigidity_);
     Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
     const RestCells fine_cells = rest_cells(encoding_, region_.positions, threads_, execution);
+    std::unique_ptr<FastLevel> coarse;
     if (unknowns.free.size() > kSmallMesh) {
         {
             const StageTimer timer(bind_timings_, "hierarchy");
             CoarseningOptions options;
             const auto count = static_cast<double>(unknowns.free.size());
-            const double coarse = std::clamp(kCoarseShare * count, kFewestCoarse, kMostCoarse);
-            if (kMiddleShare * count > kMiddleOverCoarse * coarse)
+            const double coarse_count = std::clamp(kCoarseShare * count, kFewestCoarse, kMostCoarse);
+            if (kMiddleShare * count > kMiddleOverCoarse * coarse_count)
                 options.level_sizes.push_back(static_cast<Index>(kMiddleShare * count));
-            options.level_sizes.push_back(static_cast<Index>(coarse));
+            options.level_sizes.push_back(static_cast<Index>(coarse_count));
             options.down_to_base = false;
             options.exact_order = false;
             options.thin_out_fixed = true;
             options.handles = handles;
             options.is_soft = std::move(is_soft);
-            hierarchy_ = encode_along(
-                find_removal_order(shape.rings, region_.positions, region_.is_fixed, options, threads_, execution),
-                region_.positions, SplitBy::kCarrying, threads_, execution);
-            shape.rings = {};  // a sixth of the encoding, and not needed any more
+            hierarchy_ =
+                encode_along(find_removal_order(shape_->rings, region_.positions, region_.is_fixed, options, threads_,
+                                                execution, shape.earlier_removals.get(), &removals_),
+                             region_.positions, SplitBy::kCarrying, threads_, execution);
         }
         const StageTimer timer(bind_timings_, "coarse level");
         const auto make = [&](const Level& level) {
@@ -84,32 +82,34 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
                                      energy_unit(encoding_, unknowns, fine_cells, execution);
                 soft = coarse_soft_anchors(soft_, hierarchy_, level, region_.is_fixed.size(), scale);
             }
-            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, execution);
+            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, {}, execution);
         };
         // A level that could not be made coarse is factored twice and not four times.
         if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2)
             stages = {stages.front(), stages.back()};
-        coarse_ = make(hierarchy_.base());
+        coarse = make(hierarchy_.base());
         stages = {rigidity_};
         if (hierarchy_.levels.size() > 1) middle_ = make(hierarchy_.levels.front());
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
-    fine_ = make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, execution);
-    if (fine_->stages.empty()) return;
-    couple_fixed(*fine_, *fine_->stages.back(), execution);
-    FastLevel& starting = coarse_ ? *coarse_ : *fine_;
-    if (!starting.stages.empty()) couple_fixed(starting, *starting.stages.front(), execution);
-}
-
-void FastDecoder::couple_fixed(FastLevel& level, FastStage& stage, const Execution& execution) const {
-    stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
+    const std::vector<Index> order = slots_in_order(shape_->elimination_order, unknowns);
+    std::unique_ptr<FastLevel> fine =
+        make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, order, execution);
+    const auto couple_fixed = [&](const FastLevel& level, FastStage& stage) {
+        stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
+    };
+    if (!fine->stages.empty()) couple_fixed(*fine, fine->stages.back());
+    FastLevel& starting = coarse ? *coarse : *fine;
+    if (!starting.stages.empty()) couple_fixed(starting, starting.stages.front());
+    fine_ = std::move(fine);
+    coarse_ = std::move(coarse);
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, const RestCells& cells,
                                                    Unknowns unknowns, std::vector<SoftAnchor> soft,
                                                    const std::vector<double>& rigidities,
-                                                   Execution& execution) const {
+                                                   const std::vector<Index>& order, Execution& execution) const {
     auto level = std::make_unique<FastLevel>();
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
@@ -121,19 +121,18 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
     for (const double rigidity : rigidities) {
         SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
         for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
-            execution.check_every(k);
             double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
             diagonal = diagonal > 0.0 ? diagonal * (1.0 + kLeastDiagonal) : 1.0;  // no row reaches this vertex
         }
-        auto stage = std::make_unique<FastStage>();
-        stage->rigidity = rigidity;
+        FastStage stage;
+        stage.rigidity = rigidity;
         if (level->stages.empty()) {
-            stage->factor = SupernodalFactor(instructions_);
-            stage->factor.analyse(hessian, execution, threads_);
+            stage.factor = SupernodalFactor(instructions_);
+            stage.factor.analyse(hessian, execution, threads_, order);
         } else {
-            stage->factor = level->stages.front()->factor.of_same_pattern();  // it does not depend on rigidity
+            stage.factor = level->stages.front().factor.of_same_pattern();  // it does not depend on rigidity
         }
-        if (!stage->factor.factorise(hessian, execution, threads_)) {
+        if (!stage.factor.factorise(hessian, execution, threads_)) {
             throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
         }
         level->stages.push_back(std::move(stage));
@@ -143,7 +142,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
 
 std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& execution) const {
     auto workspace = std::make_unique<FastWorkspace>();
-    const auto prepare = [&](const std::unique_ptr<FastLevel>& level, FastWorkspace::OfLevel& of_level) {
+    const auto prepare = [&](const std::unique_ptr<const FastLevel>& level, FastWorkspace::OfLevel& of_level) {
         if (!level) return;
         execution.check();
         of_level.energy = level->energy->make_workspace();
@@ -155,9 +154,9 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
     prepare(middle_, workspace->middle);
     workspace->predictor = SecantPredictor(size_);
     const std::size_t drivers =
-        soft_.size() + (fine_->stages.empty() ? 0 : fine_->stages.back()->coupling.vertices.size());
+        soft_.size() + (fine_->stages.empty() ? 0 : fine_->stages.back().coupling.vertices.size());
     workspace->later_bytes = SecantPredictor::bytes(region_.is_fixed.size(), drivers);
-    if (!fine_->stages.empty()) workspace->later_bytes += fine_->stages.back()->factor.workspace_bytes();
+    if (!fine_->stages.empty()) workspace->later_bytes += fine_->stages.back().factor.workspace_bytes();
     return workspace;
 }
 
@@ -178,12 +177,12 @@ Index FastDecoder::longest_ring() const {
 }
 
 std::size_t FastDecoder::bytes() const {
-    std::size_t sum = encoding_.bytes() + (coarse_ ? hierarchy_.bytes() : 0);
+    std::size_t sum = shape_->bytes() + (coarse_ ? hierarchy_.bytes() + removals_->bytes() : 0);
     for (const FastLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
         if (level == nullptr) continue;
         sum += level->energy->bytes();
         for (const auto& stage : level->stages)
-            sum += stage->factor.bytes() + stage->coupling.bytes();
+            sum += stage.factor.bytes() + stage.coupling.bytes();
     }
     return sum;
 }

@@ -26,8 +26,8 @@ struct FastStage {
 /// One mesh of the hierarchy, with the energy on it at one or more rigidities.
 struct FastLevel {
     Unknowns unknowns;
-    std::unique_ptr<DeformationEnergy> energy;
-    std::vector<std::unique_ptr<FastStage>> stages;  // stiffest first; the last has the rigidity asked for
+    std::unique_ptr<const DeformationEnergy> energy;
+    std::vector<FastStage> stages;  // stiffest first; the last has the rigidity asked for
 };
 
 /// Minimises DeformationEnergy: makes what FastSolve solves with. Small meshes have no coarse level: theirs is the
@@ -54,18 +54,17 @@ class FastDecoder : public Decoder {
 
     std::unique_ptr<FastLevel> make_level(const Encoding& encoding, const RestCells& cells, Unknowns unknowns,
                                           std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
-                                          Execution& execution) const;
-    void couple_fixed(FastLevel& level, FastStage& stage, const Execution& execution) const;
+                                          const std::vector<Index>& order, Execution& execution) const;
 
     double rigidity_;
     double size_;
     std::vector<SoftAnchor> soft_;  // by ascending vertex
     std::vector<double> hold_;      // n: what each vertex counts in carrying parts; empty where all anchors are hard
     Hierarchy hierarchy_;           // empty where the mesh is small
-    std::unique_ptr<HandlePaths> pieces_;
-    std::unique_ptr<FastLevel> fine_;
-    std::unique_ptr<FastLevel> coarse_;
-    std::unique_ptr<FastLevel> middle_;  // between them where the mesh is large; for cold solves
+    std::unique_ptr<const HandlePaths> pieces_;
+    std::unique_ptr<const FastLevel> fine_;
+    std::unique_ptr<const FastLevel> coarse_;
+    std::unique_ptr<const FastLevel> middle_;  // between them where the mesh is large; for cold solves
 };
 
 }  // namespace meanvalue

@@ -36,7 +36,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     bool keep_history = false;
     StopRule rule;
     if (is_cold) {
-        work_.predictor.forget();
+        if (!options_.is_last) work_.predictor.forget();
         rule = cold_rule();
         start_cold(positions);
     } else {
@@ -79,7 +79,6 @@ DecodeReport FastSolve::run(Positions& positions) {
         work_.predictor.note(positions, drivers_of(positions), minimised.energies.back());
         work_.keeps_history = true;
     }
-    if (options_.is_last) work_.predictor.forget();
     report.iterations = minimised.iterations();
     report.all_iterations = all_iterations_;
     report.energies = std::move(minimised.energies);
@@ -109,7 +108,7 @@ bool FastSolve::history_is_exact() const {
 }
 
 LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions) {
-    const FastStage& at = *level.bound.stages[stage];
+    const FastStage& at = level.bound.stages[stage];
     const auto energy = [&](const Positions& positions_then, Positions& gradient) {
         return level.bound.energy->evaluate(positions_then, at.rigidity, gradient, threads_, execution_,
                                             level.work.energy);
@@ -122,7 +121,7 @@ LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions opt
 }
 
 Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
-    const SupernodalFactor& factor = level.bound.stages[stage]->factor;
+    const SupernodalFactor& factor = level.bound.stages[stage].factor;
     DiagonalDowndate& downdate = level.work.downdates[stage];
     const SoftConstraints& constraints = level.bound.energy->soft_constraints();
     const std::vector<double> lost = constraints.lost_hessian(level.work.energy.soft_weights);
@@ -150,7 +149,7 @@ double FastSolve::energy_of(Level level, const Positions& positions) {
 }
 
 void FastSolve::set_soft_targets() {
-    const auto set = [&](const std::unique_ptr<FastLevel>& level, FastWorkspace::OfLevel& work) {
+    const auto set = [&](const std::unique_ptr<const FastLevel>& level, FastWorkspace::OfLevel& work) {
         if (!level || level->energy->soft_constraints().empty()) return;
         const SoftConstraints& constraints = level->energy->soft_constraints();
         work.energy.soft_targets = constraints.targets_of(*options_.targets);
@@ -166,7 +165,7 @@ void FastSolve::set_soft_targets() {
 
 /// Anchors that count nothing have no target; what looks at one nevertheless finds them where they are.
 void FastSolve::pull_free_anchors_to(const Positions& positions) {
-    const auto pull = [&](const std::unique_ptr<FastLevel>& level, FastWorkspace::OfLevel& work) {
+    const auto pull = [&](const std::unique_ptr<const FastLevel>& level, FastWorkspace::OfLevel& work) {
         if (!level) return;
         const std::vector<SoftAnchor>& anchors = level->energy->soft_constraints().anchors();
         for (std::size_t k = 0; k < work.energy.soft_weights.size(); ++k) {

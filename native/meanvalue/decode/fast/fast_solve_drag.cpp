@@ -24,7 +24,7 @@ constexpr double kMostRise = 2.0;
 /// instead, and minimising has to begin from a spike. @param previous where the fixed vertices were; in `positions`
 /// they are where they go, and free ones where they were.
 void FastSolve::respond(Level level, std::size_t stage, const Positions& previous, Positions& positions) {
-    const FixedCoupling& coupling = level.bound.stages[stage]->coupling;
+    const FixedCoupling& coupling = level.bound.stages[stage].coupling;
     Positions moves(static_cast<Eigen::Index>(coupling.vertices.size()), 3);
     for (std::size_t k = 0; k < coupling.vertices.size(); ++k)
         moves.row(k) = positions.row(coupling.vertices[k]) - previous.row(coupling.vertices[k]);
@@ -121,7 +121,7 @@ void FastSolve::follow_otherwise(const Positions& previous, double energy, Posit
 
 /// What drives the shape: the fixed vertices next to free ones, and the soft anchors, where they are in `positions`.
 Positions FastSolve::drivers_in(const Positions& positions) const {
-    const std::vector<Index>& fixed = bound_.fine_->stages.back()->coupling.vertices;
+    const std::vector<Index>& fixed = bound_.fine_->stages.back().coupling.vertices;
     Positions drivers(static_cast<Eigen::Index>(fixed.size() + bound_.soft_.size()), 3);
     Eigen::Index row = 0;
     for (const Index v : fixed)

@@ -83,14 +83,12 @@ HandlePaths::HandlePaths(const Encoding& encoding, const PositionsView& rest, co
         }
     }
     for (Index v = 0; v < count; ++v) {
-        execution.check_every(v);
         if (is_fixed[v]) vertices_.push_back(v);
     }
     execution.check();
     std::stable_sort(vertices_.begin(), vertices_.end(), [&](Index a, Index b) { return find(a) < find(b); });
     rest_.resize(static_cast<Eigen::Index>(vertices_.size()), 3);
     for (std::size_t k = 0; k < vertices_.size(); ++k) {
-        execution.check_every(k);
         rest_.row(k) = rest.row(vertices_[k]);
         if (k + 1 == vertices_.size() || find(vertices_[k + 1]) != find(vertices_[k])) starts_.push_back(k + 1);
     }

@@ -1,0 +1,82 @@
+#include "meanvalue/optimise/elimination_order.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "meanvalue/linalg/nested_dissection.h"
+#include "meanvalue/optimise/ring_room.h"
+
+namespace meanvalue {
+namespace {
+
+/// Vertices that are in one row are neighbours. Rows that are too long to be solved for unless most of their vertices
+/// are fixed are left out: any order is one for them.
+Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
+    const Index count = encoding.vertex_count();
+    const auto valence = [&](Index row) { return encoding.ring_offsets[row + 1] - encoding.ring_offsets[row]; };
+    const auto each_in_ring = [&](Index row, const auto& action) {
+        if (valence(row) > RingRoom::kMostNeighbours) return;
+        std::for_each(encoding.ring.begin() + encoding.ring_offsets[row],
+                      encoding.ring.begin() + encoding.ring_offsets[row + 1], action);
+    };
+    std::vector<Index> use_start(count + 1, 0);  // the rows that a vertex is in the ring of
+    for (Index row = 0; row < count; ++row)
+        each_in_ring(row, [&](Index v) { ++use_start[v + 1]; });
+    std::partial_sum(use_start.begin(), use_start.end(), use_start.begin());
+    std::vector<Index> uses(use_start.back());
+    std::vector<Index> next(use_start.begin(), use_start.end() - 1);
+    for (Index row = 0; row < count; ++row)
+        each_in_ring(row, [&](Index v) { uses[next[v]++] = row; });
+
+    Graph graph;
+    graph.weights.assign(count, 1);
+    graph.offsets.reserve(count + 1);
+    std::vector<Index> seen_by(count, -1);
+    WorkMeter work(execution);
+    for (Index v = 0; v < count; ++v) {
+        const auto first = static_cast<std::ptrdiff_t>(graph.neighbours.size());
+        seen_by[v] = v;
+        const auto note = [&](Index u) {
+            if (seen_by[u] == v) return;
+            seen_by[u] = v;
+            graph.neighbours.push_back(u);
+        };
+        const auto note_row = [&](Index row) {
+            work.add(1 + valence(row));
+            note(row);
+            each_in_ring(row, note);
+        };
+        note_row(v);
+        for (Index k = use_start[v]; k < use_start[v + 1]; ++k)
+            note_row(uses[k]);
+        std::sort(graph.neighbours.begin() + first, graph.neighbours.end());
+        graph.offsets.push_back(static_cast<std::int64_t>(graph.neighbours.size()));
+    }
+    return graph;
+}
+
+}  // namespace
+
+std::vector<Index> find_elimination_order(const Encoding& encoding, int threads, const Execution& execution) {
+    Graph columns = graph_of_rows(encoding, execution);
+    const VertexGroups groups = group_same_columns(columns, execution);
+    const Graph graph = contracted(columns, groups, execution);
+    columns = Graph();
+    std::vector<Index> order;
+    order.reserve(encoding.vertex_count());
+    for (const Index group : nested_dissection(graph, threads, execution))
+        order.insert(order.end(), groups.members.begin() + groups.offsets[group],
+                     groups.members.begin() + groups.offsets[group + 1]);
+    return order;
+}
+
+std::vector<Index> slots_in_order(const std::vector<Index>& order, const Unknowns& unknowns) {
+    std::vector<Index> slots;
+    slots.reserve(unknowns.free.size());
+    for (const Index v : order) {
+        if (unknowns.slot[v] >= 0) slots.push_back(unknowns.slot[v]);
+    }
+    return slots;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,298 @@
+// Binding the same mesh to other anchors: the bits are those of a fresh bind, whatever was bound before.
+#include <algorithm>
+#include <random>
+#include <thread>
+
+#include "meanvalue/deform/deformer.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/mesh/region.h"
+#include "tests/fast_poses.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+constexpr Method kMethods[] = {Method::kFast, Method::kPaper, Method::kFull};
+
+Mesh mesh_for(Method method) {
+    return method == Method::kFast ? with_noise(capped_tube(40, 60, 8.0), 0.05, 1) : capped_tube(12, 25, 8.0);
+}
+
+/// The `count` vertices nearest to `centre`, itself among them.
+std::vector<Index> around(const Mesh& mesh, Index centre, Index count) {
+    std::vector<Index> vertices(mesh.vertex_count());
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        vertices[v] = v;
+    const auto distance = [&](Index v) { return (mesh.vertices.row(v) - mesh.vertices.row(centre)).norm(); };
+    std::sort(vertices.begin(), vertices.end(),
+              [&](Index a, Index b) { return std::pair(distance(a), a) < std::pair(distance(b), b); });
+    vertices.resize(count);
+    return vertices;
+}
+
+/// Patches of vertices about random centres, each a handle; none shares a vertex with another.
+struct Handles {
+    std::vector<Index> anchors;
+    std::vector<Index> handles;
+    std::vector<double> strengths;
+
+    Handles(const Mesh& mesh, std::mt19937& random, int count, Index largest, bool has_soft) {
+        std::vector<char> taken(mesh.vertex_count(), 0);
+        for (int handle = 0; handle < count; ++handle) {
+            const auto centre = static_cast<Index>(random() % mesh.vertex_count());
+            const bool is_soft = has_soft && random() % 2 == 0;
+            for (const Index v : around(mesh, centre, 1 + static_cast<Index>(random() % largest))) {
+                if (taken[v]) continue;
+                taken[v] = 1;
+                anchors.push_back(v);
+                handles.push_back(handle);
+                strengths.push_back(is_soft ? 0.5 : std::numeric_limits<double>::infinity());
+            }
+        }
+    }
+
+    Binding binding(Binding of) const {
+        of.anchors = anchors;
+        of.handles = handles;
+        if (of.method == Method::kFast) of.strengths = strengths;
+        return of;
+    }
+    /// Every handle moved, each another way.
+    Positions targets(const Mesh& mesh) const {
+        Positions rows = rows_of(mesh.vertices, anchors);
+        for (std::size_t k = 0; k < anchors.size(); ++k)
+            rows.row(k) +=
+                0.05 * mesh.diagonal() * Eigen::RowVector3d(std::sin(handles[k]), 0.3, std::cos(handles[k]));
+        return rows;
+    }
+};
+
+std::unique_ptr<Deformer> bound(const Binding& binding, const Deformer* earlier = nullptr) {
+    Execution execution;
+    return std::make_unique<Deformer>(binding, execution, earlier);
+}
+
+Binding fresh_binding(const Mesh& mesh, Method method, int threads = 1) {
+    return Binding{mesh.vertices, mesh.faces, {}, {}, method, threads};
+}
+
+TEST(BindAgain, HasTheBitsOfAFreshBind) {
+    for (const Method method : kMethods) {
+        const Mesh mesh = mesh_for(method);
+        std::mt19937 random(3);
+        Handles handles(mesh, random, 3, 30, method == Method::kFast);
+        auto deformer = bound(handles.binding(fresh_binding(mesh, method)));
+        // From each to the next: with other handles, more of them and fewer, hard and soft ones.
+        for (int round = 0; round < (method == Method::kFast ? 6 : 3); ++round) {
+            handles = Handles(mesh, random, 2 + round % 3, 30, method == Method::kFast && round % 2 == 1);
+            auto again = bound(handles.binding(deformer->bound().binding_again()), deformer.get());
+            const auto fresh = bound(handles.binding(fresh_binding(mesh, method, 2)));
+            EXPECT_EQ(again->report().level_sizes, fresh->report().level_sizes);
+            EXPECT_EQ(again->report().guarded, fresh->report().guarded);
+            const Solution expected = solve(*fresh, handles.targets(mesh));
+            const Solution found = solve(*again, handles.targets(mesh));
+            EXPECT_EQ(found.vertices, expected.vertices) << static_cast<int>(method) << " " << round;
+            EXPECT_EQ(found.energies, expected.energies);
+            deformer = std::move(again);  // the earlier one goes first
+        }
+    }
+}
+
+TEST(BindAgain, SharesTheEncodingAndLeavesTheEarlierOneAsItWas) {
+    for (const Method method : kMethods) {
+        const Mesh mesh = mesh_for(method);
+        std::mt19937 random(5);
+        const Handles first(mesh, random, 2, 1, false);
+        const auto deformer = bound(first.binding(fresh_binding(mesh, method)));
+        const Solution before = solve(*deformer, first.targets(mesh));
+        const Handles second(mesh, random, 3, 1, false);
+        const auto again = bound(second.binding(deformer->bound().binding_again()), deformer.get());
+        EXPECT_EQ(&again->bound().decoder().encoding(), &deformer->bound().decoder().encoding());
+        EXPECT_EQ(solve(*deformer, first.targets(mesh)).vertices, before.vertices);
+        EXPECT_EQ(deformer->report().anchor_count, static_cast<Index>(first.anchors.size()));
+    }
+}
+
+TEST(BindAgain, LargeHandlesAndNewPartsAreBoundAfresh) {
+    const Mesh part = capped_tube(12, 25, 8.0);
+    Mesh two = joined(part, part);
+    std::mt19937 random(7);
+    const Handles few(part, random, 2, 1, false);
+    const auto deformer = bound(few.binding(fresh_binding(two, Method::kFull)));
+    Handles large = few;
+    for (const Index v : around(part, 150, 60)) {
+        if (std::find(few.anchors.begin(), few.anchors.end(), v) != few.anchors.end()) continue;
+        large.anchors.push_back(v);
+        large.handles.push_back(2);
+        large.strengths.push_back(std::numeric_limits<double>::infinity());
+    }
+    Handles other_part = few;
+    other_part.anchors.push_back(part.vertex_count() + 3);
+    other_part.handles.push_back(2);
+    other_part.strengths.push_back(std::numeric_limits<double>::infinity());
+    for (const Handles& handles : {large, other_part}) {
+        const auto again = bound(handles.binding(deformer->bound().binding_again()), deformer.get());
+        EXPECT_NE(&again->bound().decoder().encoding(), &deformer->bound().decoder().encoding());
+        const auto fresh = bound(handles.binding(fresh_binding(two, Method::kFull)));
+        EXPECT_EQ(solve(*again, handles.targets(two)).vertices, solve(*fresh, handles.targets(two)).vertices);
+    }
+}
+
+TEST(BindAgain, RefusesWhatAFreshBindRefuses) {
+    const Mesh mesh = mesh_for(Method::kPaper);
+    const auto deformer = bound(Binding{mesh.vertices, mesh.faces, {0, 5}, {}, Method::kPaper, 1});
+    Binding binding = deformer->bound().binding_again();
+    binding.anchors = {0, mesh.vertex_count()};
+    EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound(binding, deformer.get()); }), "anchor 1"));
+    binding.anchors = {7, 7};
+    EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound(binding, deformer.get()); }), "both vertex 7"));
+}
+
+TEST(BindAgain, CanBeCancelledEverywhere) {
+    const Mesh mesh = mesh_for(Method::kFast);
+    std::mt19937 random(9);
+    const Handles first(mesh, random, 2, 20, false);
+    const Handles second(mesh, random, 3, 20, true);
+    const auto deformer = bound(first.binding(fresh_binding(mesh, Method::kFast)));
+    const Solution before = solve(*deformer, first.targets(mesh));
+    const std::vector<std::string> stages = cancelled_everywhere([&](Execution& execution) {
+        Deformer(second.binding(deformer->bound().binding_again()), execution, deformer.get());
+    });
+    EXPECT_EQ(stages.back(), "factor");
+    EXPECT_EQ(solve(*deformer, first.targets(mesh)).vertices, before.vertices);
+}
+
+TEST(BindAgain, SeveralAtOnceShareOneEarlierDeformer) {
+    const Mesh mesh = mesh_for(Method::kFast);
+    std::mt19937 random(11);
+    const auto deformer = bound(Handles(mesh, random, 2, 20, false).binding(fresh_binding(mesh, Method::kFast)));
+    std::vector<Handles> handles;
+    std::vector<Positions> expected;
+    for (int k = 0; k < 3; ++k) {
+        handles.emplace_back(mesh, random, 2 + k, 20, k == 1);
+        const auto fresh = bound(handles[k].binding(fresh_binding(mesh, Method::kFast)));
+        expected.push_back(solve(*fresh, handles[k].targets(mesh)).vertices);
+    }
+    std::vector<Positions> found(handles.size());
+    std::vector<std::thread> threads;
+    for (std::size_t k = 0; k < handles.size(); ++k) {
+        threads.emplace_back([&, k] {
+            const auto again = bound(handles[k].binding(deformer->bound().binding_again()), deformer.get());
+            found[k] = solve(*again, handles[k].targets(mesh)).vertices;
+        });
+    }
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(found, expected);
+}
+
+TEST(RemovalLog, LeadsToTheOrderThatIsFoundWithoutIt) {
+    for (const Mesh& mesh : {with_noise(capped_tube(24, 40, 8.0), 0.1, 2), with_noise(torus(40, 20), 0.1, 3),
+                             grid(30, 30, 0.01), needles(), with_noise(sphere(4), 0.1, 4)}) {
+        std::mt19937 random(13);
+        const OneRings rings =
+            collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
+        for (const bool is_exact : {false, true}) {
+            std::shared_ptr<const RemovalLog> log;
+            for (int round = 0; round < 12; ++round) {
+                const Handles handles(mesh, random, 1 + round % 5, round % 2 == 0 ? 1 : 40, true);
+                CoarseningOptions options;
+                options.exact_order = is_exact;
+                options.thin_out_fixed = true;
+                options.down_to_base = round % 3 == 0;
+                options.level_sizes = {mesh.vertex_count() / 5, mesh.vertex_count() / (20 + round)};
+                options.handles.assign(mesh.vertex_count(), -1);
+                options.is_soft.assign(mesh.vertex_count(), 0);
+                std::vector<char> is_fixed(mesh.vertex_count(), 0);
+                for (std::size_t k = 0; k < handles.anchors.size(); ++k) {
+                    const bool is_soft = std::isfinite(handles.strengths[k]);
+                    (is_soft ? options.is_soft : is_fixed)[handles.anchors[k]] = 1;
+                    options.handles[handles.anchors[k]] = handles.handles[k];
+                }
+                Execution execution;
+                const RemovalOrder expected =
+                    find_removal_order(rings, mesh.vertices, is_fixed, options, 1, execution);
+                const RemovalLog* const earlier = log.get();
+                std::shared_ptr<const RemovalLog> next;
+                const RemovalOrder found =
+                    find_removal_order(rings, mesh.vertices, is_fixed, options, 1, execution, earlier, &next);
+                ASSERT_EQ(found.order, expected.order) << mesh.name << " " << round;
+                EXPECT_EQ(found.base_unknowns, expected.base_unknowns);
+                ASSERT_EQ(found.levels.size(), expected.levels.size());
+                for (std::size_t level = 0; level < found.levels.size(); ++level) {
+                    EXPECT_EQ(found.levels[level].rings.vertices, expected.levels[level].rings.vertices);
+                    EXPECT_EQ(found.levels[level].splits.ring, expected.levels[level].splits.ring);
+                }
+                ASSERT_EQ(found.soft_merges.size(), expected.soft_merges.size());
+                for (std::size_t k = 0; k < found.soft_merges.size(); ++k) {
+                    EXPECT_EQ(found.soft_merges[k].removed, expected.soft_merges[k].removed);
+                    EXPECT_EQ(found.soft_merges[k].into, expected.soft_merges[k].into);
+                }
+                log = next;
+            }
+        }
+    }
+}
+
+TEST(Region, SmallPatchesOfAnchorsDoNotCutIt) {
+    const Mesh mesh = grid(40, 40, 0.0);
+    std::vector<char> is_fixed(mesh.vertex_count(), 0);
+    const std::vector<char> may_move(mesh.vertex_count(), 1);
+    for (const Index v : around(mesh, 410, 25))  // as many as a 64th
+        is_fixed[v] = 1;
+    EXPECT_EQ(without_small_patches(is_fixed, may_move, mesh.faces, Execution()),
+              std::vector<char>(mesh.vertex_count(), 0));
+    std::vector<char> with_large = is_fixed;
+    std::vector<char> large_alone(mesh.vertex_count(), 0);
+    for (const Index v : around(mesh, 1230, 30))
+        with_large[v] = large_alone[v] = 1;
+    EXPECT_EQ(without_small_patches(with_large, may_move, mesh.faces, Execution()), large_alone);
+    // What is fixed because it may not move is no anchor.
+    EXPECT_EQ(without_small_patches(is_fixed, std::vector<char>(mesh.vertex_count(), 0), mesh.faces, Execution()),
+              is_fixed);
+}
+
+TEST(Settle, CancelledInItsSecondHalfLeavesTheDragAsItWas) {
+    const Mesh mesh = capped_tube(40, 60, 8.0);
+    std::vector<Index> anchors;
+    std::vector<Positions> frames;
+    for (int frame = 0; frame < 5; ++frame) {
+        const Pose pose = two_ends("bend", mesh, Vector3::UnitX(), 0.05 * (frame + 1), {0, 0.05 * frame, 0});
+        anchors = pose.anchors;
+        frames.push_back(pose.targets);
+    }
+    const Binding binding{mesh.vertices, mesh.faces, anchors, {}, Method::kFast, 1};
+    const auto deformer = bound(binding);
+    Execution execution;
+    Deformer::Drag drag(*deformer, execution);
+    Deformer::Drag undisturbed(*deformer, execution);
+    Positions shape = mesh.vertices;
+    for (std::size_t frame = 0; frame + 1 < frames.size(); ++frame) {
+        static_cast<void>(undisturbed.solve(frames[frame], PositionsView(shape), {}, execution));
+        shape = drag.solve(frames[frame], PositionsView(shape), {}, execution).vertices;
+    }
+    const Solution expected = undisturbed.solve(frames.back(), PositionsView(shape), {}, execution);
+    SolveOptions settling;
+    settling.settle = true;
+    // The last look of such a solve, found on another deformer; most are of the second half, which is from rest.
+    const auto other = bound(binding);
+    std::int64_t last = 1;
+    for (std::int64_t step = 1 << 20; step > 0; step /= 2) {
+        Execution cancelled;
+        cancelled.cancel_at_look(last + step);
+        try {
+            static_cast<void>(other->solve(frames[3], PositionsView(shape), settling, cancelled));
+        } catch (const Cancelled&) {
+            last += step;
+        }
+    }
+    Execution cancelled;
+    cancelled.cancel_at_look(last * 9 / 10);
+    EXPECT_THROW(static_cast<void>(drag.solve(frames[3], PositionsView(shape), settling, cancelled)), Cancelled);
+    const Solution found = drag.solve(frames.back(), PositionsView(shape), {}, execution);
+    EXPECT_EQ(found.initial_energy, expected.initial_energy);  // it begins where the frames before lead
+    EXPECT_LT(largest_distance(found.vertices, expected.vertices), 1e-3 * mesh.diagonal());
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
