@@ -175,8 +175,9 @@ def _retarget_notes(given, markers):
     if given.mode != 'RETARGET' or any(label in given.picked for label in markers.labels):
         return []
     return [
-        "Retarget takes the character's lengths from picked points; none are picked, so lengths are as captured. Pick "
-        "the points of hips, knees, ankles, shoulders, elbows and wrists, and match again"
+        "Retarget takes the character's lengths from picked points; none are picked, so lengths are as captured, but "
+        "for legs that are an unusual share of the body. Pick the points of hips, knees, ankles, shoulders, elbows and "
+        "wrists, and match again"
     ]
 
 

@@ -9,15 +9,16 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import facing, marker_sets, readers
+from addon.core.capture import facing, marker_sets, proportions, readers
 from addon.core.capture.matching import align_to_mesh, match_to_surface, pose_limbs
 from addon.core.capture.skin import skin_targets
-from addon.core.capture.surface import Surface, along_from
+from addon.core.capture.surface import Surface, along_from, outward
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()
 
-OTHERS = {name: place for name, place in walking_figure.SIDE_MARKERS.items() if place[0] not in ("upper_arm", "forearm")}
+ON_ARMS = ("upper_arm", "forearm")
+OTHERS = {name: place for name, place in walking_figure.SIDE_MARKERS.items() if place[0] not in ON_ARMS}
 ELBOW = {"elbow": ("upper_arm", (0.27, 0.03, 0.034))}
 #: landmark: (bone, place), what sets have on the figure's arms; palms are down.
 ARMS = {
@@ -163,3 +164,34 @@ def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
         normal = shares[0] @ surface.normals()[surface.triangles[triangle[0]]]
         # Of all these bodies palms are down, or down and inward where arms are lowered.
         assert normal @ [0.3 * sign, 0.0, 1.0] > 0.6, (side, normal)
+
+
+# -- legs that are an unusual share of the body ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("legs", [0.7, 1.0, 1.3])
+def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(legs):
+    names = marker_sets.recognise(walking_figure.LABELS).landmarks
+    vertices, triangles, _ = body_mesh.body(legs)
+    captured, right = walking_figure.t_pose().clean[0], walking_figure.t_pose(legs).clean[0]
+    found = align_to_mesh(captured, walking_figure.LABELS, vertices, triangles).matrix
+    aligned = captured @ found[:3, :3].T + found[:3, 3]
+    of_trunk = ("neck", "back", "sternum", "shoulder", "pelvis")
+    trunk = [k for k, name in enumerate(names) if name.split(".")[0] in of_trunk]
+    posed = pose_limbs(aligned, names, vertices, triangles)
+    off = [np.sqrt(((points - right)[trunk] ** 2).sum(axis=1).mean()) for points in (aligned, posed)]
+    assert off[1] < 0.035, "metres"
+    assert legs == 1.0 or off[1] < 0.5 * off[0]
+
+
+def test_the_crotch_is_found_where_legs_part_and_nowhere_else():
+    for legs in (0.7, 1.0, 1.3):
+        vertices, triangles, bones = body_mesh.body(legs)
+        skin, normals = Surface(vertices, triangles).samples(12000)
+        height = np.ptp(vertices[:, 2])
+        pelvis = vertices[bones == "pelvis"]
+        lowest = pelvis[np.abs(pelvis[:, 0]) < 0.05][:, 2].min() / height
+        assert proportions.crotch_of(skin, outward(skin, normals)) == pytest.approx(lowest, abs=0.01)
+    skirt, faces = body_mesh.capsule(np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 1.5]), (0.3, 0.2), 24, 20)
+    skin, normals = Surface(skirt, faces).samples(12000)
+    assert proportions.crotch_of(skin, outward(skin, normals)) is None

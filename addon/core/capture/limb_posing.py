@@ -8,6 +8,7 @@ from .hip_centres import with_hips
 from .landmarks import has_joints, side_of
 from .limb import Limb
 from .medial import medial_points
+from .proportions import with_heights_of
 from .surface import Surface, along_from, outward
 
 ARM = (("upper_arm", "elbow"), ("forearm", "wrist", "hand"), "elbow")
@@ -32,6 +33,7 @@ def pose_limbs(markers, landmarks, vertices, triangles):
     forearms are rolled as the hands of the mesh are. Only skin beyond the shoulder is an arm's, so arms of a mesh that
     lie at its sides are not followed. Lengths stay the actor's. A limb that would not lie much nearer to its skin is
     left alone. Feet are turned about the upright axis alone, unless they are tilted: soles stay on the ground.
+    Before that, markers go to the heights of a body with such legs (proportions.py), where these are unusual.
     Joints of a skeleton look for the middle of the limb in place of its skin.
     What comes out takes the place of the reference everywhere: in `match_to_surface()`, `skin_targets()`, `retarget()`.
 
@@ -45,6 +47,7 @@ def pose_limbs(markers, landmarks, vertices, triangles):
     body = _Body(Surface(vertices, triangles), has_joints(landmarks))
     known = np.flatnonzero(~np.isnan(markers[:, 0]))
     looks = facing.forward(markers[known], [landmarks[k] for k in known])
+    markers = with_heights_of(markers, landmarks, body.skin, body.normals)
     hips = _hips(markers, landmarks)
     result = markers.copy()
     for number, side in enumerate("LR"):
@@ -60,13 +63,13 @@ def pose_limbs(markers, landmarks, vertices, triangles):
 
 
 class _Body:
-    """Samples of the mesh: points (s, 3) of its skin, or of its middle for skeletons, normals (s, 3) outward, above
-    (s,) height over the ground as a share of the whole."""
+    """Samples of the mesh: skin (s, 3) with normals (s, 3) outward; points (s, 3), the skin or for skeletons its middle;
+    above (s,) height over the ground as a share of the whole."""
 
     def __init__(self, surface, is_for_joints):
-        skin, normals = surface.samples(SAMPLES)
-        self.normals = outward(skin, normals)
-        self.points = medial_points(skin, self.normals) if is_for_joints else skin
+        self.skin, normals = surface.samples(SAMPLES)
+        self.normals = outward(self.skin, normals)
+        self.points = medial_points(self.skin, self.normals) if is_for_joints else self.skin
         self.is_for_joints, self.height = is_for_joints, float(np.ptp(self.points[:, 2]))
         self.above = (self.points[:, 2] - self.points[:, 2].min()) / max(self.height, 1e-300)
 
