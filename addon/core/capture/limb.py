@@ -98,7 +98,7 @@ class Limb:
         return points
 
     def _costs(self, tried, numbers):
-        """(t,): mean square distances of tries (t, k, 3) of markers, which are `numbers`, or None: wherever they look."""
+        """(t,): mean square distances of tries (t, k, 3) of the markers `numbers`; None: wherever they look."""
         repeated = None if numbers is None else np.tile(numbers, len(tried))
         return self._nearest(tried.reshape(-1, 3), repeated)[1].reshape(len(tried), -1).mean(axis=1)
 

@@ -28,12 +28,12 @@ def pose_limbs(markers, landmarks, vertices, triangles):
     """(m, 3): the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
 
     Arms are stretched out. Each limb is tried in all directions about that of the end of its skin, the farthest from
-    the shoulder or the lowest on its side, and rolled about that; the best one is refined by ICP, first for the whole limb about
-    shoulder or hip, then for what is beyond elbow or knee. Markers look for skin that looks their way (facing.py): so
-    forearms are rolled as the hands of the mesh are. Only skin beyond the shoulder is an arm's, so arms of a mesh that
-    lie at its sides are not followed. Lengths stay the actor's. A limb that would not lie much nearer to its skin is
-    left alone. Feet are turned about the upright axis alone, unless they are tilted: soles stay on the ground.
-    Before that, markers go to the heights of a body with such legs (proportions.py), where these are unusual.
+    the shoulder or the lowest on its side, and rolled about that; the best one is refined by ICP, first for the whole
+    limb about shoulder or hip, then for what is beyond elbow or knee. Markers look for skin that looks their way
+    (facing.py): so forearms are rolled as the hands of the mesh are. Only skin beyond the shoulder is an arm's, so arms
+    of a mesh that lie at its sides are not followed. Lengths stay the actor's. A limb that would not lie much nearer to
+    its skin is left alone. Feet are turned about the upright axis alone, unless they are tilted: soles stay on the
+    ground. Before that, markers go to the heights of a body with such legs (proportions.py), where these are unusual.
     Joints of a skeleton look for the middle of the limb in place of its skin.
     What comes out takes the place of the reference everywhere: in `match_to_surface()`, `skin_targets()`, `retarget()`.
 
@@ -63,8 +63,8 @@ def pose_limbs(markers, landmarks, vertices, triangles):
 
 
 class _Body:
-    """Samples of the mesh: skin (s, 3) with normals (s, 3) outward; points (s, 3), the skin or for skeletons its middle;
-    above (s,) height over the ground as a share of the whole."""
+    """Samples of the mesh: skin (s, 3) with normals (s, 3) outward; points (s, 3), which are the skin or, for skeletons,
+    its middle; above (s,) height over the ground as a share of the whole."""
 
     def __init__(self, surface, is_for_joints):
         self.skin, normals = surface.samples(SAMPLES)
