@@ -212,7 +212,7 @@ def _swaps(breaks, window, names):
         sample, distance = min(one.first, other.first), float(np.linalg.norm(one.place - one.expected))
         words = (
             f"{names[one.marker]} and {names[other.marker]} change places at sample {sample} "
-            f"({1000.0 * distance:.0f} mm apart): swap their names from there on, or leave both out."
+            f"({1000.0 * distance:.0f} mm apart): Swap Markers mends it from there on."
         )
         findings.append(Finding("swap", one.marker, sample, words, other.marker, distance))
     return findings, [one for number, one in enumerate(breaks) if number not in used]

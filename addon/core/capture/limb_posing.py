@@ -63,8 +63,8 @@ def pose_limbs(markers, landmarks, vertices, triangles):
 
 
 class _Body:
-    """Samples of the mesh: skin (s, 3) with normals (s, 3) outward; points (s, 3), which are the skin or, for skeletons,
-    its middle; above (s,) height over the ground as a share of the whole."""
+    """Samples of the mesh: skin (s, 3) with normals (s, 3) outward; points (s, 3), which are the skin or of
+    skeletons its middle; above (s,) height over the ground as a share of the whole."""
 
     def __init__(self, surface, is_for_joints):
         self.skin, normals = surface.samples(SAMPLES)
