@@ -18,9 +18,10 @@ OF_BODY = {
     "knee": (1, 0), "knee.inner": (-1, 0), "ankle": (1, 0), "ankle.inner": (-1, 0), "heel": (0, -1),
 }  # fmt: skip
 #: (the way of the back of the hand, the way of the thumb), for arms at rest. A single marker of the wrist is put where
-#: it is seen and stays: on its back. Elbows bend about an axis that is half a right angle off that of the hand.
+#: it is seen and stays: on its back. Their lengths tell how sure that is: elbows bend about an axis that is about half
+#: a right angle off that of the hand.
 OF_ARM = {
-    "upper_arm": (1, 0), "elbow": (1, -1), "elbow.inner": (-1, 1), "forearm": (1, 0), "wrist": (1, 0),
+    "upper_arm": (0.3, 0), "elbow": (0.2, -0.2), "elbow.inner": (-0.2, 0.2), "forearm": (1, 0), "wrist": (1, 0),
     "wrist.thumb": (0, 1), "wrist.little": (0, -1), "hand": (1, 0), "hand.thumb": (0, 1),
 }  # fmt: skip
 #: What is hand: so near to the tips, over the body's height. It is flat, to be told from a fist, where it is so much
@@ -68,9 +69,9 @@ def of_body(names, looks):
 
 
 def of_arm(names, hand):
-    """(m, 3) unit: where the skin under each marker of an arm that is stretched out looks; 0 where not known."""
+    """(m, 3), at most unit: where the skin under each marker of a stretched arm looks; 0 where that is not known."""
     ways = [OF_ARM.get(_without_side(name), (0.0, 0.0)) for name in names]
-    return np.array([_unit(back * hand.back + thumb * hand.thumb) for back, thumb in ways]).reshape(-1, 3)
+    return np.array([back * hand.back + thumb * hand.thumb for back, thumb in ways]).reshape(-1, 3)
 
 
 def hand_of(skin, from_tip, side, height, looks):

@@ -18,8 +18,8 @@ class Limb:
     """A limb of a reference (m, 3).
 
     joint (3,) that it turns about; upper, fore: numbers of the markers before and beyond the joint in its middle, which
-    is where the markers `middle` are; samples, normals (s, 3) of its skin; faces (m, 3) unit, where the skin under each
-    marker looks, 0 where that is not known; height of the body.
+    is where the markers `middle` are; samples, normals (s, 3) of its skin; faces (m, 3) where the skin under each marker
+    looks, of length 1 or less where that is not sure, 0 where it is not known; height of the body.
     """
 
     def __init__(self, markers, joint, upper, fore, middle, samples, normals, faces, height):
@@ -111,7 +111,7 @@ class Limb:
             found = squares - 2.0 * points[part] @ self._samples.T
             if numbers is not None:
                 faces = self._faces[numbers[part]]
-                found += self._reach**2 * ((faces**2).sum(axis=1, keepdims=True) - faces @ self._normals.T)
+                found += self._reach**2 * (np.linalg.norm(faces, axis=1)[:, None] - faces @ self._normals.T)
             nearest[part] = found.argmin(axis=1)
             costs[part] = found.min(axis=1) + (points[part] ** 2).sum(axis=1)
         return self._samples[nearest], np.maximum(costs, 0.0)
