@@ -40,6 +40,7 @@ class MEANVALUE_PG_marker_problem(bpy.types.PropertyGroup):  # noqa: N801  Blend
 
     text: StringProperty()
     marker: PointerProperty(type=bpy.types.Object)
+    other: PointerProperty(type=bpy.types.Object, description="The marker that it was swapped with")
     frame: FloatProperty()
 
 

@@ -31,6 +31,7 @@ from .operators import (
     select_marker,
     show_baked_frame,
     solve,
+    swap_markers,
     toggle_live,
     unbake,
     unbind,
@@ -48,7 +49,7 @@ from .ui import (
     panel,
     presets,
 )
-from .workers import job
+from .workers import job, mended_takes
 
 CLASSES = (
     preferences.MEANVALUE_AP_preferences,
@@ -76,6 +77,7 @@ CLASSES = (
     import_motion.MEANVALUE_OT_import_motion,
     find_marker_problems.MEANVALUE_OT_find_marker_problems,
     find_marker_problems.MEANVALUE_OT_show_marker_problem,
+    swap_markers.MEANVALUE_OT_swap_markers,
     reference_frame.MEANVALUE_OT_set_reference_frame,
     match_markers.MEANVALUE_OT_match_markers,
     select_marker.MEANVALUE_OT_select_marker,
@@ -117,4 +119,5 @@ def unregister():
     job.cancel_all()
     object_status.clear()
     overlay_data.clear()
+    mended_takes.forget()
     session.clear()

@@ -171,7 +171,9 @@ def _paths(obj, options):
     full = pathlib.Path(bpy.path.abspath(shown))
     if not full.is_absolute():
         raise SceneError(f"'{shown}' is no full path. Begin it with // for the folder of the .blend")
-    if full.is_dir() or shown.endswith(("/", "\\")):
+    with whole_files.telling(full):  # of a name that is too long
+        is_folder = full.is_dir()
+    if is_folder or shown.endswith(("/", "\\")):
         raise SceneError(f"'{shown}' is a folder. Give the point cache the name of a file")
     if full.suffix.lower() != ".pc2":
         shown += ".pc2"
@@ -181,6 +183,7 @@ def _paths(obj, options):
 
 def _require_place(obj, options, path):
     """@throws SceneError if something is in the way that must not be replaced."""
+    whole_files.require_place(path)
     if options.overwrite == "NEVER" and obj.meanvalue.baked.target:
         raise SceneError(f"'{obj.name}' is baked already. Choose another setting of Overwrite, or press Remove Bake")
     if options.target != TO_CACHE or options.overwrite == "ANY" or not path.exists():
@@ -190,7 +193,12 @@ def _require_place(obj, options, path):
     marker = read_json(baking.report_path(path)) or {}
     if (marker.get("object"), marker.get("blend")) != (obj.name, _blend_name()):
         whose = "something else than a bake"
-        if "object" in marker:
+        if marker.get("object") == obj.name:
+            whose = (
+                f"the bake of '{obj.name}' in '{marker.get('blend') or 'an unsaved file'}', as which this file may "
+                "have been saved before"
+            )
+        elif "object" in marker:
             whose = f"the bake of '{marker['object']}' in '{marker.get('blend') or 'an unsaved file'}'"
         size = whole_files.in_bytes(path.stat().st_size)
         raise SceneError(

@@ -98,8 +98,8 @@ def _require_groups(obj):
     region_name = obj.meanvalue.roi_group
     if not obj.meanvalue.anchor_groups:
         raise SceneError(
-            "No anchors are listed. Select vertices in Edit Mode and press Add Handle, or add a vertex group to the "
-            "list: its vertices will hold and pose the mesh"
+            "No anchors are listed. Select vertices in Edit Mode and press Add Handle, add a vertex group to the list, "
+            "or choose a take in Motion Capture and press Match Markers: these vertices will hold and pose the mesh"
         )
     if not names:
         raise SceneError("All handles are turned off. Tick at least one in the list")

@@ -141,6 +141,30 @@ def read(collection):
     )
 
 
+def swap(collection, one, other, frame=None):
+    """Gives two Empties of a take each other's keys, from a frame of the scene on, or all. @throws SceneError."""
+    recording = read(collection)
+    if one.parent != other.parent:
+        raise SceneError(
+            f"'{one.name}' and '{other.name}' have different parents, so their keys mean different places. Clear the "
+            "parents (Alt+P), or give both the same"
+        )
+    spacing = collection.meanvalue.frames_per_sample
+    begin = -np.inf if frame is None else frame - 0.5 * spacing
+    paths = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in (one, other)]
+    for empty, own, new in ((one, *paths), (other, *paths[::-1])):
+        present = np.zeros(len(recording.frames), bool)
+        for index in range(3):
+            parts = [own[index], new[index]]
+            kept = [parts[0][0] < begin, parts[1][0] >= begin]
+            frames, values = (
+                np.concatenate([part[row][keep] for part, keep in zip(parts, kept, strict=True)]) for row in (0, 1)
+            )
+            actions.write_curve(empty, "location", index, frames, values)
+            present[np.rint((frames - recording.frames[0]) / spacing).astype(int)] = True
+        write_presence(empty, present, recording.frames)
+
+
 def _describe(settings, take, frames):
     settings.is_take = True
     settings.is_skeleton = bool(take.parents)

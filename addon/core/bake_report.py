@@ -49,11 +49,17 @@ class BakeReport:
         worst = self.worst()
         text = wording.counted(len(self.times), "sample")
         if worst:
-            text += f", the highest energy is {worst[0][1]:.3g} at frame {worst[0][0]}"
+            text += f", the highest energy is {worst[0][1]:.3g} at frame {worst[0][0]}{self._compared(worst[0][1])}"
         if len(self.distances) and self.distances.max() > 0.0:
             row = int(self.distances.argmax())
             text += f", an anchor is {self.distances[row]:.3g} from its target at frame {named(self.times[row])}"
         return text
+
+    def _compared(self, energy):
+        """What an energy, which has no scale that anybody knows, means."""
+        usual = float(np.nanmedian(self.energies))
+        times = f"{energy / usual:.1f} times the median; " if usual > 0.0 else ""
+        return f" ({times}it is 0 for the rest shape: look where it is many times the median)"
 
     def notes(self):
         """Sentences on frames to look at."""

@@ -45,6 +45,25 @@ def replacing(path, byte_count=0):
         _sync_folder(path.parent)
 
 
+def require_place(path):
+    """Where `path` is to be written there is a folder to write to, or to make it in; looks only.
+
+    @throws CacheError.
+    """
+    path = pathlib.Path(path)
+    with telling(path):
+        folder = path.parent
+        while not folder.exists():
+            if folder == folder.parent:
+                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+            folder = folder.parent
+        if not folder.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        path.exists()  # the system says so where a name is too long
+
+
 @contextlib.contextmanager
 def telling(path, byte_count=0):
     """Inside, an OSError becomes a CacheError that says what to do."""

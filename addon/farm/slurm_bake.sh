@@ -1,7 +1,6 @@
 #!/bin/bash
-# One task of the plan. Submit:  sbatch --array=0-$((TASKS - 1)) slurm_bake.sh OUT [OFFSET]
-# After a failure the same again, or only what is left:
-#   sbatch --array="$(blender -b --python meanvalue_farm.py -- status --out OUT --missing | grep '^[0-9]')" slurm_bake.sh OUT
+# One task of the plan. slurm_submit.sh submits all that is left; by hand:
+#   sbatch --array=0-$((TASKS - 1)) slurm_bake.sh OUT [OFFSET]
 # BLENDER and MEANVALUE_FARM (the path of meanvalue_farm.py) can be set in the environment. Arrays of more tasks than
 # MaxArraySize (`scontrol show config`) are submitted in parts, each with the OFFSET of its first.
 #SBATCH --job-name=meanvalue-bake

@@ -9,6 +9,7 @@ from .. import compat
 from ..bridge import scene_input
 from ..core import wording
 from ..errors import CancelledError, MeanValueError, SceneError
+from ..workers import interrupts
 from ..workers.job import Job, run
 from .base import MeshOperator
 
@@ -17,6 +18,9 @@ TICK_SECONDS = 0.05
 
 #: How long the scene is read in one go, of every tick.
 SLICE_SECONDS = 0.03
+
+#: How often Ctrl-C is looked for.
+INTERRUPT_SECONDS = 0.2
 
 #: Work that is done sooner is waited for: no progress bar flickers up, and the result is there at once.
 PATIENCE_SECONDS = 0.15
@@ -88,10 +92,25 @@ class BackgroundOperator(MeshOperator):
         for _ in self.before(prepared):
             pass
         prepared.read_triangles(obj)
-        outcome = run(prepared.work(None))
+        outcome = self._work_at_once(prepared)
         for _ in self.after(prepared):
             pass
         return self.finish(obj, prepared, outcome)
+
+    def _work_at_once(self, prepared):
+        """Returns the outcome. Without a window Ctrl-C is what Esc is with one."""
+        if not bpy.app.background:
+            return run(prepared.work(None))
+        self._job = Job(prepared.work)
+        try:
+            with interrupts.calling(self._job.cancel):
+                while not self._job.wait(INTERRUPT_SECONDS):
+                    pass
+            if self._job.is_cancelled:
+                raise CancelledError(self.stopped())
+            return self._job.result()
+        finally:
+            self._job = None
 
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:

@@ -58,10 +58,11 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
         settings.problems.clear()
         settings.active_problem = 0
         settings.is_searched = True
-        for sample, marker, text in sorted(found)[:MOST]:
+        for sample, marker, text, other in sorted(found, key=lambda each: each[:3])[:MOST]:
             problem = settings.problems.add()
             problem.text = text
             problem.marker = recording.empties[marker]
+            problem.other = None if other is None else recording.empties[other]
             problem.frame = recording.frames[sample]
         if not found:
             return f"'{take.name}': no jumps, no swapped markers, no gaps over {self.longest_gap:g} s", []
@@ -80,7 +81,7 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
             for begin, end in sample_times.runs(np.isnan(recording.positions[:, marker, 0])):
                 seconds = (end - begin) / recording.rate_hz
                 if seconds > self.longest_gap:
-                    yield int(begin), marker, f"{label} is missing for {seconds:.2f} s"
+                    yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
 
 
 class MEANVALUE_OT_show_marker_problem(TakeOperator, bpy.types.Operator):
@@ -107,7 +108,7 @@ class MEANVALUE_OT_show_marker_problem(TakeOperator, bpy.types.Operator):
 
 def _jumps(recording, are_joints):
     for finding in jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, are_joints):
-        yield finding.sample, finding.marker, finding.words
+        yield finding.sample, finding.marker, finding.words, finding.other
 
 
 def _threshold(context, take):

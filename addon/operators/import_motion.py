@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads motion capture files: one Empty for each marker, animated as it was recorded."""
 
+import math
 import pathlib
 
 import bpy
@@ -66,6 +67,12 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         name="Extend Range", description="Move the end of the scene so that the whole take is played", default=True
     )
 
+    trim: bpy.props.BoolProperty(
+        name="Trim Empty Ends",
+        description="Leave frames at the ends of the take that show no marker at all out of the range of the scene",
+        default=True,
+    )
+
     def invoke(self, context, event):
         if self.files and self.directory:  # dropped on the window
             return context.window_manager.invoke_props_dialog(self)
@@ -78,19 +85,19 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         except MeanValueError as error:
             return self.refuse(error)
         if self.extend_range:
-            last = max(each[-1] for each in frames)
-            context.scene.frame_end = max(context.scene.frame_end, int(-(-last // 1)))
+            self._extend(context.scene, read, frames)
         _go_on_with(context, collections)
         lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
         for line in lines[:-1]:
             self.report({'INFO'}, wording.sentence(line))
-        return self.tell(lines[-1], _notes(context.scene, read, self.time))
+        empty = [note for pair in zip(read, frames, strict=True) for note in self._empty_ends(*pair)]
+        return self.tell(lines[-1], [*empty, *_notes(context.scene, read, self.time)])
 
     def draw(self, _context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in ("up_axis", "unit", "scale", "time", "start_frame", "extend_range"):
+        for name in ("up_axis", "unit", "scale", "time", "start_frame", "extend_range", "trim"):
             layout.prop(self, name)
 
     def _paths(self):
@@ -135,10 +142,38 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             raise
         return made, frames
 
+    def _extend(self, scene, read, frames):
+        """Lets the scene play all takes: its end moves out, its start past what is empty at the start of all."""
+        spans = [_seen_span(take) if self.trim else (0, take.frames - 1) for take in read]
+        begin = min(each[span[0]] for each, span in zip(frames, spans, strict=True))
+        end = max(each[span[1]] for each, span in zip(frames, spans, strict=True))
+        scene.frame_end = max(scene.frame_end, math.ceil(end))
+        if scene.frame_start == self.start_frame < begin:
+            scene.frame_start = math.ceil(begin)
+
+    def _empty_ends(self, take, frames):
+        """Says where a take shows nothing at its ends."""
+        first, last = _seen_span(take)
+        ends = [(first, "first"), (take.frames - 1 - last, "last")]
+        told = [f"the {which} {wording.counted(count, 'sample')}" for count, which in ends if count]
+        if not told:
+            return
+        text = f"No marker is seen in {wording.listed(told)} of '{take.name}': markers are at frames "
+        text += f"{frames[first]:g} to {frames[last]:g}"
+        if self.extend_range and self.trim:
+            text += ", and only these were made sure to be in the scene's range. Untick Trim Empty Ends to play all"
+        yield text
+
     def _frames(self, scene, take, first_rate):
         # In place of the scene's own figure, which is rounded to single precision.
         rate = first_rate if self.time == 'CAPTURE' else scene.render.fps / scene.render.fps_base
         return sample_times.sample_frames(take.frames, take.rate_hz, rate, self.start_frame)
+
+
+def _seen_span(take):
+    """(first, last): numbers of the samples that show any marker."""
+    seen = take.measured.any(axis=1).nonzero()[0]
+    return int(seen[0]), int(seen[-1])
 
 
 def _set_rate(scene, rate_hz):

@@ -84,8 +84,10 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         name = pair.name
         if marker_pairs.line_index(obj, pair) is not None:
             pair.is_used = True
-            matched = marker_matching.find(match_input.read_again(obj, name, self.vertex))
-            if obj.meanvalue.capture.mode == 'RETARGET':  # lengths of the character, which move all markers
+            moves_all = obj.meanvalue.capture.mode == 'RETARGET'  # by the lengths of the character
+            given = match_input.read_again(obj, name, self.vertex)
+            matched = marker_matching.find(given, only=None if moves_all else name)
+            if moves_all:
                 marker_handles.carry_all(obj, matched)
             elif name in matched.names:
                 marker_handles.carry(obj, matched, matched.names.index(name))

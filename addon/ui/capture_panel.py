@@ -13,6 +13,7 @@ from ..operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
 from ..operators.reference_frame import MEANVALUE_OT_set_reference_frame
 from ..operators.remove_marker import MEANVALUE_OT_remove_marker
 from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
+from ..operators.swap_markers import MEANVALUE_OT_swap_markers
 from .marker_list import MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems
 from .text_box import draw_wrapped
 
@@ -82,7 +83,10 @@ def _draw_problems(layout, context):
         MEANVALUE_UL_marker_problems.__name__, "", settings, "problems", settings, "active_problem", rows=3
     )
     if settings.active_problem < len(settings.problems):
-        draw_wrapped(layout, context, wording.sentence(settings.problems[settings.active_problem].text))
+        problem = settings.problems[settings.active_problem]
+        draw_wrapped(layout, context, wording.sentence(problem.text))
+        if problem.other is not None:
+            layout.operator(MEANVALUE_OT_swap_markers.bl_idname, icon='ARROW_LEFTRIGHT')
 
 
 def _draw_reference(layout, capture):

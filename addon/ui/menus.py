@@ -26,6 +26,7 @@ from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 from ..operators.solve import MEANVALUE_OT_solve
+from ..operators.swap_markers import MEANVALUE_OT_swap_markers
 from ..operators.toggle_live import MEANVALUE_OT_toggle_live
 from ..operators.unbake import MEANVALUE_OT_unbake
 from ..operators.unbind import MEANVALUE_OT_unbind
@@ -55,6 +56,7 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_import_motion,
     MEANVALUE_OT_find_marker_problems,
+    MEANVALUE_OT_swap_markers,
     MEANVALUE_OT_set_reference_frame,
     MEANVALUE_OT_match_markers,
     MEANVALUE_OT_pick_marker_point,

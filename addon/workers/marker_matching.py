@@ -15,6 +15,7 @@ from ..core.capture.limb_posing import pose_limbs
 from ..core.capture.surface import Surface
 from ..core.steps import result_of
 from ..errors import SceneError
+from . import match_notes, mended_takes
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
@@ -70,23 +71,22 @@ class Markers:
     reference: np.ndarray
 
 
-def find(given):
+def find(given, only=None):
     """The Matched of a bridge.match_input.MatchInput. @throws MeanValueError."""
-    return result_of(steps(given))
+    return result_of(steps(given, only))
 
 
-def steps(given):
-    """Generator of (stage, share that is done) that returns the Matched. @throws MeanValueError."""
+def steps(given, only=None):
+    """Generator of (stage, share that is done) that returns the Matched. @throws MeanValueError.
+
+    only  the one marker whose targets are wanted, or None: all; those of others are NaN then.
+    """
     recording, standing = given.recording, given.standing
-    yield "filling gaps", 0.0
-    path, how = gaps.fill_gaps(recording.positions, *_longest(given, recording))
-    if given.cutoff_hz is not None:
-        yield "smoothing", 0.2
-        path = filtering.low_pass(path, recording.rate_hz, given.cutoff_hz)
+    path, how = yield from mended_takes.steps(recording, _longest(given, recording), given.cutoff_hz)
     sample = standing.sample_at(given.reference_frame)
     frame = float(standing.frames[sample])
     markers, notes = _chosen(given, frame, path, how, _reference(given, path, sample))
-    notes += [*_frame_notes(given, frame), *_retarget_notes(given, markers)]
+    notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
     yield "aligning", 0.3
     to_mesh, words = _alignment(given, markers)
     aligned = replace(markers, path=_apply(to_mesh, markers.path), reference=_apply(to_mesh, markers.reference))
@@ -102,15 +102,24 @@ def steps(given):
         yield "retargeting", 0.6
         aligned, match = _retargeted(given, aligned, match)
     yield "following the skin", 0.7
-    targets = skin.skin_targets(aligned.path, aligned.reference, match, aligned.landmarks)
+    targets = _targets(aligned, match, only)
     yield "making handles", 0.9
     markers = replace(markers, reference=laid)
     return _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
 
 
+def _targets(aligned, match, only):
+    if only is None:
+        return skin.skin_targets(aligned.path, aligned.reference, match, aligned.landmarks)
+    rows = [row for row, label in enumerate(aligned.labels) if label == only]
+    targets = np.full_like(aligned.path, np.nan)
+    targets[:, rows] = skin.skin_targets(aligned.path, aligned.reference, match, aligned.landmarks, rows)
+    return targets
+
+
 def _longest(given, recording):
     """The longest gaps to be filled by splines and by neighbours, in samples."""
-    return (int(seconds * recording.rate_hz + 1e-6) for seconds in (given.spline_seconds, given.rigid_seconds))
+    return tuple(int(seconds * recording.rate_hz + 1e-6) for seconds in (given.spline_seconds, given.rigid_seconds))
 
 
 def _reference(given, path, sample):
@@ -160,40 +169,6 @@ def _has_place(given, label):
     return given.landmarks[label] or label in given.fixed
 
 
-def _frame_notes(given, frame):
-    """Says so where the take has no frame like the one that was asked for; that one is the nearest."""
-    frames = given.standing.frames
-    if frames[0] - 1.0 <= given.reference_frame <= frames[-1] + 1.0:
-        return []
-    return [
-        f"'{given.reference_name}' has no frame {given.reference_frame:g}: it goes from {frames[0]:g} to "
-        f"{frames[-1]:g}. Frame {frame:g} was taken as the reference"
-    ]
-
-
-def _retarget_notes(given, markers):
-    if given.mode != 'RETARGET' or any(label in given.picked for label in markers.labels):
-        return []
-    return [
-        "Retarget takes the character's lengths from picked points; none are picked, so lengths are as captured. Pick "
-        "the points of hips, knees, ankles, shoulders, elbows and wrists, and match again"
-    ]
-
-
-def _limb_notes(markers):
-    """Says so where names do not tell which markers are on arms and legs."""
-    unknown = landmarks.unknown_limbs(markers.landmarks)
-    if not unknown:
-        return []
-    known = sum(1 for place in markers.landmarks if place)
-    return [
-        f"Of {wording.counted(len(markers.labels), 'marker')} the place on the body is known of {known}, and not of "
-        f"those that tell how {wording.listed(unknown)} lie, so these are taken as they are in the reference frame, "
-        "and the mesh is bent wrongly if it stands otherwise. Choose the Landmark of shoulders, elbows, hips (or the "
-        "front of the pelvis) and knees in the list, and match again"
-    ]
-
-
 def _alignment(given, markers):
     """(4 x 4 from the markers' world to where they lie on the mesh, in the world; notes). @throws MeanValueError."""
     surface = given.surface
@@ -209,7 +184,7 @@ def _alignment(given, markers):
         )
         is_doubtful = found.certainty < DOUBTFUL or found.quality > POOR
         words = f"{found.words} If it is wrong, pick three points and align by these"
-        return found.matrix, [*_limb_notes(markers), *([words] if is_doubtful else [])]
+        return found.matrix, [*match_notes.of_limbs(markers), *([words] if is_doubtful else [])]
     rows = [row for row, label in enumerate(markers.labels) if label in given.fixed]
     targets = surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
     if len(rows) < LEAST_PAIRS or not fixed_points.span_a_plane(markers.reference[rows]):

@@ -3,6 +3,7 @@
 
 import pathlib
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.core.capture import filtering, gaps, readers
 from addon.core.capture.checks import InvalidMotionError
+from addon.core.steps import result_of
 from addon.errors import MeanValueError
+from addon.workers import mended_takes
 from blender_tests.support import mesh_files, walking_figure
 
 
@@ -226,3 +229,18 @@ def test_gaps_separate_runs_and_stay(walk):
 def test_impossible_cut_offs_are_refused(rate, cutoff):
     with pytest.raises(InvalidMotionError, match="Hz"):
         filtering.low_pass(np.zeros((10, 1, 3)), rate, cutoff)
+
+
+def test_a_mended_take_is_remembered_while_nothing_of_it_changes():
+    recording = SimpleNamespace(positions=walking_figure.take(80, gaps=0.1).positions, rate_hz=100.0)
+    mended = [result_of(mended_takes.steps(recording, (10, 50), 6.0)) for _ in range(2)]
+    assert mended[1] is mended[0]
+    filled, how = gaps.fill_gaps(recording.positions, 10, 50)
+    assert np.array_equal(mended[0][1], how)
+    assert np.array_equal(mended[0][0], filtering.low_pass(filled, 100.0, 6.0), equal_nan=True)
+    assert np.array_equal(result_of(mended_takes.steps(recording, (10, 50), None))[0], filled, equal_nan=True)
+    recording.positions[40, 3] += 0.1
+    again = result_of(mended_takes.steps(recording, (10, 50), None))[0]
+    assert np.array_equal(again, gaps.fill_gaps(recording.positions, 10, 50)[0], equal_nan=True)
+    with pytest.raises(ValueError, match="read-only"):
+        again[0] = 0.0

@@ -9,8 +9,9 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import landmarks, marker_sets, readers
+from addon.core.capture import known_sets, landmarks, marker_sets, readers
 from addon.core.capture.checks import InvalidMotionError
+from addon.core.capture.marker_set import key_of
 from blender_tests.support import mesh_files, walking_figure
 
 
@@ -21,7 +22,7 @@ def test_the_generated_figure_has_the_common_41_markers():
     assert "41 of 41" in found.words
 
 
-@pytest.mark.parametrize("marker_set", marker_sets.BUILT_IN, ids=lambda marker_set: marker_set.name)
+@pytest.mark.parametrize("marker_set", known_sets.BUILT_IN, ids=lambda marker_set: marker_set.name)
 def test_built_in_sets_are_sound(marker_set):
     names = list(marker_set.landmarks.values())
     assert len(set(names)) >= len(names) - 1, "one landmark, one marker (but for a left or right half of it)"
@@ -29,7 +30,7 @@ def test_built_in_sets_are_sound(marker_set):
         assert landmarks.segments_of(landmark), landmark
         assert "?" not in "".join(landmarks.segments_of(landmark)), landmark
     assert set(marker_set.aliases.values()) <= set(marker_set.landmarks)
-    keys = [marker_sets.key_of(label) for label in marker_set.landmarks]
+    keys = [key_of(label) for label in marker_set.landmarks]
     assert len(set(keys)) == len(keys)
     assert marker_sets.recognise(list(marker_set.landmarks)).name == marker_set.name
     # Left and right mirror each other, and each foot has a heel and a toe.
@@ -45,8 +46,8 @@ def test_built_in_sets_are_sound(marker_set):
 
 def test_prefixes_case_and_separators_do_not_matter():
     for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "l.asi", "LASIS"):
-        assert marker_sets.PLUG_IN_GAIT.landmark_of(spelled) == "pelvis.front.L"
-    assert marker_sets.PLUG_IN_GAIT.landmark_of("LASIX") is None
+        assert known_sets.PLUG_IN_GAIT.landmark_of(spelled) == "pelvis.front.L"
+    assert known_sets.PLUG_IN_GAIT.landmark_of("LASIX") is None
     found = marker_sets.recognise([f"Skeleton_{label}" for label in walking_figure.LABELS])
     assert (found.name, found.matched) == ("Baseline 41", 41)
 
@@ -159,7 +160,7 @@ def test_presets_that_cannot_be_read_or_written_are_told(tmp_path):
     with pytest.raises(InvalidMotionError, match="can't be read"):
         marker_sets.load(tmp_path / "none.json")
     with pytest.raises(InvalidMotionError, match="can't be written"):
-        marker_sets.save(tmp_path / "no" / "folder.json", marker_sets.COMMON_41)
+        marker_sets.save(tmp_path / "no" / "folder.json", known_sets.COMMON_41)
 
 
 @pytest.mark.parametrize(

@@ -352,6 +352,13 @@ def test_on_a_walk_targets_follow_the_skin_far_better_than_offsets_that_are_not_
     assert error.max() < 0.02
 
 
+def test_targets_of_some_are_those_of_all():
+    walk = walking_figure.take(60)
+    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
+    whole = skin_targets(walk.clean, REFERENCE, match, NAMES)
+    assert np.array_equal(skin_targets(walk.clean, REFERENCE, match, NAMES, [7, 3]), whole[:, [7, 3]])
+
+
 def test_missing_neighbours_hardly_matter_and_missing_markers_stay_missing():
     walk = walking_figure.take(120)
     match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)

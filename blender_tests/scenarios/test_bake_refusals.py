@@ -36,6 +36,8 @@ def test_an_unsaved_file_has_no_place_for_the_cache(tmp_path):
     ({"frame_range": 'PREVIEW'}, ["no preview range"]),
     ({"path": "//"}, ["folder"]),
     ({"path": "relative.pc2"}, ["no full path"]),
+    ({"path": "//scene.blend/cache.pc2"}, ["cannot be reached", "another path"]),
+    ({"path": "//" + 300 * "x" + ".pc2"}, ["xxx", "Choose another path"]),
     ({"use_part": True, "part_start": 3, "part_end": 2}, ["part ends before it begins"]),
 ])  # fmt: skip
 def test_refused_options(saved, options, texts):
@@ -45,6 +47,29 @@ def test_refused_options(saved, options, texts):
         bpy.ops.meanvalue.bake(**options)
     assert_same(before, snapshot(obj))
     assert bpy.context.scene.frame_current == 1
+
+
+def test_a_place_that_cannot_be_written_to_is_told_before_any_frame_is_sampled(saved):
+    scene, visited = bpy.context.scene, []
+
+    def remember(scene, *_others):
+        visited.append(scene.frame_current)
+
+    bpy.app.handlers.frame_change_pre.append(remember)
+    try:
+        with steps.refused("cannot be reached"):
+            bpy.ops.meanvalue.bake(path="//scene.blend/folder/cache.pc2")
+    finally:
+        bpy.app.handlers.frame_change_pre.remove(remember)
+    assert visited == [] and scene.frame_current == 1
+
+
+def test_a_file_that_was_saved_under_another_name_is_told_so(saved, tmp_path):
+    bake()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "second.blend"))
+    with steps.refused("may have been saved before", "Overwrite to Any"):
+        bpy.ops.meanvalue.bake()
+    bake(overwrite='ANY')
 
 
 def test_a_size_that_would_hurt_asks(saved):

@@ -5,6 +5,7 @@ The figure of blended bones is what a well made rig would show: from 41 markers 
 millimetre, and the distances are stated for that.
 """
 
+import dataclasses
 import sys
 from pathlib import Path
 
@@ -14,8 +15,10 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from addon.core.capture import marker_sets
 from blender_tests.demo import pictures
-from blender_tests.demo.walk import capture, measures, strip, subjects
+from blender_tests.demo.walk import capture, gait, measures, strip, subjects
+from blender_tests.support import walking_figure
 
 SPACING = 0.026  # 3,300 vertices
 FRAMES = 70
@@ -43,6 +46,16 @@ def test_the_walk_comes_near_the_skinned_figure(carried):
     assert measures.rms(measures.laid_on(result.shapes, subject.truth), subject.truth).max() < 0.012 * height
     assert measures.slide(result.shapes, subject.planted) < 0.01 * height
     assert measures.roughness(result.shapes).max() < 0.01 * height
+    landmarks = marker_sets.recognise(result.names).landmarks
+    truth = walking_figure.take(FRAMES).knee_angles
+    for side in "LR":
+        bent = gait.on_mesh(subject, result, landmarks, side)
+        assert np.abs(bent - truth[side]).max() < 8.0
+        skinned = gait.on_mesh(subject, dataclasses.replace(result, shapes=subject.truth), landmarks, side)
+        assert np.abs(skinned - truth[side]).max() < 3.0, "the measure itself"
+        measured = gait.in_capture(subject, result, landmarks, side)
+        assert np.nanmax(np.abs(measured - truth[side])) < 6.0
+    assert [what for what, _ in gait.rows(subject, result)] == ["slide while feet stand", "knees off the capture's"]
 
 
 def test_shorter_legs_stand_still(carried):

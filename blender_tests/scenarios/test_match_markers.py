@@ -425,6 +425,61 @@ def test_problems_are_listed_and_shown(tmp_path):
         bpy.ops.meanvalue.show_marker_problem(index=99)
 
 
+def seen(take):
+    """{marker: (f, 3)} float32 by sample, NaN where there is no key."""
+    result = {}
+    for empty in take.objects:
+        result[empty.meanvalue.marker] = path = np.full((FRAMES, 3), np.nan, np.float32)
+        for axis in range(3):
+            keys = take_files.keys(empty, "location", axis)
+            path[np.rint((keys[:, 0] - 1.0) / 0.24).astype(int), axis] = keys[:, 1]
+    return result
+
+
+def test_a_swapped_pair_is_found_and_mended(tmp_path):
+    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
+    right = recorded(obj)
+    take_away(obj)
+    right[30:34, 4] = np.nan
+    positions = right.copy()
+    positions[25:, [4, 9]] = right[25:, [9, 4]]
+    _obj, take = set_up(tmp_path, positions)
+    assert bpy.ops.meanvalue.find_marker_problems() == {'FINISHED'}
+    problems = take.meanvalue.problems
+    pairs = [{each.marker.meanvalue.marker, each.other.meanvalue.marker} for each in problems if each.other]
+    assert pairs == [{LABELS[4], LABELS[9]}]
+    take.meanvalue.active_problem = next(k for k, each in enumerate(problems) if each.other)
+    assert bpy.ops.meanvalue.swap_markers() == {'FINISHED'}
+    assert not any(each.other for each in take.meanvalue.problems)
+    for number, label in enumerate(LABELS):
+        assert np.allclose(seen(take)[label], right[:, number], atol=1e-6, equal_nan=True), label
+    at_sample(31.5)  # its presence goes along
+    influence = {empty.meanvalue.marker: empty.meanvalue.influence for empty in take.objects}
+    assert (influence[LABELS[4]], influence[LABELS[9]]) == (0.0, 1.0)
+    assert bpy.ops.meanvalue.find_marker_problems() == {'FINISHED'}
+    assert not any(each.other for each in take.meanvalue.problems)
+
+
+def test_markers_are_swapped_in_the_whole_take_and_what_cannot_be_is_told(tmp_path):
+    _obj, take = set_up(tmp_path)
+    before = seen(take)
+    one, other = LABELS[2], LABELS[7]
+    assert bpy.ops.meanvalue.swap_markers(marker=one, other=other, whole_take=True) == {'FINISHED'}
+    after = seen(take)
+    assert np.array_equal(after[one], before[other]) and np.array_equal(after[other], before[one])
+    assert all(np.array_equal(after[label], before[label]) for label in LABELS if label not in (one, other))
+    with steps.refused("Press Find Problems"):
+        bpy.ops.meanvalue.swap_markers()
+    with steps.refused("'Nose' is no marker"):
+        bpy.ops.meanvalue.swap_markers(marker=one, other="Nose")
+    with steps.refused("itself"):
+        bpy.ops.meanvalue.swap_markers(marker=one, other=one)
+    with steps.refused("parents"):
+        next(empty for empty in take.objects if empty.meanvalue.marker == one).parent = take.objects[0]
+        bpy.ops.meanvalue.swap_markers(marker=one, other=other)
+    assert np.array_equal(seen(take)[one], after[one])
+
+
 def test_a_clean_take_has_no_problems(tmp_path):
     obj, take = set_up(tmp_path)
     assert bpy.ops.meanvalue.find_marker_problems() == {'FINISHED'}

@@ -47,7 +47,7 @@ SIDE_MARKERS = {
     "ShoulderBack": ("chest", (0.15, 0.085, 0.22)),
     "UArmHigh": ("upper_arm", (0.14, 0.045, 0.03)),
     "ElbowOut": ("upper_arm", (0.27, 0.045, 0.0)),
-    "WristOut": ("forearm", (0.245, 0.0, 0.036)),
+    "WristOut": ("forearm", (0.245, 0.034, 0.004)),
     "WristIn": ("forearm", (0.245, -0.034, -0.004)),
     "HandOut": ("forearm", (0.33, 0.01, 0.028)),
     "Thigh": ("thigh", (0.085, -0.03, -0.55)),
@@ -171,7 +171,7 @@ def _turns(angles, first, second):
 
 
 def figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap):
-    clean = _markers(joints, turns, legs)
+    clean = markers_on(joints, turns, legs)
     rng = np.random.default_rng(seed)
     positions = clean + noise * rng.standard_normal(clean.shape)
     positions = drop_samples(positions, gaps, rng, longest_gap)
@@ -258,13 +258,14 @@ def leg_turn(up):
     return np.stack([right, np.cross(up, right), up], axis=2)
 
 
-def _markers(joints, turns, legs):
-    """(f, 41, 3): the markers on their bones; on legs, heights are shares of the bone's length."""
+def markers_on(joints, turns, legs=1.0, centre=CENTRE_MARKERS, sides=SIDE_MARKERS):
+    """(f, m, 3): markers on their bones, as in CENTRE_MARKERS, and as in SIDE_MARKERS on the left, then on the right;
+    on legs, heights are shares of the bone's length."""
     hangs_on = {"thigh": "hip", "shank": "knee", "foot": "ankle", "upper_arm": "shoulder", "forearm": "elbow"}
     stretch = {"thigh": THIGH * legs, "shank": SHANK * legs}
-    columns = [joints[bone] + turns[bone] @ np.array(place) for bone, place in CENTRE_MARKERS.values()]
+    columns = [joints[bone] + turns[bone] @ np.array(place) for bone, place in centre.values()]
     for side, sign in (("L", 1.0), ("R", -1.0)):
-        for bone, place in SIDE_MARKERS.values():
+        for bone, place in sides.values():
             local = np.array(place) * [sign, 1.0, stretch.get(bone, 1.0)]
             if bone == "chest":
                 columns.append(joints["chest"] + turns["chest"] @ local)

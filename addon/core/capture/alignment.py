@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import checks, marker_sets
+from . import checks, facing, marker_sets
 from . import landmarks as places
 from .medial import medial_points
 from .surface import Surface
@@ -24,13 +24,7 @@ TURNS, SCALES = 16, (0.93, 1.0, 1.07)
 SCALE_KNOWN, SCALE_UNKNOWN = 0.08, 0.3
 #: How much the height of a landmark on an upright body counts beside the surface: along a leg the skin tells nothing.
 HEIGHT_COUNTS = 0.25
-#: Where the skin looks under a landmark, (outward to its side, forward), and how far (over the body's height) a point
-#: that looks the other way seems to be off.
-FACES = {
-    "head.front": (0, 1), "head.back": (0, -1), "neck.back": (0, -1), "clavicle": (0, 1), "sternum": (0, 1),
-    "back": (0, -1), "back.shoulder": (0, -1), "pelvis.front": (0.4, 1), "pelvis.side": (1, 0), "pelvis.back": (0, -1),
-    "knee": (1, 0), "knee.inner": (-1, 0), "ankle": (1, 0), "ankle.inner": (-1, 0), "heel": (0, -1),
-}  # fmt: skip
+#: How far (over the body's height) a point of the skin that looks the other way than a marker's seems to be off.
 FACING = 0.06
 #: How much the way of the feet counts beside the surface, and by how much a body that looks the other way must fit
 #: better to be believed: of joints front and back are hard to tell by the surface, but their names tell the sides.
@@ -175,8 +169,8 @@ class _Fit:
         self._scale, self._base, self._is_known = _scale_by_heights(markers, self._heights, body.height)
         allowed = SCALE_KNOWN if self._is_known else SCALE_UNKNOWN
         self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
-        self._looks = _forward(markers, names)
-        self._faces = _faces(names, self._looks)
+        self._looks = facing.forward(markers, names)
+        self._faces = facing.of_body(names, self._looks)
         # Joints of the hips are about the middle of the trunk; of markers the skin tells more.
         self._hips = np.array([name in ("hip.L", "hip.R", "pelvis.joint") for name in names])
 
@@ -254,35 +248,6 @@ def _scale_by_heights(markers, heights, height):
         if tall > 0.0:
             return height / tall, base, True
     return height / (1.02 * np.ptp(markers[:, 2])), markers[:, 2].min() - 0.01 * np.ptp(markers[:, 2]), False
-
-
-def _forward(markers, names):
-    """(2,) where the body looks: across from right to left, seen from above; None without both sides."""
-    heights = [(places.place_of(name).height or 0.0) if places.place_of(name) else 0.0 for name in names]
-    sides = {"L": [], "R": []}
-    for least in (0.5, 0.01):  # the trunk's; legs may be in a step
-        if not sides["L"] or not sides["R"]:
-            told = [k for k, height in enumerate(heights) if height > least]
-            sides = {side: [markers[k] for k in told if places.side_of(names[k]) == side] for side in "LR"}
-    if not sides["L"] or not sides["R"]:
-        return None
-    across = np.mean(sides["L"], axis=0) - np.mean(sides["R"], axis=0)
-    return np.array([across[1], -across[0]]) if np.linalg.norm(across[:2]) > 0.0 else None
-
-
-def _faces(names, looks):
-    """(m, 3) where the skin under each marker looks, in the capture's space; 0 where that is not known."""
-    result = np.zeros((len(names), 3))
-    if looks is None:
-        return result
-    forward = np.append(looks / np.linalg.norm(looks), 0.0)
-    left = np.array([-forward[1], forward[0], 0.0])
-    for number, name in enumerate(names):
-        side = {"L": 1.0, "R": -1.0}.get(places.side_of(name), 0.0)
-        outward, ahead = FACES.get((name or "").removesuffix(".L").removesuffix(".R"), (0.0, 0.0))
-        way = side * outward * left + ahead * forward
-        result[number] = way / max(np.linalg.norm(way), 1e-300)
-    return result
 
 
 def _upright_similarity(source, target, weights, scales, angle=None):

@@ -97,14 +97,14 @@ def _breaks(positions, marker, size):
     speeds = np.diff(known, axis=0) / spans[:, None]
     before, after = _speeds_around(speeds)
     off = np.linalg.norm(spans[:, None] * (speeds - 0.5 * (before + after)), axis=1)
-    usual = _usual_nearby(np.where(spans == 1, off, np.nan))
-    allowed = FREE * size + 0.5 * spans * np.linalg.norm(after - before, axis=1) + USUAL * usual * spans**2
+    allowed = FREE * size + 0.5 * spans * np.linalg.norm(after - before, axis=1)
+    usual = _usual_where(np.where(spans == 1, off, np.nan), off > allowed)
+    allowed += USUAL * usual * spans**2
     allowed[[0, -1]] *= 3.0  # at the take's ends only one side is known
     broken = (off > allowed) & (spans < SHORT)
     gaps = np.flatnonzero(spans >= SHORT)
-    neighbours = _Neighbours(positions, marker) if len(gaps) else None
-    for step in gaps:
-        broken[step] = neighbours.disagree(good[step], good[step + 1], FREE * size)
+    if len(gaps):
+        broken[gaps] = _Neighbours(positions, marker).disagree(good[gaps], good[gaps + 1], FREE * size)
     expected = known[:-1] + spans[:, None] * before
     return [
         _Break(marker, int(good[step]), int(good[step + 1]), known[step + 1], expected[step], before[step])
@@ -112,34 +112,40 @@ def _breaks(positions, marker, size):
     ]
 
 
-def _usual_nearby(off):
-    """(n,): what few of the (n,) values around each are above, NaN left out, and no less than for all of them."""
+def _usual_where(off, asked):
+    """(n,): what few of the (n,) values around each are above, NaN left out, and no less than for all of them; of
+    those that are not asked for (n,) bool, the latter."""
     if np.isnan(off).all():
         return np.full(len(off), np.inf)
+    result = np.full(len(off), np.nanquantile(off, 0.9))
     padded = np.concatenate([np.full(NEARBY, np.nan), off, np.full(NEARBY, np.nan)])
-    ordered = np.sort(np.lib.stride_tricks.sliding_window_view(padded, 2 * NEARBY + 1), axis=1)  # NaN last
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEARBY + 1)[asked]
+    ordered = np.sort(windows, axis=1)  # NaN last
     counts = (~np.isnan(ordered)).sum(axis=1)
     nearby = np.take_along_axis(ordered, (0.85 * np.maximum(counts - 1, 0)).astype(int)[:, None], axis=1)[:, 0]
-    return np.fmax(nearby, np.nanquantile(off, 0.9))
+    result[asked] = np.fmax(nearby, result[asked])
+    return result
 
 
 def _speeds_around(speeds):
     """(n, 3) twice: medians of the WINDOW speeds before and after each, of the other side where there is none."""
-    count = len(speeds)
     padding = np.full((WINDOW, 3), np.nan)
     padded = np.concatenate([padding, speeds, padding])
-    windows = np.lib.stride_tricks.sliding_window_view(padded, WINDOW, axis=0)
-    before, after = (_median(windows[start : start + count]) for start in (0, WINDOW + 1))
+    medians = _median(np.stack([padded[k : len(padded) - WINDOW + 1 + k] for k in range(WINDOW)]))
+    before, after = medians[: len(speeds)], medians[WINDOW + 1 :]
     return np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
 
 
-def _median(windows):
-    """Of the last axis without NaN; NaN where there is nothing else."""
-    ordered = np.sort(windows, axis=-1)
-    count = (~np.isnan(ordered)).sum(axis=-1)
-    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, windows.shape[-1] - 1)
-    pick = [np.take_along_axis(ordered, place[..., None], axis=-1)[..., 0] for place in (low, high)]
-    return 0.5 * (pick[0] + pick[1])
+def _median(values):
+    """Of the first axis, which has WINDOW rows, without NaN; NaN where there is nothing else."""
+    middle = np.maximum(np.minimum(values[0], values[1]), np.minimum(np.maximum(values[0], values[1]), values[2]))
+    is_holed = np.isnan(values).any(axis=0)  # seldom: only there is sorting worth its while
+    holed = np.sort(values[:, is_holed], axis=0)
+    count = (~np.isnan(holed)).sum(axis=0)
+    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, WINDOW - 1)
+    pick = [np.take_along_axis(holed, place[None], axis=0)[0] for place in (low, high)]
+    middle[is_holed] = 0.5 * (pick[0] + pick[1])
+    return middle
 
 
 class _Neighbours:
@@ -162,19 +168,26 @@ class _Neighbours:
         self._usual[marker] = np.inf
 
     def disagree(self, last, first, free):
-        """True if distances to them are others from sample `first` on than they were until `last`."""
-        before = _median(self._distances(np.arange(max(0, last - WINDOW + 1), last + 1)).T)
-        after = _median(self._distances(np.arange(first, min(first + WINDOW, len(self._positions)))).T)
-        change = np.abs(after - before)
-        seen = np.flatnonzero(~np.isnan(change) & np.isfinite(self._usual))
-        partners = seen[np.argsort(self._usual[seen], kind="stable")[:PARTNERS]]
-        lags = max(1.0, (first - last) / LAG)
-        others = np.count_nonzero(change[partners] > 3.0 * lags * self._usual[partners] + 2.0 * free)
-        return others >= AGREEING
+        """(g,) bool of g gaps: distances to them are others from samples `first` (g,) on than until `last` (g,)."""
+        steps, end = np.arange(WINDOW)[:, None], len(self._positions)
+        change = np.abs(self._usually(first + steps, first + steps < end) - self._usually(last - steps, steps <= last))
+        order = np.argsort(self._usual, kind="stable")[: np.count_nonzero(np.isfinite(self._usual))]
+        change, usual = change[:, order], self._usual[order]
+        seen = ~np.isnan(change)
+        partners = seen & (np.cumsum(seen, axis=1) <= PARTNERS)
+        lags = np.maximum(1.0, (first - last) / LAG)
+        others = partners & (change > 3.0 * lags[:, None] * usual + 2.0 * free)
+        return others.sum(axis=1) >= AGREEING
+
+    def _usually(self, frames, exist):
+        """(g, m): medians of the distances in frames (WINDOW, g), of those that exist (WINDOW, g)."""
+        distances = self._distances(np.where(exist, frames, 0))
+        return _median(np.where(exist[..., None], distances, np.nan))
 
     def _distances(self, frames):
+        """(..., m) from the marker in frames (...)."""
         some = self._positions[frames]
-        return np.linalg.norm(some - some[:, self._marker, None], axis=2)
+        return np.linalg.norm(some - some[..., self._marker, None, :], axis=-1)
 
 
 def _swaps(breaks, window, names):
@@ -199,7 +212,7 @@ def _swaps(breaks, window, names):
         sample, distance = min(one.first, other.first), float(np.linalg.norm(one.place - one.expected))
         words = (
             f"{names[one.marker]} and {names[other.marker]} change places at sample {sample} "
-            f"({1000.0 * distance:.0f} mm apart): swap their names from there on, or leave both out."
+            f"({1000.0 * distance:.0f} mm apart): Swap Markers mends it from there on."
         )
         findings.append(Finding("swap", one.marker, sample, words, other.marker, distance))
     return findings, [one for number, one in enumerate(breaks) if number not in used]

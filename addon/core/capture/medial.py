@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from .surface import outward
+
 #: Points that balls may touch, and points that are looked at at a time.
 TOUCHED, AT_ONCE = 3000, 400
 #: Cosine of normals: only what looks the other way limits a ball, the next facet does not.
@@ -15,8 +17,7 @@ def medial_points(points, normals):
     The medial axis (Blum 1967) from samples, by the ball through each point and the one that limits it most (Ma, Bae
     and Choi 2012). points (n, 3) and normals (n, 3) unit, all outward or all inward, as `Surface.samples()` gives them.
     """
-    around = points - points.mean(axis=0)
-    inward = -normals if (around * normals).sum() > 0.0 else normals
+    inward = -outward(points, normals)
     some = slice(None, None, max(1, len(points) // TOUCHED))
     others, looks = points[some], inward[some]
     radii = np.empty(len(points))

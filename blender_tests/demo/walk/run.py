@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 from .. import pictures
-from . import capture, measures, real, strip, subjects
+from . import capture, gait, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
 PER_ROW = 12
@@ -70,7 +70,7 @@ def one(make, words, empty_scene):
     begin = time.perf_counter()
     files = draw(subject, carried, words, empty_scene)
     seconds["render"] = time.perf_counter() - begin
-    rows = measures.rows(subject, carried)
+    rows = [*measures.rows(subject, carried), *gait.rows(subject, carried)]
     rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
     rows.append(("files", ", ".join([*files, f"{subject.stem}.blend"])))
     return [subject.title, *(f"  {label + ':':<27}{value}" for label, value in rows), ""]

@@ -41,60 +41,63 @@ class Subject:
 def walk(folder, spacing=SPACING, frames=170):
     """The figure walks: two steps are shown."""
     shape, figure = figure_body.body(1.0, spacing), walking_figure.take(frames, 7, 1.0, GAPS, NOISE)
-    time = np.arange(frames) / figure.rate_hz
-    joints, turns, _ = walking_figure.walking(time)
-    return Subject(
-        "Walk: 41 markers, gaps and noise",
-        "walk",
-        shape.vertices,
-        shape.quads,
-        write(folder / "walk.c3d", figure),
-        standing(folder),
-        np.linspace(25, min(frames - 1, 135), 11).round().astype(int),
-        truth=figure_body.posed(shape, joints, turns),
-        markers=figure.clean,
-        planted=planted(shape, figure.contacts),
+    moves = walking_figure.walking(np.arange(frames) / figure.rate_hz)
+    return generated(
+        folder, "Walk: 41 markers, gaps and noise", "walk", shape, figure, steps_of(frames), truth=truth(shape, moves)
     )
 
 
 def short_legs(folder, spacing=SPACING, frames=170, legs=0.7):
     """The same capture on a figure with shorter legs. Where its feet stand is not known, but when they do."""
     shape, figure = figure_body.body(legs, spacing), walking_figure.take(frames, 7, 1.0, GAPS, NOISE)
-    return Subject(
-        "Walk, retargeted to legs 30 % shorter",
-        "walk_short_legs",
-        shape.vertices,
-        shape.quads,
-        write(folder / "walk.c3d", figure),
-        standing(folder),
-        np.linspace(25, min(frames - 1, 135), 11).round().astype(int),
-        mode="RETARGET",
-        markers=figure.clean,
-        planted=planted(shape, figure.contacts),
-    )
+    title = "Walk, retargeted to legs 30 % shorter"
+    return generated(folder, title, "walk_short_legs", shape, figure, steps_of(frames), mode="RETARGET")
 
 
 def sit(folder, spacing=SPACING, frames=sitting_figure.FRAMES):
     """The figure sits down on a box and stands up again."""
     shape, figure = figure_body.body(1.0, spacing), sitting_figure.take(frames, 11, GAPS, NOISE)
-    joints, turns, _ = sitting_figure.sitting(np.arange(len(figure.clean)) / figure.rate_hz)
+    moves = sitting_figure.sitting(np.arange(len(figure.clean)) / figure.rate_hz)
     low, high = sitting_figure.SEAT
-    return Subject(
+    return generated(
+        folder,
         "Sitting down and standing up",
         "sit",
-        shape.vertices,
-        shape.quads,
-        write(folder / "sit.c3d", figure),
-        standing(folder),
+        shape,
+        figure,
         np.array([20, 70, 90, 105, 125, 210, 300, 325, 390]),
         box=(np.array([-0.24, low, 0.0]), np.array([0.24, high, sitting_figure.SEAT_HEIGHT])),
-        truth=figure_body.posed(shape, joints, turns),
-        markers=figure.clean,
-        planted=planted(shape, figure.contacts),
+        truth=truth(shape, moves),
     )
 
 
 GENERATED = {"walk": walk, "walk_short_legs": short_legs, "sit": sit}
+
+
+def generated(folder, title, stem, shape, figure, shown, **more):
+    """The Subject of a figure_body.Body and the walking_figure.Figure that moves it, whose files are written."""
+    return Subject(
+        title,
+        stem,
+        shape.vertices,
+        shape.quads,
+        write(folder / f"{stem}.c3d", figure),
+        standing(folder),
+        shown,
+        markers=figure.clean,
+        planted=planted(shape, figure.contacts),
+        **more,
+    )
+
+
+def truth(shape, moves):
+    """(f, n, 3): the body where bones have it; moves: (joints, turns, ...)."""
+    return figure_body.posed(shape, *moves[:2])
+
+
+def steps_of(frames):
+    """Samples of two steps of the walk."""
+    return np.linspace(25, min(frames - 1, 135), 11).round().astype(int)
 
 
 def write(path, figure):

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a body looks, and where the skin under each of its landmarks does.
+
+Of trunk and legs that follows from the way that the body looks. Arms are in any pose, so there it follows from the
+hand: how a forearm is rolled is seen by nothing else of its shape.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import landmarks as places
+
+#: (outward to its side, forward).
+OF_BODY = {
+    "head.front": (0, 1), "head.back": (0, -1), "neck.back": (0, -1), "clavicle": (0, 1), "sternum": (0, 1),
+    "back": (0, -1), "back.shoulder": (0, -1), "pelvis.front": (0.4, 1), "pelvis.side": (1, 0), "pelvis.back": (0, -1),
+    "knee": (1, 0), "knee.inner": (-1, 0), "ankle": (1, 0), "ankle.inner": (-1, 0), "heel": (0, -1),
+}  # fmt: skip
+#: (the way of the back of the hand, the way of the thumb), for arms at rest. A single marker of the wrist is put where
+#: it is seen and stays: on its back. Their lengths tell how sure that is: elbows bend about an axis that is about half
+#: a right angle off that of the hand.
+OF_ARM = {
+    "upper_arm": (0.3, 0), "elbow": (0.2, -0.2), "elbow.inner": (-0.2, 0.2), "forearm": (1, 0), "wrist": (1, 0),
+    "wrist.thumb": (0, 1), "wrist.little": (0, -1), "hand": (1, 0), "hand.thumb": (0, 1),
+}  # fmt: skip
+#: What is hand: so near to the tips, over the body's height. It is flat, to be told from a fist, where it is so much
+#: wider than thick (standard deviations); and it has at least so many samples.
+HAND, FLAT, LEAST = 0.085, 1.25, 30
+
+
+@dataclass(frozen=True)
+class Hand:
+    """How a hand lies: unit vectors (3,), across each other, to its back and to its thumb's side."""
+
+    back: np.ndarray
+    thumb: np.ndarray
+
+
+def forward(markers, names):
+    """(2,) where the body looks: across from right to left, seen from above; None without both sides.
+
+    markers  (m, 3) without NaN; names  m landmarks or None.
+    """
+    heights = [(place.height if place else None) or 0.0 for place in map(places.place_of, names)]
+    sides = {"L": [], "R": []}
+    for least in (0.5, 0.01):  # the trunk's; legs may be in a step
+        if not sides["L"] or not sides["R"]:
+            told = [k for k, height in enumerate(heights) if height > least]
+            sides = {side: [markers[k] for k in told if places.side_of(names[k]) == side] for side in "LR"}
+    if not sides["L"] or not sides["R"]:
+        return None
+    across = np.mean(sides["L"], axis=0) - np.mean(sides["R"], axis=0)
+    return np.array([across[1], -across[0]]) if np.linalg.norm(across[:2]) > 0.0 else None
+
+
+def of_body(names, looks):
+    """(m, 3) unit: where the skin under each marker looks; 0 where that is not known. looks  (2,) of `forward()`."""
+    result = np.zeros((len(names), 3))
+    if looks is None:
+        return result
+    ahead = np.append(looks / np.linalg.norm(looks), 0.0)
+    left = np.array([-ahead[1], ahead[0], 0.0])
+    for number, name in enumerate(names):
+        side = {"L": 1.0, "R": -1.0}.get(places.side_of(name), 0.0)
+        outward, onward = OF_BODY.get(_without_side(name), (0.0, 0.0))
+        result[number] = _unit(side * outward * left + onward * ahead)
+    return result
+
+
+def of_arm(names, hand):
+    """(m, 3), at most unit: where the skin under each marker of a stretched arm looks; 0 where that is not known."""
+    ways = [OF_ARM.get(_without_side(name), (0.0, 0.0)) for name in names]
+    return np.array([back * hand.back + thumb * hand.thumb for back, thumb in ways]).reshape(-1, 3)
+
+
+def hand_of(skin, from_tip, side, height, looks):
+    """The `Hand` at the end of the skin (s, 3) of an arm of side "L" or "R", or None where it is no flat hand.
+
+    The thumb is where it is in every usual pose, palms down, inward or forward: ahead or up. from_tip  (s,) along
+    the skin from the finger tips; height of the body; looks  (2,) of `forward()`, or None.
+    """
+    is_hand = from_tip < HAND * height
+    points, away = skin[is_hand], from_tip[is_hand]
+    if looks is None or len(points) < LEAST:
+        return None
+    _, spread, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    if spread[1] < FLAT * spread[2]:
+        return None
+    along = points[away < np.quantile(away, 0.2)].mean(axis=0) - points[away > np.quantile(away, 0.8)].mean(axis=0)
+    thumb = _unit(np.cross(axes[2], along))
+    thumb = thumb if thumb @ np.append(_unit(looks), 1.0) > 0.0 else -thumb
+    back = _unit(np.cross(thumb, along))
+    return Hand(back if side == "L" else -back, thumb)
+
+
+def _without_side(name):
+    return name[:-2] if places.side_of(name) else name
+
+
+def _unit(way):
+    return way / max(np.linalg.norm(way), 1e-300)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How feet stand and knees bend on the mesh, against the capture that moved it. No bpy."""
+
+import numpy as np
+
+from addon.core.capture import marker_sets, readers
+from addon.core.capture.hip_centres import with_hips
+from addon.core.capture.landmarks import feet
+from addon.core.capture.rigid import fit_rotations
+from addon.core.capture.stances import find_stances
+
+from .measures import share, slide
+
+RATE_HZ = 100.0
+#: Over the body's height: what is sole, above the ground and away from the anchors of the foot; stretches of thigh
+#: above the knee and of shank below it, and how far from the knee sideways.
+SOLE, AROUND = 0.012, 0.07
+THIGH, SHANK, ASIDE = (0.05, 0.15), (-0.15, -0.05), 0.075
+
+
+def rows(subject, carried):
+    """[(what, figure in words)]: slide of soles while the capture's feet stand, and knees off the capture's."""
+    landmarks = marker_sets.recognise(carried.names).landmarks
+    result = []
+    stances = flat_stances(subject, carried, landmarks)
+    if stances:
+        moved = slide(carried.shapes, [(begin, end, sole) for begin, end, sole, _ in stances])
+        own = slide(carried.balls, [(begin, end, markers) for begin, end, _, markers in stances])
+        words = f"{share(moved, subject.height)} in {len(stances)} stances; "
+        words += f"the markers there {share(own, subject.height)}"
+        result.append(("slide while feet stand", words))
+    knees = {side: (on_mesh(subject, carried, landmarks, side), in_capture(subject, carried, landmarks, side))
+             for side in "LR"}  # fmt: skip
+    off = [mesh - capture for mesh, capture in knees.values() if mesh is not None and capture is not None]
+    if off:
+        off = np.concatenate(off)
+        off = off[~np.isnan(off)]
+        words = f"rms {np.sqrt((off**2).mean()):.1f}, at most {np.abs(off).max():.1f} degrees"
+        bent = np.nanmax([capture for _, capture in knees.values()])
+        result.append(("knees off the capture's", f"{words}, where they bend by up to {bent:.0f}"))
+    return result
+
+
+def flat_stances(subject, carried, landmarks):
+    """[(begin, end, vertices of the sole, markers of the foot)] while heel and toes of the capture both stand."""
+    result, rest, height = [], subject.vertices, subject.height
+    for parts in feet(landmarks).values():
+        if not parts["heel"] or not parts["toe"]:
+            continue
+        markers = parts["heel"] + parts["toe"]
+        away = np.linalg.norm(rest[:, None, :2] - rest[carried.anchors[markers]][None, :, :2], axis=2).min(axis=1)
+        sole = np.flatnonzero((rest[:, 2] - rest[:, 2].min() < SOLE * height) & (away < AROUND * height))
+        stands = [find_stances(carried.balls[:, some], RATE_HZ, height) for some in (parts["heel"], parts["toe"])]
+        flat = np.concatenate([[False], stands[0].any(axis=1) & stands[1].any(axis=1), [False]])
+        ends = np.flatnonzero(np.diff(flat.astype(int)))
+        result += [(begin, end, sole, markers) for begin, end in zip(ends[::2], ends[1::2], strict=True)]
+    return result
+
+
+def on_mesh(subject, carried, landmarks, side):
+    """(f,) degrees that the knee of the mesh is bent more than at rest; None without a knee."""
+    knees = [k for k, name in enumerate(landmarks) if name in (f"knee.{side}", f"knee.joint.{side}")]
+    if not knees:
+        return None
+    rest, height = subject.vertices, subject.height
+    knee = rest[carried.anchors[knees[0]]]
+    is_leg = np.linalg.norm((rest - knee)[:, :2], axis=1) < ASIDE * height
+    above = (rest[:, 2] - knee[2]) / height
+    parts = [np.flatnonzero(is_leg & (above > low) & (above < high)) for low, high in (THIGH, SHANK)]
+    return bend(*(fit_rotations(rest[part], carried.shapes[:, part]) for part in parts))
+
+
+def in_capture(subject, carried, landmarks, side):
+    """(f,) degrees that thigh and shank of the capture are bent more than in the standing take."""
+    standing = readers.read(subject.standing)
+    middle = standing.positions[standing.frames // 2]
+    places = dict(zip(standing.labels, middle, strict=True))
+    reference = np.array([places.get(name, np.full(3, np.nan)) for name in carried.names])
+    known = ~np.isnan(reference[:, 0])
+    names = [name for name, is_known in zip(landmarks, known, strict=True) if is_known]
+    reference, _, moving, names = with_hips(reference[known], reference[known], carried.balls[:, known], names)
+    turns = []
+    for wanted in (("hip", "thigh", "knee"), ("knee", "shank", "ankle")):
+        part = [k for k, name in enumerate(names) if name and name.split(".")[0] in wanted and name.endswith(side)]
+        if len(part) < 3:
+            return None
+        found = fit_rotations(reference[part], moving[:, part])
+        found[np.isnan(moving[:, part, 0]).any(axis=1)] = np.nan
+        turns.append(found)
+    return bend(*turns)
+
+
+def bend(thigh, shank):
+    """(f,) degrees between where both turn what is upright at rest, (f, 3, 3) each."""
+    return np.degrees(np.arccos(np.clip((thigh[..., 2] * shank[..., 2]).sum(axis=-1), -1.0, 1.0)))

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/capture: how arms and feet of a reference are laid on those of a mesh, for several marker sets."""
+
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.capture import facing, marker_sets, proportions, readers
+from addon.core.capture.matching import align_to_mesh, match_to_surface, pose_limbs
+from addon.core.capture.skin import skin_targets
+from addon.core.capture.surface import Surface, along_from, outward
+from blender_tests.support import body_mesh, mesh_files, walking_figure
+
+VERTICES, TRIANGLES, BONES = body_mesh.body()
+
+ON_ARMS = ("upper_arm", "forearm")
+OTHERS = {name: place for name, place in walking_figure.SIDE_MARKERS.items() if place[0] not in ON_ARMS}
+ELBOW = {"elbow": ("upper_arm", (0.27, 0.03, 0.034))}
+#: landmark: (bone, place), what sets have on the figure's arms; palms are down.
+ARMS = {
+    "Plug-in Gait": {
+        "upper_arm": ("upper_arm", (0.15, 0.03, 0.035)), **ELBOW, "forearm": ("forearm", (0.13, 0.0, 0.036)),
+        "wrist.thumb": ("forearm", (0.22, -0.036, 0.0)), "wrist.little": ("forearm", (0.22, 0.036, 0.0)),
+        "hand": ("forearm", (0.32, -0.01, 0.026)),
+    },
+    "Rajagopal 2015": {
+        "upper_arm": ("upper_arm", (0.15, 0.0, 0.045)), **ELBOW, "elbow.inner": ("upper_arm", (0.27, -0.03, -0.034)),
+        "forearm": ("forearm", (0.13, 0.0, 0.036)), "wrist": ("forearm", (0.22, 0.0, 0.036)),
+    },
+    "Baseline 41": {
+        "upper_arm": walking_figure.SIDE_MARKERS["UArmHigh"], "elbow": walking_figure.SIDE_MARKERS["ElbowOut"],
+        "wrist.little": walking_figure.SIDE_MARKERS["WristOut"], "wrist.thumb": walking_figure.SIDE_MARKERS["WristIn"],
+        "hand": walking_figure.SIDE_MARKERS["HandOut"],
+    },
+}  # fmt: skip
+
+
+def markers_of(set_name, joints, turns):
+    """((f, m, 3), m landmarks): the figure with the arms of a set, and the others of its own."""
+    arms = ARMS[set_name]
+    positions = walking_figure.markers_on(joints, turns, sides={**OTHERS, **arms})
+    labels = [*walking_figure.CENTRE_MARKERS, *(side + name for side in "LR" for name in OTHERS)]
+    known = dict(zip(labels, marker_sets.recognise(labels).landmarks, strict=True))
+    sides = [known.get(side + name) or f"{name}.{side}" for side in "LR" for name in (*OTHERS, *arms)]
+    return positions, tuple([known[label] for label in walking_figure.CENTRE_MARKERS] + sides)
+
+
+def standing(down, bent, roll):
+    """(joints, turns) of the T-pose with arms turned down, elbows bent forward and palms turned forward by `roll`."""
+    joints, turns = walking_figure.upright(1, 1.0)
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        turns[f"upper_arm.{side}"] = walking_figure.turn_y(np.array([sign * down]))
+        beyond = walking_figure.turn_z(np.array([-sign * bent])) @ walking_figure.turn_x(np.array([roll]))
+        turns[f"forearm.{side}"] = turns[f"upper_arm.{side}"] @ beyond
+    return {**joints, **walking_figure.trunk_and_arms(joints["pelvis"], turns)}, turns
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.9, -0.9])
+@pytest.mark.parametrize("set_name", ARMS)
+def test_palms_look_as_in_the_capture_however_the_reference_holds_its_arms(set_name, roll):
+    captured, names = markers_of(set_name, *standing(0.7, 0.8, roll))
+    posed = pose_limbs(captured[0], names, VERTICES, TRIANGLES)
+    match = match_to_surface(posed, VERTICES, TRIANGLES)
+    joints, turns, _ = walking_figure.walking(np.arange(0, 110, 6) / 100.0)
+    for side in "LR":  # palms turn while it walks
+        turns[f"forearm.{side}"] = turns[f"forearm.{side}"] @ walking_figure.turn_x(np.linspace(-0.7, 0.7, 19))
+    walk, _ = markers_of(set_name, joints, turns)
+    targets = skin_targets(walk, posed, match, names)
+    rest, _ = walking_figure.upright(1, 1.0)
+    for side in "LR":
+        here = [k for k, name in enumerate(names) if name[:5] in ("forea", "wrist", "hand.") and name.endswith(side)]
+        vertices = match.vertex[here]
+        assert set(BONES[vertices]) <= {f"forearm.{side}", f"hand.{side}"}
+        local = VERTICES[vertices] - rest[f"elbow.{side}"][0]
+        truth = joints[f"elbow.{side}"][:, None] + np.einsum("fij,kj->fki", turns[f"forearm.{side}"], local)
+        off = np.linalg.norm(targets[:, here] - truth, axis=2)
+        assert np.sqrt((off**2).mean()) < 0.035, "metres; a palm that looks the wrong way is 0.07 off"
+        # Which way the skin at the wrist is from the forearm's axis: so palms look.
+        wrist = [number for number, k in enumerate(here) if names[k].startswith("wrist")]
+        found, right = (ways_from_axis(some[:, wrist], joints, side) for some in (targets[:, here], truth))
+        angle = np.degrees(np.arccos(np.clip((found * right).sum(axis=2), -1.0, 1.0)))
+        assert angle.mean() < 25.0 and angle.max() < 30.0, (side, angle.max())
+
+
+def ways_from_axis(points, joints, side):
+    """(f, k, 3) unit vectors to points (f, k, 3) from the line through elbow and wrist."""
+    axis = joints[f"wrist.{side}"] - joints[f"elbow.{side}"]
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    ways = points - joints[f"wrist.{side}"][:, None]
+    ways -= (ways * axis[:, None]).sum(axis=2, keepdims=True) * axis[:, None]
+    return ways / np.linalg.norm(ways, axis=2, keepdims=True)
+
+
+def test_the_hand_tells_its_back_and_its_thumb():
+    skin, _ = Surface(VERTICES, TRIANGLES).samples(12000)
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        arm = skin[sign * skin[:, 0] > 0.25]
+        from_tip = 0.8 - sign * arm[:, 0]
+        for turn in (0.0, -1.0, -1.5):  # palms down, then forward
+            rolled = arm @ walking_figure.turn_x(np.array(turn)).T
+            hand = facing.hand_of(rolled, from_tip - from_tip.min(), side, 1.79, np.array([0.0, -1.0]))
+            back = walking_figure.turn_x(np.array(turn)) @ [0.0, 0.0, 1.0]
+            assert hand.back @ back > np.cos(np.radians(10.0)), (side, turn)
+            assert abs(hand.thumb @ back) < 0.2 and hand.thumb @ [0.0, -1.0, 1.0] > 0.0
+        fist = np.random.default_rng(0).standard_normal((400, 3))
+        fist *= 0.05 / np.linalg.norm(fist, axis=1, keepdims=True)
+        assert facing.hand_of(fist, 0.05 + fist[:, 0], side, 1.79, np.array([0.0, -1.0])) is None, "it tells nothing"
+        assert facing.hand_of(arm, from_tip - from_tip.min(), side, 1.79, None) is None
+
+
+def test_ways_along_a_bent_strip_go_round_its_corner():
+    strip = np.concatenate([np.stack([np.linspace(0, 1, 101), np.zeros(101), np.zeros(101)], 1),
+                            np.stack([np.ones(100), np.linspace(0.01, 1, 100), np.zeros(100)], 1)])  # fmt: skip
+    seeds = np.arange(201) == 0
+    assert np.abs(along_from(seeds, strip, 0.015) - np.linspace(0.0, 2.0, 201)).max() < 0.02
+    strip[150:] += [0.0, 0.0, 5.0]
+    assert np.isinf(along_from(seeds, strip, 0.015)[150:]).all()
+
+
+def test_feet_stay_flat_where_legs_are_moved_apart():
+    wide = np.radians(9.0)
+    joints, turns = walking_figure.upright(1, 1.0)
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        for bone in ("thigh", "shank"):
+            turns[f"{bone}.{side}"] = walking_figure.turn_y(np.array([-sign * wide]))
+        turns[f"foot.{side}"] = walking_figure.turn_z(np.array([sign * 0.3]))
+        hip = joints[f"hip.{side}"]
+        joints[f"knee.{side}"] = hip + turns[f"thigh.{side}"] @ [0.0, 0.0, -walking_figure.THIGH]
+        joints[f"ankle.{side}"] = joints[f"knee.{side}"] + turns[f"shank.{side}"] @ [0.0, 0.0, -walking_figure.SHANK]
+    captured = walking_figure.markers_on(joints, turns)[0]
+    names = marker_sets.recognise(walking_figure.LABELS).landmarks
+    posed = pose_limbs(captured, names, VERTICES, TRIANGLES)
+    reference = walking_figure.t_pose().clean[0]
+    for side in "LR":
+        foot = [walking_figure.LABELS.index(label) for label in walking_figure.FOOT_LABELS[side]]
+        assert np.linalg.norm(captured - reference, axis=1)[foot].min() > 0.08
+        assert np.linalg.norm(posed - reference, axis=1)[foot].max() < 0.03
+        heights = (posed[foot, 2] - captured[foot, 2])
+        assert np.ptp(heights) < 1e-9, "not tilted"
+
+
+@pytest.mark.parametrize("mesh", ["models/human_man.obj", "models/human_woman.obj", "makehuman/base.obj"])
+def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
+    take = mesh_files.DATA / "mocap" / "rajagopal" / "static_walk_1.trc"
+    for path in (mesh_files.DATA / mesh, take):
+        if not path.exists():
+            pytest.skip(f"no {path.name} in {path.parent}")
+    vertices, triangles = mesh_files.read_triangles(mesh_files.DATA / mesh)
+    if mesh.startswith("makehuman"):
+        triangles = triangles[(triangles < 13380).all(axis=1)]
+    vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    still = readers.read(take)
+    names = marker_sets.recognise(still.labels).landmarks
+    markers = still.positions[still.frames // 2]
+    found = align_to_mesh(markers, still.labels, vertices, triangles).matrix
+    posed = pose_limbs(markers @ found[:3, :3].T + found[:3, 3], names, vertices, triangles)
+    surface = Surface(vertices, triangles)
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        triangle, shares, _, _ = surface.nearest(posed[[names.index(f"wrist.{side}")]])
+        normal = shares[0] @ surface.normals()[surface.triangles[triangle[0]]]
+        # Of all these bodies palms are down, or down and inward where arms are lowered.
+        assert normal @ [0.3 * sign, 0.0, 1.0] > 0.6, (side, normal)
+
+
+# -- legs that are an unusual share of the body ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("legs", [0.7, 1.0, 1.3])
+def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(legs):
+    names = marker_sets.recognise(walking_figure.LABELS).landmarks
+    vertices, triangles, _ = body_mesh.body(legs)
+    captured, right = walking_figure.t_pose().clean[0], walking_figure.t_pose(legs).clean[0]
+    found = align_to_mesh(captured, walking_figure.LABELS, vertices, triangles).matrix
+    aligned = captured @ found[:3, :3].T + found[:3, 3]
+    of_trunk = ("neck", "back", "sternum", "shoulder", "pelvis")
+    trunk = [k for k, name in enumerate(names) if name.split(".")[0] in of_trunk]
+    posed = pose_limbs(aligned, names, vertices, triangles)
+    off = [np.sqrt(((points - right)[trunk] ** 2).sum(axis=1).mean()) for points in (aligned, posed)]
+    assert off[1] < 0.035, "metres"
+    assert legs == 1.0 or off[1] < 0.5 * off[0]
+
+
+def test_the_crotch_is_found_where_legs_part_and_nowhere_else():
+    for legs in (0.7, 1.0, 1.3):
+        vertices, triangles, bones = body_mesh.body(legs)
+        skin, normals = Surface(vertices, triangles).samples(12000)
+        height = np.ptp(vertices[:, 2])
+        pelvis = vertices[bones == "pelvis"]
+        lowest = pelvis[np.abs(pelvis[:, 0]) < 0.05][:, 2].min() / height
+        assert proportions.crotch_of(skin, outward(skin, normals)) == pytest.approx(lowest, abs=0.01)
+    skirt, faces = body_mesh.capsule(np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 1.5]), (0.3, 0.2), 24, 20)
+    skin, normals = Surface(skirt, faces).samples(12000)
+    assert proportions.crotch_of(skin, outward(skin, normals)) is None
