@@ -14,7 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import bake_settings, ids, properties_capture
+from . import bake_settings, ids, properties_capture, properties_mix
 from .bridge import controls, targets
 from .errors import SceneError
 
@@ -48,6 +48,8 @@ def _paint(group, _context):
 def _make_result_key(settings, _context):
     """Live writes into a shape key that is there: none is made while the artist drags."""
     if settings.live:
+        if settings.mix.is_on:
+            settings.mix.is_on = False  # one of both shapes the mesh
         targets.prepare_result(settings.id_data)
     settings.id_data.update_tag()
 
@@ -218,6 +220,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     marker: StringProperty(options={'HIDDEN'})  # of a marker of a take: its name in the file
     marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file
     capture: PointerProperty(type=properties_capture.MEANVALUE_PG_capture)
+    mix: PointerProperty(type=properties_mix.MEANVALUE_PG_mix)
     bake: PointerProperty(type=bake_settings.MEANVALUE_PG_bake)
     baked: PointerProperty(type=bake_settings.MEANVALUE_PG_baked)
 
@@ -226,6 +229,7 @@ CLASSES = (
     MEANVALUE_PG_anchor_group,
     MEANVALUE_PG_bound_record,
     *bake_settings.CLASSES,
+    *properties_mix.CLASSES,
     MEANVALUE_PG_settings,
 )
 

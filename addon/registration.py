@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import handlers, native_loader, preferences, properties, session
+from . import handlers, mix_session, native_loader, preferences, properties, session
 from .bridge import object_status, overlay_data
 from .operators import (
     add_anchor_group,
@@ -13,17 +13,20 @@ from .operators import (
     apply_pose,
     background,
     bake,
+    bake_mix,
     bind,
     find_marker_problems,
     grow_region,
     import_motion,
     keep_pose,
     match_markers,
+    morph,
     own_controls,
     paint_region,
     pick_marker_point,
     reference_frame,
     remove_anchor_group,
+    remove_in_betweens,
     remove_marker,
     reset_handles,
     save_marker_set,
@@ -43,6 +46,7 @@ from .ui import (
     keymap,
     marker_list,
     menus,
+    mix_panel,
     overlay,
     pair_overlay,
     panel,
@@ -72,6 +76,10 @@ CLASSES = (
     bake.MEANVALUE_OT_bake,
     show_baked_frame.MEANVALUE_OT_show_baked_frame,
     unbake.MEANVALUE_OT_unbake,
+    morph.MEANVALUE_OT_morph,
+    morph.MEANVALUE_OT_blend_part,
+    bake_mix.MEANVALUE_OT_bake_mix,
+    remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
     add_preset.MEANVALUE_OT_add_preset,
     import_motion.MEANVALUE_OT_import_motion,
     find_marker_problems.MEANVALUE_OT_find_marker_problems,
@@ -88,6 +96,7 @@ CLASSES = (
     *panel.CLASSES,
     *capture_panel.CLASSES,
     *file_drop.CLASSES,
+    *mix_panel.CLASSES,
     *bake_panel.CLASSES,
     *menus.CLASSES,
 )
@@ -118,3 +127,4 @@ def unregister():
     object_status.clear()
     overlay_data.clear()
     session.clear()
+    mix_session.clear()

@@ -48,7 +48,7 @@ def bind_steps(bind_input, triangles, execution, portable=False):
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
-    task = _call(
+    task = call(
         native_loader.module().start_bind,
         bind_input.rest.astype(np.float64),
         triangles,
@@ -62,7 +62,7 @@ def bind_steps(bind_input, triangles, execution, portable=False):
         **({} if bind_input.strengths is None else {"strengths": bind_input.strengths}),
     )
     yield task
-    deformer = _call(task.result)
+    deformer = call(task.result)
     summary = result.BindSummary.of(deformer.report)
     if result.nothing_is_held(deformer.report):
         raise SceneError(
@@ -81,7 +81,7 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
 
     @throws SolverError, CancelledError.
     """
-    task = _call(
+    task = call(
         binding.deformer.start_solve,
         np.ascontiguousarray(goal.positions, np.float64),
         weights=goal.weights,
@@ -91,7 +91,7 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
         refused=REFUSED_POSE,
     )
     yield task
-    solution = _call(task.result, refused=REFUSED_POSE)
+    solution = call(task.result, refused=REFUSED_POSE)
     summary = result.SolveSummary.of(solution, bind_input.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
@@ -109,7 +109,7 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
 
     @throws SolverError, CancelledError.
     """
-    task = _call(
+    task = call(
         binding.deformer.start_solve_sequence,
         np.ascontiguousarray(targets, np.float64),
         weights=weights,
@@ -121,7 +121,7 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
         refused=REFUSED_POSE,
     )
     yield task
-    return _call(task.result, refused=REFUSED_POSE)
+    return call(task.result, refused=REFUSED_POSE)
 
 
 def forget(fingerprint):
@@ -132,7 +132,7 @@ def clear():
     _cache.clear()
 
 
-def _call(function, *arguments, refused=REFUSED_MESH, **options):
+def call(function, *arguments, refused=REFUSED_MESH, **options):
     """Calls the native module; its errors become ours, with what to do. refused: what is said of input."""
     module = native_loader.module()
     try:

@@ -223,6 +223,10 @@ class Follower:
         """Whether it has to read the mesh before anything else."""
         return self._scene.must_read and self._scene.is_reading
 
+    def why_hidden(self, obj):
+        """Why what it writes is not to be seen, in words, or None."""
+        return shape_keys.why_result_is_hidden(obj)
+
     @property
     def text(self):
         """For the panel."""
@@ -294,7 +298,7 @@ class Follower:
 
     def _start_bind(self, obj):
         bind_input = self._scene.bind_input
-        triangles = mesh_arrays.triangles(obj.data, bind_input)
+        triangles = mesh_arrays.triangles(obj.data, bind_input.rest)
         self._start(lambda execution: session.bind_steps(bind_input, triangles, execution), self._collect_binding)
 
     def _start_solve(self, obj):
