@@ -264,7 +264,7 @@ def test_another_number_of_vertices_is_told_with_both():
 def test_other_faces_are_told():
     rest_shape, faces = bent_limb.limb()
     other = meshes.make_object(rest_shape.tolist(), [faces[-1], *faces[:-1]], "Shuffled")
-    obj = limb()
+    limb()
     with steps.refused("faces", "same faces"):
         bpy.ops.meanvalue.morph(source=other.name)
 

@@ -19,7 +19,7 @@ def limb(around=12, along=36):
     ]
     last = around * (along - 1)
     faces += [tuple(reversed(range(around))), tuple(range(last, last + around))]
-    return vertices, [tuple(reversed(face)) for face in faces]
+    return vertices, faces
 
 
 def bent(vertices, degrees):
