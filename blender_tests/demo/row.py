@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from . import pictures, scene_mesh, stage
+from . import pictures, stage
 
 ELEVATION_DEG = 5.0
 WIDTH = 1600

@@ -18,8 +18,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from demo import arguments, built_in, pose, report, stage, user_file
 from demo.errors import DemoError
-from demo.photograph import photograph
 from demo.morph import run as morph_run
+from demo.photograph import photograph
 from demo.walk import run as walk_run
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
