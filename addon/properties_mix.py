@@ -12,6 +12,8 @@ def _switch(settings, _context):
     obj = settings.id_data
     if settings.is_on:
         obj.meanvalue.live = False
+        if obj.type == 'MESH' and not settings.made and mix_layers.problem(obj) is None:
+            mix_layers.ensure_key(obj)  # here, where the artist can undo it, and not while a slider is dragged
     elif obj.type == 'MESH':
         mix_layers.remove(obj)
     obj.update_tag()

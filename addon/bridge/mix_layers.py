@@ -141,16 +141,19 @@ def _shape(obj, name):
     return shape
 
 
-def write(obj, shape):
-    """Writes n x 3 float32 into the key that turns the mix, made if it is missing."""
+def ensure_key(obj):
+    """The key that turns the mix, shown fully; made if it is missing, in the rest shape: it adds nothing then."""
     keys = obj.data.shape_keys
     key = keys.key_blocks.get(ids.MIX_KEY)
     if key is None:
-        active_index = obj.active_shape_key_index
-        key = obj.shape_key_add(name=ids.MIX_KEY, from_mix=False)
-        obj.active_shape_key_index = active_index
+        key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
         shape_keys.show_fully(keys, key)
-    shape_keys.write_positions(obj.data, key, shape)
+    return key
+
+
+def write(obj, shape):
+    """Writes n x 3 float32 into the key that turns the mix."""
+    shape_keys.write_positions(obj.data, ensure_key(obj), shape)
 
 
 def remove(obj):

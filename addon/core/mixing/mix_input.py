@@ -61,10 +61,12 @@ class MixInput:
 
     def linear(self, values):
         """n x 3 float64: the mix in straight lines, as Blender makes it."""
-        counts = np.asarray(values, np.float64)[:, None]
-        counts = (counts if self.masks is None else counts * self.masks)[:, :, None]
         rest = self.rest.astype(np.float64)
-        return rest + (counts * (self.shapes - rest)).sum(axis=0)
+        result = rest.copy()
+        for layer in np.flatnonzero(values):  # of many sliders few are moved
+            offset = values[layer] * (self.shapes[layer] - rest)
+            result += offset if self.masks is None else self.masks[layer][:, None] * offset
+        return result
 
     def overlap(self, first, second):
         """Whether two layers move a vertex in common."""
