@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The compiled morphers of this session and the calls into them, as session.py for deformers."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from . import native_loader, session
@@ -14,6 +16,16 @@ CACHE_ENTRIES = 2
 CACHE_BYTES = 2 << 30
 
 _cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
+
+
+@dataclass(frozen=True, eq=False)
+class Mix:
+    """positions n x 3 float64; energy in the units of the mesh."""
+
+    positions: np.ndarray
+    energy: float
+    iterations: int
+    converged: bool
 
 
 def cached(mix_input):
@@ -41,7 +53,7 @@ def bind_steps(mix_input, execution):
 
 
 def solve_steps(morpher, mix_input, values, start=None, execution=None):
-    """Steps to n x 3 float64: the mix with the sliders at `values`, (k,).
+    """Steps to the Mix with the sliders at `values`, (k,).
 
     start: n x 3 float64, the mix of values near these. Where one shape alone is wanted, it is that to the bit.
 
@@ -49,7 +61,8 @@ def solve_steps(morpher, mix_input, values, start=None, execution=None):
     """
     weights = mix_input.weights(values)
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
-        return np.concatenate([mix_input.rest[None], mix_input.shapes])[weights.argmax()].astype(np.float64)
+        shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
+        return Mix(shape.astype(np.float64), 0.0, 0, True)
     task = session.call(
         morpher.start_solve, weights, start=start, execution=execution, refused=REFUSED_SHAPES
     )
@@ -57,7 +70,7 @@ def solve_steps(morpher, mix_input, values, start=None, execution=None):
     solution = session.call(task.result, refused=REFUSED_SHAPES)
     if not result.all_finite(solution.vertices):
         raise SolverError("The solver gave positions that are not numbers. Move the sliders closer to 0")
-    return solution.vertices
+    return Mix(solution.vertices, float(solution.energy), int(solution.iterations), bool(solution.converged))
 
 
 def clear():

@@ -21,8 +21,19 @@ def taking_part(obj):
     keys = obj.data.shape_keys
     if keys is None:
         return []
-    made = {ids.MIX_KEY, *made_names(obj)}
-    return [key for key in keys.key_blocks if key != keys.reference_key and not key.mute and key.name not in made]
+    baked = obj.meanvalue.baked
+    made = {ids.MIX_KEY, *made_names(obj), *json.loads(baked.keys or "[]")}
+    muted_by_bake = set(json.loads(baked.muted or "[]")) if baked.was_mixed else ()
+    return [
+        key
+        for key in keys.key_blocks
+        if key != keys.reference_key and key.name not in made and (not key.mute or key.name in muted_by_bake)
+    ]
+
+
+def is_baked(obj):
+    """Whether a bake of the mix plays in its place."""
+    return bool(obj.meanvalue.baked.target) and obj.meanvalue.baked.was_mixed
 
 
 def made_names(obj):

@@ -205,8 +205,9 @@ class MixFollower:
         began = clock()
 
         def work(execution):
-            solved = yield from mix_session.solve_steps(morpher, mix_input, wanted, start, execution)
-            return solved, (mix_input.rest + (solved - mix_input.linear(wanted))).astype(np.float32)
+            mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, start, execution)
+            correction = mix.positions - mix_input.linear(wanted)
+            return mix.positions, (mix_input.rest + correction).astype(np.float32)
 
         def collect(obj, outcome):
             self._solution, shape = outcome

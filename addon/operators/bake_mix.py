@@ -6,7 +6,7 @@ import bpy
 from ..bridge import in_between_keys, mix_layers
 from ..core import wording
 from ..errors import SceneError
-from ..workers.mixing import MixBaking
+from ..workers.mixing import InBetweenSearch
 from .background import BackgroundOperator
 
 
@@ -31,7 +31,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         settings = obj.meanvalue.mix
         mix_input = mix_layers.gather(obj)
         tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
-        self._prepared = MixBaking(mix_input, tolerance, settings.most_keys)
+        self._prepared = InBetweenSearch(mix_input, tolerance, settings.most_keys)
         return self._prepared
 
     def progress_text(self, stage, share):
@@ -41,16 +41,15 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         return f"{wording.counted(solved, 'mix', 'mixes')} solved    Esc: Cancel"
 
     def finish(self, obj, prepared, found):
-        prepared.keep()
         settings = obj.meanvalue.mix
-        share = found.error / prepared.input.diagonal if prepared.input.diagonal else 0.0
+        share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
         if not found.nodes:
             raise SceneError(
                 f"No in-between keys are needed: in straight lines, too, the mix is within {share:.2%} of the size. "
                 "Lower the tolerance if that is too much"
             )
         settings.is_on = False
-        made = in_between_keys.make(obj, prepared.input, found)
+        made = in_between_keys.make(obj, prepared.bind_input, found)
         settings.note = f"{wording.counted(len(made), 'in-between key')}, within {share:.2%} of the mesh's size"
         warnings = []
         if found.error > prepared.tolerance:

@@ -282,3 +282,37 @@ def test_undo_and_reload_keep_the_mix(tmp_path):
     np.testing.assert_allclose(shown(obj), before, atol=1e-5)
     set_value(obj, "Bend", 0.25)
     assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
+
+
+def animate(obj, frames=12):
+    key = obj.data.shape_keys.key_blocks["Bend"]
+    for frame, value in ((1, 0.0), (frames, 1.0)):
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, frames
+
+
+@pytest.mark.parametrize("target", ['POINT_CACHE', 'SHAPE_KEYS'])
+def test_animated_sliders_are_baked_frame_by_frame(tmp_path, target):
+    obj = bending()
+    animate(obj)
+    obj.meanvalue.mix.is_on = True
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
+    obj = bpy.data.objects["Limb"]
+    meshes.activate(obj)
+    before = snapshot(obj, without=("settings",))
+    live = {}
+    for frame in (1, 4, 9, 12):
+        bpy.context.scene.frame_set(frame)
+        live[frame] = shown(obj)
+    bpy.context.scene.frame_set(1)
+    assert bpy.ops.meanvalue.bake(target=target, keys='EVERY') == {'FINISHED'}
+    assert not obj.meanvalue.mix.is_on
+    for frame, shape in live.items():
+        bpy.context.scene.frame_set(frame)
+        assert np.abs(shown(obj) - shape).max() <= 1e-3 * DIAGONAL
+    assert bpy.ops.meanvalue.bake(target=target, keys='EVERY') == {'FINISHED'}  # nothing has changed
+    bpy.context.scene.frame_set(1)
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert obj.meanvalue.mix.is_on
+    assert_same(before, snapshot(obj, without=("settings",)))
