@@ -41,7 +41,7 @@ def bind_steps(mix_input, execution):
     """Steps (see workers.job) to a native Morpher. @throws NativeModuleError, SolverError, CancelledError."""
     shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
     task = session.call(
-        native_loader.module().start_morpher,
+        native_loader.module().start_bind_morph,
         shapes,
         mix_input.triangles,
         rigidity=mix_input.rigidity,
