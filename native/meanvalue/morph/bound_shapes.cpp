@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
@@ -150,35 +151,46 @@ void Morpher::Bound::find_parts(const Execution& execution) {
 void Morpher::Bound::factorise(Execution& execution) {
     const StageTimer timer(timings, "factor");
     execution.begin_stage("factor");
+    const auto vertices = static_cast<Index>(shapes[0].rows());
     const auto count = static_cast<Index>(shapes.size());
-    const ShapeWeights even(std::vector<double>(count, 1.0 / count), count, static_cast<Index>(shapes[0].rows()));
+    const ShapeWeights even(std::vector<double>(count, 1.0 / count), count, vertices);
     Encoding encoding = encodings->layout();
     encodings->fill(even, threads, execution, encoding);
     RestCells mean;
     cells->fill_edges(even, threads, execution, mean);
-    std::vector<Index> pinned;
-    for (const std::vector<Index>& part : parts.members)
-        pinned.push_back(part.front());
-    poisson = std::make_unique<PoissonBlend>(encodings->layout(), mean, pinned, instructions, threads, execution);
-
-    unknowns = find_unknowns(encodings->layout(), is_fixed);
-    if (unknowns.free.empty()) return;
     const double size = TurnedCells::geometric_mean(diagonals, even.mean().data());
-    const DeformationEnergy energy(encoding, unknowns, mean, size, DeformationEnergy::weights_for(rigidity),
-                                   execution);
+    const auto energy_of = [&](const Unknowns& unknowns) {
+        return DeformationEnergy(encoding, unknowns, mean, size, DeformationEnergy::weights_for(rigidity), execution);
+    };
+    all = find_unknowns(encodings->layout(), std::vector<char>(vertices, 0));
+    const DeformationEnergy energy = energy_of(all);
+    factor_of_all = factor_of(energy, all, execution);
+    assembly = std::make_unique<CellAssembly>(encodings->layout(), energy.quadratic_rows(rigidity, execution),
+                                              factor_of_all, execution);
+    if (anchors.empty()) return;
+    without_anchors = find_unknowns(encodings->layout(), is_fixed);
+    if (!without_anchors.free.empty())
+        factor_without_anchors = factor_of(energy_of(without_anchors), without_anchors, execution);
+}
+
+/// A free vertex of each part without a fixed one is held, which only decides where the part is.
+SupernodalFactor Morpher::Bound::factor_of(const DeformationEnergy& energy, const Unknowns& unknowns,
+                                           Execution& execution) const {
     SparseMatrix hessian = energy.constant_hessian(rigidity, threads, execution);
     std::vector<char> is_pinned(unknowns.free.size(), 0);
-    for (std::size_t part = 0; part < pinned.size(); ++part) {
-        if (!parts.is_anchored[part]) is_pinned[unknowns.slot[pinned[part]]] = 1;
+    for (const std::vector<Index>& part : parts.members) {
+        const bool is_held = std::any_of(part.begin(), part.end(), [&](Index v) { return unknowns.slot[v] < 0; });
+        if (!is_held) is_pinned[unknowns.slot[part.front()]] = 1;
     }
     for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
         double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
         diagonal = diagonal > 0.0 ? diagonal * ((is_pinned[k] ? 2.0 : 1.0) + kLeastDiagonal) : 1.0;
     }
-    factor = SupernodalFactor(instructions);
+    SupernodalFactor factor(instructions);
     factor.analyse(hessian, execution, threads);
     if (!factor.factorise(hessian, execution, threads))
         throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
+    return factor;
 }
 
 Positions Morpher::Bound::linear_blend(const ShapeWeights& weights, int threads, const Execution& execution) const {
@@ -216,7 +228,25 @@ void Morpher::Bound::place(const Positions& onto, const Matrix3& turn, bool skip
 
 std::size_t Morpher::Bound::bytes() const {
     return shapes.size() * static_cast<std::size_t>(shapes[0].size()) * sizeof(double) + encodings->bytes() +
-           cells->bytes() + poisson->bytes() + factor.bytes();
+           cells->bytes() + assembly->bytes() + factor_of_all.bytes() + factor().bytes();
+}
+
+Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)
+    : encoding(bound.encodings->layout()), minimiser(bound.unknowns(), bound.diagonals[0], bound.instructions) {
+    const auto count = static_cast<Index>(bound.shapes.size());
+    const ShapeWeights even(std::vector<double>(count, 1.0), count, encoding.vertex_count());
+    bound.cells->fill_edges(even, bound.threads, execution, cells);
+    energy = std::make_unique<DeformationEnergy>(encoding, bound.unknowns(), cells, bound.diagonals[0],
+                                                 DeformationEnergy::weights_for(bound.rigidity), execution,
+                                                 bound.instructions == InstructionSet::kFastest
+                                                     ? DeformationEnergy::Kernel::kFastest
+                                                     : DeformationEnergy::Kernel::kPortable);
+    energy_room = energy->make_workspace();
+}
+
+std::size_t Morpher::Workspace::bytes() const {
+    return encoding.bytes() + cells.edges.capacity() * sizeof(Vector3) + energy->bytes() + energy_room.bytes() +
+           minimiser.bytes();
 }
 
 }  // namespace meanvalue

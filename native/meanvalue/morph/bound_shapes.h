@@ -7,8 +7,8 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/encoding/encoding_blend.h"
 #include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/morph/cell_assembly.h"
 #include "meanvalue/morph/morpher.h"
-#include "meanvalue/morph/poisson_blend.h"
 #include "meanvalue/morph/turned_cells.h"
 #include "meanvalue/optimise/lbfgs.h"
 #include "meanvalue/optimise/unknowns.h"
@@ -42,23 +42,35 @@ struct Morpher::Bound {
     std::unique_ptr<EncodingBlend> encodings;
     std::unique_ptr<TurnedCells> cells;
     RingParts parts;
-    Unknowns unknowns;
-    std::unique_ptr<PoissonBlend> poisson;
-    SupernodalFactor factor;  // of the energy's constant matrix for the average of all shapes
+    // Of the energy's constant matrix for the average of all shapes: with all vertices free, and without the anchors;
+    // the latter is empty where there are none.
+    Unknowns all;
+    SupernodalFactor factor_of_all;
+    std::unique_ptr<CellAssembly> assembly;
+    Unknowns without_anchors;
+    SupernodalFactor factor_without_anchors;
+
+    const Unknowns& unknowns() const { return anchors.empty() ? all : without_anchors; }
+    const SupernodalFactor& factor() const { return anchors.empty() ? factor_of_all : factor_without_anchors; }
 
   private:
     void encode_shapes(const MorphBinding& binding, Execution& execution);
     void find_parts(const Execution& execution);
     void factorise(Execution& execution);
+    SupernodalFactor factor_of(const DeformationEnergy& energy, const Unknowns& unknowns, Execution& execution) const;
 };
 
 /// Of one solve at a time.
 struct Morpher::Workspace {
+    Workspace(const Bound& bound, const Execution& execution);
+    std::size_t bytes() const;
+
     Encoding encoding;
     RestCells cells;
     std::vector<Matrix3> rotations;
-    PoissonBlend::Workspace poisson;
-    SupernodalFactor::Workspace factor;
+    CellAssembly::Workspace assembly;
+    std::unique_ptr<DeformationEnergy> energy;  // of `encoding` and `cells`
+    DeformationEnergy::Workspace energy_room;
     Lbfgs minimiser;
 };
 

@@ -14,6 +14,8 @@ namespace {
 constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step: that of the fast method
 // Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve.
 constexpr double kEnergyTolerance = 50.0;
+// A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
+constexpr double kNegligible = 0.03;
 constexpr std::size_t kMostIdle = 2;
 
 }  // namespace
@@ -39,7 +41,7 @@ class Morpher::Solve {
             Positions guess = turn_cells(solution.timings);
             solution.vertices = guess;
             if (start) {
-                for (const Index v : bound_.unknowns.free)
+                for (const Index v : bound_.unknowns().free)
                     solution.vertices.row(v) = start->row(v);
             }
             minimise(solution);
@@ -53,7 +55,6 @@ class Morpher::Solve {
     void blend(Timings& timings) {
         const StageTimer timer(timings, "blend");
         execution_.begin_stage("blend");
-        if (work_.encoding.ring_offsets.empty()) work_.encoding = bound_.encodings->layout();
         bound_.encodings->fill(weights_, threads_, execution_, work_.encoding);
         bound_.cells->fill_edges(weights_, threads_, execution_, work_.cells);
     }
@@ -64,7 +65,7 @@ class Morpher::Solve {
         bound_.cells->fill_rotations(weights_, threads_, execution_, work_.rotations);
         const Positions linear = bound_.linear_blend(weights_, threads_, execution_);
         Positions positions = linear;
-        bound_.poisson->solve(work_.cells, work_.rotations, threads_, execution_, work_.poisson, positions);
+        bound_.assembly->solve(work_.cells, work_.rotations, threads_, execution_, work_.assembly, positions);
         bound_.place(linear, bound_.cells->whole_turn(weights_.mean()), false, positions);
         return positions;
     }
@@ -74,25 +75,22 @@ class Morpher::Solve {
         solution.stop_reason = "no free vertices";
         solution.energies = {0.0};
         solution.converged = true;
-        if (bound_.unknowns.free.empty()) return;
+        if (bound_.unknowns().free.empty()) return;
         const StageTimer timer(solution.timings, "minimise");
-        const DeformationEnergy energy(work_.encoding, bound_.unknowns, work_.cells, size_,
-                                       DeformationEnergy::weights_for(bound_.rigidity), execution_,
-                                       bound_.instructions == InstructionSet::kFastest
-                                           ? DeformationEnergy::Kernel::kFastest
-                                           : DeformationEnergy::Kernel::kPortable);
-        DeformationEnergy::Workspace room = energy.make_workspace();
+        work_.energy->refill(work_.cells, size_, threads_, execution_);
         LbfgsOptions options;
         const double tolerance = options_.tolerance.value_or(kDefaultTolerance);
         options.step_tolerance = tolerance * size_;
+        options.negligible_step = kNegligible * options.step_tolerance;
         options.energy_tolerance = bound_.rigidity > 0.0 ? kEnergyTolerance * tolerance : 0.0;
         options.max_iterations = options_.max_iterations;
         options.threads = threads_;
         const LbfgsReport report = work_.minimiser.minimise(
             [&](const Positions& positions, Positions& gradient) {
-                return energy.evaluate(positions, bound_.rigidity, gradient, threads_, execution_, room);
+                return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
+                                              work_.energy_room);
             },
-            {bound_.factor, work_.factor}, options, solution.vertices, execution_);
+            {bound_.factor(), work_.assembly.factor}, options, solution.vertices, execution_);
         solution.energies = report.energies;
         solution.initial_energy = report.energies.front();
         solution.energy = report.energies.back();
@@ -121,7 +119,8 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution)
     report_.component_count = static_cast<Index>(bound_->parts.members.size());
     report_.guarded = bound_->encodings->layout().guarded;
     report_.timings = bound_->timings;
-    report_.bytes = bound_->bytes();
+    idle_.push_back(std::make_unique<Workspace>(*bound_, execution));
+    report_.bytes = bound_->bytes() + idle_.back()->bytes();
 }
 
 Morpher::~Morpher() = default;
@@ -134,14 +133,14 @@ Solution Morpher::solve(const std::vector<double>& weights, const std::optional<
     if (options.max_iterations < 0)
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     if (start) require_start(*start, bound_->shapes[0], bound_->diagonals[0], bound_->is_fixed, execution);
-    std::unique_ptr<Workspace> workspace = take_workspace();
+    std::unique_ptr<Workspace> workspace = take_workspace(execution);
     Solution solution = Solve(*bound_, *workspace, normalised, options, execution).run(start);
     give_back(std::move(workspace));
     return solution;
 }
 
 /// Without waiting: in a forked child the lock may be held for good.
-std::unique_ptr<Morpher::Workspace> Morpher::take_workspace() const {
+std::unique_ptr<Morpher::Workspace> Morpher::take_workspace(const Execution& execution) const {
     {
         const std::unique_lock lock(mutex_, std::try_to_lock);
         if (lock && !idle_.empty()) {
@@ -150,9 +149,7 @@ std::unique_ptr<Morpher::Workspace> Morpher::take_workspace() const {
             return workspace;
         }
     }
-    auto workspace = std::make_unique<Workspace>();
-    workspace->minimiser = Lbfgs(bound_->unknowns, bound_->diagonals[0], bound_->instructions);
-    return workspace;
+    return std::make_unique<Workspace>(*bound_, execution);
 }
 
 void Morpher::give_back(std::unique_ptr<Workspace> workspace) const {

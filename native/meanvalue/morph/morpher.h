@@ -64,7 +64,7 @@ class Morpher {
     struct Workspace;
     class Solve;
 
-    std::unique_ptr<Workspace> take_workspace() const;
+    std::unique_ptr<Workspace> take_workspace(const Execution& execution) const;
     void give_back(std::unique_ptr<Workspace> workspace) const;
 
     std::unique_ptr<const Bound> bound_;

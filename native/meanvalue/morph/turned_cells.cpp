@@ -61,6 +61,7 @@ TurnedCells::TurnedCells(const Encoding& layout, const std::vector<PositionsView
     : shape_count_(static_cast<Index>(shapes.size())), layout_(layout) {
     Turns turns = align_cells(shapes, threads, execution);
     find_turns(turns, threads, execution);
+    relations_.emplace(layout_, turns_, shape_count_, execution);
     const auto count = static_cast<std::size_t>(shape_count_);
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
@@ -240,6 +241,7 @@ void TurnedCells::fill_rotations(const ShapeWeights& weights, int threads, const
             rotations[v] = rotation_by(sum);
         }
     });
+    relations_->correct(weights, threads, execution, rotations);
 }
 
 Matrix3 TurnedCells::whole_turn(const std::vector<double>& weights) const {

@@ -2,12 +2,14 @@
 // made of.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/shape_weights.h"
+#include "meanvalue/morph/turn_relations.h"
 
 namespace meanvalue {
 
@@ -27,7 +29,8 @@ class TurnedCells {
     Index shape_count() const { return shape_count_; }
     /// The average cells; sizes go geometrically. @param cells receives them, |ring|.
     void fill_edges(const ShapeWeights& weights, int threads, const Execution& execution, RestCells& cells) const;
-    /// How each of these is turned in the in-between shape, but for the turn of the whole.
+    /// How each of these is turned in the in-between shape, but for the turn of the whole: averages in space,
+    /// corrected by TurnRelations.
     /// @param rotations receives n.
     void fill_rotations(const ShapeWeights& weights, int threads, const Execution& execution,
                         std::vector<Matrix3>& rotations) const;
@@ -51,6 +54,7 @@ class TurnedCells {
     std::vector<Vector3> turns_;   // for each vertex omega_ik in the same way
     std::vector<double> sizes_;    // of each shape
     std::vector<Matrix3> wholes_;  // G_k
+    std::optional<TurnRelations> relations_;
 };
 
 }  // namespace meanvalue
