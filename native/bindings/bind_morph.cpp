@@ -83,7 +83,7 @@ struct OwnedBinding {
 
 std::shared_ptr<OwnedBinding> own_binding(const py::object& shapes, const py::object& faces,
                                           const std::optional<py::object>& anchors, std::optional<double> rigidity,
-                                          int threads, bool portable) {
+                                          std::optional<double> hold, int threads, bool portable) {
     auto owned = std::make_shared<OwnedBinding>();
     owned->shapes = own_shapes(shapes);
     owned->faces = own_faces(faces, owned->shapes.size());
@@ -92,6 +92,7 @@ std::shared_ptr<OwnedBinding> own_binding(const py::object& shapes, const py::ob
         binding.shapes.emplace_back(shape);
     if (anchors) binding.anchors = as_indices(*anchors, "anchors");
     binding.rigidity = rigidity;
+    binding.hold = hold;
     binding.threads = threads;
     binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
     return owned;
@@ -99,16 +100,18 @@ std::shared_ptr<OwnedBinding> own_binding(const py::object& shapes, const py::ob
 
 std::shared_ptr<Morpher> make_morpher(const py::object& shapes, const py::object& faces,
                                       const std::optional<py::object>& anchors, std::optional<double> rigidity,
-                                      int threads, bool portable, const SharedExecution& execution) {
-    const auto owned = own_binding(shapes, faces, anchors, rigidity, threads, portable);
+                                      std::optional<double> hold, int threads, bool portable,
+                                      const SharedExecution& execution) {
+    const auto owned = own_binding(shapes, faces, anchors, rigidity, hold, threads, portable);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return bind_morph_detached(*owned->binding, held);
 }
 
 Task start_bind_morph(const py::object& shapes, const py::object& faces, const std::optional<py::object>& anchors,
-                      std::optional<double> rigidity, int threads, bool portable, const SharedExecution& execution) {
-    const auto owned = own_binding(shapes, faces, anchors, rigidity, threads, portable);
+                      std::optional<double> rigidity, std::optional<double> hold, int threads, bool portable,
+                      const SharedExecution& execution) {
+    const auto owned = own_binding(shapes, faces, anchors, rigidity, hold, threads, portable);
     const SharedExecution held = execution_or_new(execution);
     return {held, [owned, held]() -> Task::Deliver {
                 const std::shared_ptr<Morpher> morpher = bind_morph_detached(*owned->binding, held);
@@ -201,6 +204,8 @@ constexpr const char* kBindArguments =
     "anchors: (a,) vertex numbers, or None: vertices that are put where the turned and stretched cells of all\n"
     "shapes put them, and held there; the part is placed by them where there are three or more.\n"
     "rigidity: how much lengths count beside the encoding, 0 or more; 0 is the paper's energy, None the default.\n"
+    "hold: how much the shape is held where its cells put it when each is turned by the average of its turns, 0 or\n"
+    "more, None for the default: at 0 the encoding alone says how far joints are bent.\n"
     "threads: 0 for every core; results do not depend on it.\n"
     "portable: with the instructions that every processor of this architecture has: slower, the same bits.\n"
     "Raises InvalidInput that names what is wrong with which shape, SolverFailure, Cancelled.";
@@ -225,8 +230,9 @@ void bind_morph(py::module_& module) {
         "In-between shapes turn where linear ones shrink: encodings and the lengths of cells are averaged, and the\n"
         "shape that has them is solved for.")
         .def(py::init(&make_morpher), py::arg("shapes"), py::arg("faces"), py::arg("anchors") = py::none(),
-             py::kw_only(), py::arg("rigidity") = py::none(), py::arg("threads") = 0, py::arg("portable") = false,
-             py::arg("execution") = py::none(), (std::string("Bind shapes.\n\n") + kBindArguments).c_str())
+             py::kw_only(), py::arg("rigidity") = py::none(), py::arg("hold") = py::none(), py::arg("threads") = 0,
+             py::arg("portable") = false, py::arg("execution") = py::none(),
+             (std::string("Bind shapes.\n\n") + kBindArguments).c_str())
         .def("solve", &solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("execution") = py::none(),
@@ -253,7 +259,8 @@ void bind_morph(py::module_& module) {
                                "MorphReport: what bind found, and what it cost.");
     module.def("start_bind_morph", &start_bind_morph, py::arg("shapes"), py::arg("faces"),
                py::arg("anchors") = py::none(), py::kw_only(), py::arg("rigidity") = py::none(),
-               py::arg("threads") = 0, py::arg("portable") = false, py::arg("execution") = py::none(),
+               py::arg("hold") = py::none(), py::arg("threads") = 0, py::arg("portable") = false,
+               py::arg("execution") = py::none(),
                (std::string("As Morpher(), beside the interpreter. Returns a Task whose result is the Morpher.\n\n") +
                 kBindArguments)
                    .c_str());

@@ -33,6 +33,14 @@ double rigidity_of(const MorphBinding& binding) {
     return rigidity;
 }
 
+double hold_of(const MorphBinding& binding) {
+    const double hold = binding.hold.value_or(kDefaultHold);
+    if (!(hold >= 0.0) || hold > kMostRigidity) {
+        throw InvalidInput(message("hold is ", hold, "; give a number from 0 to ", kMostRigidity));
+    }
+    return hold;
+}
+
 /// Six times the volume inside. @return 0 where the mesh is open.
 double signed_volume(const PositionsView& positions, const TrianglesView& faces, bool is_closed) {
     if (!is_closed) return 0.0;
@@ -78,6 +86,7 @@ void refuse_mirrored(const MorphBinding& binding, const OneRings& rings) {
 Morpher::Bound::Bound(const MorphBinding& binding, Execution& execution)
     : anchors(binding.anchors),
       rigidity(rigidity_of(binding)),
+      hold(hold_of(binding)),
       threads(thread_count(binding.threads)),
       instructions(binding.instructions) {
     check_shapes(binding);
@@ -159,38 +168,56 @@ void Morpher::Bound::factorise(Execution& execution) {
     RestCells mean;
     cells->fill_edges(even, threads, execution, mean);
     const double size = TurnedCells::geometric_mean(diagonals, even.mean().data());
-    const auto energy_of = [&](const Unknowns& unknowns) {
-        return DeformationEnergy(encoding, unknowns, mean, size, DeformationEnergy::weights_for(rigidity), execution);
-    };
     all = find_unknowns(encodings->layout(), std::vector<char>(vertices, 0));
-    const DeformationEnergy energy = energy_of(all);
-    factor_of_all = factor_of(energy, all, execution);
-    assembly = std::make_unique<CellAssembly>(encodings->layout(), energy.quadratic_rows(rigidity, execution),
-                                              factor_of_all, execution);
-    if (anchors.empty()) return;
-    without_anchors = find_unknowns(encodings->layout(), is_fixed);
-    if (!without_anchors.free.empty())
-        factor_without_anchors = factor_of(energy_of(without_anchors), without_anchors, execution);
+    factor_of_all = SupernodalFactor(instructions);
+    {
+        const DeformationEnergy energy = energy_of(encoding, mean, all, {}, size, execution);
+        factorise(energy, all, factor_of_all, execution);
+        assembly = std::make_unique<CellAssembly>(encodings->layout(), energy.quadratic_rows(rigidity, execution),
+                                                  factor_of_all, execution);
+    }
+    unknowns = find_unknowns(encodings->layout(), is_fixed);
+    if (unknowns.free.empty()) return;
+    if (hold > 0.0) {
+        const double share = hold / vertices;
+        for (std::size_t k = 0; k < unknowns.free.size(); ++k)
+            springs.push_back({unknowns.free[k], static_cast<Index>(k), share * share});
+    }
+    factor = anchors.empty() ? factor_of_all.of_same_pattern() : SupernodalFactor(instructions);
+    factorise(energy_of(encoding, mean, unknowns, springs, size, execution), unknowns, factor, execution);
 }
 
-/// A free vertex of each part without a fixed one is held, which only decides where the part is.
-SupernodalFactor Morpher::Bound::factor_of(const DeformationEnergy& energy, const Unknowns& unknowns,
-                                           Execution& execution) const {
+DeformationEnergy Morpher::Bound::energy_of(const Encoding& encoding, const RestCells& of_cells, const Unknowns& of,
+                                            std::vector<SoftAnchor> soft, double size,
+                                            const Execution& execution) const {
+    return {encoding,
+            of,
+            of_cells,
+            size,
+            DeformationEnergy::weights_for(rigidity),
+            execution,
+            instructions == InstructionSet::kFastest ? DeformationEnergy::Kernel::kFastest
+                                                     : DeformationEnergy::Kernel::kPortable,
+            SoftConstraints(std::move(soft), of)};
+}
+
+/// Without springs a vertex of each part that has no fixed one is held, which only decides where the part is.
+void Morpher::Bound::factorise(const DeformationEnergy& energy, const Unknowns& of, SupernodalFactor& result,
+                               Execution& execution) const {
     SparseMatrix hessian = energy.constant_hessian(rigidity, threads, execution);
-    std::vector<char> is_pinned(unknowns.free.size(), 0);
+    std::vector<char> is_pinned(of.free.size(), 0);
     for (const std::vector<Index>& part : parts.members) {
-        const bool is_held = std::any_of(part.begin(), part.end(), [&](Index v) { return unknowns.slot[v] < 0; });
-        if (!is_held) is_pinned[unknowns.slot[part.front()]] = 1;
+        const bool is_held = !energy.soft_constraints().empty() ||
+                             std::any_of(part.begin(), part.end(), [&](Index v) { return of.slot[v] < 0; });
+        if (!is_held) is_pinned[of.slot[part.front()]] = 1;
     }
     for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
         double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
         diagonal = diagonal > 0.0 ? diagonal * ((is_pinned[k] ? 2.0 : 1.0) + kLeastDiagonal) : 1.0;
     }
-    SupernodalFactor factor(instructions);
-    factor.analyse(hessian, execution, threads);
-    if (!factor.factorise(hessian, execution, threads))
+    if (!result.analysed()) result.analyse(hessian, execution, threads);
+    if (!result.factorise(hessian, execution, threads))
         throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
-    return factor;
 }
 
 Positions Morpher::Bound::linear_blend(const ShapeWeights& weights, int threads, const Execution& execution) const {
@@ -228,19 +255,16 @@ void Morpher::Bound::place(const Positions& onto, const Matrix3& turn, bool skip
 
 std::size_t Morpher::Bound::bytes() const {
     return shapes.size() * static_cast<std::size_t>(shapes[0].size()) * sizeof(double) + encodings->bytes() +
-           cells->bytes() + assembly->bytes() + factor_of_all.bytes() + factor().bytes();
+           cells->bytes() + assembly->bytes() + factor_of_all.bytes() + factor.bytes();
 }
 
 Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)
-    : encoding(bound.encodings->layout()), minimiser(bound.unknowns(), bound.diagonals[0], bound.instructions) {
+    : encoding(bound.encodings->layout()), minimiser(bound.unknowns, bound.diagonals[0], bound.instructions) {
     const auto count = static_cast<Index>(bound.shapes.size());
     const ShapeWeights even(std::vector<double>(count, 1.0), count, encoding.vertex_count());
     bound.cells->fill_edges(even, bound.threads, execution, cells);
-    energy = std::make_unique<DeformationEnergy>(encoding, bound.unknowns(), cells, bound.diagonals[0],
-                                                 DeformationEnergy::weights_for(bound.rigidity), execution,
-                                                 bound.instructions == InstructionSet::kFastest
-                                                     ? DeformationEnergy::Kernel::kFastest
-                                                     : DeformationEnergy::Kernel::kPortable);
+    energy = std::make_unique<DeformationEnergy>(
+        bound.energy_of(encoding, cells, bound.unknowns, bound.springs, bound.diagonals[0], execution));
     energy_room = energy->make_workspace();
 }
 

@@ -35,6 +35,7 @@ struct Morpher::Bound {
     std::vector<Index> anchors;
     std::vector<char> is_fixed;  // n
     double rigidity = 0.0;
+    double hold = 0.0;
     int threads = 1;
     InstructionSet instructions;
     Timings timings;
@@ -42,22 +43,24 @@ struct Morpher::Bound {
     std::unique_ptr<EncodingBlend> encodings;
     std::unique_ptr<TurnedCells> cells;
     RingParts parts;
-    // Of the energy's constant matrix for the average of all shapes: with all vertices free, and without the anchors;
-    // the latter is empty where there are none.
+    // With all vertices free, the constant matrix of the energy without springs for the average of all shapes.
     Unknowns all;
     SupernodalFactor factor_of_all;
     std::unique_ptr<CellAssembly> assembly;
-    Unknowns without_anchors;
-    SupernodalFactor factor_without_anchors;
+    // What is solved for: all but the anchors, on springs.
+    Unknowns unknowns;
+    std::vector<SoftAnchor> springs;
+    SupernodalFactor factor;
 
-    const Unknowns& unknowns() const { return anchors.empty() ? all : without_anchors; }
-    const SupernodalFactor& factor() const { return anchors.empty() ? factor_of_all : factor_without_anchors; }
+    DeformationEnergy energy_of(const Encoding& encoding, const RestCells& of_cells, const Unknowns& of,
+                                std::vector<SoftAnchor> soft, double size, const Execution& execution) const;
 
   private:
     void encode_shapes(const MorphBinding& binding, Execution& execution);
     void find_parts(const Execution& execution);
     void factorise(Execution& execution);
-    SupernodalFactor factor_of(const DeformationEnergy& energy, const Unknowns& unknowns, Execution& execution) const;
+    void factorise(const DeformationEnergy& energy, const Unknowns& of, SupernodalFactor& result,
+                   Execution& execution) const;
 };
 
 /// Of one solve at a time.

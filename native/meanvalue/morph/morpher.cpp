@@ -41,11 +41,12 @@ class Morpher::Solve {
             Positions guess = turn_cells(solution.timings);
             solution.vertices = guess;
             if (start) {
-                for (const Index v : bound_.unknowns().free)
+                for (const Index v : bound_.unknowns.free)
                     solution.vertices.row(v) = start->row(v);
             }
+            hold_at(guess);
             minimise(solution);
-            bound_.place(guess, Matrix3::Identity(), true, solution.vertices);
+            if (bound_.springs.empty()) bound_.place(guess, Matrix3::Identity(), true, solution.vertices);
         }
         return solution;
     }
@@ -70,12 +71,17 @@ class Morpher::Solve {
         return positions;
     }
 
+    void hold_at(const Positions& guess) {
+        const SoftConstraints& springs = work_.energy->soft_constraints();
+        if (!springs.empty()) work_.energy_room.soft_targets = springs.rows_of(guess);
+    }
+
     void minimise(Solution& solution) {
         execution_.begin_stage("solve");
         solution.stop_reason = "no free vertices";
         solution.energies = {0.0};
         solution.converged = true;
-        if (bound_.unknowns().free.empty()) return;
+        if (bound_.unknowns.free.empty()) return;
         const StageTimer timer(solution.timings, "minimise");
         work_.energy->refill(work_.cells, size_, threads_, execution_);
         LbfgsOptions options;
@@ -90,7 +96,7 @@ class Morpher::Solve {
                 return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
                                               work_.energy_room);
             },
-            {bound_.factor(), work_.assembly.factor}, options, solution.vertices, execution_);
+            {bound_.factor, work_.assembly.factor}, options, solution.vertices, execution_);
         solution.energies = report.energies;
         solution.initial_energy = report.energies.front();
         solution.energy = report.energies.back();
@@ -171,8 +177,8 @@ std::unique_ptr<Morpher> bind_morph_detached(const MorphBinding& binding,
     bind->execution = execution;
     for (const PositionsView& shape : binding.shapes)
         bind->shapes.emplace_back(shape);
-    bind->binding = std::make_unique<MorphBinding>(
-        MorphBinding{{}, bind->faces, binding.anchors, binding.rigidity, binding.threads, binding.instructions});
+    bind->binding = std::make_unique<MorphBinding>(MorphBinding{
+        {}, bind->faces, binding.anchors, binding.rigidity, binding.hold, binding.threads, binding.instructions});
     for (const Positions& shape : bind->shapes)
         bind->binding->shapes.emplace_back(shape);
     run_detached([bind] { bind->morpher = std::make_unique<Morpher>(*bind->binding, *bind->execution); }, *execution);

@@ -13,6 +13,9 @@
 
 namespace meanvalue {
 
+/// What none stands for in MorphBinding::hold.
+constexpr double kDefaultHold = 200.0;
+
 /// What a Morpher is bound to.
 struct MorphBinding {
     std::vector<PositionsView> shapes;  ///< two or more, n x 3 each
@@ -20,7 +23,9 @@ struct MorphBinding {
     /// Vertices that are put where the turned and stretched cells of all shapes put them, and held there.
     std::vector<Index> anchors = {};
     std::optional<double> rigidity = {};  ///< how much lengths count, 0 or more; none: the default, kDefaultRigidity
-    int threads = 0;                      ///< 0: every core
+    /// How much the shape is held where its cells at the average of their turns put it; none: the default.
+    std::optional<double> hold = {};
+    int threads = 0;  ///< 0: every core
     InstructionSet instructions = InstructionSet::kFastest;
 };
 
