@@ -218,12 +218,14 @@ void TurnedCells::fill_edges(const ShapeWeights& weights, int threads, const Exe
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             const double* const of = weights.of(v);
+            // A cell of one shape alone has that shape's own size, whatever the others are elsewhere.
+            const double size = weights.is_uniform() ? common_size : geometric_mean(sizes_, of);
             for (std::size_t place = layout_.ring_offsets[v]; place < std::size_t(layout_.ring_offsets[v + 1]);
                  ++place) {
                 Vector3 sum = Vector3::Zero();
                 for (std::size_t k = 0; k < count; ++k)
                     sum += of[k] * edges_[place * count + k];
-                cells.edges[place] = common_size * sum;
+                cells.edges[place] = size * sum;
             }
         }
     });
