@@ -41,7 +41,7 @@ def bind_steps(mix_input, execution):
     """Steps (see workers.job) to a native Morpher. @throws NativeModuleError, SolverError, CancelledError."""
     shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
     task = session.call(
-        native_loader.module().start_morpher,
+        native_loader.module().start_bind_morph,
         shapes,
         mix_input.triangles,
         rigidity=mix_input.rigidity,
@@ -52,10 +52,10 @@ def bind_steps(mix_input, execution):
     return session.call(task.result, refused=REFUSED_SHAPES)
 
 
-def solve_steps(morpher, mix_input, values, start=None, execution=None):
+def solve_steps(morpher, mix_input, values, execution=None):
     """Steps to the Mix with the sliders at `values`, (k,).
 
-    start: n x 3 float64, the mix of values near these. Where one shape alone is wanted, it is that to the bit.
+    The same for the same values, whatever was solved before. Where one shape alone is wanted, it is that to the bit.
 
     @throws SolverError, CancelledError.
     """
@@ -63,9 +63,7 @@ def solve_steps(morpher, mix_input, values, start=None, execution=None):
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
         shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
         return Mix(shape.astype(np.float64), 0.0, 0, True)
-    task = session.call(
-        morpher.start_solve, weights, start=start, execution=execution, refused=REFUSED_SHAPES
-    )
+    task = session.call(morpher.start_solve, weights, execution=execution, refused=REFUSED_SHAPES)
     yield task
     solution = session.call(task.result, refused=REFUSED_SHAPES)
     if not result.all_finite(solution.vertices):

@@ -48,7 +48,7 @@ class MixPlan(Rows):
             error, mix = "", None
             try:
                 mix = yield from mix_session.solve_steps(
-                    morpher, self.mix_input, self.values[row], execution=execution
+                    morpher, self.mix_input, self.values[row], execution
                 )
                 before = mix.positions.astype(np.float32)
             except CancelledError:

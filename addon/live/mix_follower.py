@@ -37,7 +37,7 @@ class MixFollower:
         self.stop()
         self.problem = None
         self._input = self._morpher = self._reading = self._signature = None
-        self._wanted = self._shown = self._solution = None
+        self._wanted = self._shown = None
         self._must_read, self._must_check, self._expects_echo = True, False, False
         self._waits_for_edit = False
         self._changed_at = clock()
@@ -168,7 +168,7 @@ class MixFollower:
         if former is not None and former.revision == mix_input.revision:
             return
         self.stop()
-        self._shown = self._wanted = self._solution = None
+        self._shown = self._wanted = None
         self._morpher = mix_session.cached(mix_input)
 
     def _look_at_sliders(self, obj):
@@ -201,16 +201,15 @@ class MixFollower:
         self._collect = collect
 
     def _start_solve(self):
-        morpher, mix_input, wanted, start = self._morpher, self._input, self._wanted, self._solution
+        morpher, mix_input, wanted = self._morpher, self._input, self._wanted
         began = clock()
 
         def work(execution):
-            mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, start, execution)
+            mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, execution)
             correction = mix.positions - mix_input.linear(wanted)
-            return mix.positions, (mix_input.rest + correction).astype(np.float32)
+            return (mix_input.rest + correction).astype(np.float32)
 
-        def collect(obj, outcome):
-            self._solution, shape = outcome
+        def collect(obj, shape):
             self.solve_seconds = clock() - began
             self._shown = wanted
             mix_layers.write(obj, shape)

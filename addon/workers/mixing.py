@@ -53,6 +53,6 @@ class InBetweenSearch(Mixing):
                 values = search.send(correction)
             except StopIteration as end:
                 return end.value
-            mix = yield from mix_session.solve_steps(self.binding, mix_input, values, execution=execution)
+            mix = yield from mix_session.solve_steps(self.binding, mix_input, values, execution)
             self.solved += 1
             correction = mix.positions - mix_input.linear(values)

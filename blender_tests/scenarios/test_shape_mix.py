@@ -300,6 +300,7 @@ def test_animated_sliders_are_baked_frame_by_frame(tmp_path, target):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
     obj = bpy.data.objects["Limb"]
     meshes.activate(obj)
+    bpy.context.scene.frame_set(1)
     before = snapshot(obj, without=("settings",))
     live = {}
     for frame in (1, 4, 9, 12):
