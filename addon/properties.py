@@ -27,7 +27,7 @@ def _tell(group, _context):
 
 
 def _take_hold(group, _context):
-    """A newly chosen control is where it is with the handle in the rest shape, and Remove leaves it alone."""
+    """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
     group.made_control = False
     if controls.is_choosing or group.control is None:
         return
@@ -36,7 +36,7 @@ def _take_hold(group, _context):
         place = controls.place(group.id_data, group)
     except SceneError:
         place = np.zeros((4, 4))  # told as a problem of the control wherever it is used
-    controls.take_hold(group, place)
+    controls.take_over(group.id_data, group, place)
     group.id_data.update_tag()
 
 

@@ -37,6 +37,7 @@ from .operators import (
     toggle_live,
     unbake,
     unbind,
+    use_preset,
 )
 from .ui import (
     anchor_list,
@@ -81,6 +82,7 @@ CLASSES = (
     bake_mix.MEANVALUE_OT_bake_mix,
     remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
     add_preset.MEANVALUE_OT_add_preset,
+    use_preset.MEANVALUE_OT_use_preset,
     import_motion.MEANVALUE_OT_import_motion,
     find_marker_problems.MEANVALUE_OT_find_marker_problems,
     find_marker_problems.MEANVALUE_OT_show_marker_problem,

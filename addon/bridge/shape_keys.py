@@ -219,6 +219,11 @@ def why_result_is_hidden(obj):
         return BAKE_PLAYS
     if obj.show_only_shape_key and obj.active_shape_key not in {None, key}:
         return f"'{obj.active_shape_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'"
+    if key.relative_key != keys.reference_key:
+        return (
+            f"Shape key '{key.name}' is relative to '{key.relative_key.name}', so the pose shows wrong. Choose "
+            f"'{keys.reference_key.name}' in Relative To"
+        )
     if key.mute:
         return f"Shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
     if key.value != 1.0:

@@ -72,6 +72,7 @@ class Follower:
         self._shown = None  # k x 3: where they were for the solution that the mesh shows
         self._solution = None  # n x 3 float64
         self._written = None  # n x 3 float32: what is in the result key
+        self._failed = None  # Targets that could not be reached
         self._is_settled = True
         self._changed_at = clock()
 
@@ -191,7 +192,7 @@ class Follower:
         goal = targets.gather(obj, self._scene.bind_input)
         same = SAME_TARGETS * self._scene.bind_input.diagonal
         if self._wanted is not None and goal.is_near(self._wanted, same):
-            if self._is_shown():
+            if self._is_shown() and self._failed is not self._wanted:
                 self.problem = None
             return False
         self.problem = None
@@ -363,8 +364,11 @@ class Follower:
             outcome = job.result()
         except CancelledError:
             raise
-        except MeanValueError:
-            self._shown = self._wanted  # not again for the same targets
+        except MeanValueError as error:
+            if self._binding is None:
+                self.give_up(str(error))  # the same input would fail again
+                return
+            self._failed = self._shown = self._wanted  # not again for the same targets
             self._is_settled = True
             raise
         collect(obj, outcome)

@@ -105,6 +105,11 @@ def test_a_result_that_is_relative_to_another_key_is_told(status):
     assert is_problem and "relative to 'Other'" in text and "'Basis'" in text
 
 
+def seen(obj):
+    """n x 3: the result in the world."""
+    return np.array([tuple(obj.matrix_world @ point.co) for point in obj.data.shape_keys.key_blocks["Mean-Value"].data])
+
+
 @pytest.mark.parametrize("pose", [False, True])
 @pytest.mark.parametrize("change", ["scale", "origin"])
 def test_a_bind_after_apply_scale_or_set_origin_moves_nothing(change, pose):
@@ -117,7 +122,7 @@ def test_a_bind_after_apply_scale_or_set_origin_moves_nothing(change, pose):
     bpy.ops.meanvalue.bind()
     bpy.ops.meanvalue.solve()
     update()
-    before = np.array([tuple(obj.matrix_world @ point.co) for point in obj.data.shape_keys.key_blocks["Mean-Value"].data])
+    before = seen(obj)
     if change == "scale":
         bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
     else:
@@ -127,8 +132,7 @@ def test_a_bind_after_apply_scale_or_set_origin_moves_nothing(change, pose):
     bpy.ops.meanvalue.bind()
     bpy.ops.meanvalue.solve()
     update()
-    after = np.array([tuple(obj.matrix_world @ point.co) for point in obj.data.shape_keys.key_blocks["Mean-Value"].data])
-    assert np.abs(after - before).max() < 5e-3
+    assert np.abs(seen(obj) - before).max() < 5e-3
 
 
 def test_points_of_the_overlay_lie_on_the_subdivided_surface(part):
