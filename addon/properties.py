@@ -31,12 +31,13 @@ def _take_hold(group, _context):
     group.made_control = False
     if controls.is_choosing or group.control is None:
         return
+    shown = controls.shown_move(group.id_data, group)
     bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
     try:
         place = controls.place(group.id_data, group)
     except SceneError:
         place = np.zeros((4, 4))  # told as a problem of the control wherever it is used
-    controls.take_over(group.id_data, group, place)
+    controls.take_hold(group, np.linalg.inv(shown) @ place)
     group.id_data.update_tag()
 
 

@@ -92,15 +92,13 @@ def take_hold(group, place):
     group.rest_relation = place.ravel()
 
 
-def take_over(obj, group, place):
-    """As take_hold(), where the handle may be posed: from here on the control at `place` carries it from where it is."""
+def shown_move(obj, group):
+    """4 x 4: how the handle is moved from the rest shape where it is shown, whatever carries it."""
     members = vertex_groups.members(obj, [group.name]).get(group.name)
     shown = shape_keys.result_positions(obj)
-    if members is None or len(members) == 0 or shown is None or group.follows != 'CONTROL':
-        take_hold(group, place)
-        return
-    rest = shape_keys.rest_positions(obj.data)
-    take_hold(group, np.linalg.inv(motion.fitted(rest[members], shown[members])) @ place)
+    if members is None or len(members) == 0 or shown is None:
+        return np.eye(4)
+    return motion.between(np.eye(4), motion.fitted(shape_keys.rest_positions(obj.data)[members], shown[members]))
 
 
 def add_control(obj, group, rest_points, shown_points):

@@ -133,7 +133,8 @@ def _look(known, positions, colors):
 def shown_positions(obj):
     """n x 3 float32: where the vertices are to be seen.
 
-    Modifiers count as long as they keep the vertices, or put new ones behind them; else it is the result if it is shown, and the rest shape if not.
+    Modifiers count as long as they keep the vertices, or put new ones behind them; else it is the result if it is
+    shown, and the rest shape if not.
     """
     depsgraph = bpy.context.view_layer.depsgraph  # as it is: drawing must not evaluate anything
     evaluated = obj.evaluated_get(depsgraph).data if depsgraph is not None else obj.data

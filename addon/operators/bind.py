@@ -2,6 +2,7 @@
 """Binds the rest shape, the anchors and the region."""
 
 import bpy
+import numpy as np
 
 from ..bridge import bound_record, controls, targets
 from ..core import fingerprint, result
@@ -23,7 +24,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         if _has_other_rest_shape(obj, posing):
             for line in targets.enabled_groups(obj):
                 if line.follows == 'CONTROL' and controls.problem(obj, line) is None:
-                    controls.take_over(obj, line, controls.place(obj, line))
+                    moved = controls.shown_move(obj, line)
+                    controls.take_hold(line, np.linalg.inv(moved) @ controls.place(obj, line))
         posing.record(obj)
         report = posing.binding.deformer.report
         notes = [*result.guarded_notes(report), *result.size_notes(report)]
