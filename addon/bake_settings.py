@@ -152,6 +152,7 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     keys: StringProperty()
     muted: StringProperty()
     was_live: BoolProperty()
+    was_mixed: BoolProperty()
     was_relative: BoolProperty()
     made_basis: BoolProperty()
     note: StringProperty()  # what it is, for the panel

@@ -8,7 +8,7 @@ an edited object has been left alone for a moment, since Blender has no reason t
 import bpy
 from bpy.app.handlers import persistent
 
-from . import session
+from . import mix_session, session
 from .bridge import controls, marker_pairs, object_status, overlay_data, shared_readings, views
 from .live import engine
 
@@ -41,6 +41,7 @@ def meanvalue_leave_file(*_):
 @persistent
 def meanvalue_another_file(*_):
     session.clear()
+    mix_session.clear()
     _forget_what_was_read()
     engine.another_file()
 

@@ -12,6 +12,7 @@ BASIS_KEY = "Basis"
 POSE_KEY = "Pose"
 KEPT_KEY = "Kept Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
+MIX_KEY = "Rotation-Aware Mix"
 
 #: What Bake makes: the modifier, and the folder of caches beside the .blend.
 CACHE_MODIFIER = "Mean-Value Cache"

@@ -14,7 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import bake_settings, ids, properties_capture
+from . import bake_settings, ids, properties_capture, properties_mix
 from .bridge import controls, targets
 from .errors import SceneError
 
@@ -27,16 +27,17 @@ def _tell(group, _context):
 
 
 def _take_hold(group, _context):
-    """A newly chosen control is where it is with the handle in the rest shape, and Remove leaves it alone."""
+    """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
     group.made_control = False
     if controls.is_choosing or group.control is None:
         return
+    shown = controls.shown_move(group.id_data, group)
     bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
     try:
         place = controls.place(group.id_data, group)
     except SceneError:
         place = np.zeros((4, 4))  # told as a problem of the control wherever it is used
-    controls.take_hold(group, place)
+    controls.take_hold(group, np.linalg.inv(shown) @ place)
     group.id_data.update_tag()
 
 
@@ -48,6 +49,8 @@ def _paint(group, _context):
 def _make_result_key(settings, _context):
     """Live writes into a shape key that is there: none is made while the artist drags."""
     if settings.live:
+        if settings.mix.is_on:
+            settings.mix.is_on = False  # one of both shapes the mesh
         targets.prepare_result(settings.id_data)
     settings.id_data.update_tag()
 
@@ -218,6 +221,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     marker: StringProperty(options={'HIDDEN'})  # of a marker of a take: its name in the file
     marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file
     capture: PointerProperty(type=properties_capture.MEANVALUE_PG_capture)
+    mix: PointerProperty(type=properties_mix.MEANVALUE_PG_mix)
     bake: PointerProperty(type=bake_settings.MEANVALUE_PG_bake)
     baked: PointerProperty(type=bake_settings.MEANVALUE_PG_baked)
 
@@ -226,6 +230,7 @@ CLASSES = (
     MEANVALUE_PG_anchor_group,
     MEANVALUE_PG_bound_record,
     *bake_settings.CLASSES,
+    *properties_mix.CLASSES,
     MEANVALUE_PG_settings,
 )
 

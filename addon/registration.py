@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import handlers, native_loader, preferences, properties, session
+from . import handlers, mix_session, native_loader, preferences, properties, session
 from .bridge import object_status, overlay_data
 from .operators import (
     add_anchor_group,
@@ -13,17 +13,20 @@ from .operators import (
     apply_pose,
     background,
     bake,
+    bake_mix,
     bind,
     find_marker_problems,
     grow_region,
     import_motion,
     keep_pose,
     match_markers,
+    morph,
     own_controls,
     paint_region,
     pick_marker_point,
     reference_frame,
     remove_anchor_group,
+    remove_in_betweens,
     remove_marker,
     reset_handles,
     save_marker_set,
@@ -35,6 +38,7 @@ from .operators import (
     toggle_live,
     unbake,
     unbind,
+    use_preset,
 )
 from .ui import (
     anchor_list,
@@ -44,6 +48,7 @@ from .ui import (
     keymap,
     marker_list,
     menus,
+    mix_panel,
     overlay,
     pair_overlay,
     panel,
@@ -73,7 +78,12 @@ CLASSES = (
     bake.MEANVALUE_OT_bake,
     show_baked_frame.MEANVALUE_OT_show_baked_frame,
     unbake.MEANVALUE_OT_unbake,
+    morph.MEANVALUE_OT_morph,
+    morph.MEANVALUE_OT_blend_part,
+    bake_mix.MEANVALUE_OT_bake_mix,
+    remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
     add_preset.MEANVALUE_OT_add_preset,
+    use_preset.MEANVALUE_OT_use_preset,
     import_motion.MEANVALUE_OT_import_motion,
     find_marker_problems.MEANVALUE_OT_find_marker_problems,
     find_marker_problems.MEANVALUE_OT_show_marker_problem,
@@ -90,6 +100,7 @@ CLASSES = (
     *panel.CLASSES,
     *capture_panel.CLASSES,
     *file_drop.CLASSES,
+    *mix_panel.CLASSES,
     *bake_panel.CLASSES,
     *menus.CLASSES,
 )
@@ -121,3 +132,4 @@ def unregister():
     overlay_data.clear()
     mended_takes.forget()
     session.clear()
+    mix_session.clear()

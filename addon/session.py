@@ -69,9 +69,9 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
         **({} if bind_input.strengths is None else {"strengths": bind_input.strengths}),
     }
     if known is not None:
-        task = _call(known.deformer.start_rebind, bind_input.anchors, execution=execution, **held)
+        task = call(known.deformer.start_rebind, bind_input.anchors, execution=execution, **held)
     else:
-        task = _call(
+        task = call(
             native_loader.module().start_bind,
             bind_input.rest.astype(np.float64),
             triangles,
@@ -83,7 +83,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
             **held,
         )
     yield task
-    deformer = _call(task.result)
+    deformer = call(task.result)
     summary = result.BindSummary.of(deformer.report)
     if result.nothing_is_held(deformer.report):
         raise SceneError(
@@ -102,7 +102,7 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
 
     @throws SolverError, CancelledError.
     """
-    task = _call(
+    task = call(
         binding.deformer.start_solve,
         np.ascontiguousarray(goal.positions, np.float64),
         weights=goal.weights,
@@ -112,7 +112,7 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
         refused=REFUSED_POSE,
     )
     yield task
-    solution = _call(task.result, refused=REFUSED_POSE)
+    solution = call(task.result, refused=REFUSED_POSE)
     summary = result.SolveSummary.of(solution, bind_input.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
@@ -130,7 +130,7 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
 
     @throws SolverError, CancelledError.
     """
-    task = _call(
+    task = call(
         binding.deformer.start_solve_sequence,
         np.ascontiguousarray(targets, np.float64),
         weights=weights,
@@ -142,7 +142,7 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
         refused=REFUSED_POSE,
     )
     yield task
-    return _call(task.result, refused=REFUSED_POSE)
+    return call(task.result, refused=REFUSED_POSE)
 
 
 def forget(fingerprint):
@@ -153,7 +153,7 @@ def clear():
     _cache.clear()
 
 
-def _call(function, *arguments, refused=REFUSED_MESH, **options):
+def call(function, *arguments, refused=REFUSED_MESH, **options):
     """Calls the native module; its errors become ours, with what to do. refused: what is said of input."""
     module = native_loader.module()
     try:

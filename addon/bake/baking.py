@@ -11,17 +11,16 @@ from ..core.bake_report import BakeReport
 from ..core.chunk_store import ChunkStore, read_json, write_json
 from ..core.wording import counted
 from ..errors import CancelledError, SceneError
-from . import solving
 
 #: Of the report beside a cache.
 SCHEMA = 1
 
 
 class Baking:
-    """Steps (see workers.job) that solve a BakePlan and write what becomes of it; Blender is not touched.
+    """Steps (see workers.job) that solve a plan and write what becomes of it; Blender is not touched.
 
-    plan      the BakePlan
-    posing    workers.posing.Posing of the same mesh, which binds
+    plan      the BakePlan, or MixPlan
+    posing    workers.posing.Posing, or workers.mixing.Mixing, of the same mesh, which binds
     path      of the point cache; for shape keys only where the chunks and the report are
     part      (begin, end) of the rows to bake again in the cache at `path`, or None for all
     """
@@ -59,9 +58,7 @@ class Baking:
             self.begun_at = self.begun_at or (time.monotonic(), self.done)
             self._doing = end - begin
             self._progress_before = execution.progress if execution is not None else None  # the last chunk's
-            solved = yield from solving.solve_rows(
-                self._posing.binding, self.plan.bind_input, self.plan.targets, self.plan.weights, begin, end, execution
-            )
+            solved = yield from self.plan.solve_rows(self._posing.binding, begin, end, execution)
         except CancelledError as error:
             raise CancelledError(self.stopped()) from error
         finally:

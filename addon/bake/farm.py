@@ -24,7 +24,7 @@ from ..core.fingerprint import digest
 from ..core.steps import result_of
 from ..errors import DamagedCacheError, IncompleteCacheError, MeanValueError, SceneError
 from ..workers.job import Job
-from . import baking, bundle, solving
+from . import baking, bundle
 
 SCHEMA = 1
 DONE, FAILED, BAD_ARGUMENTS, INCOMPLETE, DAMAGED = range(5)
@@ -152,11 +152,7 @@ def _solve(plan, triangles, rows, threads):
         if binding is None:
             binding = yield from session.bind_steps(plan.bind_input, triangles, execution, plan.portable)
             session.remember(plan.bind_input, binding, plan.portable)
-        return (
-            yield from solving.solve_rows(
-                binding, plan.bind_input, plan.targets, plan.weights, *rows, execution, threads
-            )
-        )
+        return (yield from plan.solve_rows(binding, *rows, execution, threads))
 
     job, begun, told = Job(work), time.monotonic(), 0
     count = rows[1] - rows[0]

@@ -54,7 +54,7 @@ def _clip(text, frames):
 
 def _plan(scene, obj, numbers, portable):
     bind_input = Posing.to_bake(obj).bind_input
-    triangles = mesh_arrays.triangles(obj.data, bind_input)
+    triangles = mesh_arrays.triangles(obj.data, bind_input.rest)
     times = bake_times.sample_times(*numbers)
     with engine.held():
         samples = result_of(sampling.sample(scene.name, lambda: obj, bind_input, times))

@@ -18,12 +18,31 @@ CHUNK_FRAMES = 2 * solving.RUN_FRAMES
 CHUNK_BYTES = 256 << 20
 
 
-@dataclass(frozen=True, eq=False)
-class BakePlan:
-    """Of f samples. times: their frames, f float64; spacing: frames from one to the next.
+class Rows:
+    """Mix-in: what all plans tell of their f samples. Subclasses have times, f float64: frames; spacing: frames from
+    one to the next; vertices; key, a digest; and solve_rows()."""
 
-    targets f x k x 3 and weights f x k or None as of bridge.sampling.
-    """
+    @property
+    def header(self):
+        return point_cache.Header(self.vertices, float(self.times[0]), self.spacing, len(self.times))
+
+    @property
+    def numbers(self):
+        """What chunks call the rows: the frames where every frame is sampled, else counted on from the first."""
+        first = int(np.floor(self.times[0]))
+        return range(first, first + len(self.times))
+
+    def chunks(self):
+        """[(begin, end)] rows."""
+        run_bytes = solving.RUN_FRAMES * self.header.row_bytes
+        runs = max(1, min(CHUNK_FRAMES // solving.RUN_FRAMES, CHUNK_BYTES // max(1, run_bytes)))
+        count = runs * solving.RUN_FRAMES
+        return [(begin, min(begin + count, len(self.times))) for begin in range(0, len(self.times), count)]
+
+
+@dataclass(frozen=True, eq=False)
+class BakePlan(Rows):
+    """Of handles. targets f x k x 3 and weights f x k or None as of bridge.sampling."""
 
     bind_input: BindInput
     times: np.ndarray
@@ -50,19 +69,10 @@ class BakePlan:
     def vertices(self):
         return len(self.bind_input.rest)
 
-    @property
-    def header(self):
-        return point_cache.Header(self.vertices, float(self.times[0]), self.spacing, len(self.times))
-
-    @property
-    def numbers(self):
-        """What chunks call the rows: the frames where every frame is sampled, else counted on from the first."""
-        first = int(np.floor(self.times[0]))
-        return range(first, first + len(self.times))
-
-    def chunks(self):
-        """[(begin, end)] rows."""
-        run_bytes = solving.RUN_FRAMES * self.header.row_bytes
-        runs = max(1, min(CHUNK_FRAMES // solving.RUN_FRAMES, CHUNK_BYTES // max(1, run_bytes)))
-        count = runs * solving.RUN_FRAMES
-        return [(begin, min(begin + count, len(self.times))) for begin in range(0, len(self.times), count)]
+    def solve_rows(self, binding, begin, end, execution, threads=0):
+        """Steps (see workers.job) to the solving.SolvedRows [begin, end). @throws SolverError, CancelledError."""
+        return (
+            yield from solving.solve_rows(
+                binding, self.bind_input, self.targets, self.weights, begin, end, execution, threads
+            )
+        )

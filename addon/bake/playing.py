@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import compat, ids
 from ..bake_settings import TO_CACHE, TO_KEYS
-from ..bridge import actions, shape_keys
+from ..bridge import actions, mix_layers, shape_keys
 from ..core import bake_times, wording
 
 EVAL_TIME = "eval_time"
@@ -27,7 +27,8 @@ def play_cache(obj, path, plan):
     modifier.interpolation = "LINEAR"
     modifier.deform_mode = "OVERWRITE"
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
-    others = [key.name for key in _shown_keys(obj) if key.name != obj.meanvalue.result_key]
+    mixed = [key.name for key in mix_layers.taking_part(obj)] if obj.meanvalue.mix.is_on else []
+    others = [key.name for key in _shown_keys(obj) if key.name not in {obj.meanvalue.result_key, ids.MIX_KEY, *mixed}]
     _hide_result(obj)
     record = obj.meanvalue.baked
     record.target, record.path, record.modifier = TO_CACHE, path, modifier.name
@@ -60,9 +61,9 @@ def play_keys(obj, plan, kept, shapes, prefix, is_absolute):
     else:
         _animate_values(keys, made, times)
     obj.active_shape_key_index = active_index
-    _hide_result(obj)
     record.target, record.was_relative = TO_KEYS, was_relative
     record.keys = json.dumps([key.name for key in made])
+    _hide_result(obj)
     if is_absolute and was_relative:
         yield "The shape keys are absolute now. Posing needs relative ones, which Remove Bake restores"
     if obj.show_only_shape_key:
@@ -102,12 +103,14 @@ def take_back(obj):
     for name in json.loads(record.muted or "[]"):
         if keys is not None and name in keys.key_blocks:
             keys.key_blocks[name].mute = False
-    was_live = record.was_live
+    was_live, was_mixed = record.was_live, record.was_mixed
     for prop in record.bl_rna.properties:
         if prop.identifier not in {"rna_type", "name"}:
             record.property_unset(prop.identifier)
     if was_live:
         obj.meanvalue.live = True
+    if was_mixed:
+        obj.meanvalue.mix.is_on = True
     return said
 
 
@@ -141,14 +144,17 @@ def _single(value):
 def _hide_result(obj):
     """The mesh must not be moved twice: what poses it is muted, and live posing ends."""
     record = obj.meanvalue.baked
-    record.was_live = obj.meanvalue.live
-    obj.meanvalue.live = False
+    record.was_live, record.was_mixed = obj.meanvalue.live, obj.meanvalue.mix.is_on
     keys = obj.data.shape_keys
-    muted = []
+    shown = mix_layers.taking_part(obj) if record.was_mixed else []
+    obj.meanvalue.live = obj.meanvalue.mix.is_on = False
     key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
-    if key is not None and key != keys.reference_key and not key.mute:
-        key.mute = True
-        muted.append(key.name)
+    if key is not None and key != keys.reference_key and not key.mute and key not in shown:
+        shown.append(key)
+    baked = set(json.loads(record.keys or "[]"))
+    muted = [key.name for key in shown if key.name not in baked]
+    for name in muted:
+        keys.key_blocks[name].mute = True
     record.muted = json.dumps(muted)
 
 

@@ -7,13 +7,15 @@ import pathlib
 import bpy
 
 from ..bake_settings import TO_CACHE, TO_KEYS
-from ..bridge import sampling
+from ..bridge import mix_layers, sampling
 from ..core import bake_times, whole_files
 from ..core.chunk_store import read_json
 from ..errors import SceneError
 from ..ids import CACHE_FOLDER
+from ..workers.mixing import Mixing
 from ..workers.posing import Posing
 from . import baking, playing
+from .mix_plan import MixPlan
 from .plan import BakePlan
 
 
@@ -35,8 +37,9 @@ class Preparation:
         if problem is not None:
             raise SceneError(problem)
         self.part = self._part_rows()
-        self.posing = Posing.to_bake(obj, reading)
-        self.samples = self.plan = self.baking = self.outcome = None
+        self.posing = self._posing(obj, reading)
+        self.plan = self.baking = self.outcome = None
+        self.notes = ()  # on what was sampled, sentences
         self.is_done = False
 
     @property
@@ -45,10 +48,8 @@ class Preparation:
 
     def sample(self, find):
         """Generator of the share that is done. find() as of bridge.sampling. @throws SceneError."""
-        bind_input = self.posing.bind_input
-        self.samples = yield from sampling.sample(self.scene_name, find, bind_input, self.times)
         spacing = bake_times.spacing(self.options.step, self.options.samples)
-        self.plan = BakePlan(bind_input, self.times, spacing, self.samples.targets, self.samples.weights)
+        self.plan = yield from self._plan(find, spacing)
         if self.part is not None:
             baking.require_cache(self.path, self.plan)
         self.baking = baking.Baking(self.plan, self.posing, self.path, self.part)
@@ -83,6 +84,17 @@ class Preparation:
         """Of what is made in shape keys, to know it again."""
         options = self.options
         return f"{self.plan.key} {self._tolerance()} {options.use_absolute} {options.prefix}"
+
+    def _posing(self, obj, reading):
+        """What binds. @throws SceneError, StaleBindingError."""
+        return Posing.to_bake(obj, reading)
+
+    def _plan(self, find, spacing):
+        """Generator of the share that is done, which returns the plan."""
+        bind_input = self.posing.bind_input
+        samples = yield from sampling.sample(self.scene_name, find, bind_input, self.times)
+        self.notes = samples.notes
+        return BakePlan(bind_input, self.times, spacing, samples.targets, samples.weights)
 
     def _is_done(self, obj):
         """Whether the files, or the shape keys, are there already."""
@@ -127,6 +139,19 @@ class Preparation:
         if options.part_end < options.part_start:
             raise SceneError(f"The part ends before it begins (frames {options.part_start} to {options.part_end})")
         return bake_times.rows_of(self.times, options.part_start, options.part_end)
+
+
+class MixPreparation(Preparation):
+    """As Preparation, for the animated sliders of a rotation-aware mix."""
+
+    def _posing(self, obj, _reading):
+        return Mixing(mix_layers.gather(obj))
+
+    def _plan(self, find, spacing):
+        mix_input = self.posing.bind_input
+        names = [layer.name for layer in mix_input.layers]
+        values = yield from sampling.sample_sliders(self.scene_name, find, names, self.times)
+        return MixPlan(mix_input, self.times, spacing, values)
 
 
 def times_of(scene, options):

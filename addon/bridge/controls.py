@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core import motion
 from ..errors import SceneError
-from . import actions, selection
+from . import actions, selection, shape_keys, vertex_groups, views
 
 #: Whether choose() is at work: the update of the property then leaves the place at rest alone.
 is_choosing = False
@@ -27,7 +27,7 @@ def problem(obj, group):
             f"Handle '{group.name}' has no control. Press Make Own Controls, choose an object or a bone for it, or "
             "remove the handle"
         )
-    if not control.users_scene:
+    if not _is_in_a_scene(control):
         return (
             f"The control of handle '{group.name}' was deleted. Press Make Own Controls, choose another one for it, or "
             "remove the handle"
@@ -48,6 +48,11 @@ def problem(obj, group):
             "what it moves. Parent it to the object instead, or remove the constraint"
         )
     return None
+
+
+def _is_in_a_scene(control):
+    """As `control.users_scene`, which goes through all objects of the file."""
+    return bpy.context.view_layer.objects.get(control.name) == control or bool(control.users_scene)
 
 
 def owner_of(control):
@@ -87,6 +92,15 @@ def take_hold(group, place):
     group.rest_relation = place.ravel()
 
 
+def shown_move(obj, group):
+    """4 x 4: how the handle is moved from the rest shape where it is shown, whatever carries it."""
+    members = vertex_groups.members(obj, [group.name]).get(group.name)
+    shown = shape_keys.result_positions(obj)
+    if members is None or len(members) == 0 or shown is None:
+        return np.eye(4)
+    return motion.between(np.eye(4), motion.fitted(shape_keys.rest_positions(obj.data)[members], shown[members]))
+
+
 def add_control(obj, group, rest_points, shown_points):
     """Makes the Empty that carries `group`, at its vertices, as they are shown (n x 3 both).
 
@@ -95,6 +109,7 @@ def add_control(obj, group, rest_points, shown_points):
     control = bpy.data.objects.new(f"{obj.name} {group.name}", None)
     for collection in obj.users_collection or (bpy.context.scene.collection,):
         collection.objects.link(control)
+    views.show_in_local_views(control, obj)
     move_now = motion.fitted(rest_points, shown_points)
     relation = np.eye(4)
     relation[:3, :3] = move_now[:3, :3]

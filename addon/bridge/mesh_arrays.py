@@ -36,15 +36,15 @@ def edges(mesh):
     return ends.reshape(-1, 2)
 
 
-def triangles(mesh, bind_input):
-    """m x 3 int32: Blender's own triangulation of the rest shape.
+def triangles(mesh, rest):
+    """m x 3 int32: Blender's own triangulation of the shape `rest`, n x 3 float32.
 
     How a quad is split depends on where its corners are. The mesh's own triangles are right if its vertices are in
     the rest shape; else a temporary mesh in the rest shape is triangulated.
     """
-    if np.array_equal(vertex_positions(mesh), bind_input.rest):
+    if np.array_equal(vertex_positions(mesh), rest):
         return shown_triangles(mesh)
-    with _temporary_mesh(bind_input) as rest_mesh:
+    with _temporary_mesh(mesh, rest) as rest_mesh:
         return shown_triangles(rest_mesh)
 
 
@@ -57,18 +57,19 @@ def shown_triangles(mesh):
 
 
 @contextlib.contextmanager
-def _temporary_mesh(bind_input):
+def _temporary_mesh(original, rest):
+    corners, starts = faces(original)
     mesh = bpy.data.meshes.new("Mean-Value rest shape")
     try:
-        mesh.vertices.add(len(bind_input.rest))
+        mesh.vertices.add(len(rest))
         store, name = compat.position_store(mesh)
-        store.foreach_set(name, bind_input.rest.ravel())
-        mesh.loops.add(len(bind_input.face_corners))
-        mesh.loops.foreach_set("vertex_index", bind_input.face_corners)
-        mesh.polygons.add(len(bind_input.face_starts))
-        mesh.polygons.foreach_set("loop_start", bind_input.face_starts)
-        ends = np.append(bind_input.face_starts[1:], len(bind_input.face_corners))
-        compat.set_face_sizes(mesh, (ends - bind_input.face_starts).astype(np.int32))
+        store.foreach_set(name, rest.ravel())
+        mesh.loops.add(len(corners))
+        mesh.loops.foreach_set("vertex_index", corners)
+        mesh.polygons.add(len(starts))
+        mesh.polygons.foreach_set("loop_start", starts)
+        ends = np.append(starts[1:], len(corners))
+        compat.set_face_sizes(mesh, (ends - starts).astype(np.int32))
         yield mesh
     finally:
         bpy.data.meshes.remove(mesh)

@@ -133,12 +133,33 @@ def _look(known, positions, colors):
 def shown_positions(obj):
     """n x 3 float32: where the vertices are to be seen.
 
-    Modifiers count as long as they keep the vertices; else it is the result if it is shown, and the rest shape if not.
+    Modifiers count as long as they keep the vertices, or put new ones behind them; else it is the result if it is
+    shown, and the rest shape if not.
     """
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    if len(evaluated.vertices) == len(obj.data.vertices):
-        return mesh_arrays.vertex_positions(evaluated)
+    depsgraph = bpy.context.view_layer.depsgraph  # as it is: drawing must not evaluate anything
+    evaluated = obj.evaluated_get(depsgraph).data if depsgraph is not None else obj.data
+    count = len(obj.data.vertices)
+    if len(evaluated.vertices) == count or (len(evaluated.vertices) > count and _are_first(obj)):
+        return mesh_arrays.vertex_positions(evaluated)[:count]
     keys = obj.data.shape_keys
     key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
     result = shape_keys.result_positions(obj) if key and key.value > 0.0 and not key.mute else None
     return shape_keys.rest_positions(obj.data) if result is None else result
+
+
+#: Modifiers that make vertices and leave those of the mesh the first ones.
+_APPENDING = {'SUBSURF', 'MULTIRES'}
+
+#: Modifiers that move vertices, and make and remove none.
+_MOVING = {
+    'ARMATURE', 'CAST', 'CLOTH', 'CORRECTIVE_SMOOTH', 'CURVE', 'DATA_TRANSFER', 'DISPLACE', 'HOOK', 'LAPLACIANDEFORM',
+    'LAPLACIANSMOOTH', 'LATTICE', 'MESH_CACHE', 'MESH_DEFORM', 'NORMAL_EDIT', 'SHRINKWRAP', 'SIMPLE_DEFORM', 'SMOOTH',
+    'SOFT_BODY', 'SURFACE_DEFORM', 'UV_PROJECT', 'UV_WARP', 'VERTEX_WEIGHT_EDIT', 'VERTEX_WEIGHT_MIX',
+    'VERTEX_WEIGHT_PROXIMITY', 'WARP', 'WAVE', 'WEIGHTED_NORMAL',
+}  # fmt: skip
+
+
+def _are_first(obj):
+    """Whether the mesh's own vertices are the first ones of what the modifiers make."""
+    shown = [modifier for modifier in obj.modifiers if modifier.show_viewport]
+    return all(modifier.type in _APPENDING or modifier.type in _MOVING for modifier in shown)

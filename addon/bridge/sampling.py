@@ -46,12 +46,36 @@ def sample(scene_name, find, bind_input, times):
     pose = shape_keys.pose_positions(obj) if pose_name else None
     goals = np.empty((len(times), len(bind_input.anchors), 3))
     weights = np.ones(goals.shape[:2])
+
+    def read(each, row, frame):
+        _read(each, bind_input, pose, frame, goals[row], weights[row])
+
+    yield from _visit(scene_name, find, times, read)
+    return Samples(times, goals, None if (weights == 1.0).all() else weights, tuple(_notes(find(), pose_name)))
+
+
+def sample_sliders(scene_name, find, names, times):
+    """Generator as sample(), which returns f x k float64: the values of the shape keys `names`. @throws SceneError."""
+    values = np.empty((len(times), len(names)))
+
+    def read(obj, row, frame):
+        blocks = obj.data.shape_keys.key_blocks if obj.data.shape_keys else {}
+        for column, name in enumerate(names):
+            if name not in blocks:
+                raise SceneError(f"At frame {bake_times.named(frame)} there is no shape key '{name}' any more")
+            values[row, column] = blocks[name].value
+
+    yield from _visit(scene_name, find, times, read)
+    return values
+
+
+def _visit(scene_name, find, times, read):
+    """Generator of the share that is done: calls read(object, row, frame) at each frame, and goes back."""
     former = (bpy.data.scenes[scene_name].frame_current, bpy.data.scenes[scene_name].frame_subframe)
     try:
         for row, frame in enumerate(times):
             _set_frame(_scene(scene_name), frame)
-            obj = find()
-            _read(obj, bind_input, pose, frame, goals[row], weights[row])
+            read(find(), row, frame)
             yield (row + 1) / len(times)
     except GeneratorExit:  # perhaps Blender is about to close the file: nothing may be evaluated any more
         _put_back(scene_name, former)
@@ -60,7 +84,6 @@ def sample(scene_name, find, bind_input, times):
         _evaluate_again(scene_name, former)
         raise
     _evaluate_again(scene_name, former)
-    return Samples(times, goals, None if (weights == 1.0).all() else weights, tuple(_notes(find(), pose_name)))
 
 
 def _require_evaluated(obj):

@@ -94,7 +94,7 @@ def ensure_result_key(obj, pose_key=""):
         _rest_key(obj, name)
     keys = mesh.shape_keys
     key = keys.key_blocks[name]
-    _show_fully(keys, key)
+    show_fully(keys, key)
     notes = []
     if obj.meanvalue.baked.target:
         key.mute = True  # else the mesh would be moved twice
@@ -143,7 +143,7 @@ def result_positions(obj):
     return shape if len(shape) == len(obj.data.vertices) else None
 
 
-def _show_fully(keys, key):
+def show_fully(keys, key):
     """So that the object takes exactly the key's positions, whatever was set on it before."""
     key.relative_key = keys.reference_key
     key.vertex_group = ""
@@ -151,6 +151,34 @@ def _show_fully(keys, key):
     key.slider_min = min(key.slider_min, 0.0)
     key.slider_max = max(key.slider_max, 1.0)
     key.value = 1.0
+
+
+def add_shape(obj, name, shape):
+    """A new key with the n x 3 float32 `shape`, at value 0; the Basis too if missing. The active key stays active."""
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name=ids.BASIS_KEY, from_mix=False)
+    active_index = obj.active_shape_key_index
+    key = obj.shape_key_add(name=name, from_mix=False)
+    write_positions(obj.data, key, shape)
+    key.value = 0.0
+    obj.active_shape_key_index = active_index
+    return key
+
+
+def remove(obj, names):
+    """Takes away the shape keys `names` that are there, with what drives them. The active key stays active."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return
+    active = obj.active_shape_key
+    active_name = active.name if active is not None else ""
+    for name in names:
+        key = keys.key_blocks.get(name)
+        if key is not None:
+            key.driver_remove("value")
+            obj.shape_key_remove(key)
+    if active_name in keys.key_blocks:
+        obj.active_shape_key_index = keys.key_blocks.find(active_name)
 
 
 def add_pose_key(obj):
@@ -178,12 +206,7 @@ def keep(obj, name):
             f"There is no result to keep: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
             "Live on, or press Solve"
         )
-    active_index = obj.active_shape_key_index
-    key = _rest_key(obj, name)
-    write_positions(obj.data, key, shape)
-    key.value = 0.0
-    obj.active_shape_key_index = active_index
-    return key.name
+    return add_shape(obj, name, shape).name
 
 
 def why_result_is_hidden(obj):
@@ -196,6 +219,11 @@ def why_result_is_hidden(obj):
         return BAKE_PLAYS
     if obj.show_only_shape_key and obj.active_shape_key not in {None, key}:
         return f"'{obj.active_shape_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'"
+    if key.relative_key != keys.reference_key:
+        return (
+            f"Shape key '{key.name}' is relative to '{key.relative_key.name}', so the pose shows wrong. Choose "
+            f"'{keys.reference_key.name}' in Relative To"
+        )
     if key.mute:
         return f"Shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
     if key.value != 1.0:

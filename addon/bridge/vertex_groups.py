@@ -55,6 +55,27 @@ class Reading:
         return {name: np.array(self._found[index], np.int32) for name, index in self._indices.items()}
 
 
+class WeightReading(Reading):
+    """As Reading, for the weights themselves."""
+
+    def __init__(self, obj, names):
+        super().__init__(obj, names)
+        self._weights = {index: np.zeros(self.vertex_count) for index in self._found}
+
+    def _read(self, vertices):
+        weights = self._weights
+        for number, vertex in enumerate(vertices, self._next):
+            for element in vertex.groups:
+                if element.group in weights:
+                    weights[element.group][number] = element.weight
+        self._next += SLICE
+
+    @property
+    def weights(self):
+        """{name: n float64, 0 to 1} of the groups that exist."""
+        return {name: self._weights[index] for name, index in self._indices.items()}
+
+
 def members(obj, names):
     """{name: ascending vertex indices, int32} of the groups that exist, all read in one pass over the vertices."""
     reading = Reading(obj, names)

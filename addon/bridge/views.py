@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Has Blender draw when it has no reason of its own to."""
+"""What 3D Views show: has Blender draw when it has no reason of its own to."""
 
 import bpy
 
@@ -12,3 +12,12 @@ def draw_again(region_type=None):
                 for region in area.regions:
                     if region_type in {None, region.type}:
                         region.tag_redraw()
+
+
+def show_in_local_views(obj, beside):
+    """A new object is to be seen where `beside` is looked at alone (Local View)."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            space = area.spaces.active
+            if area.type == 'VIEW_3D' and space.local_view is not None and beside.local_view_get(space):
+                obj.local_view_set(space, True)

@@ -9,11 +9,12 @@ import traceback
 
 import bpy
 
-from ..bridge import scene_input, shape_keys, shared_readings, views
+from ..bridge import scene_input, shared_readings, views
 from ..core import wording
 from .follower import TICK_SECONDS, Follower, identity
+from .mix_follower import MixFollower
 
-_followers = {}  # identity of the object: Follower
+_followers = {}  # identity of the object: Follower or MixFollower
 _must_search = True  # for live objects: the add-on may be enabled in a file that has some
 _said = None  # what the panels showed last
 _is_rendering = False
@@ -53,7 +54,7 @@ def _updated(depsgraph):
 
 
 def follow_all():
-    """Every live object takes its controls where they are."""
+    """Every live object takes its controls, or its sliders, where they are."""
     global _is_updating
     if _is_updating or _is_rendering or _is_held:
         return
@@ -150,7 +151,7 @@ def status(obj):
     follower = follower_of(obj)
     if follower is None:
         return None
-    hidden = shape_keys.why_result_is_hidden(obj)
+    hidden = follower.why_hidden(obj)
     if hidden and not follower.problem:
         return wording.sentence(hidden), True
     return follower.text, follower.problem is not None and not follower.is_reading
@@ -164,13 +165,18 @@ def _is_echo(obj):
         if is_echo:
             shared_readings.doubt(obj)
         return is_echo
-    if _is_live(obj):
-        _followers[identity(obj)] = Follower(obj, hears_itself=not bpy.app.background)
+    if _kind(obj) is not None:
+        _followers[identity(obj)] = _kind(obj)(obj, hears_itself=not bpy.app.background)
     return False
 
 
-def _is_live(obj):
-    return obj.type == 'MESH' and obj.meanvalue.live and scene_input.object_problem(obj) is None
+def _kind(obj):
+    """The class of the follower that `obj` asks for, or None."""
+    if obj.type != 'MESH' or scene_input.object_problem(obj) is not None:
+        return None
+    if obj.meanvalue.live:
+        return Follower
+    return MixFollower if obj.meanvalue.mix.is_on else None
 
 
 def _search():
@@ -180,8 +186,13 @@ def _search():
     known = dict(_followers)
     _followers.clear()
     for obj in bpy.data.objects:
-        if _is_live(obj):
-            follower = known.pop(identity(obj), None) or Follower(obj, hears_itself=not bpy.app.background)
+        kind = _kind(obj)
+        if kind is not None:
+            follower = known.get(identity(obj))
+            if type(follower) is kind:
+                known.pop(identity(obj))
+            else:
+                follower = kind(obj, hears_itself=not bpy.app.background)
             follower.name = obj.name
             _followers[identity(obj)] = follower
     for follower in known.values():
@@ -191,7 +202,7 @@ def _search():
 def _live_objects():
     """(object, Follower) of all that are live."""
     found = [(bpy.data.objects.get(follower.name), key, follower) for key, follower in _followers.items()]
-    if any(obj is None or identity(obj) != key or not _is_live(obj) for obj, key, _ in found):
+    if any(obj is None or identity(obj) != key or _kind(obj) is not type(each) for obj, key, each in found):
         _search()
         found = [(bpy.data.objects[follower.name], key, follower) for key, follower in _followers.items()]
     return [(obj, follower) for obj, _, follower in found]

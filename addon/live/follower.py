@@ -72,6 +72,7 @@ class Follower:
         self._shown = None  # k x 3: where they were for the solution that the mesh shows
         self._solution = None  # n x 3 float64
         self._written = None  # n x 3 float32: what is in the result key
+        self._failed = None  # Targets that could not be reached
         self._is_settled = True
         self._changed_at = clock()
 
@@ -191,7 +192,7 @@ class Follower:
         goal = targets.gather(obj, self._scene.bind_input)
         same = SAME_TARGETS * self._scene.bind_input.diagonal
         if self._wanted is not None and goal.is_near(self._wanted, same):
-            if self._is_shown():
+            if self._is_shown() and self._failed is not self._wanted:
                 self.problem = None
             return False
         self.problem = None
@@ -222,6 +223,10 @@ class Follower:
     def is_reading(self):
         """Whether it has to read the mesh before anything else."""
         return self._scene.must_read and self._scene.is_reading
+
+    def why_hidden(self, obj):
+        """Why what it writes is not to be seen, in words, or None."""
+        return shape_keys.why_result_is_hidden(obj)
 
     @property
     def text(self):
@@ -295,7 +300,7 @@ class Follower:
     def _start_bind(self, obj):
         bind_input = self._scene.bind_input
         known = session.earlier(bind_input)
-        triangles = mesh_arrays.triangles(obj.data, bind_input) if known is None else None
+        triangles = mesh_arrays.triangles(obj.data, bind_input.rest) if known is None else None
 
         def work(execution):
             return session.bind_steps(bind_input, triangles, execution, known=known)
@@ -364,8 +369,11 @@ class Follower:
             outcome = job.result()
         except CancelledError:
             raise
-        except MeanValueError:
-            self._shown = self._wanted  # not again for the same targets
+        except MeanValueError as error:
+            if self._binding is None:
+                self.give_up(str(error))  # the same input would fail again
+                return
+            self._failed = self._shown = self._wanted  # not again for the same targets
             self._is_settled = True
             raise
         collect(obj, outcome)

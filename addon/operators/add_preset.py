@@ -13,11 +13,11 @@ from ..core import wording
 #: What a preset holds.
 SETTINGS = ("method", "rigidity")
 
-#: The mesh that the artist works on, also while one of its controls (a child of it) is active. A preset has to find it
-#: without knowing where the add-on is installed.
-FIND_SETTINGS = (
-    "settings = (bpy.context.object if bpy.context.object.type == 'MESH' else bpy.context.object.parent).meanvalue"
-)
+#: What a preset says: a file knows operators, but not where the add-on is installed.
+PRESET = """import bpy
+
+bpy.ops.meanvalue.use_preset({})
+"""
 
 
 class MEANVALUE_OT_add_preset(AddPresetBase, bpy.types.Operator):
@@ -49,8 +49,8 @@ class MEANVALUE_OT_add_preset(AddPresetBase, bpy.types.Operator):
     def add(self, context, filepath):
         """Called by Blender's own part to write the file, which it cannot do itself in 4.3 under Python 3.13."""
         settings = scene_input.subject(context).meanvalue
-        values = [f"settings.{name} = {getattr(settings, name)!r}" for name in SETTINGS]
-        pathlib.Path(filepath).write_text("\n".join(["import bpy", "", FIND_SETTINGS, *values, ""]), encoding="utf-8")
+        values = ", ".join(f"{name}={getattr(settings, name)!r}" for name in SETTINGS)
+        pathlib.Path(filepath).write_text(PRESET.format(values), encoding="utf-8")
 
     def _is_stored(self):
         return any(

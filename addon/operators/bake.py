@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes the animation of the handles."""
+"""Bakes the animation of the handles, or of the sliders of a rotation-aware mix."""
 
 import json
 import types
@@ -9,8 +9,8 @@ from bpy.props import BoolProperty
 
 from .. import bake_settings
 from ..bake import playing, preparing
-from ..bake.preparing import Preparation
-from ..bridge import scene_input
+from ..bake.preparing import MixPreparation, Preparation
+from ..bridge import mix_layers, scene_input
 from ..core import bake_times, whole_files, wording
 from ..errors import MeanValueError, SceneError
 from ..live import engine
@@ -18,7 +18,8 @@ from .background import BackgroundOperator
 
 
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
-    """Solve every frame of the animated handles and keep the result, as a point cache or as shape keys"""
+    """Solve every frame of the animated handles, or of the sliders of rotation-aware keys, and keep the result, as a
+    point cache or as shape keys"""
 
     bl_idname = "meanvalue.bake"
     bl_label = "Bake"
@@ -50,14 +51,18 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             bpy.ops.screen.animation_cancel(restore_frame=False)  # it would take the frames away from under Bake
         return super().invoke(context, event)
 
+    def start_reading(self, obj):
+        return None if _is_mixed(obj) else super().start_reading(obj)
+
     def prepare(self, obj, reading):
-        self._prepared = Preparation(obj, bpy.context.scene, self._options(obj), reading)
+        kind = MixPreparation if _is_mixed(obj) else Preparation
+        self._prepared = kind(obj, bpy.context.scene, self._options(obj), reading)
         return self._prepared
 
     def before(self, prepared):
         with engine.held():
             for share in prepared.sample(self._object):
-                yield "sampling the handles", share
+                yield "sampling the animation", share
 
     def after(self, prepared):
         stage = "choosing the shape keys" if prepared.to_keys else "writing the point cache"
@@ -96,7 +101,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             notes = []
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
-        warnings = [*prepared.samples.notes, *notes]
+        warnings = [*prepared.notes, *notes]
         shared = scene_input.sharing_note(obj)
         if shared and prepared.to_keys:
             warnings.append(shared)
@@ -127,6 +132,11 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             again.confirm_size = True
 
         context.window_manager.popup_menu(draw, title="Bake", icon='QUESTION')
+
+
+def _is_mixed(obj):
+    """Whether it is sliders that are baked, not handles."""
+    return obj.meanvalue.mix.is_on or mix_layers.is_baked(obj)
 
 
 def _play(obj, prepared):

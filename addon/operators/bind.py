@@ -2,8 +2,10 @@
 """Binds the rest shape, the anchors and the region."""
 
 import bpy
+import numpy as np
 
-from ..core import result
+from ..bridge import bound_record, controls, targets
+from ..core import fingerprint, result
 from ..workers.posing import Posing
 from .background import BackgroundOperator
 
@@ -19,8 +21,22 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         return Posing.to_bind(obj, reading)
 
     def finish(self, obj, posing, _outcome):
+        if _has_other_rest_shape(obj, posing):
+            for line in targets.enabled_groups(obj):
+                if line.follows == 'CONTROL' and controls.problem(obj, line) is None:
+                    moved = controls.shown_move(obj, line)
+                    controls.take_hold(line, np.linalg.inv(moved) @ controls.place(obj, line))
         posing.record(obj)
         report = posing.binding.deformer.report
         notes = [*result.guarded_notes(report), *result.size_notes(report)]
         message = ". ".join([f"Bound {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
+
+
+def _has_other_rest_shape(obj, posing):
+    """Whether the rest shape is another than the one that was bound (edited, scale applied, origin set): the controls,
+    which were not moved for that, then carry their handles from where these are."""
+    bound = bound_record.read_fingerprint(obj.meanvalue.bound)
+    if bound is None:
+        return False
+    return fingerprint.StaleReason.REST_SHAPE in fingerprint.stale_reasons(bound, posing.bind_input.fingerprint)

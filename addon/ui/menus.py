@@ -10,17 +10,20 @@ from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bake import MEANVALUE_OT_bake
+from ..operators.bake_mix import MEANVALUE_OT_bake_mix
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from ..operators.grow_region import MEANVALUE_OT_grow_region
 from ..operators.import_motion import MEANVALUE_OT_import_motion
 from ..operators.keep_pose import MEANVALUE_OT_keep_pose
 from ..operators.match_markers import MEANVALUE_OT_match_markers
+from ..operators.morph import MEANVALUE_OT_blend_part, MEANVALUE_OT_morph
 from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_paint_region
 from ..operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
 from ..operators.reference_frame import MEANVALUE_OT_set_reference_frame
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.remove_in_betweens import MEANVALUE_OT_remove_in_betweens
 from ..operators.remove_marker import MEANVALUE_OT_remove_marker
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
@@ -62,6 +65,11 @@ _OBJECT_OPERATORS = (
     MEANVALUE_OT_pick_marker_point,
     MEANVALUE_OT_remove_marker,
     MEANVALUE_OT_save_marker_set,
+    None,
+    MEANVALUE_OT_morph,
+    MEANVALUE_OT_blend_part,
+    MEANVALUE_OT_bake_mix,
+    MEANVALUE_OT_remove_in_betweens,
     None,
     MEANVALUE_OT_bake,
     MEANVALUE_OT_unbake,

@@ -29,7 +29,7 @@ class Posing:
     def read_triangles(self, obj):
         """Before work(): apart from the rest, since it takes long on a big mesh."""
         if self.binding is None and self._known is None:
-            self._triangles = mesh_arrays.triangles(obj.data, self.bind_input)
+            self._triangles = mesh_arrays.triangles(obj.data, self.bind_input.rest)
 
     @classmethod
     def to_bind(cls, obj, reading=None):

@@ -18,21 +18,23 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from demo import arguments, built_in, pose, report, stage, user_file
 from demo.errors import DemoError
+from demo.morph import run as morph_run
 from demo.photograph import photograph
 from demo.walk import run as walk_run
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
+SPECIAL = {"walk": walk_run, "morph": morph_run}  # demos with a command line of their own
 
 
 def main(argv):
     """Runs the demo; returns the exit status."""
-    is_walk = argv[:1] == ["walk"]
-    options = walk_run.options(argv[1:]) if is_walk else arguments.parse(argv)
+    special = SPECIAL.get(argv[0]) if argv else None
+    options = special.options(argv[1:]) if special else arguments.parse(argv)
     try:
         make_folder(options.output)
         pose.install_addon(os.environ.get("MEANVALUE_ADDON_ZIP"))
-        if is_walk:
-            text, name = walk_run.text(addon_version(), walk_run.blocks(options, empty_scene)), "walk_report.txt"
+        if special:
+            text, name = special.text(addon_version(), special.blocks(options, empty_scene)), f"{argv[0]}_report.txt"
         else:
             blocks = [run_subject(make, options) for make in makers(options)]
             text, name = report.text(bpy.app.version_string, addon_version(), blocks), "report.txt"

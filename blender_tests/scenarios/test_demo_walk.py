@@ -16,7 +16,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from addon.core.capture import marker_sets
-from blender_tests.demo import pictures
+from blender_tests.demo import pictures, row
 from blender_tests.demo.walk import capture, gait, measures, strip, subjects
 from blender_tests.support import walking_figure
 
@@ -81,7 +81,7 @@ def test_the_strip_shows_figures_and_markers(carried, tmp_path):
     path = tmp_path / "strip.png"
     strip.draw(path, subject, result, [0, 10, 20], strip.SIDE, 'BLENDER_WORKBENCH', 1)
     pixels = pictures.read_png(path)
-    assert pixels.shape[1] == strip.WIDTH and (pixels[..., 3] == 1.0).all()
+    assert pixels.shape[1] == row.WIDTH and (pixels[..., 3] == 1.0).all()
     red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
     is_marker = (red > 1.5 * green) & (green > 1.2 * blue)
     is_skin = (red > blue + 0.03) & ~is_marker

@@ -66,7 +66,7 @@ def test_they_are_for_the_mesh_while_its_control_is_active(shipped):
     assert bpy.context.object.meanvalue.rigidity != 100.0
     obj.meanvalue.rigidity = 4.0
     assert bpy.ops.meanvalue.add_preset(name="Mine") == {'FINISHED'}
-    assert "rigidity = 4.0" in pathlib.Path(bpy.utils.preset_find("Mine", "meanvalue")).read_text(encoding="utf-8")
+    assert "rigidity=4.0" in pathlib.Path(bpy.utils.preset_find("Mine", "meanvalue")).read_text(encoding="utf-8")
 
 
 def test_refused():

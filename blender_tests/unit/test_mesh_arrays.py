@@ -52,7 +52,7 @@ def anchored(obj):
 def test_triangles_are_those_of_blender(arrays, gather):
     obj = meshes.tube()
     anchored(obj)
-    assert [tuple(t) for t in arrays.triangles(obj.data, gather(obj)).tolist()] == blender_triangles(obj.data)
+    assert [tuple(t) for t in arrays.triangles(obj.data, gather(obj).rest).tolist()] == blender_triangles(obj.data)
 
 
 def fold(obj, sign):
@@ -85,7 +85,7 @@ def test_triangles_are_those_of_the_rest_shape(arrays, gather):
     meshes.activate(obj)
     anchored(obj)
     meshes_before = bpy.data.meshes.keys()
-    assert [tuple(t) for t in arrays.triangles(obj.data, gather(obj)).tolist()] == quads[1]
+    assert [tuple(t) for t in arrays.triangles(obj.data, gather(obj).rest).tolist()] == quads[1]
     assert bpy.data.meshes.keys() == meshes_before, "the temporary mesh stays behind"
 
 
@@ -100,5 +100,5 @@ def test_the_temporary_mesh_is_removed_if_triangulation_fails(arrays, gather, mo
 
     monkeypatch.setattr(arrays, "shown_triangles", fail)
     with pytest.raises(RuntimeError, match="no triangles"):
-        arrays.triangles(obj.data, bind_input)
+        arrays.triangles(obj.data, bind_input.rest)
     assert bpy.data.meshes.keys() == before

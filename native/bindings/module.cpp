@@ -22,5 +22,6 @@ PYBIND11_MODULE(meanvalue, module) {
     meanvalue::bindings::bind_task(module);
     meanvalue::bindings::bind_encoding(module);
     meanvalue::bindings::bind_deformer(module);
+    meanvalue::bindings::bind_morph(module);
     meanvalue::bindings::bind_baselines(module);
 }

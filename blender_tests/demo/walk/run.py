@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 
-from .. import pictures
+from .. import pictures, row
 from . import capture, gait, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
@@ -84,7 +84,7 @@ def draw(subject, carried, words, empty_scene):
         path = words.output / f"{subject.stem}_strip.png"
         strip.draw(path, subject, carried, subject.shown, azimuth, words.engine, words.samples)
         views.append(pictures.read_png(path))
-    strip.on_top(path, *views)
+    row.on_top(path, *views)
     empty_scene()
     close = words.output / f"{subject.stem}_frames.png"
     every = range(0, len(carried.shapes), EVERY)

@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Film strips: frames of a moving mesh side by side in one picture, as a row of figures."""
 
-import bpy
 import numpy as np
 
-from .. import markers, pictures, scene_mesh, stage
+from .. import markers, row, scene_mesh, stage
 from .capture import BODY_COLOUR
 
 MARKER_COLOUR, BOX_COLOUR = (0.95, 0.22, 0.02), (0.23, 0.30, 0.36)
 BALL = 0.0075  # radius of a marker over the height of the figure
 SIDE, FRONT = -90.0, 0.0  # azimuth of the camera from where the figure goes; seen from its right, to the right
-ELEVATION_DEG = 5.0
-WIDTH = 1600
 FACE_TO_FACE = 0.05  # left free between two figures, over the height
 
 
@@ -26,8 +23,8 @@ def draw(path, subject, carried, samples, azimuth_deg, engine, cycles_samples, p
     per_row = per_row or len(samples)
     drop = 1.12 * subject.height
     for number, (shape, ball) in enumerate(zip(shapes, balls, strict=True)):
-        row, column = divmod(number, per_row)
-        away = column * pitch * right - np.array([0.0, 0.0, row * drop])
+        line, column = divmod(number, per_row)
+        away = column * pitch * right - np.array([0.0, 0.0, line * drop])
         shape += away
         ball += away
         if boxes:
@@ -37,7 +34,7 @@ def draw(path, subject, carried, samples, azimuth_deg, engine, cycles_samples, p
     seen = everywhere[~np.isnan(everywhere[:, 0])]
     markers.add_spheres("Markers", seen, BALL * subject.height, MARKER_COLOUR)
     points = np.concatenate([*shapes, *(box + 0.0 for box in boxes)])
-    render(path, points, azimuth_deg, engine, cycles_samples)
+    row.render(path, points, azimuth_deg, engine, cycles_samples)
 
 
 def heading_deg(subject, carried):
@@ -61,15 +58,11 @@ def in_place(subject, carried, samples):
 
 
 def add_figures(shapes, polygons):
-    """An object for each of the shapes (k, n, 3): copies of one, which is quicker than making each."""
+    """An object for each of the shapes (k, n, 3)."""
     first = scene_mesh.new_object("Figure", shapes[0], polygons)
     scene_mesh.shade_smooth(first)
     first.data.materials.append(scene_mesh.plain_material("Skin", BODY_COLOUR, 0.55))
-    for shape in shapes[1:]:
-        obj = bpy.data.objects.new("Figure", first.data.copy())
-        bpy.context.scene.collection.objects.link(obj)
-        obj.data.vertices.foreach_set("co", shape.astype(np.float32).ravel())
-        obj.data.update()
+    row.add_copies(first, shapes)
 
 
 def add_box(ends):
@@ -78,39 +71,3 @@ def add_box(ends):
     faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     obj = scene_mesh.new_object("Box", corners, faces)
     obj.data.materials.append(scene_mesh.plain_material("Box", BOX_COLOUR, 0.6))
-
-
-def render(path, points, azimuth_deg, engine, cycles_samples):
-    """An orthographic picture of all `points` (n, 3), with a sun and a ground that takes its shadow."""
-    axes = stage.camera_axes(azimuth_deg, ELEVATION_DEG)
-    local = points @ axes.T
-    low, high = local.min(0), local.max(0)
-    margin = 0.05 * (high[1] - low[1])
-    size = high[:2] - low[:2] + 2.0 * margin
-    picture = stage.Picture(WIDTH, round(WIDTH * size[1] / size[0]), cycles_samples, engine)
-    camera = bpy.data.cameras.new("Camera")
-    camera.type, camera.sensor_fit, camera.ortho_scale = "ORTHO", "HORIZONTAL", size[0]
-    depth = high[2] - low[2]
-    middle = np.array([*(0.5 * (low + high))[:2], high[2] + depth + 1.0])
-    camera.clip_end = 4.0 * depth + 10.0
-    bpy.context.scene.camera = stage.add_placed("Camera", camera, middle @ axes, axes)
-    sun = bpy.data.lights.new("Sun", "SUN")
-    sun.energy, sun.angle = 3.2, 0.25
-    backwards = np.array([-0.45, 1.1, 0.75]) @ axes
-    backwards /= np.linalg.norm(backwards)
-    across = np.cross([0.0, 0.0, 1.0], backwards)
-    across /= np.linalg.norm(across)
-    stage.add_placed("Sun", sun, np.zeros(3), np.stack([across, np.cross(backwards, across), backwards]))
-    stage.set_world()
-    bpy.context.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.45
-    if engine == "CYCLES":
-        stage.add_ground(0.5 * (points.min(0) + points.max(0)), float(points[:, 2].min()), 40.0)
-    stage.set_render(picture)
-    stage.render(path)
-    pictures.write_png(path, pictures.over_backdrop(pictures.read_png(path)))
-
-
-def on_top(path, upper, lower):
-    """Writes two pictures of one width, one above the other."""
-    gap = np.ones((8, upper.shape[1], 4), dtype=np.float32)
-    pictures.write_png(path, np.concatenate([lower, gap, upper]))

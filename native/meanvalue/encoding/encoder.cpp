@@ -1,10 +1,13 @@
 #include "meanvalue/encoding/encoder.h"
 
 #include <algorithm>
+#include <limits>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/projection_plane.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/encoding/ring_extension.h"
 
@@ -13,19 +16,52 @@ namespace {
 
 using RingReplacements = std::unordered_map<Index, std::vector<Index>>;
 
-/// Rings for the vertices whose own ring spans no plane; empty ones where no wider ring does either.
-RingReplacements replace_degenerate_rings(const OneRings& rings, const PositionsView& positions, int threads,
+using Shapes = std::vector<PositionsView>;
+
+/// How clearly a ring has a plane in the shape where it has the least of one: its doubled area by its squared extent.
+double least_flatness(const Shapes& shapes, const std::vector<Index>& ring) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const PositionsView& positions : shapes) {
+        const auto valence = static_cast<Index>(ring.size());
+        if (!spans_a_plane(positions, ring.data(), valence)) return 0.0;
+        const RingArea polygon = ring_area(positions, ring.data(), valence);
+        least = std::min(least, polygon.area.norm() / polygon.spread);
+    }
+    return least;
+}
+
+/// A wider ring that spans a plane in all shapes, and the most clearly; or an empty one.
+std::vector<Index> widened_ring(const OneRings& rings, const Shapes& shapes, Index vertex) {
+    std::vector<Index> best;
+    double most = 0.0;
+    for (const PositionsView& positions : shapes) {
+        std::vector<Index> ring = extended_ring(positions, rings, vertex);
+        const double flatness = ring.empty() ? 0.0 : least_flatness(shapes, ring);
+        if (flatness <= most) continue;
+        most = flatness;
+        best = std::move(ring);
+    }
+    return best;
+}
+
+/// Rings for the vertices whose own ring spans no plane in one of the shapes; empty ones where no wider ring does
+/// either.
+RingReplacements replace_degenerate_rings(const OneRings& rings, const Shapes& shapes, int threads,
                                           const Execution& execution) {
     std::vector<char> degenerate(rings.vertex_count(), 0);
     parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
-        for (Index v = begin; v < end; ++v)
-            degenerate[v] = rings.valence(v) > 0 && !spans_a_plane(positions, rings.begin(v), rings.valence(v));
+        for (Index v = begin; v < end; ++v) {
+            degenerate[v] =
+                rings.valence(v) > 0 && !std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
+                    return spans_a_plane(shape, rings.begin(v), rings.valence(v));
+                });
+        }
     });
     RingReplacements replacements;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         if (!degenerate[v]) continue;
         execution.check();
-        replacements.emplace(v, extended_ring(positions, rings, v));
+        replacements.emplace(v, widened_ring(rings, shapes, v));
     }
     return replacements;
 }
@@ -55,11 +91,11 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
 }
 
 /// Fills the coefficients of one vertex whose ring is laid out; returns its GuardReason flags.
-std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, Encoding& encoding) {
+std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, bool as_steep, Encoding& encoding) {
     if (!encoding.predictable(vertex)) return kNotPredictable;
     const Index begin = encoding.ring_offsets[vertex];
     const Index valence = encoding.ring_offsets[vertex + 1] - begin;
-    const std::uint8_t flags = encoder.encode(vertex, encoding.ring.data() + begin, valence);
+    const std::uint8_t flags = encoder.encode(vertex, encoding.ring.data() + begin, valence, as_steep);
     if ((flags & kNotPredictable) != 0) return flags;
     std::copy_n(encoder.weights().begin(), valence, encoding.weights.begin() + begin);
     std::copy_n(encoder.cotangents().begin(), valence, encoding.cotangents.begin() + begin);
@@ -70,7 +106,7 @@ std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, Encoding& encodin
 
 /// Appends the u_ij of a vertex flagged kSteepEdge. Serial, since their places depend on those before; there are few.
 void append_steep_weights(RingEncoder& encoder, Index vertex, Encoding& encoding) {
-    encode_vertex(encoder, vertex, encoding);
+    encode_vertex(encoder, vertex, true, encoding);
     encoding.steep_offset[vertex] = static_cast<Index>(encoding.steep_weights.size());
     const std::vector<double> steep = encoder.steep_weights();
     encoding.steep_weights.insert(encoding.steep_weights.end(), steep.begin(), steep.end());
@@ -101,48 +137,69 @@ void drop_rings(const std::vector<std::uint8_t>& flags, const Execution& executi
     encoding.ring_offsets = std::move(offsets);
 }
 
-Encoding encode_rings(const OneRings& rings, const PositionsView& positions, const PositionsView* normals,
-                      int threads, Execution& execution) {
-    execution.begin_stage("encode");
-    const Index vertex_count = rings.vertex_count();
-    const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
-    Encoding encoding;
-    lay_out_rings(rings, replacements, execution, encoding);
-
-    std::vector<std::uint8_t> flags(vertex_count, 0);
-    parallel_for(vertex_count, threads, execution, [&](Index begin, Index end) {
-        RingEncoder encoder(positions, normals);
-        for (Index v = begin; v < end; ++v) {
-            if (rings.kinds[v] != RingKind::kAbsent) flags[v] = encode_vertex(encoder, v, encoding);
-        }
-    });
-
-    RingEncoder encoder(positions, normals);
-    bool all_predictable = true;
-    for (Index v = 0; v < vertex_count; ++v) {
-        execution.check_every(v);
-        if ((flags[v] & kSteepEdge) != 0) append_steep_weights(encoder, v, encoding);
-        if (rings.kinds[v] == RingKind::kNonManifold) flags[v] |= kNonManifold;
-        if (encoding.predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;
-        if (flags[v] == 0) continue;
-        if ((flags[v] & kNotPredictable) != 0) all_predictable = false;
-        encoding.guarded.push_back(v);
-        encoding.guard_reasons.push_back(flags[v]);
+/// The flags of all shapes together, and in each encoding the coefficients of what is not steep in any.
+std::vector<std::uint8_t> fill_coefficients(const OneRings& rings, const Shapes& shapes, const PositionsView* normals,
+                                            int threads, const Execution& execution,
+                                            std::vector<Encoding>& encodings) {
+    std::vector<std::uint8_t> flags(rings.vertex_count(), 0);
+    for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
+        parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
+            RingEncoder encoder(shapes[shape], normals);
+            for (Index v = begin; v < end; ++v) {
+                if (rings.kinds[v] != RingKind::kAbsent)
+                    flags[v] |= encode_vertex(encoder, v, false, encodings[shape]);
+            }
+        });
     }
-    if (!all_predictable) drop_rings(flags, execution, encoding);
+    return flags;
+}
+
+std::vector<Encoding> encode_rings(const OneRings& rings, const Shapes& shapes, const PositionsView* normals,
+                                   int threads, Execution& execution) {
+    execution.begin_stage("encode");
+    const RingReplacements replacements = replace_degenerate_rings(rings, shapes, threads, execution);
+    std::vector<Encoding> encodings(shapes.size());
+    for (Encoding& encoding : encodings)
+        lay_out_rings(rings, replacements, execution, encoding);
+    std::vector<std::uint8_t> flags = fill_coefficients(rings, shapes, normals, threads, execution, encodings);
+    bool all_predictable = true;
+    for (Index v = 0; v < rings.vertex_count(); ++v) {
+        execution.check_every(v);
+        if (rings.kinds[v] == RingKind::kNonManifold) flags[v] |= kNonManifold;
+        if (encodings.front().predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;
+        if ((flags[v] & kNotPredictable) != 0) all_predictable = false;
+    }
+    for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
+        Encoding& encoding = encodings[shape];
+        RingEncoder encoder(shapes[shape], normals);
+        for (Index v = 0; v < rings.vertex_count(); ++v) {
+            execution.check_every(v);
+            if (flags[v] == 0) continue;
+            if ((flags[v] & kSteepEdge) != 0 && (flags[v] & kNotPredictable) == 0)
+                append_steep_weights(encoder, v, encoding);
+            encoding.guarded.push_back(v);
+            encoding.guard_reasons.push_back(flags[v]);
+        }
+        if (!all_predictable) drop_rings(flags, execution, encoding);
+    }
     execution.set_progress(1.0);
-    return encoding;
+    return encodings;
 }
 
 }  // namespace
 
 Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
-    return encode_rings(rings, positions, nullptr, threads, execution);
+    return std::move(encode_rings(rings, {positions}, nullptr, threads, execution).front());
+}
+
+std::vector<Encoding> encode_alike(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
+                                   Execution& execution) {
+    return encode_rings(rings, shapes, nullptr, threads, execution);
 }
 
 Encoding encode_with_normals(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
                              int threads, Execution& execution) {
-    return encode_rings(rings, positions, &normals, threads, execution);
+    return std::move(encode_rings(rings, {positions}, &normals, threads, execution).front());
 }
 
 }  // namespace meanvalue

@@ -1,6 +1,8 @@
 // Computes the mean-value encoding of a whole mesh: paper, section 2.1.
 #pragma once
 
+#include <vector>
+
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
@@ -15,7 +17,13 @@ namespace meanvalue {
 /// @throws Cancelled. Cost: linear; see docs/benchmarks.md.
 Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution);
 
-/// The same in planes across normals that the caller chose; to be decoded by predict_along().
+/// Several shapes of one mesh in one layout, so that their encodings may be averaged: a vertex whose ring one shape
+/// has flat or steep has the fallback in all of them, and one that a shape can't be encoded at in none.
+/// @param shapes at least one, n x 3 each. @return as many; their `guarded` is the same.
+std::vector<Encoding> encode_alike(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
+                                   Execution& execution);
+
+/// One shape in planes across normals that the caller chose; to be decoded by predict_along().
 /// @param normals n x 3 of unit length, or zero where a vertex has none: it is not predictable then.
 Encoding encode_with_normals(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
                              int threads, Execution& execution);

@@ -17,7 +17,7 @@ constexpr double kLargestError = 1e-9;
 
 }  // namespace
 
-std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence) {
+std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence, bool as_steep) {
     project(vertex, ring, valence);
     if (projected_.normal.isZero(0.0)) return kNotPredictable;
     std::uint8_t flags = 0;
@@ -36,7 +36,7 @@ std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence)
         flags = kLargeWeights;
         if (!(tangential_error() < kLargestError * projected_.largest_radius)) return kNotPredictable;
     }
-    if (needs_own_normal_weights(flags)) flags |= kSteepEdge;
+    if (as_steep || needs_own_normal_weights(flags)) flags |= kSteepEdge;
     fill_heights(flags);
     return flags;
 }

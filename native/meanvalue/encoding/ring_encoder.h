@@ -18,9 +18,9 @@ class RingEncoder {
     explicit RingEncoder(const PositionsView& positions, const PositionsView* normals = nullptr)
         : positions_(positions), normals_(normals) {}
 
-    /// @param ring spans a plane (spans_a_plane()).
+    /// @param ring spans a plane (spans_a_plane()). @param as_steep whether it is or not: another shape's is.
     /// @return GuardReason flags; where kNotPredictable is among them, the coefficients mean nothing.
-    std::uint8_t encode(Index vertex, const Index* ring, Index valence);
+    std::uint8_t encode(Index vertex, const Index* ring, Index valence, bool as_steep = false);
 
     const std::vector<double>& weights() const { return weights_; }        ///< w_ij
     const std::vector<double>& cotangents() const { return cotangents_; }  ///< b_ij

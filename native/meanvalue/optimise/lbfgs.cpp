@@ -112,8 +112,8 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         short_steps = step < options.step_tolerance ? short_steps + 1 : 0;
         const double share = energy_share(options, report.iterations());
         // The whole step: one that had to be shortened tells nothing.
-        const bool is_out_of_sight =
-            options.patience > 0 && std::max(step, longest) < kOutOfSight * options.step_tolerance;
+        const double out_of_sight = options.patience > 0 ? kOutOfSight * options.step_tolerance : 0.0;
+        const bool is_out_of_sight = std::max(step, longest) < std::max(out_of_sight, options.negligible_step);
         const bool still_falls =
             options.energy_tolerance > 0.0 && falls(report.energies, kShortSteps, options.energy_tolerance);
         if (is_out_of_sight || (short_steps >= kShortSteps && !still_falls)) {

@@ -17,6 +17,8 @@ struct LbfgsOptions {
     /// Stop when no vertex has moved farther in a step, twice on end, with patience also once by far less; in the
     /// units of the positions.
     double step_tolerance = 0.0;
+    /// Stop as well after a single whole step that is no longer than this, whatever the energy does; same units.
+    double negligible_step = 0.0;
     /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less
     /// than this share of it; and not where it still falls faster, unless steps are far shorter with patience.
     double energy_tolerance = 0.0;

@@ -20,11 +20,17 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
                                      SoftConstraints soft_constraints)
     : encoding_(encoding),
       unknowns_(unknowns),
+      by_length_(by_length),
       soft_constraints_(std::move(soft_constraints)),
       kernel_(energy_kernel(kernel == Kernel::kFastest ? InstructionSet::kFastest : InstructionSet::kPortable)) {
     rows_ = build_energy_patches(encoding, unknowns, cells, size, by_length, kernel != Kernel::kScalar,
                                  soft_constraints_.hardness(unknowns.slot.size()), execution);
     index_uses(execution);
+}
+
+void DeformationEnergy::refill(const RestCells& cells, double size, int threads, const Execution& execution) {
+    refill_energy_patches(encoding_, unknowns_, cells, size, by_length_,
+                          soft_constraints_.hardness(unknowns_.slot.size()), threads, execution, rows_);
 }
 
 void DeformationEnergy::index_uses(const Execution& execution) {

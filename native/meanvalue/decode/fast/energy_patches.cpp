@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
 
 namespace meanvalue {
@@ -55,16 +57,79 @@ double rigidity_of(const Spoke* spokes, Index valence, double size) {
     return std::min(kLeastRigidity + kRigidityByCurvature * curvature * size, kMostRigidity);
 }
 
+/// Writes what rows have of an encoding and of cells to where they are in the patches.
+class RowFiller {
+  public:
+    RowFiller(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
+              double by_length, EnergyPatches& result)
+        : encoding_(encoding),
+          unknowns_(unknowns),
+          cells_(cells),
+          size_(size),
+          by_length_(by_length),
+          result_(result) {}
+
+    void fill(RowBatch& batch) {
+        spokes_.resize(batch.valence);
+        for (int lane = 0; lane < kRowLanes; ++lane) {
+            const bool left_over = batch.row[lane] < 0;
+            const std::size_t row = batch.row[left_over ? 0 : lane];
+            const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
+            measure(row, ring, spokes_.data());  // of a lane left over: the first row's again
+            batch.softening.value[lane] = ring.softening;
+            for (Index k = 0; k < batch.valence; ++k) {
+                BendingLanes& bending = result_.bending_lanes[batch.first + k];
+                bending.weight.value[lane] = ring.weights[k];
+                bending.height.value[lane] = ring.heights[k];
+                StretchingLanes& stretching = result_.stretching_lanes[batch.first + k];
+                stretching.spoke.value[lane] = left_over ? 0.0 : spokes_[k].spoke;
+                stretching.rim.value[lane] = left_over ? 0.0 : spokes_[k].rim;
+                EdgeLanes& edge = result_.edge_lanes[batch.first + k];
+                const Vector3& rest = spokes_[k].rest;
+                edge.x.value[lane] = rest.x();
+                edge.y.value[lane] = rest.y();
+                edge.z.value[lane] = rest.z();
+            }
+        }
+    }
+
+    void fill(const SingleRow& single) {
+        const EncodedRing ring = encoding_.ring_of(unknowns_.rows[single.row]);
+        measure(single.row, ring, result_.single_spokes.data() + single.first_spoke);
+    }
+
+  private:
+    /// Its spokes, by the rigidity of the row, and 1 / h_i^2 into the row's bending.
+    void measure(std::size_t row, const EncodedRing& ring, Spoke* spokes) {
+        const double length =
+            measure_spokes(cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]], ring.valence, spokes);
+        const double mean = std::max(length, kShortestEdge * size_);
+        result_.bending[row] = 1.0 / (mean * mean);
+        if (by_length_ == 0.0) return;
+        const double rigidity = share_of(rigidity_of(spokes, ring.valence, size_), by_length_);
+        for (Index k = 0; k < ring.valence; ++k) {
+            spokes[k].spoke *= rigidity;
+            spokes[k].rim *= rigidity;
+        }
+    }
+
+    const Encoding& encoding_;
+    const Unknowns& unknowns_;
+    const RestCells& cells_;
+    double size_;
+    double by_length_;  // 0: all rows count alike
+    EnergyPatches& result_;
+    std::vector<Spoke> spokes_;
+};
+
 class PatchBuilder {
   public:
     PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
                  double by_length, EnergyPatches& result)
         : encoding_(encoding),
           unknowns_(unknowns),
-          cells_(cells),
-          size_(size),
-          by_length_(by_length),
           result_(result),
+          filler_(encoding, unknowns, cells, size, by_length, result),
           point_of_(unknowns.slot.size(), -1) {
         result_.bending.resize(unknowns_.rows.size());
     }
@@ -167,20 +232,6 @@ class PatchBuilder {
             point_of_[result_.points[k]] = -1;
     }
 
-    /// Its spokes, by the rigidity of the row, and 1 / h_i^2 into the row's bending.
-    void measure(std::size_t row, const EncodedRing& ring, Spoke* spokes) {
-        const double length =
-            measure_spokes(cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]], ring.valence, spokes);
-        const double mean = std::max(length, kShortestEdge * size_);
-        result_.bending[row] = 1.0 / (mean * mean);
-        if (by_length_ == 0.0) return;
-        const double rigidity = share_of(rigidity_of(spokes, ring.valence, size_), by_length_);
-        for (Index k = 0; k < ring.valence; ++k) {
-            spokes[k].spoke *= rigidity;
-            spokes[k].rim *= rigidity;
-        }
-    }
-
     void add_batch(const std::size_t* rows, int count, Index valence) {
         RowBatch batch{};
         batch.valence = valence;
@@ -189,30 +240,16 @@ class PatchBuilder {
         result_.bending_lanes.resize(batch.first + valence);
         result_.stretching_lanes.resize(batch.first + valence);
         result_.edge_lanes.resize(batch.first + valence);
-        spokes_.resize(valence);
         for (int lane = 0; lane < kRowLanes; ++lane) {
             const bool left_over = lane >= count;
             const std::size_t row = rows[left_over ? 0 : lane];
             const EncodedRing ring = ring_of(row);
-            if (!left_over) measure(row, ring, spokes_.data());
             batch.row[lane] = left_over ? -1 : static_cast<Index>(row);
             batch.centre[lane] = point_of_[unknowns_.rows[row]];
-            batch.softening.value[lane] = ring.softening;
-            for (Index k = 0; k < valence; ++k) {
+            for (Index k = 0; k < valence; ++k)
                 result_.vertex_lanes[batch.first + k].vertex[lane] = point_of_[ring.ring[k]];
-                BendingLanes& bending = result_.bending_lanes[batch.first + k];
-                bending.weight.value[lane] = ring.weights[k];
-                bending.height.value[lane] = ring.heights[k];
-                StretchingLanes& stretching = result_.stretching_lanes[batch.first + k];
-                stretching.spoke.value[lane] = left_over ? 0.0 : spokes_[k].spoke;
-                stretching.rim.value[lane] = left_over ? 0.0 : spokes_[k].rim;
-                EdgeLanes& edge = result_.edge_lanes[batch.first + k];
-                const Vector3& rest = spokes_[k].rest;
-                edge.x.value[lane] = rest.x();
-                edge.y.value[lane] = rest.y();
-                edge.z.value[lane] = rest.z();
-            }
         }
+        filler_.fill(batch);
         result_.batches.push_back(batch);
     }
 
@@ -220,9 +257,9 @@ class PatchBuilder {
         const EncodedRing ring = ring_of(row);
         const std::size_t first = result_.single_spokes.size();
         result_.single_spokes.resize(first + ring.valence);
-        measure(row, ring, result_.single_spokes.data() + first);
         result_.singles.push_back(
             {static_cast<Index>(row), point_of_[unknowns_.rows[row]], static_cast<std::int64_t>(first)});
+        filler_.fill(result_.singles.back());
         for (Index k = 0; k < ring.valence; ++k)
             result_.single_points.push_back(point_of_[ring.ring[k]]);
         result_.longest_single = std::max(result_.longest_single, ring.valence);
@@ -230,13 +267,10 @@ class PatchBuilder {
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    const RestCells& cells_;
-    double size_;
-    double by_length_;  // 0: all rows count alike
     EnergyPatches& result_;
+    RowFiller filler_;
     std::size_t first_point_ = 0;
     std::vector<Index> point_of_;  // n: in the current patch, or -1
-    std::vector<Spoke> spokes_;
 };
 
 /// How much a row is that of an anchor without neighbours that are anchors: 0 or 1 where all are hard, and 0 in the
@@ -337,6 +371,26 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
     execution.check();
     result.points.shrink_to_fit();
     return result;
+}
+
+void refill_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
+                           double by_length, const std::vector<double>& hardness, int threads,
+                           const Execution& execution, EnergyPatches& patches) {
+    const int workers = std::max(1, std::min(threads, static_cast<int>(patches.patch_count())));
+    std::atomic<std::size_t> next{0};
+    run_workers(workers, [&](int) {
+        RowFiller filler(encoding, unknowns, cells, size, by_length, patches);
+        for (std::size_t patch = next++; patch < patches.patch_count(); patch = next++) {
+            execution.check();
+            const EnergyPatch& begin = patches.patches[patch];
+            const EnergyPatch& end = patches.patches[patch + 1];
+            for (std::int64_t batch = begin.first_batch; batch < end.first_batch; ++batch)
+                filler.fill(patches.batches[batch]);
+            for (std::int64_t single = begin.first_single; single < end.first_single; ++single)
+                filler.fill(patches.singles[single]);
+        }
+    });
+    scale_weights(encoding, unknowns, size, by_length, hardness, execution, patches);
 }
 
 std::size_t EnergyPatches::bytes() const {

@@ -71,4 +71,10 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
                                    double size, double by_length, bool in_batches,
                                    const std::vector<double>& hardness, const Execution& execution);
 
+/// Puts the coefficients of an encoding of the same layout, and of other cells, into patches that were built for it;
+/// stiff spokes stay. The same bits for any `threads`. @throws Cancelled.
+void refill_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
+                           double by_length, const std::vector<double>& hardness, int threads,
+                           const Execution& execution, EnergyPatches& patches);
+
 }  // namespace meanvalue

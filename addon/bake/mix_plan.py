@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Animated sliders of a rotation-aware mix, to be solved frame by frame."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .. import mix_session, native_loader
+from ..core.fingerprint import digest
+from ..core.mixing.mix_input import MixInput
+from ..errors import CancelledError, SolverError
+from . import solving
+from .plan import Rows
+
+
+@dataclass(frozen=True, eq=False)
+class MixPlan(Rows):
+    """values: f x k float64, the sliders in the order of the layers. Each frame is solved for itself."""
+
+    mix_input: MixInput
+    times: np.ndarray
+    spacing: float
+    values: np.ndarray
+
+    @cached_property
+    def key(self):
+        """Digest of all that the shapes depend on, and of the times that they belong to."""
+        version = native_loader.module().__version__
+        return digest(
+            self.mix_input.revision, self.times, repr(self.spacing), self.values, version, ", ".join(solving.REPORTED)
+        )
+
+    @property
+    def vertices(self):
+        return len(self.mix_input.rest)
+
+    def solve_rows(self, morpher, begin, end, execution):
+        """Steps (see workers.job) to the solving.SolvedRows [begin, end).
+
+        A row that cannot be solved has the shape of the one before it, and its error in the report.
+
+        @throws CancelledError.
+        """
+        rows, report = [], {name: [] for name in solving.REPORTED}
+        before = self.mix_input.rest
+        for row in range(begin, end):
+            error, mix = "", None
+            try:
+                mix = yield from mix_session.solve_steps(
+                    morpher, self.mix_input, self.values[row], execution
+                )
+                before = mix.positions.astype(np.float32)
+            except CancelledError:
+                raise
+            except SolverError as problem:
+                error = str(problem)
+            rows.append(before)
+            report["distances"].append(0.0)
+            report["energies"].append(None if mix is None else mix.energy / self.mix_input.diagonal**2)
+            report["iterations"].append(0 if mix is None else mix.iterations)
+            report["converged"].append(mix is not None and mix.converged)
+            report["errors"].append(error)
+        return solving.SolvedRows(np.array(rows), report)

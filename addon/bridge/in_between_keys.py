@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shape keys that stand for a mix, each driven by the sliders that it is a correction of."""
+
+import json
+
+import bpy
+import numpy as np
+
+from ..core.mixing import drivers, leja
+from . import mix_layers, shape_keys
+
+#: A polynomial may go below 0 and above 1 between the places of its sliders.
+FARTHEST = 10.0
+
+
+def make(obj, mix_input, found):
+    """Keys with their drivers for a core.mixing.in_betweens.Found, in place of what stood for a mix before."""
+    remove(obj)
+    mix_layers.remove(obj)
+    names = [layer.name for layer in mix_input.layers]
+    knots = [leja.places(layer.low, layer.high) for layer in mix_input.layers]
+    made = []
+    for node in found.nodes:
+        shape = (mix_input.rest + node.offset).astype(np.float32)
+        key = shape_keys.add_shape(obj, drivers.label(names, knots, node.orders), shape)
+        key.slider_min, key.slider_max = -FARTHEST, FARTHEST
+        text, sliders = drivers.expression(knots, node.orders)
+        _drive(obj.data.shape_keys, key, text, [names[slider] for slider in sliders])
+        made.append(key.name)
+    obj.meanvalue.mix.made = json.dumps(made)
+    return made
+
+
+def remove(obj):
+    """Takes away what make() has made. Returns how many keys there were."""
+    names = [name for name in mix_layers.made_names(obj) if name in _names(obj)]
+    shape_keys.remove(obj, names)
+    obj.meanvalue.mix.made = obj.meanvalue.mix.note = ""
+    return len(names)
+
+
+def _names(obj):
+    return obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
+
+
+def _drive(keys, key, text, sliders):
+    curve = key.driver_add("value")
+    _make_plain(curve)
+    driver = curve.driver
+    driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
+    for letter, slider in zip(drivers.VARIABLES, sliders, strict=False):
+        variable = driver.variables.new()
+        variable.name = letter
+        variable.type = 'SINGLE_PROP'
+        target = variable.targets[0]
+        target.id_type, target.id = 'KEY', keys
+        target.data_path = f'key_blocks["{bpy.utils.escape_identifier(slider)}"].value'
+    driver.expression = text
+
+
+def _make_plain(curve):
+    """New driver curves have a modifier or keys that change what the expression gives."""
+    for modifier in list(curve.modifiers):
+        curve.modifiers.remove(modifier)
+    while len(curve.keyframe_points):
+        curve.keyframe_points.remove(curve.keyframe_points[0])

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes shape keys that stand for a rotation-aware mix, so that it plays without the add-on."""
+
+import bpy
+
+from ..bridge import in_between_keys, mix_layers
+from ..core import wording
+from ..errors import SceneError
+from ..workers.mixing import InBetweenSearch
+from .background import BackgroundOperator
+
+
+class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
+    """Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and play
+    without the add-on"""
+
+    bl_idname = "meanvalue.bake_mix"
+    bl_label = "Bake Mix"
+    doing = "Baking the mix of"
+
+    _prepared = None
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or mix_layers.problem(obj)
+
+    def start_reading(self, obj):
+        return None
+
+    def prepare(self, obj, _reading):
+        settings = obj.meanvalue.mix
+        mix_input = mix_layers.gather(obj)
+        tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
+        self._prepared = InBetweenSearch(mix_input, tolerance, settings.most_keys)
+        return self._prepared
+
+    def progress_text(self, stage, share):
+        solved = self._prepared.solved if self._prepared is not None else 0
+        if not solved:
+            return super().progress_text(stage, share)
+        return f"{wording.counted(solved, 'mix', 'mixes')} solved    Esc: Cancel"
+
+    def finish(self, obj, prepared, found):
+        settings = obj.meanvalue.mix
+        share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
+        if not found.nodes:
+            raise SceneError(
+                f"No in-between keys are needed: in straight lines, too, the mix is within {share:.2%} of the size. "
+                "Lower the tolerance if that is too much"
+            )
+        settings.is_on = False
+        made = in_between_keys.make(obj, prepared.bind_input, found)
+        settings.note = f"{wording.counted(len(made), 'in-between key')}, within {share:.2%} of the mesh's size"
+        warnings = []
+        if found.error > prepared.tolerance:
+            warnings.append(
+                f"The tolerance of {settings.tolerance_share:g}% is not reached with "
+                f"{wording.counted(len(made), 'key')}: allow more of them, raise the tolerance, or bake the animation "
+                "to a point cache"
+            )
+        return f"'{obj.name}' has {settings.note}, driven by its sliders", warnings

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/mixing: few shapes that stand for a mix of sliders, and the drivers that say when."""
+
+import math
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from addon.core.mixing import drivers, grafting, in_betweens, leja
+from addon.core.mixing.mix_input import Layer, MixInput
+
+ARM = np.array([(0.5, 0.0, 0.0), (0.25, 0.0, 0.0), (0.0, 0.1, 0.0)])
+
+
+def turned(angle):
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return ARM @ np.array([(cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)])
+
+
+def corrections(angles):
+    """What turning lacks in straight lines: sliders that each turn the arm by one of `angles`."""
+
+    def correction(values):
+        ends = sum(value * (turned(angle) - ARM) for value, angle in zip(values, angles, strict=True))
+        return turned(sum(value * angle for value, angle in zip(values, angles, strict=True))) - ARM - ends
+
+    return correction
+
+
+def search(correction, ranges, tolerance, most=200, may_join=lambda *_: True):
+    """(Found, the settings that were asked for)."""
+    steps, asked, answer = in_betweens.found(ranges, ARM.shape, tolerance, most, may_join), [], None
+    while True:
+        try:
+            values = steps.send(answer)
+        except StopIteration as end:
+            return end.value, asked
+        asked.append(values)
+        answer = correction(values)
+
+
+def sum_of(found, ranges):
+    result = in_betweens.Interpolation([leja.places(*each) for each in ranges], ARM.shape)
+    result.nodes = list(found.nodes)
+    return result
+
+
+def farthest(correction, found, ranges):
+    total = sum_of(found, ranges)
+    low, high = np.array(ranges).T
+    settings = np.random.default_rng(7).uniform(low, high, (200, len(ranges)))
+    return max(np.linalg.norm(correction(each) - total.at(each), axis=1).max() for each in settings)
+
+
+@pytest.mark.parametrize("low, high", [(0.0, 1.0), (-1.0, 1.0), (-0.5, 2.0), (0.0, 0.5), (-1.0, 0.0)])
+def test_each_polynomial_is_one_at_its_own_place_and_nothing_before(low, high):
+    knots = leja.places(low, high)
+    assert knots[0] == 0.0 and len(set(knots)) == leja.MOST
+    assert knots.min() == low and knots.max() == high
+    for number in range(leja.MOST):
+        values = [leja.value(knots, number, each) for each in knots[: number + 1]]
+        np.testing.assert_allclose(values, [0.0] * number + [1.0], atol=1e-9)
+
+
+def test_an_arc_of_150_degrees_takes_few_keys():
+    correction, ranges = corrections([math.radians(150.0)]), [(0.0, 1.0)]
+    found, _asked = search(correction, ranges, 1e-3)
+    assert len(found.nodes) <= 4
+    assert farthest(correction, found, ranges) <= 1e-3
+    total = sum_of(found, ranges)
+    for end in (0.0, 1.0):
+        np.testing.assert_allclose(total.at([end]), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_sliders_that_turn_the_same_part_are_within_the_tolerance_together(tolerance):
+    correction, ranges = corrections([1.2, -0.8, 0.5]), [(0.0, 1.0), (-1.0, 1.0), (0.0, 1.0)]
+    found, _asked = search(correction, ranges, tolerance)
+    assert found.error <= tolerance
+    assert farthest(correction, found, ranges) <= 1.5 * tolerance
+
+
+def test_straight_lines_take_no_keys():
+    found, _asked = search(lambda _values: np.zeros(ARM.shape), [(0.0, 1.0)] * 4, 1e-6)
+    assert found.nodes == () and found.error == 0.0
+
+
+def test_sliders_far_from_each_other_are_not_combined():
+    correction = corrections([1.0])
+    both = lambda values: correction(values[:1])  # noqa: E731  the second slider moves nothing
+    found, _asked = search(both, [(0.0, 1.0)] * 2, 1e-3, may_join=lambda *_: False)
+    assert all(len(node.orders) == 1 for node in found.nodes)
+    assert farthest(both, found, [(0.0, 1.0)] * 2) <= 1e-3
+
+
+def test_no_more_keys_than_allowed_and_the_error_is_told():
+    found, _asked = search(corrections([3.0, 3.0]), [(0.0, 1.0)] * 2, 1e-6, most=5)
+    assert len(found.nodes) <= 5
+    assert found.error > 1e-6
+
+
+def test_a_jump_ends_with_its_error_told():
+    """What is no smooth motion cannot be met by polynomials: it must end."""
+    found, _asked = search(lambda values: np.full(ARM.shape, 0.1 * (values[0] > 0.3)), [(0.0, 1.0)], 1e-3)
+    assert found.error > 1e-3
+
+
+def test_expressions_say_what_the_polynomials_are():
+    knots = [leja.places(0.0, 1.0), leja.places(-1.0, 1.0), leja.places(-0.5, 2.0)]
+    for orders in [((0, 1),), ((0, 4),), ((0, 2), (2, 3)), ((0, 3), (1, 2), (2, 5)), ((1, 11), (2, 11))]:
+        text, sliders = drivers.expression(knots, orders)
+        assert len(text) <= drivers.LONGEST
+        assert [number for number, _ in orders] == sliders
+        for values in np.random.default_rng(3).uniform(-0.5, 1.0, (20, 3)):
+            names = dict(zip(drivers.VARIABLES, values[sliders], strict=False))
+            expected = math.prod(leja.value(knots[slider], number, values[slider]) for slider, number in orders)
+            assert eval(text, {}, names) == pytest.approx(expected, rel=1e-5, abs=1e-5)
+
+
+def test_labels_tell_the_sliders():
+    knots = [leja.places(0.0, 1.0)] * 2
+    assert drivers.label(["Bend", "Twist"], knots, ((0, 2),)) == "Bend 0.5"
+    assert drivers.label(["Bend", "Twist"], knots, ((0, 1), (1, 2))) == "Bend 1 + Twist 0.5"
+
+
+def mix(masks=None):
+    rest = np.zeros((3, 3), np.float32)
+    shapes = np.array([np.tile((1.0, 0.0, 0.0), (3, 1)), np.tile((0.0, 2.0, 0.0), (3, 1))], np.float32)
+    layers = (Layer("A", 0.0, 1.0), Layer("B", 0.0, 1.0))
+    return MixInput(layers, rest, shapes, masks, np.array([(0, 1, 2)], np.int32), 15.0)
+
+
+def test_weights_sum_to_one_and_the_linear_mix_is_blenders():
+    weights = mix().weights([0.25, 0.5])
+    np.testing.assert_array_equal(weights, [0.25, 0.25, 0.5])
+    np.testing.assert_allclose(mix().linear([0.25, 0.5]), np.tile((0.25, 1.0, 0.0), (3, 1)))
+    masks = np.array([(0.0, 0.5, 1.0), (1.0, 1.0, 1.0)])
+    np.testing.assert_allclose(mix(masks).weights([1.0, 0.5]).sum(axis=0), 1.0)
+    np.testing.assert_allclose(mix(masks).linear([1.0, 0.5])[:, 0], [0.0, 0.5, 1.0])
+
+
+def test_the_key_knows_the_shapes_and_the_revision_the_masks():
+    assert mix().key == mix().key
+    masked = mix(np.ones((2, 3)))
+    assert masked.key == mix().key and masked.revision != mix().revision
+
+
+def test_a_part_is_placed_by_its_border():
+    """Whatever similarity it went through, its border comes back; what is inside stays as it is."""
+    rng = np.random.default_rng(5)
+    rest = rng.normal(size=(20, 3))
+    other = rest.copy()
+    other[12:] *= 1.7
+    edges = np.array([(index, index + 1) for index in range(19)])
+    mask = np.r_[np.zeros(6), 0.2, 0.4, 0.6, 0.8, np.ones(10)]
+    at = grafting.border(mask, edges)
+    assert set(range(6, 10)) <= set(at)
+    cosine, sine = math.cos(1.0), math.sin(1.0)
+    moved = 3.0 * other @ np.array([(cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)]) + (1.0, -2.0, 5.0)
+    np.testing.assert_allclose(grafting.placed(moved, rest, at), other, atol=1e-6)
+
+
+def test_a_hard_border_is_that_of_the_edges():
+    edges = np.array([(0, 1), (1, 2), (2, 3)])
+    assert grafting.border(np.array([0.0, 0.0, 1.0, 1.0]), edges).tolist() == [1, 2]

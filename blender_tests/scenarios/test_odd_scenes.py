@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What artists do to a mesh with handles beside posing it, and what must not happen then."""
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, steps
+from support.handles import TOP, move, rest, shown, update
+
+
+@pytest.fixture
+def status(part):
+    """status(obj): what the panel says of live posing."""
+    return lambda obj: part("live.engine").status(obj)
+
+
+def test_a_failed_bind_is_told_and_not_tried_again_until_an_edit(status, part, monkeypatch):
+    obj, control = handles.tube(live=False)
+    session = part("session")
+    errors, tried = part("errors"), []
+
+    def fails(*_arguments, **_options):
+        tried.append(1)
+        raise errors.SolverError("nothing holds it")
+        yield
+
+    monkeypatch.setattr(session, "bind_steps", fails)
+    obj.meanvalue.live = True
+    update()
+    for step in range(5):
+        move(control, (0.1 * step, 0.0, 0.0))
+    assert len(tried) == 1
+    text, is_problem = status(obj)
+    assert is_problem and "nothing holds it" in text
+
+
+def test_a_failed_solve_is_told_until_the_control_moves(status, part, monkeypatch):
+    obj, control = handles.tube()
+    session, errors = part("session"), part("errors")
+    solve_steps = session.solve_steps
+
+    def fails(*_arguments, **_options):
+        raise errors.SolverError("it cannot be reached")
+        yield
+
+    monkeypatch.setattr(session, "solve_steps", fails)
+    move(control, (1.0, 0.0, 0.0))
+    obj.update_tag()
+    update()
+    assert status(obj)[1] and "it cannot be reached" in status(obj)[0]
+    monkeypatch.setattr(session, "solve_steps", solve_steps)
+    move(control, (0.5, 0.0, 0.0))
+    assert not status(obj)[1]
+    assert np.allclose(shown(obj)[TOP] - rest(obj)[TOP], (1.5, 0.0, 0.0), atol=1e-3)
+
+
+def armature_control(obj, line="Top"):
+    data = bpy.data.armatures.new("Rig")
+    rig = bpy.data.objects.new("Rig", data)
+    bpy.context.collection.objects.link(rig)
+    meshes.activate(rig)
+    bpy.ops.object.mode_set(mode='EDIT')
+    bone = data.edit_bones.new("Bone")
+    bone.head, bone.tail = (0.0, 0.0, 9.0), (0.0, 0.0, 10.0)
+    bpy.ops.object.mode_set(mode='OBJECT')
+    group = obj.meanvalue.anchor_groups[line]
+    group.control, group.bone = rig, "Bone"
+    update()
+    return rig
+
+
+def test_a_preset_is_for_the_mesh_while_an_armature_that_carries_it_is_active(part):
+    obj, _control = handles.tube(live=False)
+    parent = meshes.grid(name="Parent")
+    rig = armature_control(obj)
+    rig.parent = parent
+    meshes.activate(rig)
+    for path in part("ui.presets").SHIPPED.glob("Stiff.py"):
+        bpy.ops.script.execute_preset(filepath=str(path), menu_idname="MEANVALUE_PT_presets")
+    assert obj.meanvalue.rigidity == 100.0
+    assert parent.meanvalue.rigidity == part("ids").DEFAULT_RIGIDITY
+
+
+def test_choosing_another_control_keeps_the_pose():
+    obj, control = handles.tube()
+    move(control, (2.0, 0.0, 1.0))
+    before = shown(obj)
+    other = bpy.data.objects.new("Other", None)
+    bpy.context.collection.objects.link(other)
+    other.location = (5.0, 5.0, 5.0)
+    update()
+    obj.meanvalue.anchor_groups["Top"].control = other
+    update()
+    assert np.abs(shown(obj) - before).max() < 2e-3
+    move(other, (1.0, 0.0, 0.0))
+    assert np.allclose(shown(obj)[TOP], before[TOP] + np.array((1.0, 0.0, 0.0)), atol=2e-3)
+
+
+def test_a_result_that_is_relative_to_another_key_is_told(status):
+    obj, _control = handles.tube()
+    key = obj.shape_key_add(name="Other", from_mix=False)
+    obj.data.shape_keys.key_blocks["Mean-Value"].relative_key = key
+    update()
+    text, is_problem = status(obj)
+    assert is_problem and "relative to 'Other'" in text and "'Basis'" in text
+
+
+def seen(obj):
+    """n x 3: the result in the world."""
+    return np.array([tuple(obj.matrix_world @ point.co) for point in obj.data.shape_keys.key_blocks["Mean-Value"].data])
+
+
+@pytest.mark.parametrize("pose", [False, True])
+@pytest.mark.parametrize("change", ["scale", "origin"])
+def test_a_bind_after_apply_scale_or_set_origin_moves_nothing(change, pose):
+    obj, control = handles.tube(live=False)
+    obj.scale = (2.0, 2.0, 2.0)
+    update()
+    if pose:
+        move(control, (1.0, 0.0, 0.0))
+    meshes.activate(obj)
+    bpy.ops.meanvalue.bind()
+    bpy.ops.meanvalue.solve()
+    update()
+    before = seen(obj)
+    if change == "scale":
+        bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
+    else:
+        bpy.context.scene.cursor.location = (1.0, 2.0, 3.0)
+        bpy.ops.object.origin_set(type='ORIGIN_CURSOR')
+    update()
+    bpy.ops.meanvalue.bind()
+    bpy.ops.meanvalue.solve()
+    update()
+    assert np.abs(seen(obj) - before).max() < 5e-3
+
+
+def test_points_of_the_overlay_lie_on_the_subdivided_surface(part):
+    obj, control = handles.tube()
+    move(control, (1.0, 0.0, 0.0))
+    obj.modifiers.new("Subdivision", 'SUBSURF').levels = 2
+    update()
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    places = {tuple(np.round(vertex.co, 4)) for vertex in evaluated.vertices}
+    found = part("bridge.overlay_data").shown_positions(obj)
+    assert len(found) == len(obj.data.vertices)
+    assert all(tuple(np.round(point, 4)) in places for point in found.astype(float))
+
+
+def test_drawing_evaluates_nothing(part, monkeypatch):
+    obj, _control = handles.tube()
+    update()
+
+    def forbidden(*_):
+        raise AssertionError("drawing must not evaluate the scene")
+
+    overlay_data = part("bridge.overlay_data")
+
+    class Context:
+        view_layer = bpy.context.view_layer
+        evaluated_depsgraph_get = staticmethod(forbidden)
+
+    class Bpy:
+        context = Context
+        data, types, app = bpy.data, bpy.types, bpy.app
+
+    monkeypatch.setattr(overlay_data, "bpy", Bpy)
+    assert len(overlay_data.shown_positions(obj)) == len(obj.data.vertices)
+
+
+def test_the_object_behind_an_active_control_is_found_without_going_through_all(part):
+    obj, control = handles.tube(live=False)
+    lone = bpy.data.objects.new("Lone", None)
+    bpy.context.collection.objects.link(lone)
+    controls = part("bridge.controls")
+    assert controls.carried_by(control) == obj
+    for _ in range(2):
+        assert controls.carried_by(lone) is None
+    obj.meanvalue.anchor_groups["Top"].control = lone
+    update()
+    assert controls.carried_by(lone) == obj
+    meshes.activate(obj)
+    steps.add_group(obj, "Middle", range(64, 72))

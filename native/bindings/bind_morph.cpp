@@ -1,0 +1,283 @@
+#include <pybind11/stl.h>
+
+#include <algorithm>
+
+#include "bindings/arrays.h"
+#include "bindings/bind.h"
+#include "bindings/task.h"
+#include "meanvalue/common/checks.h"
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/encoder.h"
+#include "meanvalue/encoding/encoding_blend.h"
+#include "meanvalue/morph/morpher.h"
+
+namespace meanvalue::bindings {
+namespace {
+
+using SharedExecution = std::shared_ptr<Execution>;
+
+/// Positions of each shape, from an array (k, n, 3) or a sequence of arrays.
+std::vector<Positions> own_shapes(const py::object& shapes) {
+    if (!py::isinstance<py::sequence>(shapes) && !py::isinstance<py::array>(shapes)) {
+        throw ::meanvalue::InvalidInput("shapes is no sequence; give (k, n, 3), or one (n, 3) for each shape");
+    }
+    std::vector<Positions> result;
+    for (const py::handle shape : py::iter(shapes)) {
+        const std::string name = message("shapes[", result.size(), "]");
+        result.emplace_back(PositionsArray(py::reinterpret_borrow<py::object>(shape), name.c_str()).view());
+    }
+    return result;
+}
+
+/// The triangles of all shapes. @param faces (m, 3), or one of these for each shape, which must be equal.
+Triangles own_faces(const py::object& faces, std::size_t shape_count) {
+    const py::array array = py::array::ensure(faces);
+    const bool are_several = array ? array.ndim() == 3 : py::isinstance<py::sequence>(faces);
+    if (!are_several) return as_triangles(faces, "faces");
+    const auto sequence = py::list(faces);
+    if (sequence.size() != shape_count || shape_count == 0) {
+        throw ::meanvalue::InvalidInput(message("faces are given of ", sequence.size(), " meshes, but there are ",
+                                                shape_count, " shapes; give one (m, 3) for all, or one for each"));
+    }
+    const Triangles first = as_triangles(sequence[0], "faces[0]");
+    for (std::size_t k = 1; k < shape_count; ++k) {
+        const Triangles other = as_triangles(sequence[k], message("faces[", k, "]").c_str());
+        if (other.rows() != first.rows()) {
+            throw ::meanvalue::InvalidInput(message("faces[", k, "] has ", other.rows(),
+                                                    " triangles, but faces[0] has ", first.rows(),
+                                                    "; all shapes must be of one mesh"));
+        }
+        for (Eigen::Index f = 0; f < first.rows(); ++f) {
+            if (other.row(f) == first.row(f)) continue;
+            throw ::meanvalue::InvalidInput(message("triangle ", f, " is (", other(f, 0), ", ", other(f, 1), ", ",
+                                                    other(f, 2), ") in faces[", k, "], but (", first(f, 0), ", ",
+                                                    first(f, 1), ", ", first(f, 2),
+                                                    ") in faces[0]; all shapes must be of one mesh"));
+        }
+    }
+    return first;
+}
+
+/// (k,) or (k, n), shape after shape.
+std::vector<double> own_weights(const py::object& weights, std::size_t shape_count, std::size_t vertex_count) {
+    const py::array array = py::array::ensure(weights);
+    const int dimensions = array && array.ndim() == 2 ? 2 : 1;
+    const FloatArray numbers = as_floats(weights, "weights", dimensions, "(k,) or (k, n) of float");
+    const bool fits = static_cast<std::size_t>(numbers.shape(0)) == shape_count &&
+                      (dimensions == 1 || static_cast<std::size_t>(numbers.shape(1)) == vertex_count);
+    if (!fits) {
+        throw ::meanvalue::InvalidInput(message("weights has the shape ", std::string(py::str(array.attr("shape"))),
+                                                "; give (", shape_count, ",), one for each shape, or (", shape_count,
+                                                ", ", vertex_count, "), one for each of its vertices as well"));
+    }
+    return {numbers.data(), numbers.data() + numbers.size()};
+}
+
+/// A MorphBinding with what it looks at; nothing of Python's.
+struct OwnedBinding {
+    std::vector<Positions> shapes;
+    Triangles faces;
+    std::optional<MorphBinding> binding;
+};
+
+std::shared_ptr<OwnedBinding> own_binding(const py::object& shapes, const py::object& faces,
+                                          const std::optional<py::object>& anchors, std::optional<double> rigidity,
+                                          std::optional<double> hold, int threads, bool portable) {
+    auto owned = std::make_shared<OwnedBinding>();
+    owned->shapes = own_shapes(shapes);
+    owned->faces = own_faces(faces, owned->shapes.size());
+    MorphBinding& binding = owned->binding.emplace(MorphBinding{{}, owned->faces});
+    for (const Positions& shape : owned->shapes)
+        binding.shapes.emplace_back(shape);
+    if (anchors) binding.anchors = as_indices(*anchors, "anchors");
+    binding.rigidity = rigidity;
+    binding.hold = hold;
+    binding.threads = threads;
+    binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
+    return owned;
+}
+
+std::shared_ptr<Morpher> make_morpher(const py::object& shapes, const py::object& faces,
+                                      const std::optional<py::object>& anchors, std::optional<double> rigidity,
+                                      std::optional<double> hold, int threads, bool portable,
+                                      const SharedExecution& execution) {
+    const auto owned = own_binding(shapes, faces, anchors, rigidity, hold, threads, portable);
+    const SharedExecution held = execution_or_new(execution);
+    const py::gil_scoped_release released;
+    return bind_morph_detached(*owned->binding, held);
+}
+
+Task start_bind_morph(const py::object& shapes, const py::object& faces, const std::optional<py::object>& anchors,
+                      std::optional<double> rigidity, std::optional<double> hold, int threads, bool portable,
+                      const SharedExecution& execution) {
+    const auto owned = own_binding(shapes, faces, anchors, rigidity, hold, threads, portable);
+    const SharedExecution held = execution_or_new(execution);
+    return {held, [owned, held]() -> Task::Deliver {
+                const std::shared_ptr<Morpher> morpher = bind_morph_detached(*owned->binding, held);
+                return [morpher] { return py::cast(morpher); };
+            }};
+}
+
+/// Arguments of one solve; nothing of Python's.
+struct Call {
+    std::vector<double> weights;
+    std::optional<Positions> start;
+    MorphOptions options;
+
+    Solution run(const Morpher& morpher, Execution& execution) const {
+        std::optional<PositionsView> view;
+        if (start) view.emplace(*start);
+        return morpher.solve(weights, view, options, execution);
+    }
+};
+
+Call own_call(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
+              std::optional<double> tolerance, int max_iterations) {
+    Call call{own_weights(weights, morpher.report().shape_count, morpher.report().vertex_count), {}, {}};
+    if (start) call.start.emplace(PositionsArray(*start, "start").view());
+    call.options.tolerance = tolerance;
+    call.options.max_iterations = max_iterations;
+    return call;
+}
+
+Solution solve(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
+               std::optional<double> tolerance, int max_iterations, const SharedExecution& execution) {
+    const Call call = own_call(morpher, weights, start, tolerance, max_iterations);
+    const SharedExecution held = execution_or_new(execution);
+    const py::gil_scoped_release released;
+    return call.run(morpher, *held);
+}
+
+Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weights,
+                 const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
+                 const SharedExecution& execution) {
+    const auto call = std::make_shared<Call>(own_call(*morpher, weights, start, tolerance, max_iterations));
+    const SharedExecution held = execution_or_new(execution);
+    return {held, [morpher, call, held]() -> Task::Deliver {
+                const auto solution = std::make_shared<Solution>(call->run(*morpher, *held));
+                return [solution] { return py::cast(solution); };
+            }};
+}
+
+std::vector<Encoding> encode_shapes(const py::object& shapes, const py::object& faces, int threads,
+                                    const SharedExecution& execution) {
+    const std::vector<Positions> owned = own_shapes(shapes);
+    const Triangles triangles = own_faces(faces, owned.size());
+    const SharedExecution held = execution_or_new(execution);
+    const py::gil_scoped_release released;
+    if (owned.empty()) throw ::meanvalue::InvalidInput("shapes is empty; give one or more");
+    std::vector<PositionsView> views;
+    for (std::size_t k = 0; k < owned.size(); ++k) {
+        const std::string name = message("shapes[", k, "]");
+        if (owned[k].rows() != owned[0].rows()) {
+            throw ::meanvalue::InvalidInput(message(name, " has ", owned[k].rows(), " vertices, but shapes[0] has ",
+                                                    owned[0].rows(), "; all must be of one mesh"));
+        }
+        require_finite(owned[k], name.c_str());
+        require_moderate_extent(owned[k]);
+        views.emplace_back(owned[k]);
+    }
+    const TriangleMesh mesh(static_cast<Index>(owned[0].rows()), triangles, *held);
+    return encode_alike(collect_one_rings(mesh, *held), views, thread_count(threads), *held);
+}
+
+std::shared_ptr<Encoding> blend(const std::vector<std::shared_ptr<Encoding>>& encodings, const py::object& weights,
+                                int threads, const SharedExecution& execution) {
+    const std::size_t vertices = encodings.empty() ? 0 : encodings.front()->vertex_count();
+    const std::vector<double> values = own_weights(weights, encodings.size(), vertices);
+    const SharedExecution held = execution_or_new(execution);
+    const py::gil_scoped_release released;
+    std::vector<const Encoding*> of_shapes;
+    for (const auto& encoding : encodings)
+        of_shapes.push_back(encoding.get());
+    const EncodingBlend averages(of_shapes, *held);
+    auto result = std::make_shared<Encoding>(averages.layout());
+    averages.fill(ShapeWeights(values, averages.shape_count(), averages.vertex_count()), thread_count(threads), *held,
+                  *result);
+    return result;
+}
+
+constexpr const char* kBindArguments =
+    "shapes: (k, n, 3), or a sequence of two or more (n, 3): shapes of one mesh, in any units and places.\n"
+    "faces: (m, 3) int32 triangles of all of them; or one (m, 3) for each shape, which must be equal.\n"
+    "anchors: (a,) vertex numbers, or None: vertices that are put where the turned and stretched cells of all\n"
+    "shapes put them, and held there; the part is placed by them where there are three or more.\n"
+    "rigidity: how much lengths count beside the encoding, 0 or more; 0 is the paper's energy, None the default.\n"
+    "hold: how much the shape is held where its cells put it when each is turned by the average of its turns, 0 or\n"
+    "more, None for the default: at 0 the encoding alone says how far joints are bent.\n"
+    "threads: 0 for every core; results do not depend on it.\n"
+    "portable: with the instructions that every processor of this architecture has: slower, the same bits.\n"
+    "Raises InvalidInput that names what is wrong with which shape, SolverFailure, Cancelled.";
+
+}  // namespace
+
+void bind_morph(py::module_& module) {
+    py::class_<MorphReport>(module, "MorphReport", "What binding several shapes found, and what it cost.")
+        .def_readonly("shape_count", &MorphReport::shape_count)
+        .def_readonly("vertex_count", &MorphReport::vertex_count)
+        .def_readonly("component_count", &MorphReport::component_count, "int: parts of the mesh; each is placed.")
+        .def_readonly("guarded", &MorphReport::guarded,
+                      "list of int: vertices encoded by a fallback rule, in all shapes since one needs it.")
+        .def_readonly("timings", &MorphReport::timings, "dict: stage -> seconds.")
+        .def_readonly("bytes", &MorphReport::bytes, "int: held.");
+
+    const MorphOptions defaults;
+    py::class_<Morpher, std::shared_ptr<Morpher>>(
+        module, "Morpher",
+        "Several shapes of one mesh, to be mixed by weights (paper, section 4.3): expensive to make, cheap to "
+        "solve.\n\n"
+        "In-between shapes turn where linear ones shrink: encodings and the lengths of cells are averaged, and the\n"
+        "shape that has them is solved for.")
+        .def(py::init(&make_morpher), py::arg("shapes"), py::arg("faces"), py::arg("anchors") = py::none(),
+             py::kw_only(), py::arg("rigidity") = py::none(), py::arg("hold") = py::none(), py::arg("threads") = 0,
+             py::arg("portable") = false, py::arg("execution") = py::none(),
+             (std::string("Bind shapes.\n\n") + kBindArguments).c_str())
+        .def("solve", &solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
+             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+             py::arg("execution") = py::none(),
+             "The shape between all others, or beyond them.\n\n"
+             "weights: (k,), one for each shape, or (k, n), one for each of its vertices as well; any numbers, also\n"
+             "below 0 and above 1. Those of a vertex are divided by their sum. At 1 for one shape and 0 for the\n"
+             "others the result is that shape.\n"
+             "start: (n, 3) a shape to begin from; None: all cells at the average of their turns, so that parts may\n"
+             "turn by more than 180 degrees between shapes.\n"
+             "tolerance: stop when no vertex moves farther in a step than this share of the shape's diagonal; None:\n"
+             "1e-4. max_iterations: the most; at the limit the best shape so far is returned.\n"
+             "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
+             "Returns a Solution: vertices, energy, iterations, converged, ... Each part of the mesh is placed by "
+             "the\n"
+             "best fit of rotation and translation to the average positions. The result depends on the weights (and\n"
+             "start) alone, not on solves before. Threads may solve on one morpher side by side.\n"
+             "Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.")
+        .def("start_solve", &start_solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
+             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+             py::arg("execution") = py::none(),
+             "As solve(), beside the interpreter. Returns a Task whose result is the Solution.\n\n"
+             "Arrays are copied first. Raises InvalidInput for arrays of another form.")
+        .def_property_readonly("report", &Morpher::report, py::return_value_policy::reference_internal,
+                               "MorphReport: what bind found, and what it cost.");
+    module.def("start_bind_morph", &start_bind_morph, py::arg("shapes"), py::arg("faces"),
+               py::arg("anchors") = py::none(), py::kw_only(), py::arg("rigidity") = py::none(),
+               py::arg("hold") = py::none(), py::arg("threads") = 0, py::arg("portable") = false,
+               py::arg("execution") = py::none(),
+               (std::string("As Morpher(), beside the interpreter. Returns a Task whose result is the Morpher.\n\n") +
+                kBindArguments)
+                   .c_str());
+    module.def("encode_alike", &encode_shapes, py::arg("shapes"), py::arg("faces"), py::kw_only(),
+               py::arg("threads") = 0, py::arg("execution") = py::none(),
+               "Encode several shapes of one mesh in one layout, so that blend() may average them.\n\n"
+               "As encode(), but a vertex that needs a fallback rule in one shape has it in all.\n"
+               "shapes: (k, n, 3), or a sequence of (n, 3). Returns a list of k Encodings.\n"
+               "Raises InvalidInput that names what is wrong, Cancelled.");
+    module.def(
+        "blend", &blend, py::arg("encodings"), py::arg("weights"), py::kw_only(), py::arg("threads") = 0,
+        py::arg("execution") = py::none(),
+        "The average of encodings (paper, section 4.3).\n\n"
+        "encodings: k of them in one layout, by encode_alike(), or by encode() where no vertex needs a\n"
+        "fallback rule. weights: (k,) or (k, n), as of Morpher.solve().\n"
+        "The w_ij are averaged as they are, the b_ij by their angles, which are bounded; row i by the weights of\n"
+        "vertex i. Returns an Encoding. Raises InvalidInput, Cancelled.");
+}
+
+}  // namespace meanvalue::bindings

@@ -1,0 +1,80 @@
+// What a Morpher keeps: everything that does not depend on the weights.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "meanvalue/decode/fast/deformation_energy.h"
+#include "meanvalue/encoding/encoding_blend.h"
+#include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/morph/cell_assembly.h"
+#include "meanvalue/morph/morpher.h"
+#include "meanvalue/morph/turned_cells.h"
+#include "meanvalue/optimise/lbfgs.h"
+#include "meanvalue/optimise/unknowns.h"
+
+namespace meanvalue {
+
+/// Parts of the mesh that hang together by rings.
+struct RingParts {
+    std::vector<std::vector<Index>> members;  ///< ascending, of each part
+    std::vector<char> is_anchored;            ///< of each part
+};
+
+struct Morpher::Bound {
+    Bound(const MorphBinding& binding, Execution& execution);
+
+    /// The average shape by positions alone. @return n x 3.
+    Positions linear_blend(const ShapeWeights& weights, int threads, const Execution& execution) const;
+    /// Moves each part of a shape onto another one by the rotation and translation that fit best; anchored parts by
+    /// their anchors where these determine it. @param turn what decides where both leave it open.
+    void place(const Positions& onto, const Matrix3& turn, bool skip_anchored, Positions& positions) const;
+    std::size_t bytes() const;
+
+    std::vector<Positions> shapes;
+    std::vector<Index> anchors;
+    std::vector<char> is_fixed;  // n
+    double rigidity = 0.0;
+    double hold = 0.0;
+    int threads = 1;
+    InstructionSet instructions;
+    Timings timings;
+    std::vector<double> diagonals;  // mean_diagonal() of each shape
+    std::unique_ptr<EncodingBlend> encodings;
+    std::unique_ptr<TurnedCells> cells;
+    RingParts parts;
+    // With all vertices free, the constant matrix of the energy without springs for the average of all shapes.
+    Unknowns all;
+    SupernodalFactor factor_of_all;
+    std::unique_ptr<CellAssembly> assembly;
+    // What is solved for: all but the anchors, on springs.
+    Unknowns unknowns;
+    std::vector<SoftAnchor> springs;
+    SupernodalFactor factor;
+
+    DeformationEnergy energy_of(const Encoding& encoding, const RestCells& of_cells, const Unknowns& of,
+                                std::vector<SoftAnchor> soft, double size, const Execution& execution) const;
+
+  private:
+    void encode_shapes(const MorphBinding& binding, Execution& execution);
+    void find_parts(const Execution& execution);
+    void factorise(Execution& execution);
+    void factorise(const DeformationEnergy& energy, const Unknowns& of, SupernodalFactor& result,
+                   Execution& execution) const;
+};
+
+/// Of one solve at a time.
+struct Morpher::Workspace {
+    Workspace(const Bound& bound, const Execution& execution);
+    std::size_t bytes() const;
+
+    Encoding encoding;
+    RestCells cells;
+    std::vector<Matrix3> rotations;
+    CellAssembly::Workspace assembly;
+    std::unique_ptr<DeformationEnergy> energy;  // of `encoding` and `cells`
+    DeformationEnergy::Workspace energy_room;
+    Lbfgs minimiser;
+};
+
+}  // namespace meanvalue

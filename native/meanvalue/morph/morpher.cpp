@@ -1,0 +1,188 @@
+#include "meanvalue/morph/morpher.h"
+
+#include <utility>
+
+#include "meanvalue/common/detached_job.h"
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/mesh/fixed_vertices.h"
+#include "meanvalue/morph/bound_shapes.h"
+
+namespace meanvalue {
+namespace {
+
+constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step: that of the fast method
+// Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve.
+constexpr double kEnergyTolerance = 50.0;
+// A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
+constexpr double kNegligible = 0.03;
+constexpr std::size_t kMostIdle = 2;
+
+}  // namespace
+
+/// One solve.
+class Morpher::Solve {
+  public:
+    Solve(const Bound& bound, Workspace& work, const ShapeWeights& weights, const MorphOptions& options,
+          Execution& execution)
+        : bound_(bound),
+          work_(work),
+          weights_(weights),
+          options_(options),
+          execution_(execution),
+          threads_(options.threads > 0 ? thread_count(options.threads) : bound.threads),
+          size_(TurnedCells::geometric_mean(bound.diagonals, weights.mean().data())) {}
+
+    Solution run(const std::optional<PositionsView>& start) {
+        Solution solution;
+        {
+            const StageTimer timer(solution.timings, "total");
+            blend(solution.timings);
+            Positions guess = turn_cells(solution.timings);
+            solution.vertices = guess;
+            if (start) {
+                for (const Index v : bound_.unknowns.free)
+                    solution.vertices.row(v) = start->row(v);
+            }
+            hold_at(guess);
+            minimise(solution);
+            if (bound_.springs.empty()) bound_.place(guess, Matrix3::Identity(), true, solution.vertices);
+        }
+        return solution;
+    }
+
+  private:
+    /// The averages that the energy is made of.
+    void blend(Timings& timings) {
+        const StageTimer timer(timings, "blend");
+        execution_.begin_stage("blend");
+        bound_.encodings->fill(weights_, threads_, execution_, work_.encoding);
+        bound_.cells->fill_edges(weights_, threads_, execution_, work_.cells);
+    }
+
+    /// All cells at the average of their turns, put together and placed.
+    Positions turn_cells(Timings& timings) {
+        const StageTimer timer(timings, "turn");
+        bound_.cells->fill_rotations(weights_, threads_, execution_, work_.rotations);
+        const Positions linear = bound_.linear_blend(weights_, threads_, execution_);
+        Positions positions = linear;
+        bound_.assembly->solve(work_.cells, work_.rotations, threads_, execution_, work_.assembly, positions);
+        bound_.place(linear, bound_.cells->whole_turn(weights_.mean()), false, positions);
+        return positions;
+    }
+
+    void hold_at(const Positions& guess) {
+        const SoftConstraints& springs = work_.energy->soft_constraints();
+        if (!springs.empty()) work_.energy_room.soft_targets = springs.rows_of(guess);
+    }
+
+    void minimise(Solution& solution) {
+        execution_.begin_stage("solve");
+        solution.stop_reason = "no free vertices";
+        solution.energies = {0.0};
+        solution.converged = true;
+        if (bound_.unknowns.free.empty()) return;
+        const StageTimer timer(solution.timings, "minimise");
+        work_.energy->refill(work_.cells, size_, threads_, execution_);
+        LbfgsOptions options;
+        const double tolerance = options_.tolerance.value_or(kDefaultTolerance);
+        options.step_tolerance = tolerance * size_;
+        options.negligible_step = kNegligible * options.step_tolerance;
+        options.energy_tolerance = bound_.rigidity > 0.0 ? kEnergyTolerance * tolerance : 0.0;
+        options.max_iterations = options_.max_iterations;
+        options.threads = threads_;
+        const LbfgsReport report = work_.minimiser.minimise(
+            [&](const Positions& positions, Positions& gradient) {
+                return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
+                                              work_.energy_room);
+            },
+            {bound_.factor, work_.assembly.factor}, options, solution.vertices, execution_);
+        solution.energies = report.energies;
+        solution.initial_energy = report.energies.front();
+        solution.energy = report.energies.back();
+        solution.initial_gradient = report.initial_gradient;
+        solution.gradient = report.gradient;
+        solution.iterations = solution.all_iterations = report.iterations();
+        solution.converged = report.converged;
+        solution.stop_reason = report.converged  ? "converged"
+                               : report.at_limit ? "iteration limit"
+                                                 : "no step lowers the energy further";
+    }
+
+    const Bound& bound_;
+    Workspace& work_;
+    const ShapeWeights& weights_;
+    const MorphOptions& options_;
+    Execution& execution_;
+    int threads_;
+    double size_;
+};
+
+Morpher::Morpher(const MorphBinding& binding, Execution& execution)
+    : bound_(std::make_unique<const Bound>(binding, execution)) {
+    report_.shape_count = static_cast<Index>(bound_->shapes.size());
+    report_.vertex_count = static_cast<Index>(bound_->shapes[0].rows());
+    report_.component_count = static_cast<Index>(bound_->parts.members.size());
+    report_.guarded = bound_->encodings->layout().guarded;
+    report_.timings = bound_->timings;
+    idle_.push_back(std::make_unique<Workspace>(*bound_, execution));
+    report_.bytes = bound_->bytes() + idle_.back()->bytes();
+}
+
+Morpher::~Morpher() = default;
+
+Solution Morpher::solve(const std::vector<double>& weights, const std::optional<PositionsView>& start,
+                        const MorphOptions& options, Execution& execution) const {
+    const ShapeWeights normalised(weights, report_.shape_count, report_.vertex_count);
+    if (options.tolerance && !(*options.tolerance > 0.0))
+        throw InvalidInput(message("tolerance is ", *options.tolerance, "; give a positive number"));
+    if (options.max_iterations < 0)
+        throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
+    if (start) require_start(*start, bound_->shapes[0], bound_->diagonals[0], bound_->is_fixed, execution);
+    std::unique_ptr<Workspace> workspace = take_workspace(execution);
+    Solution solution = Solve(*bound_, *workspace, normalised, options, execution).run(start);
+    give_back(std::move(workspace));
+    return solution;
+}
+
+/// Without waiting: in a forked child the lock may be held for good.
+std::unique_ptr<Morpher::Workspace> Morpher::take_workspace(const Execution& execution) const {
+    {
+        const std::unique_lock lock(mutex_, std::try_to_lock);
+        if (lock && !idle_.empty()) {
+            std::unique_ptr<Workspace> workspace = std::move(idle_.back());
+            idle_.pop_back();
+            return workspace;
+        }
+    }
+    return std::make_unique<Workspace>(*bound_, execution);
+}
+
+void Morpher::give_back(std::unique_ptr<Workspace> workspace) const {
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (lock && idle_.size() < kMostIdle) idle_.push_back(std::move(workspace));
+}
+
+std::unique_ptr<Morpher> bind_morph_detached(const MorphBinding& binding,
+                                             const std::shared_ptr<Execution>& execution) {
+    struct Bind {
+        std::vector<Positions> shapes;
+        Triangles faces;
+        std::unique_ptr<MorphBinding> binding;
+        std::shared_ptr<Execution> execution;
+        std::unique_ptr<Morpher> morpher;
+    };
+    const auto bind = std::make_shared<Bind>();
+    bind->faces = binding.faces;
+    bind->execution = execution;
+    for (const PositionsView& shape : binding.shapes)
+        bind->shapes.emplace_back(shape);
+    bind->binding = std::make_unique<MorphBinding>(MorphBinding{
+        {}, bind->faces, binding.anchors, binding.rigidity, binding.hold, binding.threads, binding.instructions});
+    for (const Positions& shape : bind->shapes)
+        bind->binding->shapes.emplace_back(shape);
+    run_detached([bind] { bind->morpher = std::make_unique<Morpher>(*bind->binding, *bind->execution); }, *execution);
+    return std::move(bind->morpher);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,66 @@
+#include "meanvalue/morph/rotation_vectors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "meanvalue/common/cross_matrix.h"
+#include "meanvalue/common/elementary.h"
+
+namespace meanvalue {
+namespace {
+
+constexpr double kTurn = 6.28318530717958647692;
+// Of the sine and the cosine of half the angle: less tells no axis, or no angle.
+constexpr double kNothing = 1e-12;
+
+/// The unit quaternion of a rotation, (w, x, y, z), by its largest entry (Shepperd 1978).
+Eigen::Vector4d quaternion_of(const Matrix3& r) {
+    const double trace = r.trace();
+    Eigen::Vector4d q;
+    if (trace >= r.diagonal().maxCoeff()) {
+        q << 1.0 + trace, r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1);
+    } else {
+        Eigen::Index i = 0;
+        r.diagonal().maxCoeff(&i);
+        const Eigen::Index j = (i + 1) % 3;
+        const Eigen::Index k = (i + 2) % 3;
+        q(0) = r(k, j) - r(j, k);
+        q(1 + i) = 1.0 + r(i, i) - r(j, j) - r(k, k);
+        q(1 + j) = r(j, i) + r(i, j);
+        q(1 + k) = r(k, i) + r(i, k);
+    }
+    return q / q.norm();
+}
+
+}  // namespace
+
+Matrix3 rotation_by(const Vector3& vector) {
+    const double angle = vector.norm();
+    if (angle == 0.0) return Matrix3::Identity();
+    const SineCosine half = sine_cosine(0.5 * angle);
+    // sin(a) / a and (1 - cos(a)) / a^2 without cancellation.
+    const double first = 2.0 * half.sine * half.cosine / angle;
+    const double second = 2.0 * half.sine * half.sine / (angle * angle);
+    const Matrix3 cross = cross_matrix(vector);
+    return Matrix3::Identity() + first * cross + second * cross * cross;
+}
+
+Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near) {
+    Eigen::Vector4d q = quaternion_of(rotation);
+    if (q(0) < 0.0) q = -q;
+    const Vector3 imaginary = q.tail<3>();
+    const double sine = imaginary.norm();
+    const double angle = 2.0 * arc_tangent(sine, q(0));
+    const double near_length = near.norm();
+    Vector3 axis = Vector3::Zero();
+    if (sine > kNothing) {
+        axis = imaginary / sine;
+    } else if (near_length > 0.0) {
+        axis = near / near_length;
+    }
+    // The nearest of the points angle + whole turns on the axis.
+    const double turns = std::floor((near.dot(axis) - angle) / kTurn + 0.5);
+    return (angle + turns * kTurn) * axis;
+}
+
+}  // namespace meanvalue

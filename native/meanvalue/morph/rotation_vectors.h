@@ -1,0 +1,15 @@
+// Rotations as vectors: their axis times their angle, also beyond half a turn.
+#pragma once
+
+#include "meanvalue/common/types.h"
+
+namespace meanvalue {
+
+/// The rotation by |vector| about it (Rodrigues). Any length. The same bits on every processor.
+Matrix3 rotation_by(const Vector3& vector);
+
+/// The vector of a rotation that is nearest to `near`: its angle may be beyond half a turn, or several turns.
+/// @param rotation orthogonal to rounding, determinant 1.
+Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::Zero());
+
+}  // namespace meanvalue

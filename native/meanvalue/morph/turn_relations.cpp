@@ -1,0 +1,264 @@
+#include "meanvalue/morph/turn_relations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/mesh/disjoint_sets.h"
+#include "meanvalue/morph/rotation_vectors.h"
+
+namespace meanvalue {
+namespace {
+
+// Enough patches for every finger, few enough for a millisecond.
+constexpr Index kPatches = 1200;
+constexpr int kMostSteps = 8;
+constexpr double kStepTolerance = 1e-4;  // radians
+// Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
+constexpr double kSpreads = 1.5;
+constexpr double kLeastShare = 1e-2;
+
+template <typename T>
+std::size_t bytes_of(const std::vector<T>& items) {
+    return items.capacity() * sizeof(T);
+}
+
+}  // namespace
+
+TurnRelations::TurnRelations(const Encoding& layout, const std::vector<Vector3>& turns, Index shape_count,
+                             const Execution& execution)
+    : layout_(layout), shape_count_(shape_count) {
+    find_patches(execution);
+    spread_shares(execution);
+    relate(turns, execution);
+    factorise(execution);
+}
+
+/// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
+void TurnRelations::find_patches(const Execution& execution) {
+    const Index vertices = layout_.vertex_count();
+    const Index most = std::max<Index>(1, (vertices + kPatches - 1) / kPatches);
+    patch_of_.assign(vertices, -1);
+    std::vector<Index> seeds;
+    std::vector<char> is_seed(vertices, 0);
+    std::vector<Index> members;
+    for (Index first = 0; first < vertices; ++first) {
+        execution.check_every(first);
+        if (patch_of_[first] >= 0 || !layout_.predictable(first)) continue;
+        seeds.assign(1, first);
+        for (std::size_t next = 0; next < seeds.size(); ++next) {  // a part of the mesh, patch after patch outwards
+            if (patch_of_[seeds[next]] >= 0) continue;
+            members.assign(1, seeds[next]);
+            patch_of_[seeds[next]] = patch_count_;
+            Index neighbour = -1;
+            for (std::size_t k = 0; k < members.size(); ++k) {
+                for (Index place = layout_.ring_offsets[members[k]]; place < layout_.ring_offsets[members[k] + 1];
+                     ++place) {
+                    const Index v = layout_.ring[place];
+                    if (!layout_.predictable(v)) continue;
+                    if (patch_of_[v] >= 0) {
+                        if (patch_of_[v] != patch_count_) neighbour = patch_of_[v];
+                    } else if (static_cast<Index>(members.size()) < most) {
+                        patch_of_[v] = patch_count_;
+                        members.push_back(v);
+                    } else if (!is_seed[v]) {
+                        is_seed[v] = 1;
+                        seeds.push_back(v);
+                    }
+                }
+            }
+            if (neighbour >= 0 && static_cast<Index>(members.size()) * 3 < most) {
+                for (const Index v : members)
+                    patch_of_[v] = neighbour;
+                sizes_[neighbour] += static_cast<Index>(members.size());
+            } else {
+                sizes_.push_back(static_cast<Index>(members.size()));
+                ++patch_count_;
+            }
+        }
+    }
+}
+
+void TurnRelations::spread_shares(const Execution& execution) {
+    const Index vertices = layout_.vertex_count();
+    std::vector<std::vector<Share>> shares(vertices);
+    for (Index v = 0; v < vertices; ++v) {
+        if (patch_of_[v] >= 0) shares[v] = {{patch_of_[v], 1.0}};
+    }
+    const double across = std::sqrt(static_cast<double>(vertices) / std::max<Index>(1, patch_count_));
+    const int rounds = across < 1.5 ? 0 : static_cast<int>(kSpreads * across + 0.5);
+    std::vector<double> sums(patch_count_, 0.0);
+    std::vector<Index> seen;
+    for (int round = 0; round < rounds; ++round) {
+        std::vector<std::vector<Share>> spread(vertices);
+        for (Index v = 0; v < vertices; ++v) {
+            execution.check_every(v);
+            seen.clear();
+            const auto add = [&](Index from, double factor) {
+                for (const Share& share : shares[from]) {
+                    if (sums[share.patch] == 0.0) seen.push_back(share.patch);
+                    sums[share.patch] += factor * share.share;
+                }
+            };
+            const Index begin = layout_.ring_offsets[v];
+            const Index end = layout_.ring_offsets[v + 1];
+            if (begin < end) add(v, 1.0);
+            for (Index place = begin; place < end; ++place)
+                add(layout_.ring[place], 1.0 / (end - begin));
+            std::sort(seen.begin(), seen.end());
+            double kept = 0.0;
+            for (const Index patch : seen) {
+                if (sums[patch] > 2.0 * kLeastShare) {
+                    spread[v].push_back({patch, sums[patch]});
+                    kept += sums[patch];
+                }
+                sums[patch] = 0.0;
+            }
+            for (Share& share : spread[v])
+                share.share /= kept;
+        }
+        shares = std::move(spread);
+    }
+    share_start_.assign(1, 0);
+    for (Index v = 0; v < vertices; ++v) {
+        shares_.insert(shares_.end(), shares[v].begin(), shares[v].end());
+        share_start_.push_back(static_cast<Index>(shares_.size()));
+    }
+}
+
+/// The mean turns of patches, and those between neighbours.
+void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    std::vector<Matrix3> sums(patch_count_ * count, Matrix3::Zero());
+    turns_.assign(patch_count_ * count, Vector3::Zero());
+    std::map<std::pair<Index, Index>, double> edges;
+    for (Index v = 0; v < layout_.vertex_count(); ++v) {
+        execution.check_every(v);
+        if (patch_of_[v] < 0) continue;
+        for (std::size_t k = 0; k < count; ++k) {
+            sums[patch_of_[v] * count + k] += rotation_by(turns[v * count + k]);
+            turns_[patch_of_[v] * count + k] += turns[v * count + k] / sizes_[patch_of_[v]];
+        }
+        for (Index place = layout_.ring_offsets[v]; place < layout_.ring_offsets[v + 1]; ++place) {
+            const Index other = patch_of_[layout_.ring[place]];
+            if (other >= 0 && other != patch_of_[v]) edges[std::minmax(patch_of_[v], other)] += 0.5;
+        }
+    }
+    std::vector<Matrix3> means(sums.size());
+    for (std::size_t k = 0; k < sums.size(); ++k) {
+        means[k] = closest_rotation(sums[k]);
+        turns_[k] = rotation_vector(means[k], turns_[k]);
+    }
+    for (const auto& [ends, weight] : edges) {
+        pairs_.push_back({ends.first, ends.second, weight});
+        for (std::size_t k = 0; k < count; ++k)
+            relative_.push_back(
+                rotation_vector(means[ends.first * count + k].transpose() * means[ends.second * count + k]));
+    }
+}
+
+void TurnRelations::factorise(const Execution& execution) {
+    DisjointSets sets(patch_count_);
+    std::vector<double> diagonal(patch_count_, 0.0);
+    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
+    for (const Pair& pair : pairs_) {
+        sets.join(pair.a, pair.b);
+        diagonal[pair.a] += pair.weight;
+        diagonal[pair.b] += pair.weight;
+        entries.emplace_back(pair.b, pair.a, -pair.weight);
+    }
+    for (Index patch = 0; patch < patch_count_; ++patch) {
+        const double pinned = sets.root(patch) == patch ? 2.0 : 1.0;
+        entries.emplace_back(patch, patch, diagonal[patch] > 0.0 ? pinned * diagonal[patch] : 1.0);
+    }
+    if (patch_count_ == 0) return;
+    SparseMatrix lower(patch_count_, patch_count_);
+    lower.setFromTriplets(entries.begin(), entries.end());
+    factor_.analyse(lower, execution);
+    if (!factor_.factorise(lower, execution))
+        throw SolverFailure(message("the turns of ", patch_count_, " patches are not determined"));
+}
+
+/// patches x k.
+std::vector<double> TurnRelations::weights_of_patches(const ShapeWeights& weights) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    std::vector<double> result(patch_count_ * count, 0.0);
+    for (Index v = 0; v < layout_.vertex_count(); ++v) {
+        if (patch_of_[v] < 0) continue;
+        for (std::size_t k = 0; k < count; ++k)
+            result[patch_of_[v] * count + k] += weights.of(v)[k] / sizes_[patch_of_[v]];
+    }
+    return result;
+}
+
+/// One Gauss-Newton step. @return the largest turn.
+double TurnRelations::step(const std::vector<Matrix3>& between, std::vector<Matrix3>& rotations,
+                           const Execution& execution) const {
+    Positions sums = Positions::Zero(patch_count_, 3);
+    for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+        const auto& [a, b, weight] = pairs_[pair];
+        // What b has to be turned by in space to agree with a.
+        const Vector3 missing = weight * rotation_vector(rotations[a] * between[pair] * rotations[b].transpose());
+        sums.row(b) += missing.transpose();
+        sums.row(a) -= missing.transpose();
+    }
+    SupernodalFactor::Workspace workspace;
+    factor_.solve(sums, sums, 1, execution, workspace);
+    // Only differences count: the whole stays as it is.
+    sums.rowwise() -= sums.colwise().mean();
+    double largest = 0.0;
+    for (Index patch = 0; patch < patch_count_; ++patch) {
+        const Vector3 turn = sums.row(patch);
+        largest = std::max(largest, turn.norm());
+        rotations[patch] = rotation_by(turn) * rotations[patch];
+    }
+    return largest;
+}
+
+void TurnRelations::correct(const ShapeWeights& weights, int threads, const Execution& execution,
+                            std::vector<Matrix3>& rotations) const {
+    if (patch_count_ == 0) return;
+    const auto count = static_cast<std::size_t>(shape_count_);
+    const std::vector<double> shares = weights_of_patches(weights);
+    std::vector<Matrix3> in_space(patch_count_);
+    for (Index patch = 0; patch < patch_count_; ++patch) {
+        Vector3 sum = Vector3::Zero();
+        for (std::size_t k = 0; k < count; ++k)
+            sum += shares[patch * count + k] * turns_[patch * count + k];
+        in_space[patch] = rotation_by(sum);
+    }
+    std::vector<Matrix3> between(pairs_.size());
+    for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+        Vector3 sum = Vector3::Zero();
+        for (std::size_t k = 0; k < count; ++k) {
+            const double share = 0.5 * (shares[pairs_[pair].a * count + k] + shares[pairs_[pair].b * count + k]);
+            sum += share * relative_[pair * count + k];
+        }
+        between[pair] = rotation_by(sum);
+    }
+    std::vector<Matrix3> found = in_space;
+    for (int round = 0; round < kMostSteps && step(between, found, execution) > kStepTolerance; ++round) {
+    }
+    std::vector<Vector3> corrections(patch_count_);
+    for (Index patch = 0; patch < patch_count_; ++patch)
+        corrections[patch] = rotation_vector(found[patch] * in_space[patch].transpose());
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            Vector3 sum = Vector3::Zero();
+            for (Index k = share_start_[v]; k < share_start_[v + 1]; ++k)
+                sum += shares_[k].share * corrections[shares_[k].patch];
+            rotations[v] = rotation_by(sum) * rotations[v];
+        }
+    });
+}
+
+std::size_t TurnRelations::bytes() const {
+    return bytes_of(patch_of_) + bytes_of(sizes_) + bytes_of(turns_) + bytes_of(pairs_) + bytes_of(relative_) +
+           bytes_of(share_start_) + bytes_of(shares_) + factor_.bytes();
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,275 @@
+#include "meanvalue/morph/turned_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <queue>
+
+#include "meanvalue/common/elementary.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/morph/rotation_vectors.h"
+
+namespace meanvalue {
+namespace {
+
+// Rounds of turning all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
+constexpr int kAlignRounds = 4;
+// Of the turn of the whole and the mean turns of cells, each in terms of the other.
+constexpr int kWholeRounds = 4;
+constexpr int kMeanRounds = 20;
+constexpr double kMeanTolerance = 1e-15;
+
+/// base^exponent for any exponent of moderate size.
+double any_power(double base, double exponent) {
+    const double parts = std::ceil(std::max(1.0, std::abs(exponent)));
+    const double part = power(base, exponent / parts);
+    double result = 1.0;
+    for (int k = 0; k < static_cast<int>(parts); ++k)
+        result *= part;
+    return result;
+}
+
+/// Makes rotation vectors sum to zero: multiplies what they turn from, and returns that factor.
+/// @param rotations `count`, which change with it; @param vectors theirs, kept on their branches.
+Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count) {
+    Matrix3 factor = Matrix3::Identity();
+    for (int round = 0; round < kMeanRounds; ++round) {
+        Vector3 mean = Vector3::Zero();
+        for (Index k = 0; k < count; ++k)
+            mean += vectors[k] / count;
+        if (mean.norm() < kMeanTolerance) break;
+        const Matrix3 step = rotation_by(mean);
+        factor = step * factor;
+        for (Index k = 0; k < count; ++k) {
+            rotations[k] = rotations[k] * step.transpose();
+            vectors[k] = rotation_vector(rotations[k], vectors[k] - mean);
+        }
+    }
+    return factor;
+}
+
+}  // namespace
+
+struct TurnedCells::Turns {
+    std::vector<Matrix3> of_cells;  // n x k: from e_ijk to the edges of shape k
+    std::vector<Matrix3> means;     // n: what the edges e_ijk of a cell have to be turned by
+};
+
+TurnedCells::TurnedCells(const Encoding& layout, const std::vector<PositionsView>& shapes, int threads,
+                         const Execution& execution)
+    : shape_count_(static_cast<Index>(shapes.size())), layout_(layout) {
+    Turns turns = align_cells(shapes, threads, execution);
+    find_turns(turns, threads, execution);
+    relations_.emplace(layout_, turns_, shape_count_, execution);
+    const auto count = static_cast<std::size_t>(shape_count_);
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            for (std::size_t edge = layout_.ring_offsets[v] * count; edge < layout_.ring_offsets[v + 1] * count;
+                 ++edge)
+                edges_[edge] = turns.means[v] * edges_[edge];
+        }
+    });
+}
+
+/// Turns the edges of each cell onto each other, at size 1.
+TurnedCells::Turns TurnedCells::align_cells(const std::vector<PositionsView>& shapes, int threads,
+                                            const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    edges_.resize(layout_.ring.size() * count);
+    for (std::size_t k = 0; k < count; ++k) {
+        const RestCells cells = rest_cells(layout_, shapes[k], threads, execution);
+        double squares = 0.0;
+        for (std::size_t edge = 0; edge < cells.edges.size(); ++edge) {
+            execution.check_every(edge);
+            squares += cells.edges[edge].squaredNorm();
+        }
+        const double size = squares > 0.0 ? std::sqrt(squares / static_cast<double>(cells.edges.size())) : 1.0;
+        sizes_.push_back(size);
+        for (std::size_t edge = 0; edge < cells.edges.size(); ++edge)
+            edges_[edge * count + k] = cells.edges[edge] / size;
+    }
+    Turns turns;
+    turns.of_cells.assign(layout_.vertex_count() * count, Matrix3::Identity());
+    turns.means.assign(layout_.vertex_count(), Matrix3::Identity());
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            const std::size_t first = layout_.ring_offsets[v];
+            const std::size_t last = layout_.ring_offsets[v + 1];
+            for (int round = 0; round < kAlignRounds && count > 1; ++round) {
+                std::vector<Matrix3> covariances(count, Matrix3::Zero());
+                for (std::size_t place = first; place < last; ++place) {
+                    Vector3 mean = Vector3::Zero();
+                    for (std::size_t k = 0; k < count; ++k)
+                        mean += edges_[place * count + k];
+                    for (std::size_t k = 0; k < count; ++k)
+                        covariances[k] += mean * edges_[place * count + k].transpose();
+                }
+                for (std::size_t k = 0; k < count; ++k) {
+                    const Matrix3 turn = closest_rotation(covariances[k]);
+                    for (std::size_t place = first; place < last; ++place)
+                        edges_[place * count + k] = turn * edges_[place * count + k];
+                }
+            }
+            for (std::size_t k = 0; k < count; ++k) {
+                Matrix3 covariance = Matrix3::Zero();
+                for (std::size_t place = first; place < last; ++place) {
+                    const Vector3 edge = (shapes[k].row(v) - shapes[k].row(layout_.ring[place])).transpose();
+                    covariance += edge * edges_[place * count + k].transpose();
+                }
+                turns.of_cells[v * count + k] = closest_rotation(covariance);
+            }
+        }
+    });
+    return turns;
+}
+
+void TurnedCells::find_turns(Turns& turns, int threads, const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    const Index vertices = layout_.vertex_count();
+    turns_.assign(vertices * count, Vector3::Zero());
+    wholes_.assign(count, Matrix3::Identity());
+    for (Index v = 0; v < vertices; ++v)
+        turns.means[v] = turns.of_cells[v * count];
+    const std::vector<Matrix3> of_cells = turns.of_cells;
+    for (int round = 0; round < kWholeRounds; ++round) {
+        for (std::size_t k = 0; k < count; ++k) {
+            Matrix3 sum = Matrix3::Zero();
+            for (Index v = 0; v < vertices; ++v) {
+                execution.check_every(v);
+                sum += of_cells[v * count + k] * turns.means[v].transpose();
+            }
+            wholes_[k] = closest_rotation(sum);
+        }
+        for (Index v = 0; v < vertices; ++v) {
+            for (std::size_t k = 0; k < count; ++k)
+                turns.of_cells[v * count + k] =
+                    wholes_[k].transpose() * of_cells[v * count + k] * turns.means[v].transpose();
+        }
+        if (round == 0) follow_turns(turns, execution);
+        parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
+            for (Index v = begin; v < end; ++v) {
+                Vector3* const vectors = turns_.data() + v * count;
+                Matrix3* const rotations = turns.of_cells.data() + v * count;
+                for (std::size_t k = 0; k < count; ++k)
+                    vectors[k] = rotation_vector(rotations[k], vectors[k]);
+                turns.means[v] = centre_turns(rotations, vectors, shape_count_) * turns.means[v];
+            }
+        });
+    }
+}
+
+/// The branches of all rotation vectors: from the cell that is turned least on, each from the neighbour that is
+/// turned the most alike.
+void TurnedCells::follow_turns(const Turns& turns, const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    const Index vertices = layout_.vertex_count();
+    const auto rotation = [&](Index v, std::size_t k) -> const Matrix3& { return turns.of_cells[v * count + k]; };
+    std::vector<double> turned(vertices, 0.0);
+    for (Index v = 0; v < vertices; ++v) {
+        for (std::size_t k = 0; k < count; ++k)
+            turned[v] = std::max(turned[v], 3.0 - rotation(v, k).trace());
+    }
+    std::vector<Index> starts(vertices);
+    std::iota(starts.begin(), starts.end(), 0);
+    std::stable_sort(starts.begin(), starts.end(), [&](Index a, Index b) { return turned[a] < turned[b]; });
+
+    struct Step {
+        double cost;
+        Index from;
+        Index to;
+        bool operator>(const Step& other) const {
+            return cost != other.cost ? cost > other.cost : to != other.to ? to > other.to : from > other.from;
+        }
+    };
+    std::vector<char> is_known(vertices, 0);
+    std::priority_queue<Step, std::vector<Step>, std::greater<>> queue;
+    const auto settle = [&](Index v, Index from) {
+        is_known[v] = 1;
+        for (std::size_t k = 0; k < count; ++k)
+            turns_[v * count + k] = rotation_vector(rotation(v, k), turns_[from * count + k]);
+        for (Index place = layout_.ring_offsets[v]; place < layout_.ring_offsets[v + 1]; ++place) {
+            const Index next = layout_.ring[place];
+            if (is_known[next]) continue;
+            double cost = 0.0;
+            for (std::size_t k = 0; k < count; ++k)
+                cost = std::max(cost, 3.0 - rotation(v, k).cwiseProduct(rotation(next, k)).sum());
+            queue.push({cost, v, next});
+        }
+    };
+    for (std::size_t number = 0; number < starts.size(); ++number) {
+        execution.check_every(number);
+        if (is_known[starts[number]]) continue;
+        settle(starts[number], starts[number]);
+        for (std::size_t round = 0; !queue.empty(); ++round) {
+            execution.check_every(round);
+            const Step step = queue.top();
+            queue.pop();
+            if (!is_known[step.to]) settle(step.to, step.from);
+        }
+    }
+}
+
+void TurnedCells::fill_edges(const ShapeWeights& weights, int threads, const Execution& execution,
+                             RestCells& cells) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    cells.edges.resize(layout_.ring.size());
+    const double common_size = geometric_mean(sizes_, weights.mean().data());
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            const double* const of = weights.of(v);
+            // A cell of one shape alone has that shape's own size, whatever the others are elsewhere.
+            const double size = weights.is_uniform() ? common_size : geometric_mean(sizes_, of);
+            for (std::size_t place = layout_.ring_offsets[v]; place < std::size_t(layout_.ring_offsets[v + 1]);
+                 ++place) {
+                Vector3 sum = Vector3::Zero();
+                for (std::size_t k = 0; k < count; ++k)
+                    sum += of[k] * edges_[place * count + k];
+                cells.edges[place] = size * sum;
+            }
+        }
+    });
+}
+
+void TurnedCells::fill_rotations(const ShapeWeights& weights, int threads, const Execution& execution,
+                                 std::vector<Matrix3>& rotations) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    rotations.resize(layout_.vertex_count());
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            Vector3 sum = Vector3::Zero();
+            for (std::size_t k = 0; k < count; ++k)
+                sum += weights.of(v)[k] * turns_[v * count + k];
+            rotations[v] = rotation_by(sum);
+        }
+    });
+    relations_->correct(weights, threads, execution, rotations);
+}
+
+Matrix3 TurnedCells::whole_turn(const std::vector<double>& weights) const {
+    std::vector<Matrix3> rotations = wholes_;
+    std::vector<Vector3> vectors(wholes_.size(), Vector3::Zero());
+    const Matrix3 first = wholes_.front();
+    for (std::size_t k = 0; k < vectors.size(); ++k) {
+        rotations[k] = wholes_[k] * first.transpose();
+        vectors[k] = rotation_vector(rotations[k]);
+    }
+    const Matrix3 mean = centre_turns(rotations.data(), vectors.data(), shape_count_) * first;
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t k = 0; k < vectors.size(); ++k)
+        sum += weights[k] * vectors[k];
+    return rotation_by(sum) * mean;
+}
+
+double TurnedCells::geometric_mean(const std::vector<double>& values, const double* weights) {
+    double result = 1.0;
+    for (std::size_t k = 0; k < values.size(); ++k)
+        result *= any_power(values[k], weights[k]);
+    return result;
+}
+
+std::size_t TurnedCells::bytes() const {
+    return (edges_.capacity() + turns_.capacity()) * sizeof(Vector3);
+}
+
+}  // namespace meanvalue
