@@ -15,7 +15,7 @@ constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step
 // Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve.
 constexpr double kEnergyTolerance = 50.0;
 // A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
-constexpr double kNegligible = 0.03;
+constexpr double kNegligible = 0.3;
 constexpr std::size_t kMostIdle = 2;
 
 }  // namespace

@@ -14,11 +14,11 @@ namespace meanvalue {
 namespace {
 
 // Rounds of turning all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
-constexpr int kAlignRounds = 4;
+constexpr int kAlignRounds = 3;
 // Of the turn of the whole and the mean turns of cells, each in terms of the other.
-constexpr int kWholeRounds = 4;
-constexpr int kMeanRounds = 20;
-constexpr double kMeanTolerance = 1e-15;
+constexpr int kWholeRounds = 2;
+constexpr int kMeanRounds = 8;
+constexpr double kMeanTolerance = 1e-9;
 
 /// base^exponent for any exponent of moderate size.
 double any_power(double base, double exponent) {
