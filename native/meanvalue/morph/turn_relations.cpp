@@ -224,17 +224,15 @@ double TurnRelations::step(const std::vector<Matrix3>& between, std::vector<Matr
     return largest;
 }
 
-void TurnRelations::correct(const ShapeWeights& weights, int threads, const Execution& execution,
-                            std::vector<Matrix3>& rotations) const {
+void TurnRelations::correct(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
+                            const Execution& execution, std::vector<Matrix3>& rotations) const {
     if (patch_count_ == 0) return;
     const auto count = static_cast<std::size_t>(shape_count_);
     const std::vector<double> shares = weights_of_patches(weights);
     std::vector<Matrix3> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {
-        Vector3 sum = Vector3::Zero();
-        for (std::size_t k = 0; k < count; ++k)
-            sum += shares[patch * count + k] * turns_[patch * count + k];
-        in_space[patch] = rotation_by(sum);
+        const std::size_t first = patch * count;
+        in_space[patch] = average_turn(turns_.data() + first, frames, shares.data() + first, shape_count_);
     }
     std::vector<Matrix3> between(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
