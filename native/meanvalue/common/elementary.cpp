@@ -11,6 +11,14 @@ constexpr double kPi = 3.14159265358979323846;
 // Half of pi, in a part whose products with small whole numbers are exact, and the rest.
 constexpr double kHalfPiHigh = 1.57079632673412561417;
 constexpr double kHalfPiLow = 6.07710050650619224932e-11;
+// From each term of the Taylor series to the next: -1 / (n (n - 1)) and -1 / (n (n + 1)) for n = 2, 4, ... 18.
+constexpr int kTerms = 9;
+constexpr double kCosineSteps[kTerms] = {-1.0 / 2,   -1.0 / 12,  -1.0 / 30,  -1.0 / 56, -1.0 / 90,
+                                         -1.0 / 132, -1.0 / 182, -1.0 / 240, -1.0 / 306};
+constexpr double kSineSteps[kTerms] = {-1.0 / 6,   -1.0 / 20,  -1.0 / 42,  -1.0 / 72, -1.0 / 110,
+                                       -1.0 / 156, -1.0 / 210, -1.0 / 272, -1.0 / 342};
+constexpr double kOddReciprocals[] = {1.0,      1.0 / 3,  1.0 / 5,  1.0 / 7,  1.0 / 9,  1.0 / 11, 1.0 / 13,
+                                      1.0 / 15, 1.0 / 17, 1.0 / 19, 1.0 / 21, 1.0 / 23, 1.0 / 25};
 constexpr double kLog2High = 6.93147180369123816490e-01;
 constexpr double kLog2Low = 1.90821492927058770002e-10;
 
@@ -18,8 +26,8 @@ constexpr double kLog2Low = 1.90821492927058770002e-10;
 double odd_series(double z, double sign) {
     const double square = sign * z * z;
     double sum = 0.0;
-    for (int n = 25; n >= 1; n -= 2)
-        sum = 1.0 / n + square * sum;
+    for (int k = 12; k >= 0; --k)
+        sum = kOddReciprocals[k] + square * sum;
     return z * sum;
 }
 
@@ -33,9 +41,9 @@ SineCosine sine_cosine(double angle_rad) {
     const double square = r * r;
     double sine = 0.0;
     double cosine = 0.0;
-    for (int n = 18; n >= 2; n -= 2) {  // Horner's scheme of both Taylor series
-        cosine = (1.0 + cosine) * (-square / (n * (n - 1)));
-        sine = (1.0 + sine) * (-square / (n * (n + 1)));
+    for (int k = kTerms - 1; k >= 0; --k) {  // Horner's scheme of both Taylor series
+        cosine = (1.0 + cosine) * (square * kCosineSteps[k]);
+        sine = (1.0 + sine) * (square * kSineSteps[k]);
     }
     sine = r * (1.0 + sine);
     cosine = 1.0 + cosine;
@@ -44,6 +52,15 @@ SineCosine sine_cosine(double angle_rad) {
         cosine = -cosine;
     }
     return {sine, cosine};
+}
+
+double tangent(double angle_rad) {
+    // Lambert's continued fraction of half the angle, then the double angle.
+    const double half = 0.5 * angle_rad;
+    const double s = half * half;
+    const double t = half * (2027025.0 + s * (-270270.0 + s * (6930.0 - 36.0 * s))) /
+                     (2027025.0 + s * (-945945.0 + s * (51975.0 + s * (-630.0 + s))));
+    return 2.0 * t / (1.0 - t * t);
 }
 
 double arc_tangent(double y, double x) {

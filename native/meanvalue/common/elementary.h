@@ -15,6 +15,9 @@ struct SineCosine {
 /// @param angle_rad between -100 and 100.
 SineCosine sine_cosine(double angle_rad);
 
+/// The tangent of an angle from -1.57 to 1.57, exact to 1e-13 of itself.
+double tangent(double angle_rad);
+
 /// The angle of (x, y), from -pi to pi; 0 for (0, 0).
 double arc_tangent(double y, double x);
 

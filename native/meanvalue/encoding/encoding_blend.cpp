@@ -111,8 +111,7 @@ void EncodingBlend::fill_vertex(Index vertex, const double* weights, Encoding& r
             result.cotangents[place] = share > kLeastWeight ? mean / share * kRestNormalLength : 0.0;
             continue;
         }
-        const SineCosine of = sine_cosine(std::clamp(mean, kLeastAngle, kPi - kLeastAngle));
-        const double cotangent = of.cosine / of.sine;
+        const double cotangent = tangent(0.5 * kPi - std::clamp(mean, kLeastAngle, kPi - kLeastAngle));
         result.heights[place] = result.weights[place] * cotangent;
         result.cotangents[place] = cotangent * kRestNormalLength;
     }

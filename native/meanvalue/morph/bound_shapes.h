@@ -6,6 +6,7 @@
 
 #include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/encoding/encoding_blend.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/morph/cell_assembly.h"
 #include "meanvalue/morph/morpher.h"
@@ -24,11 +25,25 @@ struct RingParts {
 struct Morpher::Bound {
     Bound(const MorphBinding& binding, Execution& execution);
 
+    /// How shapes are put over each other for some weights. Where these are the same for all vertices, about their
+    /// centres and at their common size; else onto the one that counts most, by what fits best where one shape goes
+    /// over into another.
+    struct Overlay {
+        std::vector<Similarity> places;  ///< of each shape
+        std::vector<double> sizes;       ///< see TurnedCells::fill_edges()
+        std::vector<Matrix3> frames;     ///< see TurnedCells::fill_rotations()
+        Matrix3 turn;                    ///< of the whole
+        std::vector<double> counts;      ///< n: what each vertex counts when the result is placed; or empty
+    };
+    Overlay overlay(const ShapeWeights& weights, const Execution& execution) const;
     /// The average shape by positions alone. @return n x 3.
-    Positions linear_blend(const ShapeWeights& weights, int threads, const Execution& execution) const;
+    Positions linear_blend(const ShapeWeights& weights, const Overlay& overlay, int threads,
+                           const Execution& execution) const;
     /// Moves each part of a shape onto another one by the rotation and translation that fit best; anchored parts by
-    /// their anchors where these determine it. @param turn what decides where both leave it open.
-    void place(const Positions& onto, const Matrix3& turn, bool skip_anchored, Positions& positions) const;
+    /// their anchors where these determine it.
+    /// @param turn what decides where both leave it open. @param counts n, or empty.
+    void place(const Positions& onto, const Matrix3& turn, const std::vector<double>& counts, bool skip_anchored,
+               Positions& positions) const;
     std::size_t bytes() const;
 
     std::vector<Positions> shapes;
@@ -56,6 +71,7 @@ struct Morpher::Bound {
                                 std::vector<SoftAnchor> soft, double size, const Execution& execution) const;
 
   private:
+    Overlay graft(const ShapeWeights& weights, const Execution& execution) const;
     void encode_shapes(const MorphBinding& binding, Execution& execution);
     void find_parts(const Execution& execution);
     void factorise(Execution& execution);

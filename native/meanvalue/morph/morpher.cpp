@@ -15,8 +15,15 @@ constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step
 // Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve.
 constexpr double kEnergyTolerance = 50.0;
 // A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
-constexpr double kNegligible = 0.03;
+constexpr double kNegligible = 0.3;
 constexpr std::size_t kMostIdle = 2;
+
+/// Diagonals of the shapes at the size that they are put together at.
+std::vector<double> sizes_over(std::vector<double> diagonals, const std::vector<double>& sizes) {
+    for (std::size_t k = 0; k < diagonals.size(); ++k)
+        diagonals[k] *= sizes[k];
+    return diagonals;
+}
 
 }  // namespace
 
@@ -31,7 +38,8 @@ class Morpher::Solve {
           options_(options),
           execution_(execution),
           threads_(options.threads > 0 ? thread_count(options.threads) : bound.threads),
-          size_(TurnedCells::geometric_mean(bound.diagonals, weights.mean().data())) {}
+          overlay_(bound.overlay(weights, execution)),
+          size_(TurnedCells::geometric_mean(sizes_over(bound.diagonals, overlay_.sizes), weights.mean().data())) {}
 
     Solution run(const std::optional<PositionsView>& start) {
         Solution solution;
@@ -46,7 +54,7 @@ class Morpher::Solve {
             }
             hold_at(guess);
             minimise(solution);
-            if (bound_.springs.empty()) bound_.place(guess, Matrix3::Identity(), true, solution.vertices);
+            if (bound_.springs.empty()) bound_.place(guess, Matrix3::Identity(), {}, true, solution.vertices);
         }
         return solution;
     }
@@ -57,17 +65,17 @@ class Morpher::Solve {
         const StageTimer timer(timings, "blend");
         execution_.begin_stage("blend");
         bound_.encodings->fill(weights_, threads_, execution_, work_.encoding);
-        bound_.cells->fill_edges(weights_, threads_, execution_, work_.cells);
+        bound_.cells->fill_edges(weights_, overlay_.sizes, threads_, execution_, work_.cells);
     }
 
     /// All cells at the average of their turns, put together and placed.
     Positions turn_cells(Timings& timings) {
         const StageTimer timer(timings, "turn");
-        bound_.cells->fill_rotations(weights_, threads_, execution_, work_.rotations);
-        const Positions linear = bound_.linear_blend(weights_, threads_, execution_);
+        bound_.cells->fill_rotations(weights_, overlay_.frames, threads_, execution_, work_.rotations);
+        const Positions linear = bound_.linear_blend(weights_, overlay_, threads_, execution_);
         Positions positions = linear;
         bound_.assembly->solve(work_.cells, work_.rotations, threads_, execution_, work_.assembly, positions);
-        bound_.place(linear, bound_.cells->whole_turn(weights_.mean()), false, positions);
+        bound_.place(linear, overlay_.turn, overlay_.counts, false, positions);
         return positions;
     }
 
@@ -115,6 +123,7 @@ class Morpher::Solve {
     const MorphOptions& options_;
     Execution& execution_;
     int threads_;
+    Bound::Overlay overlay_;
     double size_;
 };
 

@@ -63,4 +63,14 @@ Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near) {
     return (angle + turns * kTurn) * axis;
 }
 
+Matrix3 average_turn(const Vector3* vectors, const std::vector<Matrix3>& frames, const double* weights, Index count) {
+    Vector3 sum = Vector3::Zero();
+    for (Index k = 0; k < count; ++k) {
+        if (weights[k] == 0.0) continue;
+        sum += weights[k] *
+               (frames.empty() ? vectors[k] : rotation_vector(frames[k] * rotation_by(vectors[k]), vectors[k]));
+    }
+    return rotation_by(sum);
+}
+
 }  // namespace meanvalue

@@ -16,11 +16,16 @@ namespace {
 
 // Enough patches for every finger, few enough for a millisecond.
 constexpr Index kPatches = 1200;
-constexpr int kMostSteps = 8;
-constexpr double kStepTolerance = 1e-4;  // radians
+constexpr int kMostSteps = 4;
+constexpr double kStepTolerance = 1e-2;  // radians; the next step is far below
 // Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
 constexpr double kSpreads = 1.5;
 constexpr double kLeastShare = 1e-2;
+
+/// The vector of a rotation by a small angle, times the sine of that over itself.
+Vector3 small_turn(const Matrix3& r) {
+    return 0.5 * Vector3(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));
+}
 
 template <typename T>
 std::size_t bytes_of(const std::vector<T>& items) {
@@ -202,7 +207,7 @@ double TurnRelations::step(const std::vector<Matrix3>& between, std::vector<Matr
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         const auto& [a, b, weight] = pairs_[pair];
         // What b has to be turned by in space to agree with a.
-        const Vector3 missing = weight * rotation_vector(rotations[a] * between[pair] * rotations[b].transpose());
+        const Vector3 missing = weight * small_turn(rotations[a] * between[pair] * rotations[b].transpose());
         sums.row(b) += missing.transpose();
         sums.row(a) -= missing.transpose();
     }
@@ -219,17 +224,15 @@ double TurnRelations::step(const std::vector<Matrix3>& between, std::vector<Matr
     return largest;
 }
 
-void TurnRelations::correct(const ShapeWeights& weights, int threads, const Execution& execution,
-                            std::vector<Matrix3>& rotations) const {
+void TurnRelations::correct(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
+                            const Execution& execution, std::vector<Matrix3>& rotations) const {
     if (patch_count_ == 0) return;
     const auto count = static_cast<std::size_t>(shape_count_);
     const std::vector<double> shares = weights_of_patches(weights);
     std::vector<Matrix3> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {
-        Vector3 sum = Vector3::Zero();
-        for (std::size_t k = 0; k < count; ++k)
-            sum += shares[patch * count + k] * turns_[patch * count + k];
-        in_space[patch] = rotation_by(sum);
+        const std::size_t first = patch * count;
+        in_space[patch] = average_turn(turns_.data() + first, frames, shares.data() + first, shape_count_);
     }
     std::vector<Matrix3> between(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {

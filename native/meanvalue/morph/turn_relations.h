@@ -23,9 +23,10 @@ class TurnRelations {
                   const Execution& execution);
 
     /// Corrects averages in space. Where one shape has all the weight nothing changes.
-    /// @param rotations n, of the cells. The same bits for any `threads`. @throws Cancelled.
-    void correct(const ShapeWeights& weights, int threads, const Execution& execution,
-                 std::vector<Matrix3>& rotations) const;
+    /// @param frames as of TurnedCells::fill_rotations(). @param rotations n, of the cells. The same bits for any
+    /// `threads`. @throws Cancelled.
+    void correct(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
+                 const Execution& execution, std::vector<Matrix3>& rotations) const;
 
     std::size_t bytes() const;
 

@@ -14,11 +14,11 @@ namespace meanvalue {
 namespace {
 
 // Rounds of turning all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
-constexpr int kAlignRounds = 4;
+constexpr int kAlignRounds = 3;
 // Of the turn of the whole and the mean turns of cells, each in terms of the other.
-constexpr int kWholeRounds = 4;
-constexpr int kMeanRounds = 20;
-constexpr double kMeanTolerance = 1e-15;
+constexpr int kWholeRounds = 2;
+constexpr int kMeanRounds = 8;
+constexpr double kMeanTolerance = 1e-9;
 
 /// base^exponent for any exponent of moderate size.
 double any_power(double base, double exponent) {
@@ -210,40 +210,44 @@ void TurnedCells::follow_turns(const Turns& turns, const Execution& execution) {
     }
 }
 
-void TurnedCells::fill_edges(const ShapeWeights& weights, int threads, const Execution& execution,
-                             RestCells& cells) const {
+void TurnedCells::fill_edges(const ShapeWeights& weights, const std::vector<double>& sizes, int threads,
+                             const Execution& execution, RestCells& cells) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     cells.edges.resize(layout_.ring.size());
-    const double common_size = geometric_mean(sizes_, weights.mean().data());
+    std::vector<double> factors(count);
+    for (std::size_t k = 0; k < count; ++k)
+        factors[k] = sizes[k] * sizes_[k];
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             const double* const of = weights.of(v);
-            // A cell of one shape alone has that shape's own size, whatever the others are elsewhere.
-            const double size = weights.is_uniform() ? common_size : geometric_mean(sizes_, of);
             for (std::size_t place = layout_.ring_offsets[v]; place < std::size_t(layout_.ring_offsets[v + 1]);
                  ++place) {
                 Vector3 sum = Vector3::Zero();
                 for (std::size_t k = 0; k < count; ++k)
-                    sum += of[k] * edges_[place * count + k];
-                cells.edges[place] = size * sum;
+                    sum += (of[k] * factors[k]) * edges_[place * count + k];
+                cells.edges[place] = sum;
             }
         }
     });
 }
 
-void TurnedCells::fill_rotations(const ShapeWeights& weights, int threads, const Execution& execution,
-                                 std::vector<Matrix3>& rotations) const {
+void TurnedCells::fill_rotations(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
+                                 const Execution& execution, std::vector<Matrix3>& rotations) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     rotations.resize(layout_.vertex_count());
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
-        for (Index v = begin; v < end; ++v) {
-            Vector3 sum = Vector3::Zero();
-            for (std::size_t k = 0; k < count; ++k)
-                sum += weights.of(v)[k] * turns_[v * count + k];
-            rotations[v] = rotation_by(sum);
-        }
+        for (Index v = begin; v < end; ++v)
+            rotations[v] = average_turn(turns_.data() + v * count, frames, weights.of(v), shape_count_);
     });
-    relations_->correct(weights, threads, execution, rotations);
+    relations_->correct(weights, frames, threads, execution, rotations);
+}
+
+std::vector<double> TurnedCells::common_sizes(const std::vector<double>& weights) const {
+    const double common = geometric_mean(sizes_, weights.data());
+    std::vector<double> result;
+    for (const double size : sizes_)
+        result.push_back(common / size);
+    return result;
 }
 
 Matrix3 TurnedCells::whole_turn(const std::vector<double>& weights) const {

@@ -27,14 +27,24 @@ class TurnedCells {
                 const Execution& execution);
 
     Index shape_count() const { return shape_count_; }
-    /// The average cells; sizes go geometrically. @param cells receives them, |ring|.
-    void fill_edges(const ShapeWeights& weights, int threads, const Execution& execution, RestCells& cells) const;
+    /// The average cells.
+    /// @param sizes of the in-between shape over that of each: see common_sizes(). @param cells receives them,
+    /// |ring|.
+    void fill_edges(const ShapeWeights& weights, const std::vector<double>& sizes, int threads,
+                    const Execution& execution, RestCells& cells) const;
     /// How each of these is turned in the in-between shape, but for the turn of the whole: averages in space,
     /// corrected by TurnRelations.
+    /// @param frames a rotation for each shape, which all its cells are turned by first; or none.
     /// @param rotations receives n.
-    void fill_rotations(const ShapeWeights& weights, int threads, const Execution& execution,
-                        std::vector<Matrix3>& rotations) const;
-    /// The turn of the whole by these weights, geometrically.
+    void fill_rotations(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
+                        const Execution& execution, std::vector<Matrix3>& rotations) const;
+
+    const std::vector<double>& sizes() const { return sizes_; }
+    /// The geometric mean of all sizes over each of them.
+    std::vector<double> common_sizes(const std::vector<double>& weights) const;
+    /// G_k.
+    const Matrix3& whole(std::size_t shape) const { return wholes_[shape]; }
+    /// The average of the G_k.
     Matrix3 whole_turn(const std::vector<double>& weights) const;
     /// Of an in-between shape, the same way. @param values one for each shape, above 0.
     static double geometric_mean(const std::vector<double>& values, const double* weights);

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shapes between shapes: what must hold of them whatever the shapes are, and shapes of which the truth is known."""
+
+import numpy as np
+import pytest
+
+meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+from blender_tests.support.bent_tubes import bent, diagonal, posed, rms, tube, twisted  # noqa: E402
+from native.benchmarks import rigid, shape_metrics  # noqa: E402
+
+
+def edge_lengths(shape, faces):
+    pairs = shape_metrics.unique_edges(faces)
+    return np.linalg.norm(shape[pairs[:, 0]] - shape[pairs[:, 1]], axis=1)
+
+
+def largest_move(shape, other):
+    return np.linalg.norm(shape - other, axis=1).max() / diagonal(other)
+
+
+@pytest.fixture(scope="module")
+def bend():
+    vertices, faces = tube()
+    shapes = [vertices, bent(vertices, 150)]
+    return vertices, faces, shapes, meanvalue.Morpher(shapes, faces)
+
+
+@pytest.fixture(scope="module")
+def three():
+    """Three shapes that turn about several axes, one of them thicker."""
+    vertices, faces = tube(radius=0.6)
+    shapes = [
+        vertices,
+        posed(vertices, [(3, (1, 0, 0), 80), (7, (0, 1, 0), 60)]),
+        1.4 * twisted(vertices * [1.2, 1.2, 1], 90) @ rigid.rotation_about([1, 2, 0], 70).T + [5, 0, 2],
+    ]
+    return faces, shapes, meanvalue.Morpher(shapes, faces)
+
+
+def test_half_of_a_bend_keeps_lengths_and_volume(bend):
+    vertices, faces, shapes, morpher = bend
+    half = morpher.solve([0.5, 0.5]).vertices
+    # Of a tube that is bent, inner edges shorten: what is between is their mean.
+    ratios = edge_lengths(half, faces) / (0.5 * sum(edge_lengths(shape, faces) for shape in shapes))
+    assert abs(np.median(ratios) - 1.0) < 0.02
+    assert ratios.min() > 0.9
+    truth = bent(vertices, 75)
+    volume = shape_metrics.volume(half, faces) / shape_metrics.volume(truth, faces)
+    assert abs(volume - 1.0) < 0.03
+    assert shape_metrics.flipped_triangles(half, vertices, faces) == 0
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
+def test_a_bend_goes_along_the_true_one(bend, share):
+    vertices, _, shapes, morpher = bend
+    truth = bent(vertices, 150 * share)
+    linear = (1 - share) * shapes[0] + share * shapes[1]
+    assert rms(morpher.solve([1 - share, share]).vertices, truth) < 0.02 * rms(linear, truth)
+
+
+def test_exaggeration_bends_on(bend):
+    vertices, _, shapes, morpher = bend
+    truth = bent(vertices, 150 * 1.4)
+    linear = -0.4 * shapes[0] + 1.4 * shapes[1]
+    assert rms(morpher.solve([-0.4, 1.4]).vertices, truth) < 0.05 * rms(linear, truth)
+
+
+@pytest.mark.parametrize(("deform", "angle"), [(bent, 330), (twisted, 330)])
+def test_turns_beyond_half_a_turn_are_followed(deform, angle):
+    vertices, faces = tube()
+    shapes = [vertices, deform(vertices, angle)]
+    half = meanvalue.Morpher(shapes, faces).solve([0.5, 0.5]).vertices
+    truth = deform(vertices, 0.5 * angle)
+    assert rms(half, truth) < 0.12 * rms(0.5 * (shapes[0] + shapes[1]), truth)
+
+
+LIMBS = {
+    "elbow": [(5, (1, 0, 0), 140)],
+    "two joints": [(3, (1, 0, 0), 70), (7, (1, 0, 0), 70)],
+    "several axes": [(2.5, (1, 0, 0), 100), (5, (0, 1, 0), 100), (7.5, (1, 1, 0), 80)],
+    "twist": [(2 + k, (0, 0, 1), 160 / 6) for k in range(6)],
+}
+
+
+@pytest.mark.parametrize("joints", LIMBS.values(), ids=LIMBS)
+@pytest.mark.parametrize("share", [0.25, 0.5])
+def test_a_limb_bends_as_its_armature_does(joints, share):
+    vertices, faces = tube(radius=0.6)
+    shapes = [vertices, posed(vertices, joints)]
+    truth = posed(vertices, [(height, axis, share * angle) for height, axis, angle in joints])
+    between = meanvalue.Morpher(shapes, faces).solve([1 - share, share]).vertices
+    linear = (1 - share) * shapes[0] + share * shapes[1]
+    assert rms(between, truth) < 0.25 * rms(linear, truth)
+
+
+def test_the_ends_come_back(three):
+    _, shapes, morpher = three
+    for number, shape in enumerate(shapes):
+        weights = np.eye(3)[number]
+        assert largest_move(morpher.solve(weights).vertices, shape) < 1e-6
+        assert largest_move(morpher.solve(0.1 * weights).vertices, shape) < 1e-6, "weights are divided by their sum"
+
+
+def test_identical_shapes_give_that_shape():
+    vertices, faces = tube()
+    morpher = meanvalue.Morpher([vertices] * 3, faces)
+    for weights in ([1, 0, 0], [0.2, 0.3, 0.5], [-1, 1, 1]):
+        assert largest_move(morpher.solve(weights).vertices, vertices) < 1e-6
+
+
+def test_the_order_of_two_shapes_does_not_matter(bend):
+    _, faces, shapes, morpher = bend
+    back = meanvalue.Morpher(shapes[::-1], faces)
+    for share in (0.2, 0.5, 1.3):
+        there = morpher.solve([1 - share, share]).vertices
+        assert largest_move(back.solve([share, 1 - share]).vertices, there) < 1e-6
+
+
+def test_the_order_of_three_shapes_does_not_matter(three):
+    faces, shapes, morpher = three
+    weights = np.array([0.5, 0.2, 0.3])
+    expected = morpher.solve(weights).vertices
+    for order in ([1, 2, 0], [2, 1, 0], [0, 2, 1]):
+        other = meanvalue.Morpher([shapes[k] for k in order], faces)
+        assert largest_move(other.solve(weights[order]).vertices, expected) < 1e-6
+
+
+@pytest.mark.parametrize("angle", [60, 120, 180])
+def test_similar_shapes_move_rigidly_and_grow_geometrically(angle):
+    vertices, faces = tube()
+    moved = 4.0 * vertices @ rigid.rotation_about([0.3, 1, 0.2], angle).T + [3, -20, 5]
+    half = meanvalue.Morpher([vertices, moved], faces).solve([0.5, 0.5]).vertices
+    assert np.allclose(half.mean(axis=0), 0.5 * (vertices + moved).mean(axis=0), atol=1e-6 * diagonal(moved))
+    assert rms(half / 2.0, vertices) < 1e-6
+    rotation = rigid.nearest_rotations(((half - half.mean(axis=0)).T @ (vertices - vertices.mean(axis=0)))[None])[0]
+    if angle < 180:  # by the best fit to the mean of all positions, which is half of the turn for a ball alone
+        assert np.degrees(np.arccos(0.5 * (np.trace(rotation) - 1))) == pytest.approx(0.5 * angle, rel=0.05)
+
+
+def test_results_depend_on_the_weights_alone(three):
+    faces, shapes, morpher = three
+    first = morpher.solve([0.3, 0.3, 0.4]).vertices.copy()
+    morpher.solve([1.5, -0.5, 0.0])
+    assert np.array_equal(morpher.solve([0.3, 0.3, 0.4]).vertices, first)
+    alone = meanvalue.Morpher(shapes, faces, threads=1).solve([0.3, 0.3, 0.4]).vertices
+    assert np.array_equal(alone, first), "for any number of threads"
+
+
+def test_results_go_evenly_with_the_weights(three):
+    _, _, morpher = three
+    path = np.array([morpher.solve([1 - t, 0.6 * t, 0.4 * t]).vertices for t in np.linspace(0.2, 0.8, 13)])
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=2)
+    changes = np.linalg.norm(np.diff(path, 2, axis=0), axis=2)
+    assert changes.max() < 0.25 * steps.max()
+
+
+def test_beside_the_interpreter(three):
+    faces, shapes, morpher = three
+    expected = morpher.solve([0.3, 0.3, 0.4]).vertices
+    bound = meanvalue.start_bind_morph(shapes, faces).result()
+    assert np.array_equal(bound.start_solve([0.3, 0.3, 0.4]).result().vertices, expected)
+    execution = meanvalue.Execution()
+    execution.cancel()
+    with pytest.raises(meanvalue.Cancelled):
+        morpher.solve([0.3, 0.3, 0.4], execution=execution)
+    assert np.array_equal(morpher.solve([0.3, 0.3, 0.4]).vertices, expected)
+
+
+def test_anchors_are_where_turned_cells_put_them(bend):
+    vertices, faces, shapes, free = bend
+    anchors = np.flatnonzero(vertices[:, 2] < 0.5).astype(np.int32)
+    held = meanvalue.Morpher(shapes, faces, anchors)
+    for number, weights in enumerate(np.eye(2)):
+        assert largest_move(held.solve(weights).vertices, shapes[number]) < 1e-6
+    half, whole = held.solve([0.5, 0.5]).vertices, free.solve([0.5, 0.5]).vertices
+    assert rms(half, whole) < 1e-3
+    # Placed by them: they are the same in both shapes, but for the bend between.
+    moved = np.linalg.norm(half[anchors] - 0.5 * (shapes[0] + shapes[1])[anchors], axis=1)
+    assert moved.max() < 0.01 * diagonal(vertices)
+
+
+def test_parts_of_a_mesh_are_all_placed():
+    vertices, faces = tube(400)
+    both = np.concatenate([vertices, 0.3 * vertices + [4, 0, 0], [[9, 9, 9]]])
+    faces = np.concatenate([faces, faces + len(vertices)])
+    moved = both + [0, 2, 0]
+    half = meanvalue.Morpher([both, moved], faces).solve([0.5, 0.5]).vertices
+    assert largest_move(half, both + [0, 1, 0]) < 1e-6
+
+
+ERRORS = {
+    "counts": (lambda a, f: ([a, a[:-1]], f), r"shapes\[1\] has \d+ vertices, but shapes\[0\] has \d+"),
+    "faces": (lambda a, f: ([a, a], [f, f[::-1]]), r"triangle 0 is .* in faces\[1\], but .* in faces\[0\]"),
+    "face counts": (lambda a, f: ([a, a], [f, f[1:]]), r"faces\[1\] has \d+ triangles, but faces\[0\] has \d+"),
+    "one shape": (lambda a, f: ([a], f), "two or more"),
+    "not a number": (lambda a, f: ([a, np.where(a > 1e9, a, np.nan)], f), r"shapes\[1\]"),
+    "mirrored": (lambda a, f: ([a, a * [-1, 1, 1]], f), r"shapes\[1\] is mirrored.*volume is -\d"),
+    "a point": (lambda a, f: ([a, 0 * a], f), r"shapes\[1\].*one place"),
+}
+
+
+@pytest.mark.parametrize(("make", "words"), ERRORS.values(), ids=ERRORS)
+def test_shapes_that_do_not_fit_are_refused(make, words):
+    shapes, faces = make(*tube(400))
+    with pytest.raises(meanvalue.InvalidInput, match=words):
+        meanvalue.Morpher(shapes, faces)
+
+
+@pytest.mark.parametrize(
+    ("weights", "words"),
+    [
+        ([np.nan, 1, 0], "weight of shape 0 is nan"),
+        ([0, 0, 0], "all 3 weights are 0"),
+        ([1, -1, 0], "cancel"),
+        ([1, 0], r"shape \(2,\); give \(3,\)"),
+        (np.ones((3, 5)), r"shape \(3, 5\); give \(3,\), .* or \(3, \d+\)"),
+    ],
+)
+def test_weights_that_say_nothing_are_refused(three, weights, words):
+    _, _, morpher = three
+    with pytest.raises(meanvalue.InvalidInput, match=words):
+        morpher.solve(weights)
+    assert morpher.solve([1, 0, 0]).converged
