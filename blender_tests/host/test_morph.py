@@ -184,9 +184,10 @@ def test_parts_of_a_mesh_are_all_placed():
     vertices, faces = tube(400)
     both = np.concatenate([vertices, 0.3 * vertices + [4, 0, 0], [[9, 9, 9]]])
     faces = np.concatenate([faces, faces + len(vertices)])
-    moved = both + [0, 2, 0]
+    upwards = np.array([0.0, 1.0, 0.0])
+    moved = both + 2 * upwards
     half = meanvalue.Morpher([both, moved], faces).solve([0.5, 0.5]).vertices
-    assert largest_move(half, both + [0, 1, 0]) < 1e-6
+    assert largest_move(half, both + upwards) < 1e-6
 
 
 ERRORS = {

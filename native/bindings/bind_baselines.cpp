@@ -5,6 +5,7 @@
 #include "meanvalue/baselines/arap.h"
 #include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/baselines/laplacian_surface_editing.h"
+#include "meanvalue/baselines/poisson_morph.h"
 #include "meanvalue/baselines/pyramid.h"
 
 namespace meanvalue::bindings {
@@ -106,6 +107,30 @@ void bind_iterative(py::module_& module) {
         py::arg("iterations") = arap_defaults.iterations, py::arg("tolerance") = arap_defaults.tolerance);
 }
 
+void bind_morphs(py::module_& module) {
+    module.def(
+        "poisson_morph",
+        [](const py::object& first, const py::object& second, const py::object& faces, double share,
+           const SharedExecution& execution) {
+            const PositionsArray from(first, "first");
+            const PositionsArray to(second, "second");
+            const Triangles triangles = as_triangles(faces, "faces");
+            const SharedExecution held = execution_or_new(execution);
+            Positions between;
+            {
+                const py::gil_scoped_release released;
+                between = baselines::poisson_morph(from.view(), to.view(), triangles, share, *held);
+            }
+            return to_array(std::move(between));
+        },
+        py::arg("first"), py::arg("second"), py::arg("faces"), py::arg("share"), py::kw_only(),
+        py::arg("execution") = py::none(),
+        "Poisson shape interpolation (Xu et al. 2005): rotations and stretches of triangles go evenly.\n\n"
+        "first, second: (n, 3) shapes of one mesh; faces: (m, 3); share: 0 for the first, 1 for the second.\n"
+        "Turns are taken the shorter way round. Returns (n, 3) float64. Raises InvalidInput, SolverFailure, "
+        "Cancelled.");
+}
+
 }  // namespace
 
 void bind_baselines(py::module_& module) {
@@ -113,6 +138,7 @@ void bind_baselines(py::module_& module) {
         "baselines", "Other methods in one calling form, to compare with: docs/algorithm.md, \"Baselines\".");
     bind_linear(baselines);
     bind_iterative(baselines);
+    bind_morphs(baselines);
 }
 
 }  // namespace meanvalue::bindings

@@ -22,7 +22,7 @@ namespace {
 constexpr double kMostRigidity = 1e9;
 // On the diagonal of the constant matrix, as a share of itself: as in FastDecoder.
 constexpr double kLeastDiagonal = 1e-9;
-// What the turn of the whole counts beside the fit of a part: it decides where positions cancel each other.
+// What a part's own turn counts beside the fit: it decides where average positions cancel each other.
 constexpr double kTurnShare = 1e-4;
 // What a vertex without a weight counts when a graft is placed.
 constexpr double kLeastCount = 1e-3;
@@ -121,7 +121,7 @@ void Morpher::Bound::encode_shapes(const MorphBinding& binding, Execution& execu
     {
         const StageTimer timer(timings, "encode");
         const TriangleMesh mesh(vertices, binding.faces, execution);
-        require_room_for_rings(whole, kNumberPairs, execution);
+        require_room_for_rings(whole, is_fixed, kNumberPairs, execution);
         const OneRings rings = collect_one_rings(mesh, execution);
         refuse_mirrored(binding, rings);
         encoded = encode_alike(rings, binding.shapes, threads, execution);
@@ -286,8 +286,8 @@ Positions Morpher::Bound::linear_blend(const ShapeWeights& weights, const Overla
     return blend;
 }
 
-void Morpher::Bound::place(const Positions& onto, const Matrix3& turn, const std::vector<double>& counts,
-                           bool skip_anchored, Positions& positions) const {
+void Morpher::Bound::place(const Positions& onto, const std::vector<double>& counts, bool skip_anchored,
+                           Positions& positions) const {
     for (std::size_t part = 0; part < parts.members.size(); ++part) {
         if (skip_anchored && parts.is_anchored[part]) continue;
         const std::vector<Index>& all = parts.members[part];
@@ -298,7 +298,7 @@ void Morpher::Bound::place(const Positions& onto, const Matrix3& turn, const std
         const Correlation sums = correlate(positions, onto, by.data(), by.size(), counts);
         const double share =
             kTurnShare * std::sqrt(sums.from_spread * sums.to_spread) + kTurnShare * sums.from_spread;
-        const Matrix3 rotation = fit_rotation(sums.covariance + share * turn);
+        const Matrix3 rotation = fit_rotation(sums.covariance + share * Matrix3::Identity());
         for (const Index v : all) {
             const Vector3 offset = Vector3(positions.row(v)) - sums.from_centre;
             positions.row(v) = (sums.to_centre + rotation * offset).transpose();

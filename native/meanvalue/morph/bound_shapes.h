@@ -40,9 +40,9 @@ struct Morpher::Bound {
     Positions linear_blend(const ShapeWeights& weights, const Overlay& overlay, int threads,
                            const Execution& execution) const;
     /// Moves each part of a shape onto another one by the rotation and translation that fit best; anchored parts by
-    /// their anchors where these determine it.
-    /// @param turn what decides where both leave it open. @param counts n, or empty.
-    void place(const Positions& onto, const Matrix3& turn, const std::vector<double>& counts, bool skip_anchored,
+    /// their anchors where these determine it. What is left open stays as it is turned.
+    /// @param counts n, or empty.
+    void place(const Positions& onto, const std::vector<double>& counts, bool skip_anchored,
                Positions& positions) const;
     std::size_t bytes() const;
 

@@ -54,7 +54,7 @@ class Morpher::Solve {
             }
             hold_at(guess);
             minimise(solution);
-            if (bound_.springs.empty()) bound_.place(guess, Matrix3::Identity(), {}, true, solution.vertices);
+            if (bound_.springs.empty()) bound_.place(guess, {}, true, solution.vertices);
         }
         return solution;
     }
@@ -72,10 +72,12 @@ class Morpher::Solve {
     Positions turn_cells(Timings& timings) {
         const StageTimer timer(timings, "turn");
         bound_.cells->fill_rotations(weights_, overlay_.frames, threads_, execution_, work_.rotations);
+        for (Matrix3& rotation : work_.rotations)
+            rotation = overlay_.turn * rotation;
         const Positions linear = bound_.linear_blend(weights_, overlay_, threads_, execution_);
         Positions positions = linear;
         bound_.assembly->solve(work_.cells, work_.rotations, threads_, execution_, work_.assembly, positions);
-        bound_.place(linear, overlay_.turn, overlay_.counts, false, positions);
+        bound_.place(linear, overlay_.counts, false, positions);
         return positions;
     }
 
