@@ -313,6 +313,8 @@ def test_a_movie_that_cannot_be_written_does_not_stop_it_for_ever(part, tmp_path
     scene.frame_end = 1
     scene.render.engine = 'BLENDER_WORKBENCH'
     scene.render.resolution_x = scene.render.resolution_y = 16
+    if hasattr(scene.render.image_settings, "media_type"):  # Blender 5.0 and later
+        scene.render.image_settings.media_type = 'VIDEO'
     scene.render.image_settings.file_format = 'FFMPEG'
     scene.render.ffmpeg.format = 'MPEG4'
     scene.render.ffmpeg.codec = 'H264'

@@ -17,9 +17,9 @@ TILTED = 0.6
 class Limb:
     """A limb of a reference (m, 3).
 
-    joint (3,) that it turns about; upper, fore: numbers of the markers before and beyond the joint in its middle,
-    which is where the markers `middle` are; samples, normals (s, 3) of its skin; faces (m, 3) where the skin under
-    each marker looks, of length 1 or less where that is not sure, 0 where it is not known; height of the body.
+    joint (3,) that it turns about; upper, fore: numbers of the markers before and beyond the joint in its middle, which
+    is where the markers `middle` are; samples, normals (s, 3) of its skin; faces (m, 3) where the skin at each marker
+    looks, of length 1 or less where that is not sure, 0 where it is not known; height of the body.
     """
 
     def __init__(self, markers, joint, upper, fore, middle, samples, normals, faces, height):
