@@ -43,7 +43,9 @@ class Surface:
         """
         points = np.asarray(points, float)
         parts = [slice(begin, begin + POINTS) for begin in range(0, len(points), POINTS)] or [slice(0, 0)]
-        found = [self._nearest(points[part], None if normals is None else normals[part], cosine, within) for part in parts]
+        found = [
+            self._nearest(points[part], None if normals is None else normals[part], cosine, within) for part in parts
+        ]
         triangle, shares, distance = (np.concatenate(each) for each in zip(*found, strict=True))
         return triangle, shares, np.einsum("kc,kcj->kj", shares, self._corners[triangle]), distance
 
@@ -74,7 +76,8 @@ class Surface:
         self._levels = []
         while True:
             boxes = low[groups].min(axis=1), high[groups].max(axis=1)
-            central = np.linalg.norm(self._middles[groups] - 0.5 * (boxes[0] + boxes[1])[:, None], axis=2).argmin(axis=1)
+            from_middle = self._middles[groups] - 0.5 * (boxes[0] + boxes[1])[:, None]
+            central = np.linalg.norm(from_middle, axis=2).argmin(axis=1)
             self._levels.append((*boxes, groups[np.arange(len(groups)), central]))
             if groups.shape[1] <= LEAF:
                 break

@@ -23,8 +23,8 @@ class WrapInput:
 
     vertices, triangles  (n, 3) float64, (m, 3) int32 of the mesh that is fitted
     target, target_triangles  (p, 3) float64, (q, 3) int32 of the other, in the same space
-    picked, points  (k,) distinct vertices of the first, and (k, 3) where they belong on the other; k may be 0: then both
-        lie over each other already
+    picked, points  (k,) distinct vertices of the first, and (k, 3) where they belong on the other; k may be 0: then
+        both lie over each other already
     """
 
     vertices: np.ndarray
@@ -68,8 +68,8 @@ class WrapInput:
             raise SceneError("The point of a pair is not a number. Remove that pair and pick it again")
         if self.picked.min() < 0 or self.picked.max() >= len(self.vertices):
             raise SceneError(
-                f"A pair names vertex {self.picked.max()}, and the mesh has {wording.vertices(len(self.vertices))}. Its "
-                "faces were changed since the pairs were picked: clear them and pick them again"
+                f"A pair names vertex {self.picked.max()}, and the mesh has {wording.vertices(len(self.vertices))}. "
+                "Its faces were changed since the pairs were picked: clear them and pick them again"
             )
         if len(np.unique(self.picked)) < count:
             raise SceneError("Two pairs name the same vertex, which cannot go to two places. Remove one of them")
