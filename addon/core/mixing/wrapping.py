@@ -15,8 +15,9 @@ from ..steps import Pause
 from . import flips
 
 #: How much all springs together count; of one it is this over their number, so that they give way alike at any
-#: resolution. Picked pairs count at least as the last.
-STRENGTHS = (1.5, 5.0, 15.0, 50.0)
+#: resolution. Each is tried until partners are as close as CLOSE, a share of the diagonal, on average, and taken if it
+#: turns no more triangles over than the one before. Picked pairs count PICKED at least.
+STRENGTHS, PICKED, CLOSE = (1.5, 5.0, 15.0, 50.0, 150.0), 15.0, 5e-4
 #: Of the picked pairs while they alone pose the mesh: then they are met.
 POSING = 1.0
 #: Rounds of closest points at each strength at most, and what a round must gain for another one.
@@ -27,7 +28,7 @@ COSINE, LIMIT = 0.3, 0.05
 #: of an edge: insides of mouths, eyes that the other does not have, and what is hidden behind.
 NEARER, SLACK = 2.0, 0.5
 #: What is so many rings around a flipped triangle is let go of; at the end so often, farther each time.
-AROUND, MENDS = 2, 8
+AROUND, MENDS = 2, 4
 #: The solver's tolerance there: folds are small.
 FINE = 1e-6
 #: Points that are looked up before Blender may draw.
@@ -70,27 +71,34 @@ class Wrap:
         if len(given.picked):
             deformer = yield from bind(rest, given.triangles, given.picked, np.full(len(given.picked), POSING))
             shape = yield from solve(deformer, given.points)
+        best = None
         for number, strength in enumerate(STRENGTHS):
             self.share = (number + 0.5) / (len(STRENGTHS) + 1)
             deformer = yield from bind(rest, given.triangles, given.used, self._strengths(strength))
-            shape, partners = yield from self._rounds(deformer, rest, shape, solve)
-        shape, partners = yield from self._mended(deformer, rest, shape, partners, solve)
-        self.share = 1.0
+            shape, partners, away = yield from self._rounds(deformer, rest, shape, solve)
+            shape, partners = yield from self._mended(deformer, rest, shape, partners, solve)
+            flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))
+            if best is not None and flipped > best[2]:
+                break
+            best = shape, partners[1], flipped
+            if away < CLOSE * given.diagonal:
+                break
+        shape, weights, flipped = best
         distance = np.zeros(len(shape))
         distance[given.used] = (yield from _nearest(self._surface, shape[given.used]))[3]
         has_partner = np.zeros(len(shape), bool)
-        has_partner[given.used] = partners[1] > 0.0
-        flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))
+        has_partner[given.used] = weights > 0.0
+        self.share = 1.0
         return Wrapped(shape, distance, has_partner, flipped)
 
     def _strengths(self, strength):
         used, picked = self.given.used, self.given.picked
         result = np.full(len(used), strength / len(used))
-        result[np.isin(used, picked)] = max(strength, STRENGTHS[-1]) / len(used)
+        result[np.isin(used, picked)] = max(strength, PICKED) / len(used)
         return result
 
     def _rounds(self, deformer, rest, shape, solve):
-        """Returns (shape, the last (points, weights) of the used vertices)."""
+        """Returns (shape, the last (points, weights) of the used vertices, their mean distance from the points)."""
         last = np.inf
         for _ in range(ROUNDS):
             self._let_go(rest, shape, AROUND)
@@ -103,7 +111,7 @@ class Wrap:
             if away > (1.0 - GAIN) * last:
                 break
             last = away
-        return shape, (points, weights)
+        return shape, (points, weights), away
 
     def _partners(self, shape):
         """(points (u, 3), weights (u,), mean distance to them) of the used vertices; picked ones have their own."""
