@@ -36,7 +36,7 @@ def two():
     return obj, other
 
 
-def pick(obj, other, vertices=range(5)):
+def pick(obj, other, vertices=tuple(PAIRS)):
     places = np.array([vertex.co for vertex in other.data.vertices])
     meshes.activate(obj)
     for vertex in vertices:
