@@ -32,6 +32,7 @@ class Surface:
         self._corners = self.vertices[self.triangles]
         self._crosses = np.cross(*(self._corners[:, k] - self._corners[:, 0] for k in (1, 2)))
         self._middles = self._corners.mean(axis=1)
+        self._radii = np.linalg.norm(self._corners - self._middles[:, None], axis=2).max(axis=1) * (1.0 + 1e-9)
         self._make_tree()
 
     def nearest(self, points, normals=None, cosine=0.0, within=np.inf):
@@ -108,6 +109,8 @@ class Surface:
             rows, nodes = rows[near], nodes[near]
         candidates = self._leaves[nodes].ravel()
         rows = np.repeat(rows, self._leaves.shape[1])
+        near = np.linalg.norm(self._middles[candidates] - points[rows], axis=1) <= reach[rows] + self._radii[candidates]
+        rows, candidates = rows[near], candidates[near]
         if units is not None:
             compatible = np.einsum("pj,pj->p", units[candidates], normals[rows]) > cosine
             rows, candidates = rows[compatible], candidates[compatible]
@@ -119,8 +122,8 @@ class Surface:
         away = np.linalg.norm(np.einsum("pc,pcj->pj", shares, self._corners[candidates]) - points[rows], axis=1)
         order = np.lexsort((candidates, away, rows))
         order = order[away[order] <= within]
-        found, first = np.unique(rows[order], return_index=True)
-        order = order[first]
+        order = order[_first_of_each(rows[order])]
+        found = rows[order]
         triangle, distance = np.zeros(len(points), np.int64), np.full(len(points), np.inf)
         barycentric = np.zeros((len(points), 3))
         triangle[found], barycentric[found], distance[found] = candidates[order], shares[order], away[order]
@@ -130,10 +133,15 @@ class Surface:
 def _least(values, rows, count):
     """(count,): the least of the values with each row, rows ascending; inf where there is none."""
     result = np.full(count, np.inf)
-    present, first = np.unique(rows, return_index=True)
-    if len(present):
-        result[present] = np.minimum.reduceat(values, first)
+    if len(rows):
+        first = _first_of_each(rows)
+        result[rows[first]] = np.minimum.reduceat(values, first)
     return result
+
+
+def _first_of_each(rows):
+    """Where in `rows`, ascending, each number comes first."""
+    return np.flatnonzero(np.diff(rows, prepend=-1))
 
 
 def nearest_on_triangles(points, corners):
