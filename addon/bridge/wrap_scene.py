@@ -44,7 +44,7 @@ def named(name):
 
 
 def gather(obj, target):
-    """WrapInput in the world: the rest shape of `obj`, and `target` as it is shown. @throws SceneError."""
+    """WrapInput in the world, not checked: the rest shape of `obj`, `target` as it is shown. @throws SceneError."""
     if target.data.is_editmode:
         raise SceneError(f"'{target.name}' is in Edit Mode. Leave that first")
     keys = obj.data.shape_keys
@@ -54,7 +54,7 @@ def gather(obj, target):
     rest = shape_keys.rest_positions(obj.data)
     shape, triangles = _shown(target)
     pairs = obj.meanvalue.wrap.pairs
-    given = WrapInput(
+    return WrapInput(
         vertices=_moved(to_world, rest),
         triangles=_outwards(mesh_arrays.triangles(obj.data, rest), to_world),
         target=_moved(_to_world(target), shape),
@@ -62,8 +62,6 @@ def gather(obj, target):
         picked=np.array([pair.vertex for pair in pairs], np.int32),
         points=_moved(_to_world(target), np.array([pair.place for pair in pairs], np.float64).reshape(-1, 3)),
     )
-    given.check()
-    return given
 
 
 def write(obj, target, wrapped, tolerance):

@@ -5,9 +5,10 @@ import numpy as np
 
 from .. import native_loader, session
 from ..bridge import wrap_scene
+from ..core import result
 from ..core.fingerprint import digest
 from ..core.mixing.wrapping import Wrap
-from ..errors import SceneError
+from ..errors import SceneError, SolverError
 
 
 class Wrapping:
@@ -46,7 +47,10 @@ class Wrapping:
                 refused=session.REFUSED_POSE,
             )
             yield task
-            return session.call(task.result, refused=session.REFUSED_POSE).vertices
+            vertices = session.call(task.result, refused=session.REFUSED_POSE).vertices
+            if not result.all_finite(vertices):
+                raise SolverError("The solver gave positions that are not numbers. Pick more pairs of points")
+            return vertices
 
         return (yield from self._wrap.steps(bind, solve))
 
