@@ -22,6 +22,7 @@ CACHE_FOLDER = "meanvalue_cache"
 HANDLE_GROUP = "Handle"
 PIN_GROUP = "Pin"
 REGION_GROUP = "Region"
+LEFT_OVER_GROUP = "Wrap Left Over"
 
 #: Panel that lists the presets, and the folder of theirs among Blender's.
 PRESETS_PANEL = "MEANVALUE_PT_presets"

@@ -14,7 +14,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import bake_settings, ids, properties_capture, properties_mix
+from . import bake_settings, ids, properties_capture, properties_mix, properties_wrap
 from .bridge import controls, targets
 from .errors import SceneError
 
@@ -222,6 +222,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file
     capture: PointerProperty(type=properties_capture.MEANVALUE_PG_capture)
     mix: PointerProperty(type=properties_mix.MEANVALUE_PG_mix)
+    wrap: PointerProperty(type=properties_wrap.MEANVALUE_PG_wrap)
     bake: PointerProperty(type=bake_settings.MEANVALUE_PG_bake)
     baked: PointerProperty(type=bake_settings.MEANVALUE_PG_baked)
 
@@ -231,6 +232,7 @@ CLASSES = (
     MEANVALUE_PG_bound_record,
     *bake_settings.CLASSES,
     *properties_mix.CLASSES,
+    *properties_wrap.CLASSES,
     MEANVALUE_PG_settings,
 )
 

@@ -15,6 +15,7 @@ from .operators import (
     bake,
     bake_mix,
     bind,
+    clear_wrap_pairs,
     find_marker_problems,
     grow_region,
     import_motion,
@@ -24,6 +25,7 @@ from .operators import (
     own_controls,
     paint_region,
     pick_marker_point,
+    pick_wrap_pairs,
     reference_frame,
     remove_anchor_group,
     remove_in_betweens,
@@ -39,6 +41,7 @@ from .operators import (
     unbake,
     unbind,
     use_preset,
+    wrap,
 )
 from .ui import (
     anchor_list,
@@ -53,6 +56,7 @@ from .ui import (
     pair_overlay,
     panel,
     presets,
+    wrap_panel,
 )
 from .workers import job, mended_takes
 
@@ -80,6 +84,9 @@ CLASSES = (
     unbake.MEANVALUE_OT_unbake,
     morph.MEANVALUE_OT_morph,
     morph.MEANVALUE_OT_blend_part,
+    pick_wrap_pairs.MEANVALUE_OT_pick_wrap_pairs,
+    clear_wrap_pairs.MEANVALUE_OT_clear_wrap_pairs,
+    wrap.MEANVALUE_OT_wrap,
     bake_mix.MEANVALUE_OT_bake_mix,
     remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
     add_preset.MEANVALUE_OT_add_preset,
@@ -101,6 +108,7 @@ CLASSES = (
     *capture_panel.CLASSES,
     *file_drop.CLASSES,
     *mix_panel.CLASSES,
+    *wrap_panel.CLASSES,
     *bake_panel.CLASSES,
     *menus.CLASSES,
 )

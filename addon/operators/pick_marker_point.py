@@ -2,13 +2,12 @@
 """The artist shows where on the mesh a marker is."""
 
 import bpy
-import numpy as np
-from bpy_extras import view3d_utils
 
-from ..bridge import marker_handles, marker_pairs, match_input, overlay_data, scene_input
+from ..bridge import marker_handles, marker_pairs, match_input, scene_input
 from ..core import wording
 from ..errors import MeanValueError, SceneError
 from ..workers import marker_matching
+from . import under_mouse
 from .background import VIEW_EVENTS
 from .base import MeshOperator
 
@@ -47,13 +46,13 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             self._stop(context)
             return {'CANCELLED'}
         if event.type == 'LEFTMOUSE' and event.value == 'PRESS':
-            found = _view_under(context, event)
+            found = under_mouse.view_under(context, event)
             obj = bpy.data.objects.get(self._object_name)
             if obj is None or obj != scene_input.subject(context):
                 self._stop(context)
                 return self.refuse(SceneError("Another object is active now. Pick the point again"))
             if found is not None:
-                vertex = _vertex_under(obj, *found)
+                vertex = under_mouse.vertex_under(obj, *found)
                 if vertex is None:
                     self.report({'INFO'}, f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
                 else:
@@ -117,37 +116,3 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             context.window.cursor_modal_restore()
         if context.workspace is not None:
             context.workspace.status_text_set(None)
-
-
-def _view_under(context, event):
-    """(region, its RegionView3D, mouse in it) of the 3D View under the mouse, or None over panels and elsewhere."""
-    for area in context.screen.areas if context.screen else ():
-        if area.type != 'VIEW_3D':
-            continue
-        under = [region for region in area.regions if _is_in(region, event)]
-        if len(under) == 1 and under[0].type == 'WINDOW' and not area.spaces.active.region_quadviews:
-            mouse = event.mouse_x - under[0].x, event.mouse_y - under[0].y
-            return under[0], area.spaces.active.region_3d, mouse
-    return None
-
-
-def _is_in(region, event):
-    return (
-        region.width > 1
-        and region.height > 1
-        and 0 <= event.mouse_x - region.x < region.width
-        and 0 <= event.mouse_y - region.y < region.height
-    )
-
-
-def _vertex_under(obj, region, view, mouse):
-    """The vertex nearest to where the surface, as it is shown, is under the mouse; or None."""
-    origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
-    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
-    to_object = obj.matrix_world.inverted_safe()
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    is_hit, place, _normal, _face = evaluated.ray_cast(to_object @ origin, to_object.to_3x3() @ direction)
-    if not is_hit:
-        return None
-    distances = np.linalg.norm(overlay_data.shown_positions(obj) - np.array(place, np.float32), axis=1)
-    return int(distances.argmin())

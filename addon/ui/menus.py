@@ -12,6 +12,7 @@ from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bake import MEANVALUE_OT_bake
 from ..operators.bake_mix import MEANVALUE_OT_bake_mix
 from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
 from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from ..operators.grow_region import MEANVALUE_OT_grow_region
 from ..operators.import_motion import MEANVALUE_OT_import_motion
@@ -21,6 +22,7 @@ from ..operators.morph import MEANVALUE_OT_blend_part, MEANVALUE_OT_morph
 from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_paint_region
 from ..operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
+from ..operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
 from ..operators.reference_frame import MEANVALUE_OT_set_reference_frame
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
 from ..operators.remove_in_betweens import MEANVALUE_OT_remove_in_betweens
@@ -33,6 +35,7 @@ from ..operators.swap_markers import MEANVALUE_OT_swap_markers
 from ..operators.toggle_live import MEANVALUE_OT_toggle_live
 from ..operators.unbake import MEANVALUE_OT_unbake
 from ..operators.unbind import MEANVALUE_OT_unbind
+from ..operators.wrap import MEANVALUE_OT_wrap
 
 #: None draws a line.
 _OBJECT_OPERATORS = (
@@ -68,6 +71,9 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_morph,
     MEANVALUE_OT_blend_part,
+    MEANVALUE_OT_pick_wrap_pairs,
+    MEANVALUE_OT_clear_wrap_pairs,
+    MEANVALUE_OT_wrap,
     MEANVALUE_OT_bake_mix,
     MEANVALUE_OT_remove_in_betweens,
     None,

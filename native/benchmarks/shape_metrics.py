@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from native.benchmarks import rigid
+from addon.core.mixing import flips
 
 
 def farthest_points(edges, vertices, count):
@@ -79,28 +79,8 @@ def unit_normals(shape, faces):
 
 
 def flipped_triangles(shape, rest, faces):
-    """How many triangles point against what their surroundings make of their rest normal.
-
-    For each vertex the rotation is fitted that carries the edges to its neighbours from rest to shape; the sum of
-    those of a triangle's corners, made a rotation again, carries its rest normal; flipped is whose normal is more
-    than 90 degrees off that. A fold of one triangle counts; a part that turned as a whole does not.
-    """
-    rotations = vertex_rotations(shape, rest, faces)
-    carried = rigid.nearest_rotations(rotations[faces].sum(axis=1))
-    expected = np.einsum("fij,fj->fi", carried, unit_normals(rest, faces))
-    return int((np.einsum("ij,ij->i", expected, unit_normals(shape, faces)) < 0).sum())
-
-
-def vertex_rotations(shape, rest, faces):
-    """(n, 3, 3) rotations that carry the edges around each vertex from rest to shape at best."""
-    pairs = unique_edges(faces)
-    moments = np.zeros((len(rest), 3, 3))
-    products = np.einsum(
-        "ei,ej->eij", shape[pairs[:, 1]] - shape[pairs[:, 0]], rest[pairs[:, 1]] - rest[pairs[:, 0]]
-    )
-    for end in (0, 1):
-        np.add.at(moments, pairs[:, end], products)
-    return rigid.nearest_rotations(moments)
+    """How many triangles point against what their surroundings make of their rest normal (core.mixing.flips)."""
+    return int(np.count_nonzero(flips.flipped(rest, shape, faces)))
 
 
 def volume(shape, faces):

@@ -7,12 +7,12 @@ import numpy as np
 
 from . import checks
 
-#: Triangles in a block, and pairs of points and triangles that are looked at in one go.
-BLOCK, PAIRS = 32, 400_000
+#: Triangles in a leaf at most, and points that are looked up in one go.
+LEAF, POINTS = 8, 20_000
 
 
 class Surface:
-    """Triangles in blocks with bounding boxes: a bounding volume hierarchy of two levels.
+    """Triangles in a binary tree of bounding boxes, each half of whose triangles go to either side.
 
     vertices  (n, 3) finite; triangles  (t, 3) vertex numbers, at least one; degenerate ones are points or lines.
     Raises InvalidMotionError for other input.
@@ -31,40 +31,38 @@ class Surface:
                 f"A triangle of the mesh names vertex {triangles.max()}, but there are {len(self.vertices)}."
             )
         self.triangles = triangles.astype(np.int64)
-        corners = self.vertices[self.triangles]
-        order = np.argsort(_along_a_curve(corners.mean(axis=1)), kind="stable")
-        # The last block is filled up with its last triangle.
-        padded = np.concatenate([order, np.full(-len(order) % BLOCK, order[-1])])
-        self._blocks = padded.reshape(-1, BLOCK)
-        in_blocks = corners[self._blocks].reshape(len(self._blocks), -1, 3)
-        self._low, self._high = in_blocks.min(axis=1), in_blocks.max(axis=1)
+        self._corners = self.vertices[self.triangles]
+        self._crosses = np.cross(*(self._corners[:, k] - self._corners[:, 0] for k in (1, 2)))
+        self._middles = self._corners.mean(axis=1)
+        self._radii = np.linalg.norm(self._corners - self._middles[:, None], axis=2).max(axis=1) * (1.0 + 1e-9)
+        self._make_tree()
 
-    def nearest(self, points):
-        """(triangle (k,), barycentric (k, 3), point (k, 3), distance (k,)) of points (k, 3) without NaN."""
+    def nearest(self, points, normals=None, cosine=0.0, within=np.inf):
+        """(triangle (k,), barycentric (k, 3), point (k, 3), distance (k,)) of points (k, 3) without NaN.
+
+        normals: (k, 3) unit, or None. With them, only triangles count whose normals are turned from that of the point
+        by less than the arc cosine of `cosine`. What has none nearer than `within` has distance inf, its triangle and
+        point mean nothing.
+        """
         points = np.asarray(points, float)
-        triangle, shares = np.zeros(len(points), np.int64), np.zeros((len(points), 3))
-        rows = max(1, PAIRS // len(self._blocks))
-        for begin in range(0, len(points), rows):
-            part = slice(begin, begin + rows)
-            triangle[part], shares[part] = self._nearest(points[part])
-        point = np.einsum("kc,kcj->kj", shares, self.vertices[self.triangles[triangle]])
-        return triangle, shares, point, np.linalg.norm(point - points, axis=1)
+        parts = [slice(begin, begin + POINTS) for begin in range(0, len(points), POINTS)] or [slice(0, 0)]
+        found = [
+            self._nearest(points[part], None if normals is None else normals[part], cosine, within) for part in parts
+        ]
+        triangle, shares, distance = (np.concatenate(each) for each in zip(*found, strict=True))
+        return triangle, shares, np.einsum("kc,kcj->kj", shares, self._corners[triangle]), distance
 
     def normals(self):
         """(n, 3) unit normals of the vertices: of their faces, by area; of unused ones (0, 0, 1)."""
-        corners = self.vertices[self.triangles]
-        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         result = np.zeros_like(self.vertices)
         for corner in range(3):
-            np.add.at(result, self.triangles[:, corner], areas)
+            np.add.at(result, self.triangles[:, corner], self._crosses)
         result[~result.any(axis=1)] = [0.0, 0.0, 1.0]
         return _unit(result)
 
     def samples(self, count):
         """(points (count, 3), normals (count, 3)) spread over the surface by area, always the same ones."""
-        corners = self.vertices[self.triangles]
-        crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        areas = np.linalg.norm(crosses, axis=1)
+        areas = np.linalg.norm(self._crosses, axis=1)
         if not areas.sum() > 0.0:
             raise checks.InvalidMotionError("The mesh has no area: all its triangles are points or lines.")
         ends = np.cumsum(areas) / areas.sum()
@@ -72,42 +70,80 @@ class Surface:
         rng = np.random.default_rng(0)
         u, v = np.sqrt(rng.random(count)), rng.random(count)
         shares = np.stack([1.0 - u, u * (1.0 - v), u * v], axis=1)
-        return np.einsum("kc,kcj->kj", shares, corners[chosen]), _unit(crosses[chosen])
+        return np.einsum("kc,kcj->kj", shares, self._corners[chosen]), _unit(self._crosses[chosen])
 
-    def _nearest(self, points):
-        gaps = np.maximum(np.maximum(self._low - points[:, None], points[:, None] - self._high), 0.0)
-        bounds = np.sqrt((gaps**2).sum(axis=2))
-        best = np.full(len(points), np.inf)
-        triangle, shares = np.zeros(len(points), np.int64), np.zeros((len(points), 3))
-        rows = np.arange(len(points))
-        self._look(points, rows, bounds.argmin(axis=1), best, triangle, shares)
-        rows, blocks = np.nonzero(bounds < best[:, None])
-        order = np.argsort(bounds[rows, blocks], kind="stable")
-        rows, blocks = rows[order], blocks[order]
-        step = PAIRS // BLOCK // 4
-        for begin in range(0, len(rows), step):
-            part = slice(begin, begin + step)
-            still = bounds[rows[part], blocks[part]] < best[rows[part]]
-            self._look(points, rows[part][still], blocks[part][still], best, triangle, shares)
-        return triangle, shares
+    def _make_tree(self):
+        """_levels: (low, high, triangle near the middle) of the boxes, from the root; _leaves: (l, LEAF) triangles."""
+        groups = np.arange(len(self.triangles))[None]
+        low, high = self._corners.min(axis=1), self._corners.max(axis=1)
+        self._levels = []
+        while True:
+            boxes = low[groups].min(axis=1), high[groups].max(axis=1)
+            from_middle = self._middles[groups] - 0.5 * (boxes[0] + boxes[1])[:, None]
+            central = np.linalg.norm(from_middle, axis=2).argmin(axis=1)
+            self._levels.append((*boxes, groups[np.arange(len(groups)), central]))
+            if groups.shape[1] <= LEAF:
+                break
+            axis = (boxes[1] - boxes[0]).argmax(axis=1)
+            order = self._middles[groups, axis[:, None]].argsort(axis=1, kind="stable")
+            groups = np.take_along_axis(groups, order, axis=1)
+            if groups.shape[1] % 2:  # filled up with the last one again
+                groups = np.concatenate([groups, groups[:, -1:]], axis=1)
+            groups = groups.reshape(2 * len(groups), -1)
+        self._leaves = groups
 
-    def _look(self, points, rows, blocks, best, triangle, shares):
-        """Looks at whole blocks, for point rows[i] at blocks[i], and keeps what is nearer than `best`."""
-        if not len(rows):
-            return
-        candidates = self._blocks[blocks]
-        found = nearest_on_triangles(points[rows][:, None], self.vertices[self.triangles[candidates]])
-        there = np.einsum("rbc,rbcj->rbj", found, self.vertices[self.triangles[candidates]])
-        distances = np.linalg.norm(there - points[rows][:, None], axis=2)
-        pick = distances.argmin(axis=1)
-        here = np.arange(len(rows))
-        distances = distances[here, pick]
-        # A point may have several blocks here: the farthest is written first, the nearest last.
-        order = np.argsort(-distances, kind="stable")
-        order = order[distances[order] < best[rows[order]]]
-        best[rows[order]] = distances[order]
-        triangle[rows[order]] = candidates[order, pick[order]]
-        shares[rows[order]] = found[order, pick[order]]
+    def _nearest(self, points, normals, cosine, within):
+        """(triangle (k,), barycentric (k, 3), distance (k,)); goes through the tree with all points, level by level."""
+        units = None if normals is None else _unit(self._crosses)
+        reach = np.full(len(points), within, float)  # the surface is no farther than this
+        rows, nodes = np.arange(len(points)), np.zeros(len(points), np.int64)
+        for depth, (low, high, central) in enumerate(self._levels):
+            if depth:
+                rows, nodes = np.repeat(rows, 2), (2 * nodes[:, None] + [0, 1]).ravel()
+            at = points[rows]
+            there = central[nodes]
+            known = np.linalg.norm(self._middles[there] - at, axis=1)
+            if units is not None:
+                known[np.einsum("pj,pj->p", units[there], normals[rows]) <= cosine] = np.inf
+            reach = np.minimum(reach, _least(known, rows, len(points)) * (1.0 + 1e-12))
+            gaps = np.maximum(np.maximum(low[nodes] - at, at - high[nodes]), 0.0)
+            near = np.linalg.norm(gaps, axis=1) <= reach[rows]
+            rows, nodes = rows[near], nodes[near]
+        candidates = self._leaves[nodes].ravel()
+        rows = np.repeat(rows, self._leaves.shape[1])
+        near = np.linalg.norm(self._middles[candidates] - points[rows], axis=1) <= reach[rows] + self._radii[candidates]
+        rows, candidates = rows[near], candidates[near]
+        if units is not None:
+            compatible = np.einsum("pj,pj->p", units[candidates], normals[rows]) > cosine
+            rows, candidates = rows[compatible], candidates[compatible]
+        return self._nearest_of(points, rows, candidates, within)
+
+    def _nearest_of(self, points, rows, candidates, within):
+        """As _nearest(), of pairs: point rows[i], ascending, and triangle candidates[i]."""
+        shares = nearest_on_triangles(points[rows], self._corners[candidates])
+        away = np.linalg.norm(np.einsum("pc,pcj->pj", shares, self._corners[candidates]) - points[rows], axis=1)
+        order = np.lexsort((candidates, away, rows))
+        order = order[away[order] <= within]
+        order = order[_first_of_each(rows[order])]
+        found = rows[order]
+        triangle, distance = np.zeros(len(points), np.int64), np.full(len(points), np.inf)
+        barycentric = np.zeros((len(points), 3))
+        triangle[found], barycentric[found], distance[found] = candidates[order], shares[order], away[order]
+        return triangle, barycentric, distance
+
+
+def _least(values, rows, count):
+    """(count,): the least of the values with each row, rows ascending; inf where there is none."""
+    result = np.full(count, np.inf)
+    if len(rows):
+        first = _first_of_each(rows)
+        result[rows[first]] = np.minimum.reduceat(values, first)
+    return result
+
+
+def _first_of_each(rows):
+    """Where in `rows`, ascending, each number comes first."""
+    return np.flatnonzero(np.diff(rows, prepend=-1))
 
 
 def along_from(seeds, points, reach):
@@ -173,11 +209,3 @@ def nearest_on_triangles(points, corners):
 def _unit(vectors):
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
-
-def _along_a_curve(points):
-    """(t,) places along Morton's curve, 10 bits an axis: near ones are near in space."""
-    extent = np.ptp(points, axis=0)
-    cells = ((points - points.min(axis=0)) / np.where(extent > 0.0, extent, 1.0) * 1023.0).astype(np.int64)
-    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
-        cells = (cells | (cells << shift)) & mask
-    return cells[:, 0] | (cells[:, 1] << 1) | (cells[:, 2] << 2)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of a mesh is under the mouse, for operators that have the artist click at it."""
+
+import bpy
+import numpy as np
+from bpy_extras import view3d_utils
+
+from ..bridge import overlay_data
+
+
+def view_under(context, event):
+    """(region, its RegionView3D, mouse in it) of the 3D View under the mouse, or None over panels and elsewhere."""
+    for area in context.screen.areas if context.screen else ():
+        if area.type != "VIEW_3D":
+            continue
+        under = [region for region in area.regions if _is_in(region, event)]
+        if len(under) == 1 and under[0].type == 'WINDOW' and not area.spaces.active.region_quadviews:
+            mouse = event.mouse_x - under[0].x, event.mouse_y - under[0].y
+            return under[0], area.spaces.active.region_3d, mouse
+    return None
+
+
+def place_under(obj, region, view, mouse):
+    """Where the surface, as it is shown, is under the mouse, (3,) in the object's own space; or None."""
+    origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
+    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
+    to_object = obj.matrix_world.inverted_safe()
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    is_hit, place, _normal, _face = evaluated.ray_cast(to_object @ origin, to_object.to_3x3() @ direction)
+    return np.array(place, np.float32) if is_hit else None
+
+
+def vertex_under(obj, region, view, mouse):
+    """The vertex nearest to place_under(), or None."""
+    place = place_under(obj, region, view, mouse)
+    if place is None:
+        return None
+    return int(np.linalg.norm(overlay_data.shown_positions(obj) - place, axis=1).argmin())
+
+
+def _is_in(region, event):
+    return (
+        region.width > 1
+        and region.height > 1
+        and 0 <= event.mouse_x - region.x < region.width
+        and 0 <= event.mouse_y - region.y < region.height
+    )

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Wrap by its operators: pairs, the shape key, what is left over, refusals."""
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes
+from support.snapshot import assert_same, snapshot
+
+PAIRS = {0: (0, 0, 1), 1: (1, 0, 0), 2: (0, 1, 0), 3: (-1, 0, 0), 4: (0, 0, -1)}
+
+
+def ball(name, rings, around, stretch=(1.0, 1.0, 1.0)):
+    """A ball of quads and fans, its five landmarks first: +Z, +X, +Y, -X, -Z. rings even, around a multiple of 4."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=around, ring_count=rings)
+    obj = bpy.context.object
+    mesh = obj.data
+    points = np.array([vertex.co for vertex in mesh.vertices])
+    faces = [tuple(polygon.vertices) for polygon in mesh.polygons]
+    first = [int(np.linalg.norm(points - place, axis=1).argmin()) for place in PAIRS.values()]
+    order = first + [k for k in range(len(points)) if k not in first]
+    new = {old: k for k, old in enumerate(order)}
+    bpy.data.objects.remove(obj)
+    bpy.context.view_layer.update()
+    return meshes.make_object(points[order] * stretch, [tuple(new[k] for k in face) for face in faces], name)
+
+
+@pytest.fixture
+def two():
+    """(mesh, other): the other is an egg of another size, elsewhere, turned and scaled as an object."""
+    other = ball("Egg", 14, 20, (1.0, 1.2, 1.6))
+    other.location, other.rotation_euler, other.scale = (5.0, -2.0, 1.0), (0.4, 0.2, 1.9), (0.5, 0.5, 0.5)
+    obj = ball("Ball", 20, 28)
+    obj.location, obj.rotation_euler = (-1.0, 0.0, 0.3), (0.0, 0.0, -0.5)
+    bpy.context.view_layer.update()
+    return obj, other
+
+
+def pick(obj, other, vertices=tuple(PAIRS)):
+    places = np.array([vertex.co for vertex in other.data.vertices])
+    meshes.activate(obj)
+    for vertex in vertices:
+        place = tuple(places[vertex])
+        assert bpy.ops.meanvalue.pick_wrap_pairs(target=other.name, vertex=vertex, place=place) == {'FINISHED'}
+
+
+def in_the_world(obj, points):
+    matrix = np.array(obj.matrix_world)
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def key_points(key):
+    return np.array([point.co for point in key.data])
+
+
+def test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space(two):
+    obj, other = two
+    basis = np.array([vertex.co for vertex in obj.data.vertices])
+    pick(obj, other)
+    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
+    key = obj.data.shape_keys.key_blocks["Egg"]
+    assert key.value == 1.0
+    np.testing.assert_array_equal(key_points(obj.data.shape_keys.reference_key), basis)
+    own = (in_the_world(obj, key_points(key)) - np.array(other.location)) @ np.array(other.matrix_world)[:3, :3] / 0.25
+    radius = np.linalg.norm(own / (1.0, 1.2, 1.6), axis=1)
+    assert abs(radius - 1.0).mean() < 0.012, "facets of the egg are no farther in"
+    np.testing.assert_allclose(own[:5], np.array(list(PAIRS.values())) * (1.0, 1.2, 1.6), atol=0.02)
+    assert "Wrap Left Over" not in obj.vertex_groups
+    assert len(obj.data.vertices) == len(basis)
+
+
+def test_again_it_writes_the_same_key(two):
+    obj, other = two
+    pick(obj, other)
+    bpy.ops.meanvalue.wrap()
+    first = key_points(obj.data.shape_keys.key_blocks["Egg"])
+    bpy.ops.meanvalue.wrap()
+    assert list(obj.data.shape_keys.key_blocks.keys()) == ["Basis", "Egg"]
+    np.testing.assert_array_equal(key_points(obj.data.shape_keys.key_blocks["Egg"]), first)
+
+
+def test_a_mirrored_target_and_its_modifiers_count(two):
+    obj, other = two
+    other.scale = (-0.5, 0.5, 0.5)
+    bpy.context.view_layer.update()
+    other.modifiers.new("Finer", 'SUBSURF').levels = 1
+    picked = [(vertex, {1: 3, 3: 1}.get(vertex, vertex)) for vertex in range(5)]
+    places = np.array([vertex.co for vertex in other.data.vertices])
+    meshes.activate(obj)
+    for vertex, partner in picked:
+        bpy.ops.meanvalue.pick_wrap_pairs(target=other.name, vertex=vertex, place=tuple(places[partner]))
+    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
+    evaluated = other.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    for point in in_the_world(obj, key_points(obj.data.shape_keys.key_blocks["Egg"]))[5::37]:
+        found, place, *_ = evaluated.closest_point_on_mesh(other.matrix_world.inverted() @ bpy_vector(point))
+        assert found
+        assert (other.matrix_world @ place - bpy_vector(point)).length < 0.01
+
+
+def bpy_vector(point):
+    from mathutils import Vector
+
+    return Vector(point)
+
+
+def test_without_pairs_where_both_lie_over_each_other():
+    other = ball("Egg", 14, 20, (1.0, 1.1, 1.2))
+    obj = ball("Ball", 20, 28)
+    bpy.context.view_layer.update()
+    other.select_set(True)
+    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
+    radius = np.linalg.norm(key_points(obj.data.shape_keys.key_blocks["Egg"]) / (1.0, 1.1, 1.2), axis=1)
+    assert abs(radius - 1.0).mean() < 0.012
+
+
+def test_what_is_left_over_is_in_a_group():
+    """A ball with a long spike onto a ball without."""
+    other = ball("Plain", 14, 20)
+    obj = ball("Spiked", 20, 28)
+    obj.data.vertices[0].co = (0.0, 0.0, 1.9)
+    bpy.context.view_layer.update()
+    other.select_set(True)
+    assert bpy.ops.meanvalue.wrap(target="Plain") == {'FINISHED'}
+    group = obj.vertex_groups["Wrap Left Over"]
+    members = [v.index for v in obj.data.vertices if group.index in [e.group for e in v.groups]]
+    assert members == [0]
+
+
+@pytest.mark.parametrize(
+    "spoil, words",
+    [
+        (lambda obj, other: bpy.ops.meanvalue.clear_wrap_pairs(), "do not lie over each other"),
+        (lambda obj, other: [bpy.ops.meanvalue.clear_wrap_pairs(only_last=True) for _ in range(3)], "2 pairs"),
+        (lambda obj, other: setattr(obj.meanvalue.wrap.pairs[0], "vertex", 10**6), "faces were changed"),
+        (lambda obj, other: setattr(obj.meanvalue.wrap.pairs[0], "vertex", 1), "same vertex"),
+        (lambda obj, other: other.data.clear_geometry(), "no faces"),
+        (lambda obj, other: setattr(other.data.vertices[7], "co", (float("nan"), 0, 0)), "no numbers"),
+        (lambda obj, other: setattr(obj, "scale", (0, 0, 0)) or bpy.context.view_layer.update(), "scaled to nothing"),
+    ],
+)
+def test_what_cannot_be_wrapped_is_told_and_changes_nothing(two, spoil, words):
+    obj, other = two
+    pick(obj, other)
+    spoil(obj, other)
+    before = snapshot(obj)
+    with pytest.raises(RuntimeError, match=words):
+        bpy.ops.meanvalue.wrap()
+    assert_same(before, snapshot(obj))
+
+
+def test_pairs_are_checked_as_they_are_picked(two):
+    obj, other = two
+    pick(obj, other, [0])
+    with pytest.raises(RuntimeError, match="has its place already"):
+        bpy.ops.meanvalue.pick_wrap_pairs(vertex=0)
+    with pytest.raises(RuntimeError, match="none of the"):
+        bpy.ops.meanvalue.pick_wrap_pairs(vertex=10**6)
+    third = ball("Third", 4, 8)
+    meshes.activate(obj)
+    with pytest.raises(RuntimeError, match="were picked on 'Egg'"):
+        bpy.ops.meanvalue.wrap(target=third.name)
+    with pytest.raises(RuntimeError, match="no object 'Nobody'"):
+        bpy.ops.meanvalue.wrap(target="Nobody")
+    assert len(obj.meanvalue.wrap.pairs) == 1
+
+
+def test_pairs_stay_in_the_file(two, tmp_path):
+    obj, other = two
+    pick(obj, other)
+    places = [tuple(pair.place) for pair in obj.meanvalue.wrap.pairs]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "wrap.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "wrap.blend"))
+    settings = bpy.data.objects["Ball"].meanvalue.wrap
+    assert settings.target.name == "Egg"
+    assert [tuple(pair.place) for pair in settings.pairs] == places

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pairs are clicked on both meshes, and Wrap fits one onto the other beside the interface."""
+
+import bpy
+import numpy as np
+from harness import view
+from mathutils import Vector
+from support import meshes
+
+
+def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
+    other = _ball("Egg", 14, 20, 2.6)
+    other.scale.z = 1.5
+    obj = _ball("Ball", 40, 56, 0.0)
+    ui.frame_all()
+    yield from ui.open_tab("Mean-Value")
+    other.select_set(True)
+    yield from ui.invoke("meanvalue.pick_wrap_pairs")
+    assert "'Ball'" in ui.status_text(), ui.status_text()
+    for number, place in enumerate(_seen()):
+        yield from ui.click(*ui.project(_on(bpy.data.objects["Ball"], place)))
+        assert "'Egg'" in ui.status_text(), ui.status_text()
+        yield from ui.click(*ui.project(_on(bpy.data.objects["Egg"], place)))
+        pairs = bpy.data.objects["Ball"].meanvalue.wrap.pairs
+        assert len(pairs) == number + 1
+        assert np.linalg.norm(np.array(pairs[number].place) - place) < 0.1
+        vertex = bpy.data.objects["Ball"].data.vertices[pairs[number].vertex]
+        assert np.linalg.norm(np.array(vertex.co) - place) < 0.1
+    yield from ui.key('RET')
+    assert ui.status_text() is None
+    yield from ui.screenshot("wrap_01_picked")
+
+    yield from ui.invoke("meanvalue.wrap")
+    yield from ui.wait_until(lambda: bpy.data.objects["Ball"].data.shape_keys is not None, "the mesh is fitted")
+    obj = bpy.data.objects["Ball"]
+    key = obj.data.shape_keys.key_blocks["Egg"]
+    height = np.ptp([point.co.z for point in key.data])
+    assert abs(height - 3.0) < 0.1, height
+    yield from ui.screenshot("wrap_02_fitted")
+
+
+def esc_stops_it(ui):
+    _ball("Egg", 14, 20, 0.0).scale.z = 1.2
+    obj = _ball("Ball", 120, 160, 0.0)
+    ui.frame_all()
+    bpy.data.objects["Egg"].select_set(True)
+    yield from ui.invoke("meanvalue.wrap")
+    yield from ui.wait_until(lambda: "fitting" in (ui.status_text() or ""), "it shows how far it is")
+    yield from ui.key('ESC')
+    yield from ui.wait_until(lambda: ui.status_text() is None, "it has stopped")
+    obj = bpy.data.objects["Ball"]
+    assert obj.data.shape_keys is None
+    assert not obj.vertex_groups
+
+
+def _seen():
+    """Three places of a unit ball that are in front."""
+    axes = np.array(view.area().spaces.active.region_3d.view_matrix)[:3, :3]
+    places = np.array([(0.6, 0.0, 1.0), (-0.5, 0.5, 1.0), (0.0, -0.6, 1.0)]) @ axes
+    return places / np.linalg.norm(places, axis=1, keepdims=True)
+
+
+def _on(obj, place):
+    return obj.matrix_world @ Vector(place)
+
+
+def _ball(name, rings, around, x):
+    mesh = bpy.data.meshes.new(name)
+    polar = np.pi * np.arange(1, rings) / rings
+    angle = 2.0 * np.pi * np.arange(around) / around
+    vertices = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
+    vertices += [(np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)) for p in polar for a in angle]
+    faces = []
+    for k in range(around):
+        following = (k + 1) % around
+        faces.append((0, 2 + k, 2 + following))
+        last = 2 + (rings - 2) * around
+        faces.append((1, last + following, last + k))
+        for row in range(rings - 2):
+            high, low = 2 + row * around, 2 + (row + 1) * around
+            faces.append((high + k, low + k, low + following, high + following))
+    mesh.from_pydata(vertices, [], faces)
+    obj = bpy.data.objects.new(name, mesh)
+    bpy.context.collection.objects.link(obj)
+    obj.location.x = x
+    bpy.context.view_layer.update()
+    meshes.activate(obj)
+    return obj
