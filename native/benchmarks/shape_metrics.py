@@ -79,7 +79,12 @@ def unit_normals(shape, faces):
 
 
 def flipped_triangles(shape, rest, faces):
-    """How many triangles point against what their surroundings make of their rest normal.
+    """How many triangles are flipped: flipped_mask()."""
+    return int(flipped_mask(shape, rest, faces).sum())
+
+
+def flipped_mask(shape, rest, faces):
+    """(m,) bool: triangles that point against what their surroundings make of their rest normal.
 
     For each vertex the rotation is fitted that carries the edges to its neighbours from rest to shape; the sum of
     those of a triangle's corners, made a rotation again, carries its rest normal; flipped is whose normal is more
@@ -88,16 +93,14 @@ def flipped_triangles(shape, rest, faces):
     rotations = vertex_rotations(shape, rest, faces)
     carried = rigid.nearest_rotations(rotations[faces].sum(axis=1))
     expected = np.einsum("fij,fj->fi", carried, unit_normals(rest, faces))
-    return int((np.einsum("ij,ij->i", expected, unit_normals(shape, faces)) < 0).sum())
+    return np.einsum("ij,ij->i", expected, unit_normals(shape, faces)) < 0
 
 
 def vertex_rotations(shape, rest, faces):
     """(n, 3, 3) rotations that carry the edges around each vertex from rest to shape at best."""
     pairs = unique_edges(faces)
     moments = np.zeros((len(rest), 3, 3))
-    products = np.einsum(
-        "ei,ej->eij", shape[pairs[:, 1]] - shape[pairs[:, 0]], rest[pairs[:, 1]] - rest[pairs[:, 0]]
-    )
+    products = np.einsum("ei,ej->eij", shape[pairs[:, 1]] - shape[pairs[:, 0]], rest[pairs[:, 1]] - rest[pairs[:, 0]])
     for end in (0, 1):
         np.add.at(moments, pairs[:, end], products)
     return rigid.nearest_rotations(moments)
