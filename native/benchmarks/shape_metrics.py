@@ -79,8 +79,13 @@ def unit_normals(shape, faces):
 
 
 def flipped_triangles(shape, rest, faces):
-    """How many triangles point against what their surroundings make of their rest normal (core.mixing.flips)."""
-    return int(np.count_nonzero(flips.flipped(rest, shape, faces)))
+    """How many triangles are flipped: flipped_mask()."""
+    return int(np.count_nonzero(flipped_mask(shape, rest, faces)))
+
+
+def flipped_mask(shape, rest, faces):
+    """(m,) bool: triangles that point against what their surroundings make of their rest normal (core.mixing.flips)."""
+    return flips.flipped(rest, shape, faces)
 
 
 def volume(shape, faces):

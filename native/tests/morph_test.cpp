@@ -109,7 +109,7 @@ TEST(Morpher, PastesAPartWithoutMovingTheRest) {
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
         const double height = mesh.vertices(v, 2);
         if (height > 0.7) bumped.row(v) *= 1.0 + 3.0 * (height - 0.7);
-        const double share = std::min(1.0, std::max(0.0, (height - 0.4) / 0.2));
+        const double share = std::min(1.0, std::max(0.0, (height - 0.1) / 0.2));
         weights[v] = 1.0 - share;
         weights[mesh.vertex_count() + v] = share;
     }
