@@ -151,9 +151,14 @@ Solution Morpher::solve(const std::vector<double>& weights, const std::optional<
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     if (start) require_start(*start, bound_->shapes[0], bound_->diagonals[0], bound_->is_fixed, execution);
     std::unique_ptr<Workspace> workspace = take_workspace(execution);
-    Solution solution = Solve(*bound_, *workspace, normalised, options, execution).run(start);
-    give_back(std::move(workspace));
-    return solution;
+    try {
+        Solution solution = Solve(*bound_, *workspace, normalised, options, execution).run(start);
+        give_back(std::move(workspace));
+        return solution;
+    } catch (...) {  // all of it is written anew by the next solve
+        give_back(std::move(workspace));
+        throw;
+    }
 }
 
 /// Without waiting: in a forked child the lock may be held for good.
