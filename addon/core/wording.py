@@ -67,7 +67,10 @@ def first_upper(text):
 STAGES = {
     "": "starting",
     "encode": "describing the shape",
+    "order": "preparing the solver",
     "analyse": "preparing the solver",
+    "cells": "comparing the shapes",
+    "blend": "mixing the shapes",
     "build hierarchy": "simplifying the mesh",
     "coarse level": "preparing the simplified mesh",
     "factor": "preparing the solver",

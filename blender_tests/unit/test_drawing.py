@@ -145,6 +145,7 @@ def test_menus(part):
         "MEANVALUE_OT_select_marker",
         "MEANVALUE_OT_show_baked_frame",
         "MEANVALUE_OT_show_marker_problem",
+        "MEANVALUE_OT_use_preset",  # for preset files
     }
     for name in every - in_sidebar_only:
         assert f"operator {getattr(bpy.types, name).bl_idname} " in told["MEANVALUE_MT_object"]
