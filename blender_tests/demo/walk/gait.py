@@ -12,10 +12,11 @@ from addon.core.capture.stances import find_stances
 from .measures import share, slide
 
 RATE_HZ = 100.0
-#: Over the body's height: what is sole, above the ground and away from the anchors of the foot; stretches of thigh
-#: above the knee and of shank below it, and how far from the knee sideways.
+#: Over the body's height: what is sole, above the ground and away from the anchors of the foot.
 SOLE, AROUND = 0.012, 0.07
-THIGH, SHANK, ASIDE = (0.05, 0.15), (-0.15, -0.05), 0.075
+#: Over the knee's height above the ground, which tells how long the legs are: stretches of thigh above the knee and of
+#: shank below it, and how far from the knee sideways.
+THIGH, SHANK, ASIDE = (0.18, 0.5), (-0.5, -0.18), 0.26
 
 
 def rows(subject, carried):
@@ -44,12 +45,16 @@ def rows(subject, carried):
 def flat_stances(subject, carried, landmarks):
     """[(begin, end, vertices of the sole, markers of the foot)] while heel and toes of the capture both stand."""
     result, rest, height = [], subject.vertices, subject.height
-    for parts in feet(landmarks).values():
+    both = {side: parts["heel"] + parts["toe"] for side, parts in feet(landmarks).items()}
+    away = {side: np.linalg.norm(rest[:, None, :2] - rest[carried.anchors[markers]][None, :, :2], axis=2).min(axis=1)
+            for side, markers in both.items() if markers}  # fmt: skip
+    nearest = np.min(list(away.values()), axis=0) if away else None  # what is near both is the nearer foot's
+    is_low = rest[:, 2] - rest[:, 2].min() < SOLE * height
+    for side, parts in feet(landmarks).items():
         if not parts["heel"] or not parts["toe"]:
             continue
-        markers = parts["heel"] + parts["toe"]
-        away = np.linalg.norm(rest[:, None, :2] - rest[carried.anchors[markers]][None, :, :2], axis=2).min(axis=1)
-        sole = np.flatnonzero((rest[:, 2] - rest[:, 2].min() < SOLE * height) & (away < AROUND * height))
+        markers = both[side]
+        sole = np.flatnonzero(is_low & (away[side] < AROUND * height) & (away[side] == nearest))
         stands = [find_stances(carried.balls[:, some], RATE_HZ, height) for some in (parts["heel"], parts["toe"])]
         flat = np.concatenate([[False], stands[0].any(axis=1) & stands[1].any(axis=1), [False]])
         ends = np.flatnonzero(np.diff(flat.astype(int)))
@@ -62,8 +67,9 @@ def on_mesh(subject, carried, landmarks, side):
     knees = [k for k, name in enumerate(landmarks) if name in (f"knee.{side}", f"knee.joint.{side}")]
     if not knees:
         return None
-    rest, height = subject.vertices, subject.height
+    rest = subject.vertices
     knee = rest[carried.anchors[knees[0]]]
+    height = knee[2] - rest[:, 2].min()
     is_leg = np.linalg.norm((rest - knee)[:, :2], axis=1) < ASIDE * height
     above = (rest[:, 2] - knee[2]) / height
     parts = [np.flatnonzero(is_leg & (above > low) & (above < high)) for low, high in (THIGH, SHANK)]
