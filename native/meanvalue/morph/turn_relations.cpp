@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <queue>
+#include <tuple>
 #include <utility>
 
 #include "meanvalue/common/errors.h"
@@ -41,6 +44,7 @@ TurnRelations::TurnRelations(const Encoding& layout, const std::vector<Vector3>&
     spread_shares(execution);
     relate(turns, execution);
     factorise(execution);
+    connect(execution);
 }
 
 /// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
@@ -166,6 +170,67 @@ void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& e
     }
 }
 
+/// From patch to patch over the neighbours that are turned the most alike, beginning where least is turned.
+void TurnRelations::connect(const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    const auto largest = [count](const Vector3* vectors) {
+        double result = 0.0;
+        for (std::size_t k = 0; k < count; ++k)
+            result = std::max(result, vectors[k].norm());
+        return result;
+    };
+    std::vector<std::vector<std::pair<double, std::size_t>>> next_to(patch_count_);
+    for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+        const double turn = largest(relative_.data() + pair * count);
+        next_to[pairs_[pair].a].emplace_back(turn, pair);
+        next_to[pairs_[pair].b].emplace_back(turn, pair);
+    }
+    std::vector<std::pair<double, Index>> starts(patch_count_);
+    for (Index patch = 0; patch < patch_count_; ++patch)
+        starts[patch] = {largest(turns_.data() + patch * count), patch};
+    std::sort(starts.begin(), starts.end());
+    std::vector<char> is_known(patch_count_, 0);
+    using Edge = std::tuple<double, Index, Index, std::size_t>;  // turn, to, from, pair
+    std::priority_queue<Edge, std::vector<Edge>, std::greater<>> queue;
+    for (const auto& [turn, start] : starts) {
+        if (!is_known[start]) queue.emplace(0.0, start, start, 0);
+        while (!queue.empty()) {
+            execution.check_every(tree_.size());
+            const auto [cost, to, from, way] = queue.top();
+            queue.pop();
+            if (is_known[to]) continue;
+            is_known[to] = 1;
+            tree_.push_back({to, from, way});
+            for (const auto& [further, pair] : next_to[to]) {
+                const Index next = pairs_[pair].a == to ? pairs_[pair].b : pairs_[pair].a;
+                if (!is_known[next]) queue.emplace(further, next, to, pair);
+            }
+        }
+    }
+}
+
+/// The rotations that have all turns between neighbours of the tree, each part of the mesh turned as a whole to what
+/// its patches are in space. From there to the best is not far, however far limbs are turned.
+std::vector<Matrix3> TurnRelations::follow(const std::vector<Matrix3>& between,
+                                           const std::vector<Matrix3>& in_space) const {
+    std::vector<Matrix3> found = in_space;
+    for (std::size_t begin = 0; begin < tree_.size();) {
+        std::size_t end = begin;
+        Matrix3 sum = Matrix3::Zero();
+        do {
+            const auto& [patch, from, pair] = tree_[end];
+            if (patch != from)
+                found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].transpose());
+            sum += sizes_[patch] * in_space[patch] * found[patch].transpose();
+            ++end;
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
+        const Matrix3 whole = closest_rotation(sum);
+        for (; begin < end; ++begin)
+            found[tree_[begin].patch] = whole * found[tree_[begin].patch];
+    }
+    return found;
+}
+
 void TurnRelations::factorise(const Execution& execution) {
     DisjointSets sets(patch_count_);
     std::vector<double> diagonal(patch_count_, 0.0);
@@ -243,12 +308,14 @@ void TurnRelations::correct(const ShapeWeights& weights, const std::vector<Matri
         }
         between[pair] = rotation_by(sum);
     }
-    std::vector<Matrix3> found = in_space;
+    std::vector<Matrix3> found = follow(between, in_space);
     for (int round = 0; round < kMostSteps && step(between, found, execution) > kStepTolerance; ++round) {
     }
-    std::vector<Vector3> corrections(patch_count_);
-    for (Index patch = 0; patch < patch_count_; ++patch)
-        corrections[patch] = rotation_vector(found[patch] * in_space[patch].transpose());
+    // Each on the branch that is nearest to its neighbour's: beyond half a turn they would cancel in between.
+    std::vector<Vector3> corrections(patch_count_, Vector3::Zero());
+    for (const Step& each : tree_)
+        corrections[each.patch] =
+            rotation_vector(found[each.patch] * in_space[each.patch].transpose(), corrections[each.from]);
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             Vector3 sum = Vector3::Zero();
@@ -261,7 +328,7 @@ void TurnRelations::correct(const ShapeWeights& weights, const std::vector<Matri
 
 std::size_t TurnRelations::bytes() const {
     return bytes_of(patch_of_) + bytes_of(sizes_) + bytes_of(turns_) + bytes_of(pairs_) + bytes_of(relative_) +
-           bytes_of(share_start_) + bytes_of(shares_) + factor_.bytes();
+           bytes_of(tree_) + bytes_of(share_start_) + bytes_of(shares_) + factor_.bytes();
 }
 
 }  // namespace meanvalue

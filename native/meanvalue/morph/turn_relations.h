@@ -36,6 +36,11 @@ class TurnRelations {
         Index b;
         double weight;  // mesh edges between them
     };
+    struct Step {
+        Index patch;
+        Index from;        // itself, where a part of the mesh begins
+        std::size_t pair;  // of both
+    };
     struct Share {
         Index patch;
         double share;
@@ -45,7 +50,9 @@ class TurnRelations {
     void spread_shares(const Execution& execution);
     void relate(const std::vector<Vector3>& turns, const Execution& execution);
     void factorise(const Execution& execution);
+    void connect(const Execution& execution);
     std::vector<double> weights_of_patches(const ShapeWeights& weights) const;
+    std::vector<Matrix3> follow(const std::vector<Matrix3>& between, const std::vector<Matrix3>& in_space) const;
     double step(const std::vector<Matrix3>& between, std::vector<Matrix3>& rotations,
                 const Execution& execution) const;
 
@@ -57,6 +64,7 @@ class TurnRelations {
     std::vector<Vector3> turns_;      // patches x k
     std::vector<Pair> pairs_;         // a < b, ascending
     std::vector<Vector3> relative_;   // pairs x k: of b against a, in the frame of a
+    std::vector<Step> tree_;          // every patch once, after the one that it is reached from
     std::vector<Index> share_start_;  // n + 1
     std::vector<Share> shares_;       // of patches in the cells
     SupernodalFactor factor_;
