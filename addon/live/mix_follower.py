@@ -39,7 +39,7 @@ class MixFollower:
         self._input = self._morpher = self._reading = self._signature = None
         self._wanted = self._shown = None
         self._must_read, self._must_check, self._expects_echo = True, False, False
-        self._waits_for_edit = False
+        self._waits_for_edit = self._is_written = False
         self._changed_at = clock()
 
     def stop(self):
@@ -147,7 +147,9 @@ class MixFollower:
             mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
             self._must_check = True
             raise SceneError(f"'{obj.name}' is in {mode}. It goes on when you leave that")
-        if obj.meanvalue.mix.made:
+        if obj.meanvalue.baked.target:
+            raise SceneError("A bake plays in place of the mix. Press Remove Bake to mix live, or bake it anew")
+        if mix_layers.made_names(obj):
             raise SceneError(
                 "In-between keys stand for the mix already. Press Remove In-Betweens to mix live, or turn "
                 "Rotation-Aware Keys off"
@@ -176,6 +178,8 @@ class MixFollower:
         if self._wanted is None or not np.array_equal(now, self._wanted):
             self._wanted = now
             self._changed_at = clock()
+        if self._is_written and not mix_layers.has_key(obj):
+            self._is_written, self._shown = False, None
         self.problem = None
 
     def _is_shown(self):
@@ -213,6 +217,7 @@ class MixFollower:
             self.solve_seconds = clock() - began
             self._shown = wanted
             mix_layers.write(obj, shape)
+            self._is_written = True
             self._expects_echo = self._hears_itself
 
         self._job = Job(work)
@@ -243,5 +248,3 @@ class MixFollower:
         except MeanValueError as error:
             self._reading = None
             self.problem = str(error)
-
-
