@@ -20,12 +20,13 @@ _cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 
 @dataclass(frozen=True, eq=False)
 class Mix:
-    """positions n x 3 float64; energy in the units of the mesh."""
+    """positions n x 3 float64; energy in the units of the mesh; seconds that the solver took."""
 
     positions: np.ndarray
     energy: float
     iterations: int
     converged: bool
+    seconds: float
 
 
 def cached(mix_input):
@@ -62,13 +63,19 @@ def solve_steps(morpher, mix_input, values, execution=None):
     weights = mix_input.weights(values)
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
         shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
-        return Mix(shape.astype(np.float64), 0.0, 0, True)
+        return Mix(shape.astype(np.float64), 0.0, 0, True, 0.0)
     task = session.call(morpher.start_solve, weights, execution=execution, refused=REFUSED_SHAPES)
     yield task
     solution = session.call(task.result, refused=REFUSED_SHAPES)
     if not result.all_finite(solution.vertices):
         raise SolverError("The solver gave positions that are not numbers. Move the sliders closer to 0")
-    return Mix(solution.vertices, float(solution.energy), int(solution.iterations), bool(solution.converged))
+    return Mix(
+        positions=solution.vertices,
+        energy=float(solution.energy),
+        iterations=int(solution.iterations),
+        converged=bool(solution.converged),
+        seconds=float(solution.timings["total"]),
+    )
 
 
 def clear():

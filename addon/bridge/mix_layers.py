@@ -77,7 +77,10 @@ def problem(obj):
         return shape_keys.ABSOLUTE
     layers = taking_part(obj)
     if not layers:
-        return "All shape keys are muted or the rest shape itself. Turn on one that is to be mixed"
+        return (
+            "There is no shape key but the rest shape, or all others are muted. Add one, or turn on one that is to be "
+            "mixed"
+        )
     others = [key.name for key in layers if key.relative_key != keys.reference_key]
     if others:
         are = "is" if len(others) == 1 else "are"

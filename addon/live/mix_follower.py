@@ -57,8 +57,8 @@ class MixFollower:
 
     def give_way(self, other_name):
         self.give_up(
-            f"'{other_name}' has the same mesh and is mixed too. Turn Rotation-Aware Keys off for one of them, or make "
-            "the mesh a single user (Object > Relations > Make Single User)"
+            f"'{other_name}' has the same mesh and shapes it too. Turn Rotation-Aware Keys, or Live, off for one of "
+            "them, or make the mesh a single user (Object > Relations > Make Single User)"
         )
         self._waits_for_edit = False
 
@@ -206,15 +206,14 @@ class MixFollower:
 
     def _start_solve(self):
         morpher, mix_input, wanted = self._morpher, self._input, self._wanted
-        began = clock()
 
         def work(execution):
             mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, execution)
             correction = mix.positions - mix_input.linear(wanted)
-            return (mix_input.rest + correction).astype(np.float32)
+            return (mix_input.rest + correction).astype(np.float32), mix.seconds
 
-        def collect(obj, shape):
-            self.solve_seconds = clock() - began
+        def collect(obj, outcome):
+            shape, self.solve_seconds = outcome
             self._shown = wanted
             mix_layers.write(obj, shape)
             self._is_written = True

@@ -41,11 +41,10 @@ def test_ctrl_c_keeps_what_is_done_and_bake_goes_on_from_there(tmp_path, part, c
     solved = []
     solving = part("bake.solving")
     once = solving.solve_rows
-    baking = part("bake.baking")
-    baking.solving.solve_rows = lambda *given, **named: solved.append(given[4]) or once(*given, **named)
+    solving.solve_rows = lambda *given, **named: solved.append(given[4]) or once(*given, **named)
     try:
         bake()
     finally:
-        baking.solving.solve_rows = once
+        solving.solve_rows = once
     assert min(solved) == 96 * len(stamps), "what was kept is not solved again"
     assert len(rows(tmp_path / "meanvalue_cache" / "Tube.pc2")) == FRAMES

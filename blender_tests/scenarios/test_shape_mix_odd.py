@@ -399,3 +399,102 @@ def test_expressions_are_never_longer_than_blender_takes(part):
         for new in search._next_to({0: order, 1: order, 2: order}):
             text, _ = drivers.expression(search.sum.knots, new)
             assert len(text) <= drivers.LONGEST
+
+
+def test_a_new_slider_beside_in_betweens_is_told_to_be_baked(capfd):
+    other = bending(60.0)
+    other.name = "Source"
+    keys_of(other)["Bend"].value = 1.0
+    obj = bending()
+    bake(obj)
+    made = in_betweens_of(obj)
+    assert bpy.ops.meanvalue.morph(source="Source") == {'FINISHED'}
+    assert "until you press Bake Mix again" in capfd.readouterr().out
+    assert not obj.meanvalue.mix.is_on
+    assert in_betweens_of(obj) == made
+
+
+@pytest.mark.parametrize("mode", ['SCULPT', 'WEIGHT_PAINT', 'EDIT'])
+def test_mixing_waits_in_other_modes(mode, status):
+    obj = mixing()
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode=mode)
+    set_value(obj, "Bend", 0.25)
+    assert status(obj)[1] and "Mode" in status(obj)[0]
+    bpy.ops.object.mode_set(mode='OBJECT')
+    bpy.context.view_layer.update()
+    assert not status(obj)[1]
+    assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
+
+
+def test_switched_off_in_sculpt_mode():
+    obj = mixing()
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode='SCULPT')
+    obj.meanvalue.mix.is_on = False
+    bpy.context.view_layer.update()
+    bpy.ops.object.mode_set(mode='OBJECT')
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+
+
+def test_undo_of_bake_mix_brings_live_mixing_back():
+    obj = mixing()
+    bpy.ops.ed.undo_push(message="before")
+    before = shown(obj)
+    bake(obj)
+    bpy.ops.ed.undo_push(message="baked")
+    made = in_betweens_of(obj)
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Limb"]
+    assert obj.meanvalue.mix.is_on and in_betweens_of(obj) == []
+    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+    bpy.ops.ed.redo()
+    obj = bpy.data.objects["Limb"]
+    assert not obj.meanvalue.mix.is_on and in_betweens_of(obj) == made
+
+
+def test_live_posing_of_another_object_with_the_mesh_is_told(status):
+    obj = mixing()
+    twin = twin_of(obj)
+    twin.meanvalue.live = True
+    set_value(obj, "Bend", 0.4)
+    said = [status(each)[0] for each in (obj, twin)]
+    assert any("has the same mesh" in text for text in said), said
+    assert MIX in keys_of(obj), "the mix of the other object was not taken away"
+
+
+def test_in_betweens_are_saved_and_appended(tmp_path):
+    obj = bending()
+    bake(obj)
+    set_value(obj, "Bend", 0.5)
+    before, made = shown(obj), in_betweens_of(obj)
+    path = str(tmp_path / "baked.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path) as (_there, here):
+        here.objects = ["Limb"]
+    obj = here.objects[0]
+    bpy.context.collection.objects.link(obj)
+    set_value(obj, "Bend", 0.0)
+    set_value(obj, "Bend", 0.5)
+    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+    assert in_betweens_of(obj) == made
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.remove_in_betweens() == {'FINISHED'}
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+
+
+def test_applied_as_rest_while_live_the_mix_begins_there():
+    obj = mixing(value=0.0)
+    meshes.activate(obj)
+    obj.meanvalue.result_key = "Leaned"
+    leaned = bent_limb.bent(rest(), 40.0)
+    key = obj.shape_key_add(name="Leaned", from_mix=False)
+    key.data.foreach_set("co", leaned.astype(np.float32).ravel())
+    key.value = 1.0
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(obj), leaned, atol=1e-4)
+    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(obj), leaned, atol=1e-3)
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend", MIX, "Leaned"]
