@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The compiled morphers of this session and the calls into them, as session.py for deformers."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,16 +42,25 @@ def remember(mix_input, morpher):
 def bind_steps(mix_input, execution):
     """Steps (see workers.job) to a native Morpher. @throws NativeModuleError, SolverError, CancelledError."""
     shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
-    task = session.call(
-        native_loader.module().start_bind_morph,
-        shapes,
-        mix_input.triangles,
-        rigidity=mix_input.rigidity,
-        execution=execution,
-        refused=REFUSED_SHAPES,
-    )
-    yield task
-    return session.call(task.result, refused=REFUSED_SHAPES)
+    try:
+        task = session.call(
+            native_loader.module().start_bind_morph,
+            shapes,
+            mix_input.triangles,
+            rigidity=mix_input.rigidity,
+            execution=execution,
+            refused=REFUSED_SHAPES,
+        )
+        yield task
+        return session.call(task.result, refused=REFUSED_SHAPES)
+    except SolverError as error:
+        raise SolverError(_with_names(str(error), mix_input)) from error
+
+
+def _with_names(text, mix_input):
+    """What the solver says of shapes[k], said of the shape keys."""
+    names = ["the rest shape", *(f"'{layer.name}'" for layer in mix_input.layers)]
+    return re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], text)
 
 
 def solve_steps(morpher, mix_input, values, execution=None):

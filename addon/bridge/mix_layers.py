@@ -186,8 +186,8 @@ def _shape(obj, name):
 def _require_extent(name, shape):
     if len(shape) == 0 or (shape == shape[0]).all():
         raise SceneError(
-            f"{wording.vertices(len(shape))} of shape key '{name}' lie in one place, so nothing can turn there. Mute "
-            "it, or give it a shape"
+            f"Shape key '{name}' has {wording.vertices(len(shape))}, all in one place, so nothing can turn. Mute it, "
+            "or give it a shape"
         )
 
 

@@ -498,3 +498,26 @@ def test_applied_as_rest_while_live_the_mix_begins_there():
     bpy.context.view_layer.update()
     np.testing.assert_allclose(shown(obj), leaned, atol=1e-3)
     assert [key.name for key in keys_of(obj)] == ["Basis", "Bend", MIX, "Leaned"]
+
+
+def test_a_mirrored_shape_is_told_by_its_name(status):
+    obj = limb(Mirror=rest() * (1.0, -1.0, 1.0))
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Mirror", 0.5)
+    text, is_problem = status(obj)
+    assert is_problem and "'Mirror' is mirrored" in text and "shapes[" not in text
+
+
+def test_baked_anew_otherwise_and_taken_back(playing):
+    """In every second frame, at one of which both bakes have a key."""
+    bpy.context.scene.frame_set(7)
+    before = shown(playing)
+    playing.meanvalue.mix.is_on = True
+    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', keys='EVERY', key_step=2) == {'FINISHED'}
+    bpy.context.scene.frame_set(7)
+    np.testing.assert_allclose(shown(playing), before, atol=1e-4)
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    bpy.context.view_layer.update()
+    assert playing.meanvalue.mix.is_on
+    np.testing.assert_allclose(shown(playing), before, atol=1e-3)
+    assert [key.name for key in keys_of(playing)] == ["Basis", "Bend", MIX]
