@@ -14,6 +14,9 @@ KEPT_KEY = "Kept Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
 MIX_KEY = "Rotation-Aware Mix"
 
+#: Variable in the drivers of in-between keys, by which they are known whatever they are called and whose mesh it is.
+MIX_MARK = "meanvalue_mix"
+
 #: What Bake makes: the modifier, and the folder of caches beside the .blend.
 CACHE_MODIFIER = "Mean-Value Cache"
 CACHE_FOLDER = "meanvalue_cache"

@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
-from .bridge import mix_layers
+from .bridge import mix_layers, scene_input
 
 
 def _switch(settings, _context):
@@ -12,11 +12,17 @@ def _switch(settings, _context):
     obj = settings.id_data
     if settings.is_on:
         obj.meanvalue.live = False
-        if obj.type == 'MESH' and not settings.made and mix_layers.problem(obj) is None:
+        if _can_begin(obj):
             mix_layers.ensure_key(obj)  # here, where the artist can undo it, and not while a slider is dragged
-    elif obj.type == 'MESH':
+    elif scene_input.object_problem(obj) is None and not mix_layers.is_mixed_by_another(obj):
         mix_layers.remove(obj)
     obj.update_tag()
+
+
+def _can_begin(obj):
+    if scene_input.object_problem(obj) is not None or obj.mode != 'OBJECT' or obj.meanvalue.baked.target:
+        return False
+    return mix_layers.problem(obj) is None and not mix_layers.made_names(obj)
 
 
 class MEANVALUE_PG_mix(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -41,8 +47,7 @@ class MEANVALUE_PG_mix(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     most_keys: IntProperty(
         name="At Most", description="In-between keys that may be made", default=60, min=1, soft_max=200, max=2000
     )
-    made: StringProperty(options={'HIDDEN'})  # JSON: names of the in-between keys
-    note: StringProperty(options={'HIDDEN'})  # what they are, for the panel
+    note: StringProperty(options={'HIDDEN'})  # what the in-between keys are, for the panel
 
 
 CLASSES = (MEANVALUE_PG_mix,)

@@ -27,7 +27,7 @@ def play_cache(obj, path, plan):
     modifier.interpolation = "LINEAR"
     modifier.deform_mode = "OVERWRITE"
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
-    mixed = [key.name for key in mix_layers.taking_part(obj)] if obj.meanvalue.mix.is_on else []
+    mixed = [key.name for key in _mixed_keys(obj)] if obj.meanvalue.mix.is_on else []
     others = [key.name for key in _shown_keys(obj) if key.name not in {obj.meanvalue.result_key, ids.MIX_KEY, *mixed}]
     _hide_result(obj)
     record = obj.meanvalue.baked
@@ -146,7 +146,7 @@ def _hide_result(obj):
     record = obj.meanvalue.baked
     record.was_live, record.was_mixed = obj.meanvalue.live, obj.meanvalue.mix.is_on
     keys = obj.data.shape_keys
-    shown = mix_layers.taking_part(obj) if record.was_mixed else []
+    shown = _mixed_keys(obj) if record.was_mixed else []
     obj.meanvalue.live = obj.meanvalue.mix.is_on = False
     key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
     if key is not None and key != keys.reference_key and not key.mute and key not in shown:
@@ -156,6 +156,12 @@ def _hide_result(obj):
     for name in muted:
         keys.key_blocks[name].mute = True
     record.muted = json.dumps(muted)
+
+
+def _mixed_keys(obj):
+    """What shows the mix: its sliders, and the in-between keys that stand for it already."""
+    in_betweens = set(mix_layers.made_names(obj))
+    return [*mix_layers.taking_part(obj), *(key for key in _shown_keys(obj) if key.name in in_betweens)]
 
 
 def _shown_keys(obj):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shape keys that stand for a mix, each driven by the sliders that it is a correction of."""
 
-import json
-
 import bpy
 import numpy as np
 
+from .. import ids
+from ..core import wording
 from ..core.mixing import drivers, leja
 from . import mix_layers, shape_keys
 
@@ -27,20 +27,34 @@ def make(obj, mix_input, found):
         text, sliders = drivers.expression(knots, node.orders)
         _drive(obj.data.shape_keys, key, text, [names[slider] for slider in sliders])
         made.append(key.name)
-    obj.meanvalue.mix.made = json.dumps(made)
     return made
 
 
 def remove(obj):
     """Takes away what make() has made. Returns how many keys there were."""
-    names = [name for name in mix_layers.made_names(obj) if name in _names(obj)]
+    names = mix_layers.made_names(obj)
     shape_keys.remove(obj, names)
-    obj.meanvalue.mix.made = obj.meanvalue.mix.note = ""
+    obj.meanvalue.mix.note = ""
     return len(names)
 
 
-def _names(obj):
-    return obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
+def problem(obj):
+    """Why the keys that make() has made do not fit the sliders any more, or None. Cheap enough for drawing."""
+    driving = {
+        target.data_path
+        for curve in mix_layers.marked_drivers(obj)
+        for variable in curve.driver.variables
+        for target in variable.targets
+    }
+    lost = sorted(driving - {mix_layers.value_path(key.name) for key in mix_layers.taking_part(obj)})
+    if not lost:
+        return None
+    names = [bpy.utils.unescape_identifier(path.partition('"')[2].rpartition('"')[0]) for path in lost]
+    are, them = ("is", "it") if len(names) == 1 else ("are", "them")
+    return (
+        f"The in-between keys belong to {'shape key' if are == 'is' else 'shape keys'} {wording.quoted(names)}, which "
+        f"{are} muted or gone. Press Bake Mix to make them anew without {them}, or Remove In-Betweens"
+    )
 
 
 def _drive(keys, key, text, sliders):
@@ -48,13 +62,14 @@ def _drive(keys, key, text, sliders):
     _make_plain(curve)
     driver = curve.driver
     driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
-    for letter, slider in zip(drivers.VARIABLES, sliders, strict=False):
+    names = [*drivers.VARIABLES[: len(sliders)], ids.MIX_MARK]  # the last is not in the expression
+    for name, slider in zip(names, [*sliders, sliders[0]], strict=True):
         variable = driver.variables.new()
-        variable.name = letter
+        variable.name = name
         variable.type = 'SINGLE_PROP'
         target = variable.targets[0]
         target.id_type, target.id = 'KEY', keys
-        target.data_path = f'key_blocks["{bpy.utils.escape_identifier(slider)}"].value'
+        target.data_path = mix_layers.value_path(slider)
     driver.expression = text
 
 

@@ -5,6 +5,7 @@ import json
 import math
 import time
 
+import bpy
 import numpy as np
 
 from .. import ids
@@ -36,9 +37,32 @@ def is_baked(obj):
     return bool(obj.meanvalue.baked.target) and obj.meanvalue.baked.was_mixed
 
 
+def is_mixed_by_another(obj):
+    """Whether another object with the same mesh has Rotation-Aware Keys on."""
+    return obj.data.users > 1 and any(
+        other != obj and other.data == obj.data and other.meanvalue.mix.is_on for other in bpy.data.objects
+    )
+
+
+def marked_drivers(obj):
+    """The driver curves of the in-between keys that stand for a mix."""
+    keys = obj.data.shape_keys
+    if keys is None or keys.animation_data is None:
+        return []
+    return [curve for curve in keys.animation_data.drivers if ids.MIX_MARK in curve.driver.variables]
+
+
 def made_names(obj):
-    """Of the in-between keys that stand for a mix."""
-    return json.loads(obj.meanvalue.mix.made or "[]")
+    """Of the in-between keys that stand for a mix, which all objects with the mesh share."""
+    paths = {curve.data_path for curve in marked_drivers(obj)}
+    if not paths:
+        return []
+    return [key.name for key in obj.data.shape_keys.key_blocks if value_path(key.name) in paths]
+
+
+def value_path(name):
+    """From a mesh's shape keys to the slider of one."""
+    return f'key_blocks["{bpy.utils.escape_identifier(name)}"].value'
 
 
 def problem(obj):
@@ -53,7 +77,10 @@ def problem(obj):
         return shape_keys.ABSOLUTE
     layers = taking_part(obj)
     if not layers:
-        return "All shape keys are muted or the rest shape itself. Turn on one that is to be mixed"
+        return (
+            "There is no shape key but the rest shape, or all others are muted. Add one, or turn on one that is to be "
+            "mixed"
+        )
     others = [key.name for key in layers if key.relative_key != keys.reference_key]
     if others:
         are = "is" if len(others) == 1 else "are"
@@ -114,10 +141,14 @@ class MixReading:
         """The MixInput, once all is read. @throws SceneError."""
         rest = shape_keys.rest_positions(obj.data)
         require_finite(rest, "the rest shape")
+        shapes = np.array(self._shapes)
+        _require_extent(obj.data.shape_keys.reference_key.name, rest)
+        for layer, shape in zip(self._layers, shapes, strict=True):
+            _require_extent(layer.name, shape)
         return MixInput(
             layers=self._layers,
             rest=rest,
-            shapes=np.array(self._shapes),
+            shapes=shapes,
             masks=self._masks_of(len(rest)),
             triangles=mesh_arrays.triangles(obj.data, rest),
             rigidity=obj.meanvalue.rigidity,
@@ -150,6 +181,19 @@ def _shape(obj, name):
         )
     require_finite(shape, f"shape key '{name}'")
     return shape
+
+
+def _require_extent(name, shape):
+    if len(shape) == 0 or (shape == shape[0]).all():
+        raise SceneError(
+            f"Shape key '{name}' has {wording.vertices(len(shape))}, all in one place, so nothing can turn. Mute it, "
+            "or give it a shape"
+        )
+
+
+def has_key(obj):
+    """Whether the key that turns the mix is there."""
+    return ids.MIX_KEY in obj.data.shape_keys.key_blocks
 
 
 def ensure_key(obj):

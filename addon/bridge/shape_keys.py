@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rest shape, the artist's pose and the result, all of them shape keys."""
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -177,8 +178,18 @@ def remove(obj, names):
         if key is not None:
             key.driver_remove("value")
             obj.shape_key_remove(key)
+            _remove_from_edit_mode(obj.data, name)
     if active_name in keys.key_blocks:
         obj.active_shape_key_index = keys.key_blocks.find(active_name)
+
+
+def _remove_from_edit_mode(mesh, name):
+    """Edit Mode has a copy of every key, and gives back those that are gone when it is left."""
+    if not mesh.is_editmode:
+        return
+    layers = bmesh.from_edit_mesh(mesh).verts.layers.shape
+    if name in layers:
+        layers.remove(layers[name])
 
 
 def add_pose_key(obj):

@@ -39,7 +39,7 @@ class MixFollower:
         self._input = self._morpher = self._reading = self._signature = None
         self._wanted = self._shown = None
         self._must_read, self._must_check, self._expects_echo = True, False, False
-        self._waits_for_edit = False
+        self._waits_for_edit = self._is_written = False
         self._changed_at = clock()
 
     def stop(self):
@@ -57,8 +57,8 @@ class MixFollower:
 
     def give_way(self, other_name):
         self.give_up(
-            f"'{other_name}' has the same mesh and is mixed too. Turn Rotation-Aware Keys off for one of them, or make "
-            "the mesh a single user (Object > Relations > Make Single User)"
+            f"'{other_name}' has the same mesh and shapes it too. Turn Rotation-Aware Keys, or Live, off for one of "
+            "them, or make the mesh a single user (Object > Relations > Make Single User)"
         )
         self._waits_for_edit = False
 
@@ -147,7 +147,9 @@ class MixFollower:
             mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
             self._must_check = True
             raise SceneError(f"'{obj.name}' is in {mode}. It goes on when you leave that")
-        if obj.meanvalue.mix.made:
+        if obj.meanvalue.baked.target:
+            raise SceneError("A bake plays in place of the mix. Press Remove Bake to mix live, or bake it anew")
+        if mix_layers.made_names(obj):
             raise SceneError(
                 "In-between keys stand for the mix already. Press Remove In-Betweens to mix live, or turn "
                 "Rotation-Aware Keys off"
@@ -176,6 +178,8 @@ class MixFollower:
         if self._wanted is None or not np.array_equal(now, self._wanted):
             self._wanted = now
             self._changed_at = clock()
+        if self._is_written and not mix_layers.has_key(obj):
+            self._is_written, self._shown = False, None
         self.problem = None
 
     def _is_shown(self):
@@ -202,17 +206,17 @@ class MixFollower:
 
     def _start_solve(self):
         morpher, mix_input, wanted = self._morpher, self._input, self._wanted
-        began = clock()
 
         def work(execution):
             mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, execution)
             correction = mix.positions - mix_input.linear(wanted)
-            return (mix_input.rest + correction).astype(np.float32)
+            return (mix_input.rest + correction).astype(np.float32), mix.seconds
 
-        def collect(obj, shape):
-            self.solve_seconds = clock() - began
+        def collect(obj, outcome):
+            shape, self.solve_seconds = outcome
             self._shown = wanted
             mix_layers.write(obj, shape)
+            self._is_written = True
             self._expects_echo = self._hears_itself
 
         self._job = Job(work)
@@ -243,5 +247,3 @@ class MixFollower:
         except MeanValueError as error:
             self._reading = None
             self.problem = str(error)
-
-

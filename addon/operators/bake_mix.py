@@ -22,7 +22,10 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
 
     @classmethod
     def problem(cls, obj):
-        return super().problem(obj) or mix_layers.problem(obj)
+        problem = super().problem(obj)
+        if problem is None and obj.meanvalue.baked.target:
+            problem = f"A bake of '{obj.name}' plays already. Press Remove Bake first"
+        return problem or mix_layers.problem(obj)
 
     def start_reading(self, obj):
         return None
@@ -44,10 +47,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         settings = obj.meanvalue.mix
         share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
         if not found.nodes:
-            raise SceneError(
-                f"No in-between keys are needed: in straight lines, too, the mix is within {share:.2%} of the size. "
-                "Lower the tolerance if that is too much"
-            )
+            return _without_any(obj, share)
         settings.is_on = False
         made = in_between_keys.make(obj, prepared.bind_input, found)
         settings.note = f"{wording.counted(len(made), 'in-between key')}, within {share:.2%} of the mesh's size"
@@ -59,3 +59,13 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
                 "to a point cache"
             )
         return f"'{obj.name}' has {settings.note}, driven by its sliders", warnings
+
+
+def _without_any(obj, share):
+    """@throws SceneError where nothing had to be changed."""
+    text = f"No in-between keys are needed: in straight lines, too, the mix is within {share:.2%} of the size"
+    advice = "Lower the tolerance if that is too much"
+    removed = in_between_keys.remove(obj)
+    if not removed:
+        raise SceneError(f"{text}. {advice}")
+    return text, [f"Removed {wording.counted(removed, 'key')} that stood for a former mix", advice]

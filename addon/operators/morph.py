@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from .. import ids
-from ..bridge import morph_source, scene_input, shape_keys, vertex_groups
+from ..bridge import mix_layers, morph_source, scene_input, shape_keys, vertex_groups
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -37,10 +37,13 @@ class _FromObject(MeshOperator):
             vertex_groups.require(obj, self.group, "the part", "Choose another group")
         shape = morph_source.shown_shape(source)
         name = morph_source.add_key(obj, shape, self.name.strip() or source.name, self.value, self.group)
-        if self.use_mix and not obj.meanvalue.mix.made:
+        notes = []
+        if self.use_mix and mix_layers.made_names(obj):
+            notes.append(f"'{name}' goes in a straight line until you press Bake Mix again")
+        elif self.use_mix:
             obj.meanvalue.mix.is_on = True
         where = f" in '{self.group}'" if self.group else ""
-        return f"'{obj.name}' has the shape of '{source.name}'{where} as shape key '{name}', with its slider", []
+        return f"'{obj.name}' has the shape of '{source.name}'{where} as shape key '{name}', with its slider", notes
 
     def _source(self, obj):
         if self.source:

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import in_between_keys
+from ..bridge import in_between_keys, mix_layers
 from ..core import wording
 from .base import MeshOperator
 
@@ -17,7 +17,7 @@ class MEANVALUE_OT_remove_in_betweens(MeshOperator, bpy.types.Operator):
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.mix.made:
+        if problem is None and not mix_layers.made_names(obj):
             problem = f"'{obj.name}' has no in-between keys of Bake Mix"
         return problem
 

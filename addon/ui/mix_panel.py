@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import mix_layers, scene_input
+from ..bridge import in_between_keys, mix_layers, scene_input
 from ..core import wording
 from ..live import engine
 from ..operators.bake_mix import MEANVALUE_OT_bake_mix
@@ -35,21 +35,34 @@ class MEANVALUE_PT_mix(PanelPart, bpy.types.Panel):
         problem = mix_layers.problem(obj)
         if problem:
             draw_wrapped(layout, context, wording.sentence(problem), icon='INFO')
-            return
-        _draw_sliders(layout, obj)
-        if settings.is_on:
-            _draw_status(layout, context, obj)
-        column = layout.column(align=True)
-        column.use_property_split = True
-        column.use_property_decorate = False
-        column.prop(settings, "tolerance_share")
-        column.prop(settings, "most_keys")
-        bake = layout.column()
-        bake.scale_y = 1.4
-        bake.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
-        if settings.made:
-            draw_wrapped(layout, context, wording.sentence(settings.note), icon='CHECKMARK')
-            layout.operator(MEANVALUE_OT_remove_in_betweens.bl_idname, icon='X')
+        else:
+            _draw_mixing(layout, context, obj)
+        _draw_in_betweens(layout, context, obj)
+
+
+def _draw_mixing(layout, context, obj):
+    settings = obj.meanvalue.mix
+    _draw_sliders(layout, obj)
+    if settings.is_on:
+        _draw_status(layout, context, obj)
+    column = layout.column(align=True)
+    column.use_property_split = True
+    column.use_property_decorate = False
+    column.prop(settings, "tolerance_share")
+    column.prop(settings, "most_keys")
+    bake = layout.column()
+    bake.scale_y = 1.4
+    bake.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
+
+
+def _draw_in_betweens(layout, context, obj):
+    made = mix_layers.made_names(obj)
+    if not made:
+        return
+    problem = in_between_keys.problem(obj)
+    text = problem or obj.meanvalue.mix.note or wording.counted(len(made), "in-between key")
+    draw_wrapped(layout, context, wording.sentence(text), icon='ERROR' if problem else 'CHECKMARK')
+    layout.operator(MEANVALUE_OT_remove_in_betweens.bl_idname, icon='X')
 
 
 def _draw_sliders(layout, obj):

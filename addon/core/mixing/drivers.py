@@ -22,6 +22,11 @@ def expression(knots, orders):
     return "*".join([f"{scale:.9g}", *product]), [slider for slider, _ in orders]
 
 
+def fits(knots, orders):
+    """Whether Blender takes the expression of a node."""
+    return len(expression(knots, orders)[0]) <= LONGEST
+
+
 def label(names, knots, orders):
     """What a node is called: "Bend 0.5", "Bend 0.5 + Twist 1"."""
     return " + ".join(f"{names[slider]} {knots[slider][number]:.3g}" for slider, number in orders)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import leja
+from . import drivers, leja
 
 #: Nodes of so small a share of the tolerance are left out.
 NOTHING = 1e-3
@@ -154,7 +154,9 @@ class _Search:
                 continue
             if number == 1 and not all(self._may_join(slider, other) for other in orders):
                 continue
-            yield tuple(sorted({**orders, slider: number}.items()))
+            new = tuple(sorted({**orders, slider: number}.items()))
+            if drivers.fits(self.sum.knots, new):
+                yield new
 
 
 def _before(orders):

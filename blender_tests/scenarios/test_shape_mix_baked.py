@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What artists do to shape keys while in-between keys or a bake stand for their mix."""
+
+import bpy
+import numpy as np
+import pytest
+from support import bent_limb, meshes, steps
+from support.snapshot import assert_same, snapshot
+from test_shape_mix import (
+    DIAGONAL,
+    animate,
+    bake,
+    bending,
+    in_betweens_of,
+    limb,
+    linear_miss,
+    miss,
+    rest,
+    set_value,
+    shown,
+)
+from test_shape_mix_odd import MIX, keys_of, mixing
+
+
+@pytest.fixture
+def status(part):
+    """status(obj): (text, whether it is a problem) of the panel."""
+    return lambda obj: part("live.engine").status(obj)
+
+
+def full_copy_of(obj):
+    for each in bpy.context.selected_objects:
+        each.select_set(False)
+    meshes.activate(obj)
+    obj.select_set(True)
+    bpy.ops.object.duplicate(linked=False)
+    return bpy.context.object
+
+
+def test_in_betweens_are_those_of_all_objects_with_the_mesh(part, status):
+    obj = bending()
+    bake(obj)
+    made = in_betweens_of(obj)
+    twin = bpy.data.objects.new("Twin", obj.data)
+    bpy.context.collection.objects.link(twin)
+    layers = part("bridge.mix_layers").taking_part(twin)
+    assert [key.name for key in layers] == ["Bend"]
+    twin.meanvalue.mix.is_on = True
+    set_value(twin, "Bend", 0.5)
+    assert "Remove In-Betweens" in status(twin)[0]
+    twin.meanvalue.mix.is_on = False
+    bake(twin)
+    assert len(keys_of(obj)) == 2 + len(made)
+    meshes.activate(twin)
+    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert len(keys_of(obj)) == 2
+    assert not bpy.ops.meanvalue.remove_in_betweens.poll()
+    meshes.activate(obj)
+    assert not bpy.ops.meanvalue.remove_in_betweens.poll()
+
+
+def test_in_betweens_of_a_full_copy_follow_its_own_sliders():
+    obj = bending()
+    bake(obj)
+    copy = full_copy_of(obj)
+    assert copy.data != obj.data
+    set_value(copy, "Bend", 0.5)
+    set_value(obj, "Bend", 0.0)
+    assert miss(copy, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+    np.testing.assert_allclose(shown(obj), rest(), atol=1e-5)
+
+
+def test_in_betweens_go_on_when_a_slider_is_renamed():
+    obj = bending()
+    bake(obj)
+    set_value(obj, "Bend", 0.5)
+    before = shown(obj)
+    keys_of(obj)["Bend"].name = 'El"bow\\'
+    set_value(obj, 'El"bow\\', 0.0)
+    set_value(obj, 'El"bow\\', 0.5)
+    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+
+
+def test_long_names_with_quotes():
+    obj = bending()
+    name = '"]' + "ä" * 30
+    keys_of(obj)["Bend"].name = name
+    name = keys_of(obj)[1].name
+    bake(obj)
+    set_value(obj, name, 0.5)
+    assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert len(keys_of(obj)) == 2
+
+
+def test_renamed_in_betweens_are_still_known(part):
+    obj = bending()
+    bake(obj)
+    made = in_betweens_of(obj)
+    keys_of(obj)[made[0]].name = "Elbow half"
+    assert [key.name for key in part("bridge.mix_layers").taking_part(obj)] == ["Bend"]
+    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert len(keys_of(obj)) == 2
+
+
+def test_a_slider_that_in_betweens_need_is_deleted(part):
+    obj = limb(Bend=bent_limb.bent(rest(), 110.0), Stretch=rest() * (1.1, 1.0, 1.0))
+    bake(obj, 1.0)
+    set_value(obj, "Bend", 0.5)
+    obj.shape_key_remove(keys_of(obj)["Bend"])
+    text = part("bridge.in_between_keys").problem(obj)
+    assert "'Bend'" in text and "Remove In-Betweens" in text
+    keys_of(obj)["Stretch"].mute = True
+    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Stretch"]
+
+
+def test_keys_that_need_none_any_more_lose_their_in_betweens():
+    obj = bending()
+    bake(obj)
+    straight = (rest() * (1.05, 1.0, 1.0)).astype(np.float32)
+    keys_of(obj)["Bend"].data.foreach_set("co", straight.ravel())
+    obj.data.update_tag()
+    bake(obj, 5.0)
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+
+
+def test_all_keys_deleted_while_in_betweens_are_there():
+    obj = bending()
+    bake(obj)
+    obj.shape_key_clear()
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Bend", from_mix=False)
+    key.data.foreach_set("co", bent_limb.bent(rest(), 140.0).astype(np.float32).ravel())
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Bend", 0.5)
+    assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+
+
+@pytest.mark.parametrize("low, high", [(-1.0, 1.0), (0.0, 2.0)])
+def test_ranges(low, high):
+    obj = bending(60.0)
+    keys_of(obj)["Bend"].slider_min, keys_of(obj)["Bend"].slider_max = low, high
+    obj.meanvalue.mix.is_on = True
+    values = np.linspace(low, high, 5)
+    shapes = []
+    for value in values:
+        set_value(obj, "Bend", value)
+        shapes.append(shown(obj))
+        assert miss(obj, bent_limb.bent(rest(), 60.0 * value)) <= 0.02 * DIAGONAL
+    bake(obj)
+    for value, shape in zip(values, shapes, strict=True):
+        set_value(obj, "Bend", value)
+        assert np.linalg.norm(shown(obj) - shape, axis=1).max() <= 0.002 * DIAGONAL
+
+
+def test_in_betweens_follow_keyframed_sliders():
+    obj = mixing()
+    before = shown(obj)
+    bake(obj)
+    animate(obj, 13)
+    bpy.context.scene.frame_set(1)
+    bpy.context.scene.frame_set(7)
+    value = keys_of(obj)["Bend"].value
+    assert value == pytest.approx(0.5)
+    assert np.linalg.norm(shown(obj) - before, axis=1).max() <= 0.002 * DIAGONAL
+
+
+def test_in_betweens_follow_driven_sliders():
+    obj = mixing()
+    before = shown(obj)
+    bake(obj)
+    obj["bend"] = 0.0
+    driver = keys_of(obj)["Bend"].driver_add("value").driver
+    variable = driver.variables.new()
+    variable.targets[0].id, variable.targets[0].data_path = obj, '["bend"]'
+    driver.expression = variable.name
+    obj["bend"] = 0.5
+    obj.update_tag()
+    bpy.context.view_layer.update()
+    assert np.linalg.norm(shown(obj) - before, axis=1).max() <= 0.002 * DIAGONAL
+
+
+@pytest.fixture
+def playing(tmp_path):
+    """An animated mix in shape keys, frame by frame."""
+    obj = bending()
+    animate(obj)
+    obj.meanvalue.mix.is_on = True
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
+    obj = bpy.data.objects["Limb"]
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bake(target="SHAPE_KEYS", keys="EVERY") == {"FINISHED"}
+    bpy.context.scene.frame_set(6)
+    return obj
+
+
+def test_mixing_does_not_add_to_a_bake_that_plays(playing, status):
+    before = shown(playing)
+    playing.meanvalue.mix.is_on = True
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(playing), before, atol=1e-4)
+    assert "Remove Bake" in status(playing)[0]
+
+
+def test_in_betweens_do_not_add_to_a_bake_that_plays(playing):
+    before = snapshot(playing)
+    with steps.refused("Remove Bake"):
+        bpy.ops.meanvalue.bake_mix()
+    assert_same(before, snapshot(playing))
+
+
+def test_a_bake_does_not_add_to_in_betweens(tmp_path):
+    obj = bending()
+    animate(obj)
+    bake(obj)
+    before = {}
+    for frame in (3, 6):
+        bpy.context.scene.frame_set(frame)
+        before[frame] = shown(obj)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
+    obj = bpy.data.objects["Limb"]
+    meshes.activate(obj)
+    obj.meanvalue.mix.is_on = True
+    assert bpy.ops.meanvalue.bake(target="SHAPE_KEYS", keys="EVERY") == {"FINISHED"}
+    for frame, shape in before.items():
+        bpy.context.scene.frame_set(frame)
+        assert np.abs(shown(obj) - shape).max() <= 0.005 * DIAGONAL
+    assert bpy.ops.meanvalue.unbake() == {"FINISHED"}
+    bpy.context.scene.frame_set(1)
+    for frame, shape in before.items():
+        bpy.context.scene.frame_set(frame)
+        assert np.abs(shown(obj) - shape).max() <= 0.005 * DIAGONAL
+
+
+def test_expressions_are_never_longer_than_blender_takes(part):
+    drivers, leja = part("core.mixing.drivers"), part("core.mixing.leja")
+    in_betweens = part("core.mixing.in_betweens")
+    search = in_betweens._Search(in_betweens.Interpolation([leja.places(-0.9137, 0.8791)] * 3, (1, 3)), lambda *_: True)
+    for order in range(1, leja.MOST):
+        for new in search._next_to({0: order, 1: order, 2: order}):
+            text, _ = drivers.expression(search.sum.knots, new)
+            assert len(text) <= drivers.LONGEST
+
+
+def test_a_new_slider_beside_in_betweens_is_told_to_be_baked(capfd):
+    other = bending(60.0)
+    other.name = "Source"
+    keys_of(other)["Bend"].value = 1.0
+    obj = bending()
+    bake(obj)
+    made = in_betweens_of(obj)
+    assert bpy.ops.meanvalue.morph(source="Source") == {'FINISHED'}
+    assert "until you press Bake Mix again" in capfd.readouterr().out
+    assert not obj.meanvalue.mix.is_on
+    assert in_betweens_of(obj) == made
+
+
+def test_undo_of_bake_mix_brings_live_mixing_back():
+    obj = mixing()
+    bpy.ops.ed.undo_push(message="before")
+    before = shown(obj)
+    bake(obj)
+    bpy.ops.ed.undo_push(message="baked")
+    made = in_betweens_of(obj)
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Limb"]
+    assert obj.meanvalue.mix.is_on and in_betweens_of(obj) == []
+    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+    bpy.ops.ed.redo()
+    obj = bpy.data.objects["Limb"]
+    assert not obj.meanvalue.mix.is_on and in_betweens_of(obj) == made
+
+
+def test_in_betweens_are_saved_and_appended(tmp_path):
+    obj = bending()
+    bake(obj)
+    set_value(obj, "Bend", 0.5)
+    before, made = shown(obj), in_betweens_of(obj)
+    path = str(tmp_path / "baked.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path) as (_there, here):
+        here.objects = ["Limb"]
+    obj = here.objects[0]
+    bpy.context.collection.objects.link(obj)
+    set_value(obj, "Bend", 0.0)
+    set_value(obj, "Bend", 0.5)
+    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+    assert in_betweens_of(obj) == made
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.remove_in_betweens() == {'FINISHED'}
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+
+
+def test_baked_anew_otherwise_and_taken_back(playing):
+    """In every second frame, at one of which both bakes have a key."""
+    bpy.context.scene.frame_set(7)
+    before = shown(playing)
+    playing.meanvalue.mix.is_on = True
+    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', keys='EVERY', key_step=2) == {'FINISHED'}
+    bpy.context.scene.frame_set(7)
+    np.testing.assert_allclose(shown(playing), before, atol=1e-4)
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    bpy.context.view_layer.update()
+    assert playing.meanvalue.mix.is_on
+    np.testing.assert_allclose(shown(playing), before, atol=1e-3)
+    assert [key.name for key in keys_of(playing)] == ["Basis", "Bend", MIX]

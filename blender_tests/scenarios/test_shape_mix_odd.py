@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What artists do to shape keys while these are mixed, and what must not happen then."""
+
+import bpy
+import numpy as np
+import pytest
+from support import bent_limb, meshes, steps
+from support.snapshot import assert_same, snapshot
+from test_shape_mix import (
+    bending,
+    limb,
+    linear_miss,
+    miss,
+    rest,
+    set_value,
+    shown,
+)
+
+MIX = "Rotation-Aware Mix"
+
+
+@pytest.fixture
+def status(part):
+    """status(obj): (text, whether it is a problem) of the panel."""
+    return lambda obj: part("live.engine").status(obj)
+
+
+def keys_of(obj):
+    return obj.data.shape_keys.key_blocks
+
+
+def mixing(degrees=140.0, value=0.5):
+    obj = bending(degrees)
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Bend", value)
+    return obj
+
+
+def twin_of(obj, name="Twin"):
+    """A linked duplicate."""
+    twin = obj.copy()
+    twin.name = name
+    bpy.context.collection.objects.link(twin)
+    bpy.context.view_layer.update()
+    return twin
+
+
+def remove_last(bm):
+    bm.verts.ensure_lookup_table()
+    bm.verts.remove(bm.verts[-1])
+
+
+def test_the_key_that_was_deleted_is_made_again():
+    obj = mixing()
+    before = shown(obj)
+    obj.shape_key_remove(keys_of(obj)[MIX])
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+
+
+def test_mixing_goes_on_when_another_object_with_the_mesh_is_turned_off():
+    obj = mixing()
+    before = shown(obj)
+    twin = twin_of(obj)
+    twin.meanvalue.mix.is_on = False
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+
+
+def test_renamed_while_live():
+    obj = mixing()
+    keys_of(obj)["Bend"].name = 'El"bow\\'
+    set_value(obj, 'El"bow\\', 0.25)
+    assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
+
+
+@pytest.mark.parametrize("value", [False, True])
+def test_switched_in_edit_mode(value):
+    obj = bending()
+    obj.meanvalue.mix.is_on = not value
+    set_value(obj, "Bend", 0.5)
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode="EDIT")
+    obj.meanvalue.mix.is_on = value
+    bpy.context.view_layer.update()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.update()
+    assert (MIX in keys_of(obj)) == value
+    if value:
+        assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+    else:
+        assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+
+
+def test_faces_edited_while_live(status):
+    obj = mixing()
+    steps.edit_mesh(obj, remove_last)
+    set_value(obj, "Bend", 0.4)
+    assert not status(obj)[1], status(obj)
+
+
+def test_absolute_while_live_is_told_and_mended(status):
+    obj = mixing()
+    before = shown(obj)
+    obj.data.shape_keys.use_relative = False
+    bpy.context.view_layer.update()
+    assert status(obj)[1] and "absolute" in status(obj)[0]
+    obj.data.shape_keys.use_relative = True
+    bpy.context.view_layer.update()
+    assert not status(obj)[1]
+    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+
+
+def test_all_keys_deleted_while_live(status):
+    obj = mixing()
+    obj.shape_key_clear()
+    bpy.context.view_layer.update()
+    assert status(obj)[1] and "no shape keys" in status(obj)[0]
+
+
+def test_muted_and_reordered_while_live():
+    obj = limb(Bend=bent_limb.bent(rest(), 140.0), Twist=bent_limb.twisted(rest(), 90.0))
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Twist", 0.7)
+    set_value(obj, "Bend", 0.5)
+    keys_of(obj)["Twist"].mute = True
+    bpy.context.view_layer.update()
+    assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+    meshes.activate(obj)
+    keys_of(obj)["Twist"].mute = False
+    bpy.context.view_layer.update()
+    before = shown(obj)
+    obj.active_shape_key_index = 1
+    bpy.ops.object.shape_key_move(type="DOWN")
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_tiny_meshes(count, status):
+    obj = meshes.make_object([(float(index), 0.0, 0.0) for index in range(count)], [], "Tiny")
+    obj.shape_key_add(name="Basis")
+    obj.shape_key_add(name="Other", from_mix=False)
+    before = snapshot(obj)
+    with steps.refused("No in-between keys are needed" if count == 2 else "in one place"):
+        bpy.ops.meanvalue.bake_mix()
+    assert_same(before, snapshot(obj))
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Other", 0.5)
+    assert ("in one place" in status(obj)[0]) == (count < 2)
+    obj.meanvalue.mix.is_on = False
+    set_value(obj, "Other", 0.0)
+    assert_same(before, snapshot(obj))
+
+
+def test_a_linked_mesh_is_left_alone(tmp_path):
+    bending()
+    path = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path, link=True) as (there, here):
+        here.meshes = list(there.meshes)
+    obj = bpy.data.objects.new("Local", here.meshes[0])
+    bpy.context.collection.objects.link(obj)
+    for value in (True, False):
+        obj.meanvalue.mix.is_on = value
+        bpy.context.view_layer.update()
+        assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+
+
+def test_undone_and_redone_while_live():
+    obj = mixing(value=0.25)
+    bpy.ops.ed.undo_push(message="quarter")
+    quarter = shown(obj)
+    set_value(obj, "Bend", 0.75)
+    bpy.ops.ed.undo_push(message="three quarters")
+    more = shown(obj)
+    bpy.ops.ed.undo()
+    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), quarter, atol=1e-4)
+    bpy.ops.ed.redo()
+    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), more, atol=1e-4)
+
+
+@pytest.mark.parametrize("mode", ['SCULPT', 'WEIGHT_PAINT', 'EDIT'])
+def test_mixing_waits_in_other_modes(mode, status):
+    obj = mixing()
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode=mode)
+    set_value(obj, "Bend", 0.25)
+    assert status(obj)[1] and "Mode" in status(obj)[0]
+    bpy.ops.object.mode_set(mode='OBJECT')
+    bpy.context.view_layer.update()
+    assert not status(obj)[1]
+    assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
+
+
+def test_switched_off_in_sculpt_mode():
+    obj = mixing()
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode='SCULPT')
+    obj.meanvalue.mix.is_on = False
+    bpy.context.view_layer.update()
+    bpy.ops.object.mode_set(mode='OBJECT')
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+
+
+def test_live_posing_of_another_object_with_the_mesh_is_told(status):
+    obj = mixing()
+    twin = twin_of(obj)
+    twin.meanvalue.live = True
+    set_value(obj, "Bend", 0.4)
+    said = [status(each)[0] for each in (obj, twin)]
+    assert any("has the same mesh" in text for text in said), said
+    assert MIX in keys_of(obj), "the mix of the other object was not taken away"
+
+
+def test_applied_as_rest_while_live_the_mix_begins_there():
+    obj = mixing(value=0.0)
+    meshes.activate(obj)
+    obj.meanvalue.result_key = "Leaned"
+    leaned = bent_limb.bent(rest(), 40.0)
+    key = obj.shape_key_add(name="Leaned", from_mix=False)
+    key.data.foreach_set("co", leaned.astype(np.float32).ravel())
+    key.value = 1.0
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(obj), leaned, atol=1e-4)
+    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(shown(obj), leaned, atol=1e-3)
+    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend", MIX, "Leaned"]
+
+
+def test_a_mirrored_shape_is_told_by_its_name(status):
+    obj = limb(Mirror=rest() * (1.0, -1.0, 1.0))
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Mirror", 0.5)
+    text, is_problem = status(obj)
+    assert is_problem and "'Mirror' is mirrored" in text and "shapes[" not in text

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shape keys that turn, in the sidebar: switched on, dragged, baked to in-between keys, stopped by Esc, undone."""
+
+import sys
+
+import bpy
+import numpy as np
+from support import bent_limb, meshes
+from support.snapshot import assert_same, snapshot
+
+MIX = "Rotation-Aware Mix"
+
+
+def limb():
+    """Looked up on every call: references do not survive undo."""
+    return bpy.data.objects["Limb"]
+
+
+def keys():
+    return limb().data.shape_keys.key_blocks
+
+
+def settled():
+    follower = sys.modules["meanvalue_deform.live.engine"].follower_of(limb())
+    return follower is not None and follower.tick(limb()) is None and follower.is_caught_up
+
+
+def _length():
+    """Of the limb's axis: a turn keeps it, straight lines do not."""
+    mesh = limb().evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    points = np.array([vertex.co for vertex in mesh.vertices])
+    rings = points[: len(points) // 12 * 12].reshape(-1, 12, 3).mean(axis=1)
+    return np.linalg.norm(np.diff(rings, axis=0), axis=1).sum()
+
+
+def _set_up(ui, along=36, twist=False):
+    rest, faces = bent_limb.limb(along=along)
+    obj = meshes.make_object(rest.tolist(), faces, "Limb")
+    obj.shape_key_add(name="Basis")
+    shapes = {"Bend": bent_limb.bent(rest, 140.0)}
+    if twist:
+        shapes["Twist"] = bent_limb.twisted(rest, 120.0)
+    for name, shape in shapes.items():
+        key = obj.shape_key_add(name=name, from_mix=False)
+        key.data.foreach_set("co", shape.astype(np.float32).ravel())
+    ui.remember()
+    _put_on_top()
+    yield from ui.open_tab("Mean-Value")
+    yield from ui.key('NUMPAD_1')
+    ui.frame_all()
+
+
+def _put_on_top():
+    """The part about mixing, open, before the others, so that pictures show it."""
+    parts = sys.modules["meanvalue_deform.ui.panel"].PanelPart.__subclasses__()
+    shown = [part for part in parts if hasattr(bpy.types, part.__name__)]
+    for part in shown:
+        bpy.utils.unregister_class(part)
+        part.bl_options = set() if part.__name__ == "MEANVALUE_PT_mix" else {'DEFAULT_CLOSED'}
+    for part in sorted(shown, key=lambda part: part.__name__ != "MEANVALUE_PT_mix"):
+        bpy.utils.register_class(part)
+
+
+def _drag(ui, value):
+    """As an artist sets a slider, one undo step."""
+    keys()["Bend"].value = value
+    ui.remember()
+    yield from ui.wait_until(settled, f"the mix is shown at {value}")
+
+
+def sliders_turn_and_are_baked(ui):
+    yield from _set_up(ui)
+    whole = _length()
+    keys()["Bend"].value = 0.5
+    ui.remember()
+    yield from ui.pause(0.1)
+    assert _length() < 0.9 * whole
+    yield from ui.screenshot("mix_1_straight_lines")
+
+    limb().meanvalue.mix.is_on = True
+    ui.remember()
+    yield from ui.wait_until(settled, "the mix is shown")
+    assert abs(_length() - whole) < 0.03 * whole
+    yield from ui.screenshot("mix_2_switched_on")
+    half = keys()[MIX].data[-1].co.copy()
+    yield from _drag(ui, 0.8)
+    yield from ui.screenshot("mix_3_dragged")
+    yield from ui.undo()
+    yield from ui.wait_until(settled, "the undo is shown")
+    assert abs(keys()["Bend"].value - 0.5) < 1e-6
+    assert (keys()[MIX].data[-1].co - half).length < 1e-3
+
+    yield from ui.invoke("meanvalue.bake_mix")
+    yield from ui.wait_until(lambda: ui.status_text() is None and MIX not in keys(), "it is baked")
+    assert abs(_length() - whole) < 0.03 * whole
+    assert any("driven by its sliders" in line for line in ui.reports()), ui.reports()
+    yield from ui.screenshot("mix_4_baked")
+    yield from ui.undo()
+    yield from ui.wait_until(settled, "it is live again")
+    assert limb().meanvalue.mix.is_on and [key.name for key in keys()] == ["Basis", "Bend", MIX]
+    yield from ui.redo()
+    assert not limb().meanvalue.mix.is_on and len(keys()) > 3
+    limb().shape_key_remove(keys()["Bend"])
+    yield from ui.pause(0.2)
+    yield from ui.screenshot("mix_5_slider_deleted")
+    yield from ui.invoke("meanvalue.remove_in_betweens")
+    assert [key.name for key in keys()] == ["Basis"]
+
+
+def esc_stops_the_bake(ui):
+    yield from _set_up(ui, along=1200, twist=True)
+    limb().meanvalue.mix.tolerance_share = 0.001
+    before = snapshot(limb())
+    yield from ui.invoke("meanvalue.bake_mix")
+    yield from ui.wait_until(lambda: "solved" in (ui.status_text() or ""), "the status bar tells how many are solved")
+    assert "Baking the mix of 'Limb'" in ui.status_text() and "Esc: Cancel" in ui.status_text()
+    yield from ui.screenshot("mix_6_baking")
+    yield from ui.key('ESC')
+    yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    assert_same(before, snapshot(limb()))
+    assert any("Cancelled" in line for line in ui.reports()), ui.reports()
