@@ -323,7 +323,7 @@ Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)
 
 std::size_t Morpher::Workspace::bytes() const {
     return encoding.bytes() + cells.edges.capacity() * sizeof(Vector3) + energy->bytes() + energy_room.bytes() +
-           minimiser.bytes();
+           minimiser.bytes() + static_cast<std::size_t>(last.correction.size()) * sizeof(double);
 }
 
 }  // namespace meanvalue

@@ -1,5 +1,6 @@
 #include "meanvalue/morph/morpher.h"
 
+#include <cmath>
 #include <utility>
 
 #include "meanvalue/common/detached_job.h"
@@ -16,6 +17,9 @@ constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step
 constexpr double kEnergyTolerance = 50.0;
 // A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
 constexpr double kNegligible = 0.3;
+// Drafts: as far off as a pixel or less, and from the last solve where no more of all weight has moved.
+constexpr double kDraftTolerance = 1e-3;
+constexpr double kNearWeights = 0.25;
 constexpr std::size_t kMostIdle = 2;
 
 /// Diagonals of the shapes at the size that they are put together at.
@@ -26,6 +30,14 @@ std::vector<double> sizes_over(std::vector<double> diagonals, const std::vector<
 }
 
 }  // namespace
+
+bool LastSolve::is_near(const ShapeWeights& others) const {
+    if (weights.empty() || !others.is_uniform()) return false;
+    double moved = 0.0;
+    for (std::size_t k = 0; k < weights.size(); ++k)
+        moved += 0.5 * std::abs(weights[k] - others.mean()[k]);
+    return moved < kNearWeights;
+}
 
 /// One solve.
 class Morpher::Solve {
@@ -48,12 +60,20 @@ class Morpher::Solve {
             blend(solution.timings);
             Positions guess = turn_cells(solution.timings);
             solution.vertices = guess;
+            follows_ = !start && options_.is_draft && work_.last.is_near(weights_);
+            work_.last.weights.clear();  // of a cancelled solve nothing is kept
             if (start) {
                 for (const Index v : bound_.unknowns.free)
                     solution.vertices.row(v) = start->row(v);
+            } else if (follows_) {
+                solution.vertices += work_.last.correction;
             }
             hold_at(guess);
             minimise(solution);
+            if (weights_.is_uniform()) {
+                work_.last.correction = solution.vertices - guess;
+                work_.last.weights = weights_.mean();
+            }
             if (bound_.springs.empty()) bound_.place(guess, {}, true, solution.vertices);
         }
         return solution;
@@ -95,12 +115,13 @@ class Morpher::Solve {
         const StageTimer timer(solution.timings, "minimise");
         work_.energy->refill(work_.cells, size_, threads_, execution_);
         LbfgsOptions options;
-        const double tolerance = options_.tolerance.value_or(kDefaultTolerance);
+        const double tolerance = options_.tolerance.value_or(options_.is_draft ? kDraftTolerance : kDefaultTolerance);
         options.step_tolerance = tolerance * size_;
         options.negligible_step = kNegligible * options.step_tolerance;
         options.energy_tolerance = bound_.rigidity > 0.0 ? kEnergyTolerance * tolerance : 0.0;
         options.max_iterations = options_.max_iterations;
         options.threads = threads_;
+        options.keep_history = follows_;
         const LbfgsReport report = work_.minimiser.minimise(
             [&](const Positions& positions, Positions& gradient) {
                 return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
@@ -127,6 +148,7 @@ class Morpher::Solve {
     int threads_;
     Bound::Overlay overlay_;
     double size_;
+    bool follows_ = false;  // begins where the last solve ended
 };
 
 Morpher::Morpher(const MorphBinding& binding, Execution& execution)
@@ -155,7 +177,7 @@ Solution Morpher::solve(const std::vector<double>& weights, const std::optional<
         Solution solution = Solve(*bound_, *workspace, normalised, options, execution).run(start);
         give_back(std::move(workspace));
         return solution;
-    } catch (...) {  // all of it is written anew by the next solve
+    } catch (...) {  // all that the next solve reads is written anew, or marked as not there
         give_back(std::move(workspace));
         throw;
     }
