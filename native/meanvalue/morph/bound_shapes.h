@@ -100,6 +100,7 @@ struct Morpher::Workspace {
     DeformationEnergy::Workspace energy_room;
     Lbfgs minimiser;
     LastSolve last;
+    Positions gradient;  // where one is not looked at
 };
 
 }  // namespace meanvalue

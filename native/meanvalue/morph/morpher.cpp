@@ -1,6 +1,8 @@
 #include "meanvalue/morph/morpher.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "meanvalue/common/detached_job.h"
@@ -18,8 +20,10 @@ constexpr double kEnergyTolerance = 50.0;
 // A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
 constexpr double kNegligible = 0.3;
 // Drafts: as far off as a pixel or less, and from the last solve where no more of all weight has moved.
-constexpr double kDraftTolerance = 1e-3;
+constexpr double kDraftTolerance = 3e-3;
 constexpr double kNearWeights = 0.25;
+// Of a draft: near a shape with sharp joints it would be dozens; what is left is for the next frame.
+constexpr int kDraftIterations = 4;
 constexpr std::size_t kMostIdle = 2;
 
 /// Diagonals of the shapes at the size that they are put together at.
@@ -65,8 +69,6 @@ class Morpher::Solve {
             if (start) {
                 for (const Index v : bound_.unknowns.free)
                     solution.vertices.row(v) = start->row(v);
-            } else if (follows_) {
-                solution.vertices += work_.last.correction;
             }
             hold_at(guess);
             minimise(solution);
@@ -119,15 +121,27 @@ class Morpher::Solve {
         options.step_tolerance = tolerance * size_;
         options.negligible_step = kNegligible * options.step_tolerance;
         options.energy_tolerance = bound_.rigidity > 0.0 ? kEnergyTolerance * tolerance : 0.0;
-        options.max_iterations = options_.max_iterations;
+        options.max_iterations =
+            options_.is_draft ? std::min(kDraftIterations, options_.max_iterations) : options_.max_iterations;
         options.threads = threads_;
         options.keep_history = follows_;
-        const LbfgsReport report = work_.minimiser.minimise(
-            [&](const Positions& positions, Positions& gradient) {
-                return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
-                                              work_.energy_room);
-            },
-            {bound_.factor, work_.assembly.factor}, options, solution.vertices, execution_);
+        const Lbfgs::Energy energy = [&](const Positions& positions, Positions& gradient) {
+            return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
+                                          work_.energy_room);
+        };
+        const Preconditioner preconditioner{bound_.factor, work_.assembly.factor};
+        LbfgsReport report;
+        if (follows_) {
+            // Only from nearer than where the cells are: towards a shape itself, these come to need no correction.
+            Positions nearer = solution.vertices + work_.last.correction;
+            options.highest_start = energy(solution.vertices, work_.gradient);
+            report = work_.minimiser.minimise(energy, preconditioner, options, nearer, execution_);
+            if (!report.is_refused) solution.vertices = std::move(nearer);
+            options.keep_history = false;
+            options.highest_start = std::numeric_limits<double>::infinity();
+        }
+        if (!follows_ || report.is_refused)
+            report = work_.minimiser.minimise(energy, preconditioner, options, solution.vertices, execution_);
         solution.energies = report.energies;
         solution.initial_energy = report.energies.front();
         solution.energy = report.energies.back();
