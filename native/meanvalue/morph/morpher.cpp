@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "meanvalue/common/detached_job.h"
@@ -19,7 +18,7 @@ constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step
 constexpr double kEnergyTolerance = 50.0;
 // A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
 constexpr double kNegligible = 0.3;
-// Drafts: as far off as a pixel or less, and from the last solve where no more of all weight has moved.
+// Of drafts; and they begin where the last solve ended if no more of all weight has moved since.
 constexpr double kDraftTolerance = 3e-3;
 constexpr double kNearWeights = 0.25;
 // Of a draft: near a shape with sharp joints it would be dozens; what is left is for the next frame.
@@ -124,24 +123,7 @@ class Morpher::Solve {
         options.max_iterations =
             options_.is_draft ? std::min(kDraftIterations, options_.max_iterations) : options_.max_iterations;
         options.threads = threads_;
-        options.keep_history = follows_;
-        const Lbfgs::Energy energy = [&](const Positions& positions, Positions& gradient) {
-            return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
-                                          work_.energy_room);
-        };
-        const Preconditioner preconditioner{bound_.factor, work_.assembly.factor};
-        LbfgsReport report;
-        if (follows_) {
-            // Only from nearer than where the cells are: towards a shape itself, these come to need no correction.
-            Positions nearer = solution.vertices + work_.last.correction;
-            options.highest_start = energy(solution.vertices, work_.gradient);
-            report = work_.minimiser.minimise(energy, preconditioner, options, nearer, execution_);
-            if (!report.is_refused) solution.vertices = std::move(nearer);
-            options.keep_history = false;
-            options.highest_start = std::numeric_limits<double>::infinity();
-        }
-        if (!follows_ || report.is_refused)
-            report = work_.minimiser.minimise(energy, preconditioner, options, solution.vertices, execution_);
+        const LbfgsReport report = follows_ ? go_on(options, solution.vertices) : go_down(options, solution.vertices);
         solution.energies = report.energies;
         solution.initial_energy = report.energies.front();
         solution.energy = report.energies.back();
@@ -152,6 +134,29 @@ class Morpher::Solve {
         solution.stop_reason = report.converged  ? "converged"
                                : report.at_limit ? "iteration limit"
                                                  : "no step lowers the energy further";
+    }
+
+    double energy_at(const Positions& positions, Positions& gradient) {
+        return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_, work_.energy_room);
+    }
+
+    LbfgsReport go_down(const LbfgsOptions& options, Positions& positions) {
+        return work_.minimiser.minimise(
+            [this](const Positions& at, Positions& gradient) { return energy_at(at, gradient); },
+            {bound_.factor, work_.assembly.factor}, options, positions, execution_);
+    }
+
+    /// From the last correction where that is nearer than `positions`, where the cells are: towards a shape itself
+    /// these come to need none.
+    LbfgsReport go_on(const LbfgsOptions& options, Positions& positions) {
+        LbfgsOptions going_on = options;
+        going_on.keep_history = true;
+        going_on.highest_start = energy_at(positions, work_.gradient);
+        Positions nearer = positions + work_.last.correction;
+        LbfgsReport report = go_down(going_on, nearer);
+        if (report.is_refused) return go_down(options, positions);
+        positions = std::move(nearer);
+        return report;
     }
 
     const Bound& bound_;

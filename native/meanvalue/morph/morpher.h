@@ -33,8 +33,8 @@ struct MorphOptions {
     std::optional<double> tolerance;  ///< as SolveOptions::tolerance; none: 1e-4, of drafts 3e-3
     int max_iterations = 1000;
     int threads = 0;  ///< 0: as many as it was bound with
-    /// For a slider that is being dragged: few iterations, and from where the last solve
-    /// ended, if that was nearly of the same weights. What it gives depends on that one.
+    /// For a slider that is being dragged: few iterations, from where the last solve ended if that was of nearly the
+    /// same weights. What it gives depends on that one.
     bool is_draft = false;
 };
 
