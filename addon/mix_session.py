@@ -63,10 +63,11 @@ def _with_names(text, mix_input):
     return re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], text)
 
 
-def solve_steps(morpher, mix_input, values, execution=None):
+def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
     """Steps to the Mix with the sliders at `values`, (k,).
 
-    The same for the same values, whatever was solved before. Where one shape alone is wanted, it is that to the bit.
+    The same for the same values, whatever was solved before; but a draft, for sliders that are being dragged, goes on
+    from the last solve in a few iterations. Where one shape alone is wanted, it is that to the bit.
 
     @throws SolverError, CancelledError.
     """
@@ -74,7 +75,7 @@ def solve_steps(morpher, mix_input, values, execution=None):
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
         shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
         return Mix(shape.astype(np.float64), 0.0, 0, True, 0.0)
-    task = session.call(morpher.start_solve, weights, execution=execution, refused=REFUSED_SHAPES)
+    task = session.call(morpher.start_solve, weights, draft=is_draft, execution=execution, refused=REFUSED_SHAPES)
     yield task
     solution = session.call(task.result, refused=REFUSED_SHAPES)
     if not result.all_finite(solution.vertices):

@@ -2,7 +2,8 @@
 """Live mixing of one object's shape keys: a key of our own adds what Blender's straight lines lack.
 
 The sliders are Blender's. Where they are now is what is wanted; one job at a time runs beside the interface, and the
-newest values win. Shapes are read again once all is quiet, since Blender tells of a slider as it does of an edit.
+newest values win. While sliders move it shows drafts; once they are quiet the mix that depends on their values alone.
+Shapes are read again once all is quiet, since Blender tells of a slider as it does of an edit.
 """
 
 import contextlib
@@ -38,6 +39,7 @@ class MixFollower:
         self.problem = None
         self._input = self._morpher = self._reading = self._signature = None
         self._wanted = self._shown = None
+        self._shows_draft = self._is_finishing = False
         self._must_read, self._must_check, self._expects_echo = True, False, False
         self._waits_for_edit = self._is_written = False
         self._changed_at = clock()
@@ -46,6 +48,7 @@ class MixFollower:
         if self._job is not None:
             self._job.drop()
         self._job = self._collect = None
+        self._is_settling = False
 
     def edited(self, obj):
         """Returns whether Blender's update was only what we wrote ourselves."""
@@ -82,19 +85,23 @@ class MixFollower:
             self._go_on(obj, 0.0)
         if self._job is not None or self._reading is not None:
             return TICK_SECONDS
-        if self.problem is None and self._must_check:
+        if self.problem is None and (self._must_check or self._shows_draft):
             return max(TICK_SECONDS, self._changed_at + QUIET_SECONDS - clock())
         return None
 
     def finish(self, obj):
         """Goes on until the mesh shows the mix. For the background, where nothing ticks."""
-        with self._telling_problems():
-            self._take_input(obj, mix_layers.gather(obj))
-            self._go_on(obj, 0.0)
-        while self.problem is None and self._job is not None:
-            self._job.wait()
+        self._is_finishing = True
+        try:
             with self._telling_problems():
-                self._start_what_is_next(obj, 0.0)
+                self._take_input(obj, mix_layers.gather(obj))
+                self._go_on(obj, 0.0)
+            while self.problem is None and self._job is not None:
+                self._job.wait()
+                with self._telling_problems():
+                    self._start_what_is_next(obj, 0.0)
+        finally:
+            self._is_finishing = False
 
     def is_settled(self, _obj):
         """It has no say in the pose."""
@@ -102,7 +109,9 @@ class MixFollower:
 
     @property
     def is_caught_up(self):
-        return self.problem is not None or (self._job is None and self._shown is not None and self._is_shown())
+        if self.problem is not None:
+            return True
+        return self._job is None and self._shown is not None and self._is_shown() and not self._shows_draft
 
     @property
     def is_working(self):
@@ -135,8 +144,8 @@ class MixFollower:
             self._must_read, self._reading = True, None
         if not self._must_read:
             self._look_at_sliders(obj)
-        is_quiet = self._job is None and self._is_shown() and clock() >= self._changed_at + QUIET_SECONDS
-        if self._must_read or self._reading is not None or (self._must_check and is_quiet):
+        is_idle = self._job is None and self._is_shown() and self._is_quiet()
+        if self._must_read or self._reading is not None or (self._must_check and is_idle):
             self._read_on(obj)
         if not self._must_read:
             self._look_at_sliders(obj)
@@ -171,6 +180,7 @@ class MixFollower:
             return
         self.stop()
         self._shown = self._wanted = None
+        self._shows_draft = False
         self._morpher = mix_session.cached(mix_input)
 
     def _look_at_sliders(self, obj):
@@ -178,9 +188,14 @@ class MixFollower:
         if self._wanted is None or not np.array_equal(now, self._wanted):
             self._wanted = now
             self._changed_at = clock()
+            if self._is_settling:
+                self.stop()
         if self._is_written and not mix_layers.has_key(obj):
             self._is_written, self._shown = False, None
         self.problem = None
+
+    def _is_quiet(self):
+        return self._is_finishing or clock() >= self._changed_at + QUIET_SECONDS
 
     def _is_shown(self):
         return self._wanted is None or self._shown is self._wanted
@@ -189,8 +204,10 @@ class MixFollower:
         self._collect_finished(obj)
         if self._job is None and self._morpher is None:
             self._start_bind()
-        if self._job is None and self._morpher is not None and not self._is_shown():
-            self._start_solve()
+        if self._job is None and self._morpher is not None and self._wanted is not None:
+            is_quiet = self._is_quiet()
+            if not self._is_shown() or (self._shows_draft and is_quiet):
+                self._start_solve(is_draft=not is_quiet)
         if self._job is not None and patience and self._job.wait(patience):
             self._collect_finished(obj)
 
@@ -204,35 +221,39 @@ class MixFollower:
         self._job = Job(lambda execution: mix_session.bind_steps(mix_input, execution))
         self._collect = collect
 
-    def _start_solve(self):
+    def _start_solve(self, is_draft):
         morpher, mix_input, wanted = self._morpher, self._input, self._wanted
 
         def work(execution):
-            mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, execution)
+            mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, execution, is_draft)
             correction = mix.positions - mix_input.linear(wanted)
             return (mix_input.rest + correction).astype(np.float32), mix.seconds
 
         def collect(obj, outcome):
-            shape, self.solve_seconds = outcome
-            self._shown = wanted
+            shape, seconds = outcome
+            if is_draft or not self.solve_seconds:
+                self.solve_seconds = seconds  # what a frame of a drag takes
+            self._shown, self._shows_draft = wanted, is_draft
             mix_layers.write(obj, shape)
             self._is_written = True
             self._expects_echo = self._hears_itself
 
         self._job = Job(work)
         self._collect = collect
+        self._is_settling = not is_draft
 
     def _collect_finished(self, obj):
         if self._job is None or not self._job.is_finished:
             return
         job, collect = self._job, self._collect
         self._job = self._collect = None
+        self._is_settling = False
         try:
             outcome = job.result()
         except CancelledError:
             raise
         except MeanValueError:
-            self._shown = self._wanted  # not again for the same sliders
+            self._shown, self._shows_draft = self._wanted, False  # not again for the same sliders
             if self._morpher is None:
                 self._waits_for_edit = True
             raise

@@ -147,6 +147,44 @@ def test_results_depend_on_the_weights_alone(three):
     assert np.array_equal(alone, first), "for any number of threads"
 
 
+def test_drafts_follow_a_drag_and_leave_no_trace(bend):
+    _, faces, shapes, _ = bend
+    morpher, drafting = meanvalue.Morpher(shapes, faces), meanvalue.Morpher(shapes, faces)
+    for share in np.linspace(0.1, 0.6, 11):
+        draft = drafting.solve([1 - share, share], draft=True)
+        assert largest_move(draft.vertices, morpher.solve([1 - share, share]).vertices) < 1e-2
+    for share in (0.6, 0.1):
+        expected = meanvalue.Morpher(shapes, faces).solve([1 - share, share]).vertices
+        assert np.array_equal(drafting.solve([1 - share, share]).vertices, expected)
+
+
+def test_drafts_have_the_same_bits_for_any_number_of_threads(three):
+    faces, shapes, _ = three
+    morphers = [meanvalue.Morpher(shapes, faces, threads=threads) for threads in (1, 2)]
+    for share in (0.3, 0.34, 0.38, 0.9):
+        one, two = (morpher.solve([1 - share, 0.0, share], draft=True).vertices for morpher in morphers)
+        assert np.array_equal(one, two)
+
+
+def test_a_draft_begins_where_the_last_solve_ended(three):
+    faces, shapes, morpher = three
+    weights = np.array([0.3, 0.3, 0.4])
+    settled = morpher.solve(weights)
+    again = morpher.solve(weights, draft=True)
+    assert again.initial_energy == pytest.approx(settled.energy, rel=1e-6)
+    assert again.iterations < settled.iterations
+    cold = meanvalue.Morpher(shapes, faces).solve(weights, draft=True)
+    assert cold.initial_energy == settled.initial_energy
+
+
+def test_at_a_shape_a_draft_is_that_shape(three):
+    faces, shapes, _ = three
+    morpher = meanvalue.Morpher(shapes, faces)
+    for share in np.linspace(0.8, 1.0, 5):
+        draft = morpher.solve([1 - share, share, 0.0], draft=True).vertices
+    assert largest_move(draft, shapes[1]) < 1e-6
+
+
 def test_results_go_evenly_with_the_weights(three):
     _, _, morpher = three
     path = np.array([morpher.solve([1 - t, 0.6 * t, 0.4 * t]).vertices for t in np.linspace(0.2, 0.8, 13)])

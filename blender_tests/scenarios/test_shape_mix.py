@@ -67,6 +67,33 @@ def test_a_mixed_bend_follows_the_arc(share):
     assert miss(obj, bent_limb.bent(rest(), share * 140.0)) <= 0.25 * linear_miss(140.0, share)
 
 
+def test_a_dragged_slider_settles_to_what_its_value_alone_says(monkeypatch, part):
+    obj = bending()
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Bend", 0.52)
+    expected = shown(obj)
+    set_value(obj, "Bend", 0.2)
+    now = [0.0]
+    monkeypatch.setattr(part("live.mix_follower"), "clock", lambda: now[0])
+    follower = part("live.engine").follower_of(obj)
+    drafts = []
+    key = obj.data.shape_keys.key_blocks["Bend"]
+    monkeypatch.setattr(part("live.engine"), "follow_all", lambda: None)
+    for value in np.linspace(0.24, 0.52, 8):  # no time passes: it is dragged
+        key.value = value
+        follower.tick(obj)
+        while follower.is_working:
+            follower.tick(obj)
+        drafts.append(shown(obj))
+    assert not follower.is_caught_up
+    assert np.abs(drafts[-1] - expected).max() <= 2e-3 * DIAGONAL
+    now[0] += 10.0
+    while not follower.is_caught_up:
+        follower.tick(obj)
+    assert np.abs(drafts[-1] - shown(obj)).max() > 0.0
+    assert np.array_equal(shown(obj), expected)
+
+
 def test_the_ends_are_the_keys_themselves():
     obj = bending()
     obj.meanvalue.mix.is_on = True

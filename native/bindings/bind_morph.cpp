@@ -133,17 +133,18 @@ struct Call {
 };
 
 Call own_call(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
-              std::optional<double> tolerance, int max_iterations) {
+              std::optional<double> tolerance, int max_iterations, bool draft) {
     Call call{own_weights(weights, morpher.report().shape_count, morpher.report().vertex_count), {}, {}};
     if (start) call.start.emplace(PositionsArray(*start, "start").view());
     call.options.tolerance = tolerance;
     call.options.max_iterations = max_iterations;
+    call.options.is_draft = draft;
     return call;
 }
 
 Solution solve(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
-               std::optional<double> tolerance, int max_iterations, const SharedExecution& execution) {
-    const Call call = own_call(morpher, weights, start, tolerance, max_iterations);
+               std::optional<double> tolerance, int max_iterations, bool draft, const SharedExecution& execution) {
+    const Call call = own_call(morpher, weights, start, tolerance, max_iterations, draft);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return call.run(morpher, *held);
@@ -151,8 +152,8 @@ Solution solve(const Morpher& morpher, const py::object& weights, const std::opt
 
 Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weights,
                  const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
-                 const SharedExecution& execution) {
-    const auto call = std::make_shared<Call>(own_call(*morpher, weights, start, tolerance, max_iterations));
+                 bool draft, const SharedExecution& execution) {
+    const auto call = std::make_shared<Call>(own_call(*morpher, weights, start, tolerance, max_iterations, draft));
     const SharedExecution held = execution_or_new(execution);
     return {held, [morpher, call, held]() -> Task::Deliver {
                 const auto solution = std::make_shared<Solution>(call->run(*morpher, *held));
@@ -235,7 +236,7 @@ void bind_morph(py::module_& module) {
              (std::string("Bind shapes.\n\n") + kBindArguments).c_str())
         .def("solve", &solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("execution") = py::none(),
+             py::arg("draft") = defaults.is_draft, py::arg("execution") = py::none(),
              "The shape between all others, or beyond them.\n\n"
              "weights: (k,), one for each shape, or (k, n), one for each of its vertices as well; any numbers, also\n"
              "below 0 and above 1. Those of a vertex are divided by their sum. At 1 for one shape and 0 for the\n"
@@ -244,15 +245,18 @@ void bind_morph(py::module_& module) {
              "turn by more than 180 degrees between shapes.\n"
              "tolerance: stop when no vertex moves farther in a step than this share of the shape's diagonal; None:\n"
              "1e-4. max_iterations: the most; at the limit the best shape so far is returned.\n"
+             "draft: for a slider that is being dragged: few iterations, at a tolerance of 3e-3, from where the last "
+             "solve ended,\n"
+             "if that was of nearly the same weights, (k,). Solve once more without it for the result.\n"
              "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
              "Returns a Solution: vertices, energy, iterations, converged, ... Each part of the mesh is placed by "
              "the\n"
              "best fit of rotation and translation to the average positions. The result depends on the weights (and\n"
-             "start) alone, not on solves before. Threads may solve on one morpher side by side.\n"
+             "start) alone, not on solves before, but for drafts. Threads may solve on one morpher side by side.\n"
              "Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.")
         .def("start_solve", &start_solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("execution") = py::none(),
+             py::arg("draft") = defaults.is_draft, py::arg("execution") = py::none(),
              "As solve(), beside the interpreter. Returns a Task whose result is the Solution.\n\n"
              "Arrays are copied first. Raises InvalidInput for arrays of another form.")
         .def_property_readonly("report", &Morpher::report, py::return_value_policy::reference_internal,

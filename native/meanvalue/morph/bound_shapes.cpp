@@ -319,11 +319,12 @@ Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)
     energy = std::make_unique<DeformationEnergy>(
         bound.energy_of(encoding, cells, bound.unknowns, bound.springs, bound.diagonals[0], execution));
     energy_room = energy->make_workspace();
+    gradient.resize(static_cast<Eigen::Index>(bound.unknowns.free.size()), 3);
 }
 
 std::size_t Morpher::Workspace::bytes() const {
     return encoding.bytes() + cells.edges.capacity() * sizeof(Vector3) + energy->bytes() + energy_room.bytes() +
-           minimiser.bytes();
+           minimiser.bytes() + static_cast<std::size_t>(last.correction.size() + gradient.size()) * sizeof(double);
 }
 
 }  // namespace meanvalue

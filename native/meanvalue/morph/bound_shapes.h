@@ -79,6 +79,14 @@ struct Morpher::Bound {
                    Execution& execution) const;
 };
 
+/// What a draft goes on from: from one frame of a drag to the next, what the cells lack changes little.
+struct LastSolve {
+    Positions correction;         ///< n x 3: from where the cells put the vertices to where they ended
+    std::vector<double> weights;  ///< of the shapes; empty: none yet, or each vertex had its own
+
+    bool is_near(const ShapeWeights& others) const;
+};
+
 /// Of one solve at a time.
 struct Morpher::Workspace {
     Workspace(const Bound& bound, const Execution& execution);
@@ -91,6 +99,8 @@ struct Morpher::Workspace {
     std::unique_ptr<DeformationEnergy> energy;  // of `encoding` and `cells`
     DeformationEnergy::Workspace energy_room;
     Lbfgs minimiser;
+    LastSolve last;
+    Positions gradient;  // where one is not looked at
 };
 
 }  // namespace meanvalue

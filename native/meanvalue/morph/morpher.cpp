@@ -1,5 +1,7 @@
 #include "meanvalue/morph/morpher.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "meanvalue/common/detached_job.h"
@@ -16,6 +18,11 @@ constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step
 constexpr double kEnergyTolerance = 50.0;
 // A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
 constexpr double kNegligible = 0.3;
+// Of drafts; and they begin where the last solve ended if no more of all weight has moved since.
+constexpr double kDraftTolerance = 3e-3;
+constexpr double kNearWeights = 0.25;
+// Of a draft: near a shape with sharp joints it would be dozens; what is left is for the next frame.
+constexpr int kDraftIterations = 4;
 constexpr std::size_t kMostIdle = 2;
 
 /// Diagonals of the shapes at the size that they are put together at.
@@ -26,6 +33,14 @@ std::vector<double> sizes_over(std::vector<double> diagonals, const std::vector<
 }
 
 }  // namespace
+
+bool LastSolve::is_near(const ShapeWeights& others) const {
+    if (weights.empty() || !others.is_uniform()) return false;
+    double moved = 0.0;
+    for (std::size_t k = 0; k < weights.size(); ++k)
+        moved += 0.5 * std::abs(weights[k] - others.mean()[k]);
+    return moved < kNearWeights;
+}
 
 /// One solve.
 class Morpher::Solve {
@@ -48,12 +63,18 @@ class Morpher::Solve {
             blend(solution.timings);
             Positions guess = turn_cells(solution.timings);
             solution.vertices = guess;
+            follows_ = !start && options_.is_draft && work_.last.is_near(weights_);
+            work_.last.weights.clear();  // of a cancelled solve nothing is kept
             if (start) {
                 for (const Index v : bound_.unknowns.free)
                     solution.vertices.row(v) = start->row(v);
             }
             hold_at(guess);
             minimise(solution);
+            if (weights_.is_uniform()) {
+                work_.last.correction = solution.vertices - guess;
+                work_.last.weights = weights_.mean();
+            }
             if (bound_.springs.empty()) bound_.place(guess, {}, true, solution.vertices);
         }
         return solution;
@@ -95,18 +116,14 @@ class Morpher::Solve {
         const StageTimer timer(solution.timings, "minimise");
         work_.energy->refill(work_.cells, size_, threads_, execution_);
         LbfgsOptions options;
-        const double tolerance = options_.tolerance.value_or(kDefaultTolerance);
+        const double tolerance = options_.tolerance.value_or(options_.is_draft ? kDraftTolerance : kDefaultTolerance);
         options.step_tolerance = tolerance * size_;
         options.negligible_step = kNegligible * options.step_tolerance;
         options.energy_tolerance = bound_.rigidity > 0.0 ? kEnergyTolerance * tolerance : 0.0;
-        options.max_iterations = options_.max_iterations;
+        options.max_iterations =
+            options_.is_draft ? std::min(kDraftIterations, options_.max_iterations) : options_.max_iterations;
         options.threads = threads_;
-        const LbfgsReport report = work_.minimiser.minimise(
-            [&](const Positions& positions, Positions& gradient) {
-                return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_,
-                                              work_.energy_room);
-            },
-            {bound_.factor, work_.assembly.factor}, options, solution.vertices, execution_);
+        const LbfgsReport report = follows_ ? go_on(options, solution.vertices) : go_down(options, solution.vertices);
         solution.energies = report.energies;
         solution.initial_energy = report.energies.front();
         solution.energy = report.energies.back();
@@ -119,6 +136,29 @@ class Morpher::Solve {
                                                  : "no step lowers the energy further";
     }
 
+    double energy_at(const Positions& positions, Positions& gradient) {
+        return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_, work_.energy_room);
+    }
+
+    LbfgsReport go_down(const LbfgsOptions& options, Positions& positions) {
+        return work_.minimiser.minimise(
+            [this](const Positions& at, Positions& gradient) { return energy_at(at, gradient); },
+            {bound_.factor, work_.assembly.factor}, options, positions, execution_);
+    }
+
+    /// From the last correction where that is nearer than `positions`, where the cells are: towards a shape itself
+    /// these come to need none.
+    LbfgsReport go_on(const LbfgsOptions& options, Positions& positions) {
+        LbfgsOptions going_on = options;
+        going_on.keep_history = true;
+        going_on.highest_start = energy_at(positions, work_.gradient);
+        Positions nearer = positions + work_.last.correction;
+        LbfgsReport report = go_down(going_on, nearer);
+        if (report.is_refused) return go_down(options, positions);
+        positions = std::move(nearer);
+        return report;
+    }
+
     const Bound& bound_;
     Workspace& work_;
     const ShapeWeights& weights_;
@@ -127,6 +167,7 @@ class Morpher::Solve {
     int threads_;
     Bound::Overlay overlay_;
     double size_;
+    bool follows_ = false;  // begins where the last solve ended
 };
 
 Morpher::Morpher(const MorphBinding& binding, Execution& execution)
@@ -155,7 +196,7 @@ Solution Morpher::solve(const std::vector<double>& weights, const std::optional<
         Solution solution = Solve(*bound_, *workspace, normalised, options, execution).run(start);
         give_back(std::move(workspace));
         return solution;
-    } catch (...) {  // all of it is written anew by the next solve
+    } catch (...) {  // all that the next solve reads is written anew, or marked as not there
         give_back(std::move(workspace));
         throw;
     }

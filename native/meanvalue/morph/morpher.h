@@ -30,9 +30,12 @@ struct MorphBinding {
 };
 
 struct MorphOptions {
-    std::optional<double> tolerance;  ///< as SolveOptions::tolerance; none: 1e-4
+    std::optional<double> tolerance;  ///< as SolveOptions::tolerance; none: 1e-4, of drafts 3e-3
     int max_iterations = 1000;
     int threads = 0;  ///< 0: as many as it was bound with
+    /// For a slider that is being dragged: few iterations, from where the last solve ended if that was of nearly the
+    /// same weights. What it gives depends on that one.
+    bool is_draft = false;
 };
 
 /// What bind found, and what it cost.
@@ -46,7 +49,7 @@ struct MorphReport {
 };
 
 /// Several shapes of one mesh, encoded alike, to be mixed by weights: expensive to make, cheap to solve. What it
-/// gives depends on the weights alone, not on the solves before.
+/// gives depends on the weights alone, not on the solves before, but for drafts.
 class Morpher {
   public:
     /// @throws InvalidInput that names what is wrong with which shape, SolverFailure, Cancelled.

@@ -18,9 +18,8 @@ Index next_of(Index k, Index valence) {
     return k + 1 == valence ? 0 : k + 1;
 }
 
-double cotangent_weight(const Vector3& a, const Vector3& b) {
-    const double sine = a.cross(b).norm();
-    const double cosine = a.dot(b);
+/// @param sine, cosine of an angle, both times the product of the lengths of its sides.
+double cotangent_weight(double sine, double cosine) {
     const double cotangent = sine * kMostCotangent > cosine ? cosine / sine : kMostCotangent;
     return kCotangentScale * std::max(cotangent, kLeastCotangent);
 }
@@ -71,9 +70,11 @@ double measure_spokes(const Vector3* edges, Index valence, Spoke* spokes) {
         // The triangle of i and the ring's k and next; where an open ring is closed by its chord, that too.
         Spoke& here = spokes[k];
         Spoke& next = spokes[next_of(k, valence)];
-        here.rim = cotangent_weight(here.rest, next.rest);
-        here.spoke += cotangent_weight(next.rest, next.rest - here.rest);
-        next.spoke += cotangent_weight(here.rest, here.rest - next.rest);
+        const double area = here.rest.cross(next.rest).norm();  // twice: the same at all three corners
+        const Vector3 rim = next.rest - here.rest;
+        here.rim = cotangent_weight(area, here.rest.dot(next.rest));
+        here.spoke += cotangent_weight(area, next.rest.dot(rim));
+        next.spoke += cotangent_weight(area, -here.rest.dot(rim));
     }
     return length / valence;
 }
