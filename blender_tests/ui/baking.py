@@ -98,7 +98,7 @@ def sampling_is_seen_and_stopped(ui):
     background.SLICE_SECONDS = background.PATIENCE_SECONDS = 0.0
     try:
         yield from ui.invoke("meanvalue.bake")
-        yield from ui.wait_until(lambda: "sampling the handles" in _text(ui), "the status bar tells of it")
+        yield from ui.wait_until(lambda: "sampling the animation" in _text(ui), "the status bar tells of it")
         yield from ui.wait_until(lambda: bpy.context.scene.frame_current > 7, "frames pass")
         yield from ui.screenshot("bake_3_sampling")
         yield from ui.key('ESC')
@@ -130,7 +130,7 @@ def another_file_while_it_is_sampled(ui):
     background.SLICE_SECONDS = background.PATIENCE_SECONDS = 0.0
     try:
         yield from ui.invoke("meanvalue.bake")
-        yield from ui.wait_until(lambda: "sampling the handles" in _text(ui), "it samples")
+        yield from ui.wait_until(lambda: "sampling the animation" in _text(ui), "it samples")
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         yield
         yield
