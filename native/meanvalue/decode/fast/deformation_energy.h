@@ -26,8 +26,8 @@ struct FixedCoupling {
     }
 };
 
-/// What the constant matrix of DeformationEnergy is made of: for each vertex its row, for each half-edge of the encoding
-/// what it gives to that. All zero for vertices without a row.
+/// What the constant matrix of DeformationEnergy is made of: for each vertex its row, for each half-edge of the
+/// encoding what it gives to that. All zero for vertices without a row.
 struct QuadraticRows {
     std::vector<double> bending;  ///< n: a_i
     std::vector<double> weights;  ///< |Encoding::ring|: w_ik
