@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line of `./dev demo morph`, and its report."""
 
-import argparse
-import os
 import time
-from pathlib import Path
 
 import bpy
 import numpy as np
 
-from .. import built_in, pictures, pose, row, scene_mesh, stage
+from .. import built_in, common_options, pictures, pose, row, scene_mesh, stage
 from . import measures, subjects
 
 APART = 0.06  # left free between two figures, over the width of the widest
@@ -22,21 +19,8 @@ files and a report."""
 
 def options(argv):
     """The command line after `morph`."""
-    parser = argparse.ArgumentParser(prog="./dev demo morph", description=DESCRIPTION, allow_abbrev=False)
-    parser.add_argument(
-        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
-    )
-    parser.add_argument("--only", choices=tuple(subjects.MAKERS), help="just one of the three")
-    parser.add_argument(
-        "--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer"
-    )
-    parser.add_argument("--samples", metavar="N", type=int, default=16, help="Cycles samples per pixel; default: 16")
-    words = parser.parse_args(argv)
-    if words.samples < 1:
-        parser.error(f"--samples {words.samples}: at least 1 is needed")
-    words.output = (Path(os.environ.get("MEANVALUE_CALLED_FROM", ".")) / words.output).resolve()
-    words.engine = {"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine]
-    return words
+    parser = common_options.parser("morph", DESCRIPTION, subjects.MAKERS, "just one of the three")
+    return common_options.parse(parser, argv)
 
 
 def blocks(words, empty_scene):

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line of `./dev demo walk`, and its report."""
 
-import argparse
-import os
 import time
-from pathlib import Path
 
 import bpy
 
-from .. import pictures, row
+from .. import common_options, pictures, row
 from . import capture, gait, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
@@ -22,24 +19,11 @@ a report."""
 
 def options(argv):
     """The command line after `walk`."""
-    parser = argparse.ArgumentParser(prog="./dev demo walk", description=DESCRIPTION, allow_abbrev=False)
-    parser.add_argument(
-        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
-    )
-    parser.add_argument("--only", choices=tuple(subjects.GENERATED), help="just one of the three motions")
+    parser = common_options.parser("walk", DESCRIPTION, subjects.GENERATED, "just one of the three motions")
     parser.add_argument(
         "--data", action="store_true", help="also real captures on real bodies, from ../shared/data where that is there"
     )
-    parser.add_argument(
-        "--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer"
-    )
-    parser.add_argument("--samples", metavar="N", type=int, default=16, help="Cycles samples per pixel; default: 16")
-    words = parser.parse_args(argv)
-    if words.samples < 1:
-        parser.error(f"--samples {words.samples}: at least 1 is needed")
-    words.output = (Path(os.environ.get("MEANVALUE_CALLED_FROM", ".")) / words.output).resolve()
-    words.engine = {"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine]
-    return words
+    return common_options.parse(parser, argv)
 
 
 def blocks(words, empty_scene):
