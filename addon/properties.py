@@ -140,6 +140,7 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender
     anchors: StringProperty()
     roi: StringProperty()
     settings: StringProperty()
+    mirror: StringProperty()
     anchor_count: IntProperty()
     free_count: IntProperty()
     unheld_part_count: IntProperty()
@@ -172,6 +173,19 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     roi_invert: BoolProperty(
         name="Invert",
         description="The vertices outside the group may move, those in it stay in place",
+        update=_tell,
+    )
+    symmetric: EnumProperty(
+        name="Symmetric",
+        description="Pose both sides at once: what a handle does is done mirrored on the other side of the object's "
+        "origin. For meshes that are the same on both sides",
+        items=(
+            ('NONE', "Off", "Handles move what they hold"),
+            ('X', "X", "The left and the right side are mirrored"),
+            ('Y', "Y", "The front and the back are mirrored"),
+            ('Z', "Z", "Top and bottom are mirrored"),
+        ),
+        default='NONE',
         update=_tell,
     )
     method: EnumProperty(

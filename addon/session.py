@@ -63,20 +63,21 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
+    whole = bind_input.whole
     held = {
-        "handles": bind_input.pieces if bind_input.rigid_pieces else None,
+        "handles": whole.pieces if bind_input.rigid_pieces else None,
         "rigidity": bind_input.rigidity,
-        **({} if bind_input.strengths is None else {"strengths": bind_input.strengths}),
+        **({} if whole.strengths is None else {"strengths": whole.strengths}),
     }
     if known is not None:
-        task = call(known.deformer.start_rebind, bind_input.anchors, execution=execution, **held)
+        task = call(known.deformer.start_rebind, whole.anchors, execution=execution, **held)
     else:
         task = call(
             native_loader.module().start_bind,
-            bind_input.rest.astype(np.float64),
-            triangles,
-            bind_input.anchors,
-            roi=None if bind_input.roi.all() else bind_input.roi,
+            whole.rest,
+            whole.triangles(triangles),
+            whole.anchors,
+            roi=None if whole.roi.all() else whole.roi,
             method=bind_input.method,
             portable=portable,
             execution=execution,
@@ -84,7 +85,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
         )
     yield task
     deformer = call(task.result)
-    summary = result.BindSummary.of(deformer.report)
+    summary = whole.without_images(result.BindSummary.of(deformer.report))
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
@@ -94,7 +95,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
 
 
 def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=None):
-    """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary).
+    """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary). What is mirrored is so to the last bit.
 
     goal: a bridge.targets.Targets; start: n x 3 float64, an earlier result to go on from;
     settle: see the native Deformer. Without a start the result is the same for the same arguments; with one, within the
@@ -102,38 +103,40 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
 
     @throws SolverError, CancelledError.
     """
+    whole = bind_input.whole
     task = call(
         binding.deformer.start_solve,
-        np.ascontiguousarray(goal.positions, np.float64),
-        weights=goal.weights,
-        start=start,
+        np.ascontiguousarray(whole.targets(goal.positions), np.float64),
+        weights=whole.weights(goal.weights),
+        start=whole.start(start),
         settle=settle,
         execution=execution,
         refused=REFUSED_POSE,
     )
     yield task
     solution = call(task.result, refused=REFUSED_POSE)
-    summary = result.SolveSummary.of(solution, bind_input.diagonal)
+    summary = result.SolveSummary.of(solution, whole.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
             f"The solver gave positions that are not numbers ({summary.text()}). Move the anchors closer to the rest "
             "shape, or add anchors"
         )
-    return solution.vertices, summary
+    return whole.cut_back(solution.vertices), summary
 
 
-def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
-    """Steps (see workers.job) to the native Sequence of rows `frames`, (begin, end), of a clip.
+def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
+    """Steps (see workers.job) to (r x n x 3 float32, native Sequence) of rows `frames`, (begin, end), of a clip.
 
     targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None. Rows that could
     not be solved are told in its `errors`.
 
     @throws SolverError, CancelledError.
     """
+    whole = bind_input.whole
     task = call(
         binding.deformer.start_solve_sequence,
-        np.ascontiguousarray(targets, np.float64),
-        weights=weights,
+        np.ascontiguousarray(whole.targets(targets), np.float64),
+        weights=whole.weights(weights),
         frames=frames,
         chunk=chunk,
         overlap=overlap,
@@ -142,7 +145,8 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
         refused=REFUSED_POSE,
     )
     yield task
-    return call(task.result, refused=REFUSED_POSE)
+    sequence = call(task.result, refused=REFUSED_POSE)
+    return whole.cut_back_rows(sequence.vertices), sequence
 
 
 def forget(fingerprint):

@@ -35,8 +35,9 @@ def solve_rows(binding, bind_input, targets, weights, begin, end, execution, thr
 
     @throws SolverError, CancelledError.
     """
-    sequence = yield from session.sequence_steps(
+    vertices, sequence = yield from session.sequence_steps(
         binding,
+        bind_input,
         targets,
         weights,
         frames=(begin, end),
@@ -47,20 +48,21 @@ def solve_rows(binding, bind_input, targets, weights, begin, end, execution, thr
     )
     errors = [""] * (end - begin)
     for row in range(end - begin):
-        if not np.isfinite(sequence.vertices[row]).all():
+        if not np.isfinite(vertices[row]).all():
             errors[row] = NOT_NUMBERS
     for row, message in sequence.errors:
         errors[row - begin] = message
-    energies = (np.asarray(sequence.energies) / bind_input.diagonal**2).tolist()
+    energies = (np.asarray(sequence.energies) / bind_input.whole.diagonal**2).tolist()
+    wanted = bind_input.whole.met(targets[begin:end])
     report = {
-        "distances": _distances(sequence.vertices[:, bind_input.anchors], targets[begin:end], weights, begin).tolist(),
+        "distances": _distances(vertices[:, bind_input.anchors], wanted, weights, begin).tolist(),
         "energies": [energy if np.isfinite(energy) else None for energy in energies],
         "iterations": [int(count) for count in sequence.iterations],
         "converged": [bool(is_converged) for is_converged in sequence.converged],
         "errors": errors,
     }
     assert tuple(report) == REPORTED
-    return SolvedRows(sequence.vertices, report)
+    return SolvedRows(vertices, report)
 
 
 def _distances(placed, wanted, weights, begin):

@@ -2,10 +2,10 @@
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
 from .. import ids
-from ..core import springs, wording
+from ..core import mirroring, springs, wording
 from ..core.bind_input import BindInput, anchor_layout, region_mask
 from ..errors import SceneError
-from . import controls, marker_pairs, shape_keys, targets, vertex_groups
+from . import controls, marker_pairs, mirrors, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
 
 
@@ -72,13 +72,17 @@ def gather(obj, reading=None):
     region_name = settings.roi_group
     _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
     anchors, pieces = anchor_layout([members[name] for name in names])
-    roi = region_mask(len(obj.data.vertices), members.get(region_name), settings.roi_invert)
+    rest = shape_keys.rest_positions(obj.data)
+    planes, twins = mirrors.gather(obj, rest, corners, starts)
+    region = mirrors.with_twins(obj, members.get(region_name), twins)
+    roi = region_mask(len(obj.data.vertices), region, settings.roi_invert)
+    planes, twins = mirroring.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     soft = [group.strength if group.is_soft else None for group in groups]
     if rigidity is None and any(group.is_soft for group in groups):
         raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
     bind_input = BindInput(
-        rest=shape_keys.rest_positions(obj.data),
+        rest=rest,
         face_corners=corners,
         face_starts=starts,
         anchors=anchors,
@@ -88,6 +92,8 @@ def gather(obj, reading=None):
         rigid_pieces=any(group.follows != 'SHAPE' for group in groups),
         rigidity=rigidity,
         strengths=springs.strengths(pieces, soft, rigidity, int(roi.sum())),
+        planes=planes,
+        twins=twins,
     )
     bind_input.check()
     return bind_input

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import SceneError
-from . import fixed_points, wording
+from . import fixed_points, mirroring, wording
 from .fingerprint import Fingerprint, digest
 
 
@@ -25,6 +25,10 @@ class BindInput:
     pieces        k int32, number of the enabled group that each anchor belongs to
     rigid_pieces  whether the anchors of a group move as one; else the solver finds out what belongs together
     strengths     k float64, stiffness of the springs of soft anchors, infinite for hard ones; None if all are hard
+    planes        p x 4 float64, unit normal and distance of each plane that mirrors the mesh; None if none does. They
+                  stand at right angles to each other
+    twins         p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where
+                  the image is a vertex that the mesh does not have. None if there are no planes
     """
 
     rest: np.ndarray
@@ -37,6 +41,8 @@ class BindInput:
     rigid_pieces: bool = False
     rigidity: float | None = None
     strengths: np.ndarray | None = None
+    planes: np.ndarray | None = None
+    twins: np.ndarray | None = None
 
     @cached_property
     def fingerprint(self):
@@ -47,12 +53,18 @@ class BindInput:
             rest_shape=digest(self.rest),
             anchors=digest(
                 self.anchors,
-                *([self.pieces] if self.rigid_pieces else []),
+                *([self.pieces] if self.rigid_pieces or self.planes is not None else []),
                 *([] if self.strengths is None else [self.strengths]),
             ),
             roi=digest(np.packbits(self.roi)),
             settings=digest(f"method={self.method} rigidity={self.rigidity}"),
+            mirror="" if self.planes is None else digest(self.planes, self.twins),
         )
+
+    @cached_property
+    def whole(self):
+        """What goes to the solver, see core.mirroring."""
+        return mirroring.of(self)
 
     @cached_property
     def hard_anchors(self):
@@ -114,9 +126,10 @@ class BindInput:
                 "Nothing is free to move: every vertex of the region is an anchor. "
                 "Take vertices out of the anchor groups or enlarge the region"
             )
-        if not fixed_points.span_a_plane(self.rest[self.is_held]):
+        held = self.whole.held_rest
+        if not fixed_points.span_a_plane(held):
             raise SceneError(
-                f"{wording.counted(int(self.is_held.sum()), 'fixed point')} cannot hold the mesh: it needs at least "
+                f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "
                 "three that are not in one line (anchors and vertices outside the region count). "
                 "Add anchor vertices, or choose a region that leaves some vertices out"
             )

@@ -23,6 +23,7 @@ class StaleReason(enum.Enum):
     ANCHORS = "anchors changed"
     ROI = "region changed"
     SETTINGS = "settings changed"
+    MIRROR = "mirror planes changed"
 
 
 #: After these the anchors may no longer mean the same vertices: the artist must look and bind again.
@@ -40,6 +41,7 @@ class Fingerprint:
     anchors: str
     roi: str
     settings: str
+    mirror: str = ""
 
     @property
     def key(self):
@@ -48,8 +50,8 @@ class Fingerprint:
 
     @property
     def shape_key(self):
-        """The same of the mesh and its region alone, whatever is anchored in it."""
-        return (self.vertex_count, self.face_count, self.faces, self.rest_shape, self.roi)
+        """The same of the mesh, what mirrors it and its region alone, whatever is anchored in it."""
+        return (self.vertex_count, self.face_count, self.faces, self.rest_shape, self.roi, self.mirror)
 
 
 def digest(*parts):
@@ -79,6 +81,7 @@ def stale_reasons(bound, now):
         (StaleReason.ANCHORS, bound.anchors, now.anchors),
         (StaleReason.ROI, bound.roi, now.roi),
         (StaleReason.SETTINGS, bound.settings, now.settings),
+        (StaleReason.MIRROR, bound.mirror, now.mirror),
     )
     return tuple(reason for reason, before, after in pairs if before != after)
 
@@ -100,6 +103,6 @@ def describe(reasons, bound, now):
         parts.append(f"the {wording.counted(now.face_count, 'face')} join the vertices in another way")
     if StaleReason.REST_SHAPE in reasons:
         parts.append("the rest shape was edited")
-    others = (StaleReason.ANCHORS, StaleReason.ROI, StaleReason.SETTINGS)
+    others = (StaleReason.ANCHORS, StaleReason.ROI, StaleReason.SETTINGS, StaleReason.MIRROR)
     parts.extend(f"the {reason.value}" for reason in others if reason in reasons)
     return wording.listed(parts)

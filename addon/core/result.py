@@ -12,12 +12,17 @@ def compose(bind_input, targets, solved):
     """n x 3 float32 for the result key.
 
     Free vertices are where the solver put them. What is fixed is copied, not converted there and back, so it keeps
-    its bits: hard anchors those of their targets (k x 3), all else those of the rest shape.
+    its bits: hard anchors those of their targets (k x 3) as far as mirroring lets them go there, all else those of the
+    rest shape.
     """
-    positions = solved.astype(np.float32)
+    positions = np.array(solved, np.float32)
     positions[bind_input.fixed] = bind_input.fixed_rest
-    positions[bind_input.hard_vertices] = targets[bind_input.hard_anchors]
+    positions[bind_input.hard_vertices] = bind_input.whole.met(targets)[bind_input.hard_anchors]
     return positions
+
+
+#: An anchor farther from its target than this share of the size is told of.
+VISIBLE_MISS = 1e-4
 
 
 def pose_warnings(bind_input, targets, pose=None):
@@ -39,13 +44,21 @@ def pose_warnings(bind_input, targets, pose=None):
 
 
 def torn_notes(bind_input, targets):
-    """A sentence on k x 3 `targets` that move anchors which nothing can follow."""
+    """Sentences on k x 3 `targets` that move anchors which nothing can follow, or which cannot go there."""
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
         yield (
             f"{wording.counted(torn, 'moved anchor')} outside the region: the vertices around stay in place, which "
             "tears the surface there. Take the surroundings into the region"
+        )
+    missed = np.abs(bind_input.whole.met(targets) - targets).max(axis=1, initial=0.0)
+    kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
+    if kept_back:
+        yield (
+            f"Mirroring keeps {wording.counted(kept_back, 'anchor')} from where {'its' if kept_back == 1 else 'their'} "
+            "handle is: in the mirror plane vertices only slide, and of two handles on mirrored places the upper one "
+            "in the list leads"
         )
 
 

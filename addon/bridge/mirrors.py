@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What mirrors an object's mesh: Mirror modifiers, and the switch Symmetric."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core import fixed_points, twins, wording
+from ..errors import SceneError
+
+#: Without Merge a Mirror modifier joins nothing, but what lies in its plane to this share of the size is a seam.
+IN_PLANE = 1e-5
+
+#: Planes that stand at right angles, to rounding of single precision, as a cosine.
+RIGHT_ANGLE = 1e-5
+
+#: Modifiers above a Mirror that leave the vertices where they are. A Mesh Cache stands for the pose below it.
+KEEPING = {
+    'DATA_TRANSFER', 'MESH_CACHE', 'NORMAL_EDIT', 'UV_PROJECT', 'UV_WARP', 'VERTEX_WEIGHT_EDIT', 'VERTEX_WEIGHT_MIX',
+    'VERTEX_WEIGHT_PROXIMITY', 'WEIGHTED_NORMAL',
+}  # fmt: skip
+
+AXES = 'XYZ'
+
+
+@dataclass(frozen=True)
+class Plane:
+    """In object space. normal: unit; reach: a vertex no farther is joined to its image, None for what lies in it."""
+
+    normal: tuple
+    distance: float
+    reach: float | None
+
+    @property
+    def row(self):
+        return (*self.normal, self.distance)
+
+
+def signature(obj):
+    """All that gather() depends on beside the mesh: quick to compare, and Blender does not tell of all of it."""
+    return obj.meanvalue.symmetric, tuple(_read(obj)[0])
+
+
+def notes(obj):
+    """Sentences on mirrors that are not taken into account. Cheap enough for drawing."""
+    return _read(obj)[1]
+
+
+def gather(obj, rest, corners, starts):
+    """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError."""
+    planes, joined = [], []
+    for plane in _read(obj)[0]:
+        reach = plane.reach
+        if reach is None:
+            reach = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
+        apart = np.abs(rest.astype(np.float64) @ plane.normal - plane.distance)
+        if (apart <= reach).any():  # else there is no seam: the halves know nothing of each other
+            planes.append(plane.row)
+            joined.append(np.where(apart <= reach, np.arange(len(rest), dtype=np.int32), np.int32(-1)))
+    symmetric = _symmetry(obj, planes)
+    if symmetric is not None:
+        partners = _twins(obj, rest, corners, starts, symmetric)
+        for index, seam in enumerate(joined):
+            is_seam = (seam >= 0) | (seam[partners] >= 0)
+            joined[index] = np.where(is_seam, np.arange(len(rest), dtype=np.int32), np.int32(-1))
+        planes.append(symmetric)
+        joined.append(partners)
+    return (np.array(planes), np.array(joined)) if planes else (None, None)
+
+
+def with_twins(obj, members, twins_of_planes):
+    """Vertex indices of the region's group and, if the object is Symmetric, their mirror images."""
+    if obj.meanvalue.symmetric == 'NONE' or twins_of_planes is None or members is None:
+        return members
+    partners = twins_of_planes[-1]
+    return np.union1d(members, partners[members][partners[members] >= 0]).astype(np.int32)
+
+
+def unpaired(obj, rest, corners, starts):
+    """Indices of the vertices that have no mirror image across the plane of Symmetric."""
+    return np.flatnonzero(twins.find(rest, corners, starts, _symmetric_row(obj)) < 0)
+
+
+def _read(obj):
+    """([Plane], [sentence])."""
+    planes, found = [], []
+    is_below = None  # the first modifier that moves or makes vertices
+    for modifier in obj.modifiers:
+        if modifier.type == 'MIRROR':
+            _read_modifier(obj, modifier, is_below, planes, found)
+        elif modifier.show_viewport and modifier.type not in KEEPING and is_below is None:
+            is_below = modifier.name
+    return planes, found
+
+
+def _read_modifier(obj, modifier, below, planes, found):
+    name = f"The seam of Mirror '{modifier.name}' is not held"
+    if not modifier.show_viewport:
+        if modifier.show_render:
+            found.append(f"{name}: it is off in the viewport and on in renders. Turn it on to pose with it")
+        return
+    if below is not None:
+        found.append(f"{name}: '{below}' comes before it. Move it to the top of the stack")
+        return
+    axes = [axis for axis in range(3) if modifier.use_axis[axis]]
+    if any(modifier.use_bisect_axis[axis] for axis in axes):
+        found.append(f"{name}: it cuts the mesh. Turn Bisect off, or delete the half that it cuts away")
+        return
+    reach = 0.5 * modifier.merge_threshold if modifier.use_mirror_merge else None
+    for axis in axes:
+        plane = _plane(obj, modifier.mirror_object, axis, reach)
+        if plane is None:
+            found.append(f"{name}: '{modifier.mirror_object.name}' mirrors '{obj.name}' askew, by uneven scales")
+            return
+        if not all(_is_square(plane.normal, other.normal) for other in planes):
+            found.append(f"{name}: its plane does not stand at right angles to that of another Mirror")
+            return
+        planes.append(plane)
+
+
+def _plane(obj, mirror, axis, reach):
+    """The Plane of a Mirror modifier, as Blender computes it; None if images are not congruent in object space."""
+    if mirror is None:
+        return Plane(tuple(float(axis == each) for each in range(3)), 0.0, reach)
+    to_object = np.array(obj.matrix_world.inverted_safe() @ mirror.matrix_world)
+    if abs(np.linalg.det(to_object[:3, :3])) < 1e-30:
+        return None
+    across = to_object[:3, axis] / np.linalg.norm(to_object[:3, axis])
+    normal = np.linalg.inv(to_object[:3, :3])[axis]
+    normal = normal / np.linalg.norm(normal)
+    if np.linalg.norm(np.cross(across, normal)) > RIGHT_ANGLE:
+        return None
+    step = 1e-6 * max(1e-30, np.abs(np.array([*obj.matrix_world.translation, *mirror.matrix_world.translation])).max())
+    distance = round(float(normal @ to_object[:3, 3]) / step) * step  # noise of the matrices is no new plane
+    return Plane(tuple(float(round(each, 6)) for each in normal), distance, reach)
+
+
+def _is_square(first, second):
+    return abs(np.dot(first, second)) < RIGHT_ANGLE
+
+
+def _symmetric_row(obj):
+    return (*(float(obj.meanvalue.symmetric == each) for each in AXES), 0.0)
+
+
+def _symmetry(obj, planes):
+    """The row of the plane of Symmetric; None if it is off, or a Mirror modifier has the same. @throws SceneError."""
+    if obj.meanvalue.symmetric == 'NONE':
+        return None
+    row = _symmetric_row(obj)
+    for plane in planes:
+        if np.allclose(np.abs(plane[:3]), row[:3], atol=RIGHT_ANGLE) and abs(plane[3]) < 1e-9:
+            return None
+        if not _is_square(plane[:3], row[:3]):
+            raise SceneError(
+                f"Symmetric {obj.meanvalue.symmetric} does not stand at right angles to the plane of the Mirror "
+                "modifier. Choose another axis, or turn Symmetric off"
+            )
+    return row
+
+
+def _twins(obj, rest, corners, starts, row):
+    partners = twins.find(rest, corners, starts, row)
+    missing = np.flatnonzero(partners < 0)
+    if len(missing):
+        raise SceneError(
+            f"{len(missing):,} of {wording.vertices(len(rest))} (the first is {missing[0]}) have no mirror image across "
+            f"{obj.meanvalue.symmetric}, within {twins.TOLERANCES[-1]:.1%} of the size. Press Select Unpaired to see "
+            "them, use Mesh > Snap to Symmetry or Symmetrize in Edit Mode, or turn Symmetric off"
+        )
+    return partners

@@ -1,0 +1,402 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/core/mirroring.py: a part of a body, solved with its images, is the body solved as a whole."""
+
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+import meanvalue
+from support.mirrored_bodies import body, part
+
+from addon.core import mirroring, springs, twins
+from addon.core.bind_input import BindInput
+from addon.errors import SceneError
+
+AXES = [(0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2)]
+
+
+def unit(axis):
+    return np.eye(3)[axis]
+
+
+def rows(axes):
+    return np.array([(*unit(axis), 0.0) for axis in axes])
+
+
+def faces(triangles):
+    return triangles.ravel().astype(np.int32), np.arange(0, triangles.size, 3, dtype=np.int32)
+
+
+def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None, roi=None):
+    """groups: lists of vertex numbers."""
+    anchors = np.sort(np.concatenate(groups)).astype(np.int32)
+    pieces = np.array([next(n for n, group in enumerate(groups) if each in group) for each in anchors], np.int32)
+    corners, starts = faces(triangles)
+    roi = np.ones(len(vertices), bool) if roi is None else roi
+    return BindInput(
+        rest=vertices.astype(np.float32),
+        face_corners=corners,
+        face_starts=starts,
+        anchors=anchors,
+        roi=roi,
+        method="fast",
+        pieces=pieces,
+        rigid_pieces=True,
+        rigidity=10.0,
+        strengths=springs.strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum())),
+        planes=planes,
+        twins=joined,
+    )
+
+
+def half(vertices, triangles, axes, groups_of, **options):
+    """(numbers, triangles, BindInput) of the part above zero; groups_of(vertices): lists of vertex numbers."""
+    numbers, own = part(vertices, triangles, axes)
+    cut = vertices[numbers]
+    joined = [np.where(np.abs(cut[:, axis]) < 1e-6, np.arange(len(cut)), -1).astype(np.int32) for axis in axes]
+    return numbers, own, bind_input(cut, own, groups_of(cut), rows(axes), np.array(joined), **options)
+
+
+def kinds(vertices):
+    """n: 0 at the top and 1 around the middle, which the seam goes through, 2 at the side, apart from it; else -1."""
+    side, height = np.abs(vertices[:, 0]), vertices[:, 2] / 2.0
+    return np.select([height > 0.75, np.abs(height) < 0.05, (side > 0.6) & (height > 0.1)], [0, 1, 2], -1)
+
+
+def three_handles(vertices):
+    return [np.flatnonzero(kinds(vertices) == kind) for kind in range(3)]
+
+
+def solved(given, triangles, positions, weights=None):
+    """n x 3 and the Deformer: as session.solve_steps."""
+    whole = given.whole
+    deformer = meanvalue.Deformer(
+        whole.rest,
+        whole.triangles(triangles),
+        whole.anchors,
+        roi=None if whole.roi.all() else whole.roi,
+        handles=whole.pieces,
+        rigidity=given.rigidity,
+        strengths=whole.strengths,
+    )
+    solution = deformer.solve(whole.targets(positions), weights=whole.weights(weights))
+    return whole.cut_back(solution.vertices), solution, deformer
+
+
+def moves(points):
+    """k x 3: what bends the top forward and lifts it, and pulls the side out."""
+    kind = kinds(points)[:, None]
+    cos, sin = np.cos(0.6), np.sin(0.6)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
+    lifted = (points - [0.0, 0.0, 1.2]) @ turn.T + [0.0, 0.0, 1.5] - points
+    return np.where(kind == 0, lifted, np.where(kind == 2, [0.3, 0.1, 0.0], 0.0))
+
+
+def bent(given):
+    return given.anchor_rest + moves(given.anchor_rest)
+
+
+@pytest.mark.parametrize("axes", AXES)
+def test_the_whole_of_a_part_is_the_body(axes):
+    vertices, triangles = body()
+    numbers, own, given = half(vertices, triangles, axes, three_handles)
+    whole = given.whole
+    assert len(whole.rest) == len(vertices)
+    assert np.allclose(np.sort(np.round(whole.rest, 5), axis=0), np.sort(np.round(vertices, 5), axis=0), atol=2e-5)
+    assert np.allclose(whole.rest[: len(numbers)], given.rest, atol=1e-7)
+    built = whole.triangles(own)
+    assert len(built) == len(triangles)
+    assert volume(whole.rest, built) == pytest.approx(volume(vertices, triangles), rel=1e-5)
+    edges = np.sort(np.concatenate([built[:, [0, 1]], built[:, [1, 2]], built[:, [2, 0]]]), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+
+
+def volume(vertices, triangles):
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+
+def posed_as_a_whole(vertices, triangles, axes, soft):
+    """As an artist would do it with the modifier applied: each side of a handle set and moved by hand."""
+    kind = kinds(vertices)
+    signs = np.sign(np.round(vertices[:, axes], 6))
+    side_of = signs[:, 0] if 0 in axes else np.ones(len(kind))  # the handle at the side does not reach that plane
+    sides = np.unique(side_of[kind == 2])
+    groups = [np.flatnonzero(kind == 0), np.flatnonzero(kind == 1)]
+    groups += [np.flatnonzero((kind == 2) & (side_of == side)) for side in sides]
+    sliders = soft and [*soft[:2], *[soft[2]] * len(sides)]
+    given = bind_input(vertices, triangles, groups, soft=sliders)
+    folded = given.anchor_rest.copy()
+    folded[:, axes] = np.abs(folded[:, axes])
+    moved = moves(folded)
+    moved[:, axes] *= signs[given.anchors]
+    return solved(given, triangles, given.anchor_rest + moved)[0]
+
+
+@pytest.mark.parametrize("soft", [None, [0.6, None, 0.4]])
+@pytest.mark.parametrize("axes", [(0,), (1,), (0, 1)])
+def test_a_part_is_posed_as_the_body(axes, soft):
+    vertices, triangles = body()
+    numbers, own, given = half(vertices, triangles, axes, three_handles, soft=soft)
+    positions = bent(given)
+    found, _solution, _ = solved(given, own, positions)
+    if axes == (0,) and soft is None:
+        assert np.abs(found[given.anchors] - positions).max() < 1e-12  # nothing asks to leave the plane
+    truth = posed_as_a_whole(vertices, triangles, axes, soft)
+    assert np.abs(truth[numbers] - found).max() < 2e-3 * given.diagonal
+    assert np.abs(np.array(found) - given.rest).max() > 0.05
+
+
+@pytest.mark.parametrize("axes", AXES)
+def test_the_seam_stays_in_its_planes(axes):
+    vertices, triangles = body()
+    _numbers, own, given = half(vertices, triangles, axes, three_handles)
+    positions = bent(given) + [0.2, -0.3, 0.1]
+    found, _solution, _ = solved(given, own, positions)
+    for plane, twin in zip(given.planes, given.twins):
+        seam = twin >= 0
+        assert np.abs(found[seam] @ plane[:3]).max() < 1e-7
+        along = (found - given.rest)[seam] @ (1.0 - np.abs(plane[:3]))
+        assert np.abs(along).max() > 0.05  # they slide
+
+
+def test_without_the_images_the_seam_opens():
+    vertices, triangles = body()
+    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    alone = bind_input(given.rest, own, three_handles(given.rest))
+    found, _solution, _ = solved(alone, own, bent(alone))
+    assert np.abs(found[given.twins[0] >= 0][:, 0]).max() > 1e-2
+
+
+def test_at_rest_nothing_moves():
+    vertices, triangles = body()
+    _numbers, own, given = half(vertices, triangles, (0, 1), three_handles)
+    found, _solution, _ = solved(given, own, given.anchor_rest)
+    assert np.abs(found - given.rest).max() < 1e-6
+    assert np.array_equal(given.whole.met(given.anchor_rest), given.anchor_rest)
+
+
+def test_a_seam_handle_only_slides_in_the_plane():
+    vertices, triangles = body()
+    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
+    in_plane = np.abs(given.anchor_rest[:, 0]) < 1e-6
+    met = given.whole.met(given.anchor_rest + [0.5, 0.25, 0.125])
+    assert np.allclose(met[in_plane] - given.anchor_rest[in_plane], [0.0, 0.25, 0.125])
+    assert np.allclose(met[~in_plane] - given.anchor_rest[~in_plane], [0.5, 0.25, 0.125])
+
+
+def test_a_seam_off_its_plane_is_solved_in_it_and_keeps_its_offset():
+    vertices, triangles = body()
+    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    rest = given.rest.copy()
+    seam = given.twins[0] >= 0
+    rest[seam, 0] += np.float32(4e-4)
+    off = bind_input(rest, own, three_handles(given.rest), given.planes, given.twins)
+    assert np.abs(off.whole.rest[: len(rest)][seam, 0]).max() == 0.0
+    found, _solution, _ = solved(off, own, off.anchor_rest)
+    assert np.abs(found - rest).max() < 1e-6
+    found, _solution, _ = solved(off, own, bent(off))
+    assert np.abs(found[seam, 0] - np.float32(4e-4)).max() < 1e-7
+
+
+def test_images_of_a_handle_are_one_with_it_only_where_they_touch():
+    vertices, triangles = body()
+    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
+    whole = given.whole
+    found = kinds(whole.rest[whole.anchors])
+    assert [len(np.unique(whole.pieces[found == kind])) for kind in range(3)] == [1, 1, 2]
+    assert len(np.unique(whole.pieces)) == 4
+
+
+def test_strengths_are_those_of_the_body():
+    vertices, triangles = body()
+    sliders = [0.6, None, 0.4]
+    _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=sliders)
+    whole = given.whole
+    found = kinds(whole.rest[whole.anchors])
+    of_pieces = [sliders[found[whole.pieces == piece][0]] for piece in range(whole.pieces.max() + 1)]
+    expected = springs.strengths(whole.pieces, of_pieces, 10.0, len(whole.rest))
+    assert np.isinf(expected).any() and np.isfinite(expected).any()
+    assert np.allclose(whole.strengths, expected)
+
+
+def test_influences_are_those_of_what_is_mirrored():
+    vertices, triangles = body()
+    _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=[0.6, 0.2, 0.4])
+    weights = np.linspace(0.0, 1.0, len(given.anchors))
+    whole = given.whole
+    doubled = whole.weights(np.stack([weights, weights**2]))
+    assert doubled.shape == (2, len(whole.anchors)) and whole.weights(None) is None
+    for anchor, weight in zip(given.anchors, weights):
+        image = np.abs(np.abs(whole.rest[whole.anchors, 0]) - whole.rest[anchor, 0]) < 1e-6
+        image &= (np.abs(whole.rest[whole.anchors, 1:] - whole.rest[anchor, 1:]) < 1e-6).all(axis=1)
+        assert image.sum() == (1 if whole.rest[anchor, 0] == 0.0 else 2)
+        assert np.allclose(doubled[:, image], [[weight], [weight**2]])
+
+
+def test_the_answer_of_a_drag_is_gone_on_with_exactly():
+    """Else the solver would not know the drag again (decision 0012)."""
+    vertices, triangles = body()
+    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    found, solution, deformer = solved(given, own, bent(given))
+    assert np.array_equal(given.whole.start(found), solution.vertices)
+    other = given.whole.start(np.array(found))
+    assert np.abs(other - solution.vertices).max() < 1e-3
+    again = deformer.solve(given.whole.targets(bent(given)), start=other)
+    assert np.abs(given.whole.cut_back(again.vertices) - found).max() < 1e-3 * given.diagonal
+
+
+# -- symmetric by itself ---------------------------------------------------------------------------------------------
+
+
+def symmetric(vertices, triangles, groups, axis=0, **options):
+    corners, starts = faces(triangles)
+    found = twins.find(vertices.astype(np.float32), corners, starts, (*unit(axis), 0.0))
+    return bind_input(vertices, triangles, groups, rows([axis]), found[None], **options)
+
+
+def shuffled(vertices, triangles, seed=3):
+    order = np.random.default_rng(seed).permutation(len(vertices))
+    new = np.argsort(order)
+    return vertices[order], new[triangles].astype(np.int32)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_twins_are_found(axis):
+    vertices, triangles = shuffled(*body())
+    found = twins.find(vertices.astype(np.float32), *faces(triangles), (*unit(axis), 0.0))
+    assert (found[found] == np.arange(len(vertices))).all()
+    assert np.abs(vertices[found] * (1.0 - 2.0 * unit(axis)) - vertices).max() < 1e-6
+
+
+def test_twins_in_a_mesh_that_is_nearly_symmetric():
+    vertices, triangles = shuffled(*body())
+    size = np.linalg.norm(np.ptp(vertices, axis=0))
+    noise = np.random.default_rng(1).uniform(-1.0, 1.0, vertices.shape) * 2e-4 * size
+    found = twins.find((vertices + noise).astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0))
+    assert np.array_equal(found, twins.find(vertices.astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0)))
+
+
+def test_twins_of_split_edges_follow_the_faces():
+    vertices, triangles = body()
+    own = vertices[triangles].reshape(-1, 3)  # every triangle has corners of its own
+    split = np.arange(len(own), dtype=np.int32).reshape(-1, 3)
+    found = twins.find(own.astype(np.float32), *faces(split), (1.0, 0.0, 0.0, 0.0))
+    assert (found >= 0).all()
+    images = np.sort(found[split], axis=1)
+    assert len(np.unique(images // 3)) == len(split) and (images // 3 == images[:, :1] // 3).all()
+
+
+def test_what_has_no_twin_is_told():
+    vertices, triangles = body()
+    away = np.argmax(vertices[:, 0])
+    vertices[away] += [0.0, 0.0, 0.05]
+    found = twins.find(vertices.astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0))
+    assert np.count_nonzero(found < 0) == 2 and found[away] == -1
+
+
+def test_a_handle_on_one_side_moves_both_alike():
+    vertices, triangles = shuffled(*body())
+    groups = [np.flatnonzero(vertices[:, 2] < -1.5), np.flatnonzero(vertices[:, 0] > 0.7)]
+    given = symmetric(vertices, triangles, groups)
+    positions = given.anchor_rest.copy()
+    positions[given.pieces == 1] += [0.4, 0.2, 0.3]
+    found, _solution, _ = solved(given, triangles, positions)
+    assert len(given.whole.rest) == len(vertices) and len(given.whole.triangles(triangles)) == len(triangles)
+    mirrored = found[given.twins[0]] * [-1.0, 1.0, 1.0]
+    assert np.abs(mirrored - found).max() < 1e-6
+    assert np.abs(found[groups[1]] - given.rest[groups[1]] - [0.4, 0.2, 0.3]).max() < 1e-6
+    other = given.twins[0][groups[1]]
+    assert np.abs(found[other] - given.rest[other] - [-0.4, 0.2, 0.3]).max() < 1e-6
+    in_plane = given.twins[0] == np.arange(len(vertices))
+    assert in_plane.any() and np.abs(found[in_plane, 0]).max() < 1e-6
+
+
+def test_of_two_handles_on_mirrored_places_the_upper_one_leads():
+    vertices, triangles = body()
+    right, left = np.flatnonzero(vertices[:, 0] > 0.7), np.flatnonzero(vertices[:, 0] < -0.7)
+    given = symmetric(vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), right, left])
+    positions = given.anchor_rest.copy()
+    positions[given.pieces == 1] += [0.3, 0.0, 0.2]
+    positions[given.pieces == 2] += [0.0, 0.7, 0.0]
+    met = given.whole.met(positions) - given.anchor_rest
+    assert np.allclose(met[given.pieces == 1], [0.3, 0.0, 0.2])
+    assert np.allclose(met[given.pieces == 2], [-0.3, 0.0, 0.2])
+
+
+def test_a_handle_on_both_sides_does_what_both_sides_agree_on():
+    vertices, triangles = body()
+    given = symmetric(
+        vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), np.flatnonzero(vertices[:, 2] > 1.5)]
+    )
+    positions = given.anchor_rest.copy()
+    positions[given.pieces == 1] += [0.3, 0.1, 0.2]
+    met = given.whole.met(positions) - given.anchor_rest
+    assert np.allclose(met[given.pieces == 1], [0.0, 0.1, 0.2])
+
+
+def test_a_mesh_that_is_nearly_symmetric_keeps_what_it_is_at_rest():
+    vertices, triangles = body()
+    noise = np.random.default_rng(1).uniform(-1e-4, 1e-4, vertices.shape)
+    given = symmetric(vertices + noise, triangles, three_handles(vertices)[:2])
+    found, _solution, _ = solved(given, triangles, given.anchor_rest)
+    assert np.abs(found - given.rest).max() < 1e-6
+
+
+def test_a_half_may_be_symmetric_across_another_plane():
+    vertices, triangles = body()
+    numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    corners, starts = faces(own)
+    across = twins.find(given.rest, corners, starts, (0.0, 1.0, 0.0, 0.0))
+    groups = [np.flatnonzero(given.rest[:, 2] < -1.5), np.flatnonzero(given.rest[:, 1] > 0.6)]
+    both = bind_input(given.rest, own, groups, rows([0, 1]), np.array([given.twins[0], across]))
+    assert len(both.whole.rest) == len(vertices)
+    assert len(both.whole.triangles(own)) == len(triangles)
+    positions = both.anchor_rest + np.where(both.pieces == 1, 1.0, 0.0)[:, None] * [0.2, 0.3, 0.1]
+    found, _solution, _ = solved(both, own, positions)
+    assert np.abs(found[across] * [1.0, -1.0, 1.0] - found).max() < 1e-6
+    assert np.abs(found[given.twins[0] >= 0][:, 0]).max() < 1e-7
+
+
+# -- what depends on it ----------------------------------------------------------------------------------------------
+
+
+def test_another_plane_is_another_binding():
+    vertices, triangles = body()
+    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    alone = bind_input(given.rest, own, three_handles(given.rest))
+    assert given.fingerprint != alone.fingerprint
+    assert given.fingerprint.shape_key != alone.fingerprint.shape_key
+    assert alone.fingerprint.mirror == ""
+
+
+def test_planes_whose_seam_nothing_moves_are_left_out():
+    vertices, triangles = body()
+    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
+    seam = given.twins[0] >= 0
+    away = np.flatnonzero(given.rest[:, 0] > 0.5)
+    assert mirroring.needed(given.planes, given.twins, ~seam, away) == (None, None)
+    for roi, anchors in ((np.ones(len(seam), bool), away), (~seam, np.flatnonzero(seam)[:1])):
+        planes, joined = mirroring.needed(given.planes, given.twins, roi, anchors)
+        assert np.array_equal(planes, given.planes) and np.array_equal(joined, given.twins)
+
+
+def test_what_holds_the_images_counts():
+    """Two vertices beside the plane hold four of the body."""
+    vertices, triangles = body()
+    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    two = [np.array([np.argmax(given.rest[:, 2] + given.rest[:, 0]), np.argmin(given.rest[:, 2] - given.rest[:, 0])])]
+    bind_input(given.rest, own, two, given.planes, given.twins).check()
+    with pytest.raises(SceneError, match="2 fixed points cannot hold"):
+        bind_input(given.rest, own, two).check()
+
+
+def test_images_of_points():
+    points = np.array([(1.0, 2.0, 3.0)])
+    assert mirroring.images(rows([0]), points).tolist() == [[[-1.0, 2.0, 3.0]]]
+    assert len(mirroring.images(rows([0, 1, 2]), points)) == 7
+    assert mirroring.images([(0.0, 0.0, 1.0, 2.0)], points).tolist() == [[[1.0, 2.0, 1.0]]]
