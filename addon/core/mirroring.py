@@ -47,6 +47,12 @@ def needed(planes, twins, roi, anchors):
     return (planes[is_needed], twins[is_needed]) if any(is_needed) else (None, None)
 
 
+def _turned(vectors, matrix):
+    """... x 3. Most planes are those of the axes, which costs a tenth."""
+    signs = np.diagonal(matrix)
+    return vectors * signs if np.array_equal(matrix, np.diag(signs)) else vectors @ matrix.T
+
+
 class AsItIs:
     """The whole of a mesh without planes: itself."""
 
@@ -115,13 +121,13 @@ class Mirrored:
         count = len(self._of.rest)
         doubles = (twins < 0).any(axis=1)
         rest = self._of.rest.astype(np.float64)
-        for plane, twin in zip(planes[doubles], twins[doubles]):
+        for plane, twin in zip(planes[doubles], twins[doubles], strict=True):
             seam = twin >= 0
             rest[seam] -= np.outer(rest[seam] @ plane[:3] - plane[3], plane[:3])
         turns, shifts, images = [np.eye(3)], [np.zeros(3)], np.arange(count)[None]
         self._counts_before = []  # of each plane: vertices of the whole before it, and whether it adds any
         source, element = np.arange(count), np.zeros(count, int)
-        for plane, twin, is_double in zip(planes, twins, doubles):
+        for plane, twin, is_double in zip(planes, twins, doubles, strict=True):
             self._counts_before.append((len(source), is_double))
             matrix, shift = reflection(plane)
             is_joined = twin[source] >= 0
@@ -150,7 +156,7 @@ class Mirrored:
 
     def _mean_counts(self):
         counts = np.zeros(len(self.anchors), int)
-        for places, claims in zip(self._places, self._claims):
+        for places, claims in zip(self._places, self._claims, strict=True):
             counts[places[claims]] += 1
         return counts
 
@@ -160,10 +166,10 @@ class Mirrored:
         labels = np.arange(len(self._turns) * handles)  # of image e of handle p at e * handles + p
         while True:
             lowest = np.full(len(self.anchors), len(labels))
-            for number, (places, claims) in enumerate(zip(self._places, self._claims)):
+            for number, (places, claims) in enumerate(zip(self._places, self._claims, strict=True)):
                 np.minimum.at(lowest, places[claims], labels[number * handles + bind_input.pieces[claims]])
             before = labels.copy()
-            for number, (places, claims) in enumerate(zip(self._places, self._claims)):
+            for number, (places, claims) in enumerate(zip(self._places, self._claims, strict=True)):
                 np.minimum.at(labels, number * handles + bind_input.pieces[claims], lowest[places[claims]])
             if np.array_equal(labels, before):
                 return np.unique(lowest, return_inverse=True)[1].astype(np.int32)
@@ -176,7 +182,7 @@ class Mirrored:
         handle_sizes = np.bincount(bind_input.pieces)
         piece_sizes = np.bincount(self.pieces)
         strengths = np.empty(len(self.anchors))
-        for places, claims in zip(self._places, self._claims):
+        for places, claims in zip(self._places, self._claims, strict=True):
             strengths[places[claims]] = bind_input.strengths[claims]
         scale = handle_sizes[self._leaders] / piece_sizes[self.pieces]
         return strengths * scale * (bind_input.roi.sum() / max(1, self.roi.sum()))
@@ -221,8 +227,8 @@ class Mirrored:
         """... x K x 3: from rest, the mean of what all images of the leading handle ask for."""
         asked = positions - self._of.anchor_rest
         moves = np.zeros((*asked.shape[:-2], len(self.anchors), 3))
-        for turn, places, claims in zip(self._turns, self._places, self._claims):
-            moves[..., places[claims], :] += asked[..., claims, :] @ turn.T
+        for turn, places, claims in zip(self._turns, self._places, self._claims, strict=True):
+            moves[..., places[claims], :] += _turned(asked[..., claims, :], turn)
         return moves / self._claim_counts[:, None]
 
     def weights(self, weights):
@@ -230,7 +236,7 @@ class Mirrored:
         if weights is None:
             return None
         means = np.zeros((*weights.shape[:-1], len(self.anchors)))
-        for places, claims in zip(self._places, self._claims):
+        for places, claims in zip(self._places, self._claims, strict=True):
             means[..., places[claims]] += weights[..., claims]
         return means / self._claim_counts
 
@@ -242,17 +248,17 @@ class Mirrored:
         if whole is not None:
             return whole
         moves, counts = np.zeros(self.rest.shape), np.zeros((len(self.rest), 1))
-        for turn, image in zip(self._turns, self._images):
-            moves[image] += (positions - self._of.rest) @ turn.T
+        for turn, image in zip(self._turns, self._images, strict=True):
+            moves[image] += _turned(positions - self._of.rest, turn)
             counts[image] += 1.0
         return self.rest + moves / counts
 
     def cut_back(self, positions):
         """N x 3 of the whole to the mesh's n x 3 float64, symmetric."""
         moved = positions - self.rest
-        moves = np.zeros(self._of.rest.shape)
-        for turn, image in zip(self._turns, self._images):
-            moves += moved[image] @ turn  # a reflection's transpose is what undoes it
+        moves = moved[: len(self._of.rest)].copy()  # of the mesh itself, which is the first image
+        for turn, image in zip(self._turns[1:], self._images[1:], strict=True):
+            moves += _turned(moved.take(image, axis=0), turn.T)  # a reflection's transpose is what undoes it
         cut = (self._of.rest + moves / len(self._turns)).view(Cut)
         cut.whole = positions
         cut.flags.writeable = False

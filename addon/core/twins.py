@@ -76,7 +76,7 @@ def _nearest(wanted, wanted_middles, points, middles, distance):
     lowest = ((wanted - corner) / cell - 0.5).astype(np.int64)
     best, found = np.full(len(wanted), np.inf), np.full(len(wanted), -1)
     for number in range(8):
-        cells = keys(lowest + [number & 1, number >> 1 & 1, number >> 2])
+        cells = keys(lowest + np.array([number & 1, number >> 1 & 1, number >> 2]))
         begin, end = np.searchsorted(own, cells, "left"), np.searchsorted(own, cells, "right")
         for step in range(int((end - begin).max(initial=0))):
             asking = np.flatnonzero(begin + step < end)

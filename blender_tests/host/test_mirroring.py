@@ -137,7 +137,7 @@ def posed_as_a_whole(vertices, triangles, axes, soft):
     return solved(given, triangles, given.anchor_rest + moved)[0]
 
 
-@pytest.mark.parametrize("soft", [None, [0.6, None, 0.4]])
+@pytest.mark.parametrize("soft", [None, [0.8, None, 0.7]])
 @pytest.mark.parametrize("axes", [(0,), (1,), (0, 1)])
 def test_a_part_is_posed_as_the_body(axes, soft):
     vertices, triangles = body()
@@ -147,7 +147,7 @@ def test_a_part_is_posed_as_the_body(axes, soft):
     if axes == (0,) and soft is None:
         assert np.abs(found[given.anchors] - positions).max() < 1e-12  # nothing asks to leave the plane
     truth = posed_as_a_whole(vertices, triangles, axes, soft)
-    assert np.abs(truth[numbers] - found).max() < 2e-3 * given.diagonal
+    assert np.abs(truth[numbers] - found).max() < 1e-5 * given.diagonal
     assert np.abs(np.array(found) - given.rest).max() > 0.05
 
 
@@ -155,9 +155,9 @@ def test_a_part_is_posed_as_the_body(axes, soft):
 def test_the_seam_stays_in_its_planes(axes):
     vertices, triangles = body()
     _numbers, own, given = half(vertices, triangles, axes, three_handles)
-    positions = bent(given) + [0.2, -0.3, 0.1]
+    positions = bent(given) + np.array([0.2, -0.3, 0.1])
     found, _solution, _ = solved(given, own, positions)
-    for plane, twin in zip(given.planes, given.twins):
+    for plane, twin in zip(given.planes, given.twins, strict=True):
         seam = twin >= 0
         assert np.abs(found[seam] @ plane[:3]).max() < 1e-7
         along = (found - given.rest)[seam] @ (1.0 - np.abs(plane[:3]))
@@ -184,7 +184,7 @@ def test_a_seam_handle_only_slides_in_the_plane():
     vertices, triangles = body()
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
     in_plane = np.abs(given.anchor_rest[:, 0]) < 1e-6
-    met = given.whole.met(given.anchor_rest + [0.5, 0.25, 0.125])
+    met = given.whole.met(given.anchor_rest + np.array([0.5, 0.25, 0.125]))
     assert np.allclose(met[in_plane] - given.anchor_rest[in_plane], [0.0, 0.25, 0.125])
     assert np.allclose(met[~in_plane] - given.anchor_rest[~in_plane], [0.5, 0.25, 0.125])
 
@@ -231,7 +231,7 @@ def test_influences_are_those_of_what_is_mirrored():
     whole = given.whole
     doubled = whole.weights(np.stack([weights, weights**2]))
     assert doubled.shape == (2, len(whole.anchors)) and whole.weights(None) is None
-    for anchor, weight in zip(given.anchors, weights):
+    for anchor, weight in zip(given.anchors, weights, strict=True):
         image = np.abs(np.abs(whole.rest[whole.anchors, 0]) - whole.rest[anchor, 0]) < 1e-6
         image &= (np.abs(whole.rest[whole.anchors, 1:] - whole.rest[anchor, 1:]) < 1e-6).all(axis=1)
         assert image.sum() == (1 if whole.rest[anchor, 0] == 0.0 else 2)
@@ -349,7 +349,7 @@ def test_a_mesh_that_is_nearly_symmetric_keeps_what_it_is_at_rest():
 
 def test_a_half_may_be_symmetric_across_another_plane():
     vertices, triangles = body()
-    numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
     corners, starts = faces(own)
     across = twins.find(given.rest, corners, starts, (0.0, 1.0, 0.0, 0.0))
     groups = [np.flatnonzero(given.rest[:, 2] < -1.5), np.flatnonzero(given.rest[:, 1] > 0.6)]
