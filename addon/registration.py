@@ -34,6 +34,7 @@ from .operators import (
     save_marker_set,
     select_handle,
     select_marker,
+    select_unpaired,
     show_baked_frame,
     solve,
     swap_markers,
@@ -56,6 +57,7 @@ from .ui import (
     pair_overlay,
     panel,
     presets,
+    symmetry_panel,
     wrap_panel,
 )
 from .workers import job, mended_takes
@@ -68,6 +70,7 @@ CLASSES = (
     remove_anchor_group.MEANVALUE_OT_remove_anchor_group,
     select_handle.MEANVALUE_OT_select_handle,
     reset_handles.MEANVALUE_OT_reset_handles,
+    select_unpaired.MEANVALUE_OT_select_unpaired,
     own_controls.MEANVALUE_OT_own_controls,
     keep_pose.MEANVALUE_OT_keep_pose,
     apply_pose.MEANVALUE_OT_apply_pose,
@@ -105,6 +108,7 @@ CLASSES = (
     presets.MEANVALUE_PT_presets,
     anchor_list.MEANVALUE_UL_anchor_groups,
     *panel.CLASSES,
+    *symmetry_panel.CLASSES,
     *capture_panel.CLASSES,
     *file_drop.CLASSES,
     *mix_panel.CLASSES,

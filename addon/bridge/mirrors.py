@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import fixed_points, twins, wording
+from ..core import fixed_points, mirroring, twins, wording
 from ..errors import SceneError
 
 #: Without Merge a Mirror modifier joins nothing, but what lies in its plane to this share of the size is a seam.
@@ -44,6 +44,13 @@ def signature(obj):
 def notes(obj):
     """Sentences on mirrors that are not taken into account. Cheap enough for drawing."""
     return _read(obj)[1]
+
+
+def image_points(obj, points):
+    """Of p x 3 object-space `points` the m x p x 3 where mirrors show them too: for the overlay."""
+    planes = [plane.row for plane in _read(obj)[0]]
+    symmetric = _symmetry(obj, planes)
+    return mirroring.images(planes if symmetric is None else [*planes, symmetric], points)
 
 
 def gather(obj, rest, corners, starts):

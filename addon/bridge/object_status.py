@@ -14,7 +14,7 @@ from .. import compat
 from ..core import fingerprint, wording
 from ..core.edit_times import QUIET_SECONDS, EditTimes  # noqa: F401  panels take the seconds from here
 from ..errors import SceneError
-from . import bound_record, scene_input, shared_readings
+from . import bound_record, mirrors, scene_input, shared_readings
 
 
 class State(enum.Enum):
@@ -95,6 +95,7 @@ def _signature(obj):
         settings.roi_invert,
         settings.method,
         settings.rigidity,
+        mirrors.signature(obj),
         tuple((group.is_enabled, group.follows, group.is_soft, group.strength) for group in settings.anchor_groups),
         bound_record.read_fingerprint(record),
         record.seconds,

@@ -33,3 +33,15 @@ def choose(obj):
     if obj.name in layer.objects:
         obj.select_set(True)
         layer.objects.active = obj
+
+
+def edit_with_selected(obj, vertices):
+    """Goes to Edit Mode on the active object, where the vertices with these indices are selected and nothing else."""
+    mesh = obj.data
+    for elements in (mesh.edges, mesh.polygons):
+        elements.foreach_set("select", np.zeros(len(elements), bool))
+    flags = np.zeros(len(mesh.vertices), bool)
+    flags[vertices] = True
+    mesh.vertices.foreach_set("select", flags)
+    bpy.context.tool_settings.mesh_select_mode = (True, False, False)
+    bpy.ops.object.mode_set(mode='EDIT')

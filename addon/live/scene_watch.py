@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from ..bridge import bound_record, scene_input, shape_keys
+from ..bridge import bound_record, mirrors, scene_input, shape_keys
 from ..bridge.scene_reading import MOST_RESTARTS
 from ..core import fingerprint
 from ..errors import StaleBindingError
@@ -121,6 +121,7 @@ def _settings_of(obj):
         settings.roi_group,
         settings.roi_invert,
         settings.result_key,
+        mirrors.signature(obj),
         tuple(
             (group.name, group.is_enabled, group.follows, group.is_soft, group.strength)
             for group in settings.anchor_groups

@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Posing half a mesh below a Mirror modifier: the seam stays closed."""
+
+import pathlib
+
+import bpy
+import numpy as np
+import pytest
+from support import halves, handles, meshes, steps
+from support.baking import rows
+from support.halves import move, rest, shown, turn, update
+
+#: In the object's own units; the bodies are 4 high.
+CLOSED = 1e-6
+
+
+def opening(obj, axis=0, shape=None):
+    return float(np.abs((shown(obj) if shape is None else shape)[halves.seam(obj, axis), axis]).max())
+
+
+@pytest.mark.parametrize("merge, clip", [(True, True), (False, False)])
+def test_the_seam_stays_closed_while_a_handle_is_dragged(merge, clip):
+    obj, control = halves.half(merge=merge, clip=clip)
+    plain = len(halves.evaluated(obj))
+    for step in range(6):
+        move(control, (0.05, 0.12, 0.1))
+        turn(control, 0.15)
+        assert opening(obj) < CLOSED, step
+    slid = (shown(obj) - rest(obj))[halves.seam(obj)]
+    assert np.abs(slid[:, 1:]).max() > 0.3
+    assert len(halves.evaluated(obj)) == plain  # what was merged still is
+
+
+def test_without_it_the_seam_opens():
+    """What the modifier has to be read for."""
+    obj, control = halves.half()
+    obj.modifiers.clear()
+    update()
+    turn(control, 0.6)
+    move(control, (0.1, 0.3, 0.2))
+    assert opening(obj) > 1e-3
+
+
+def test_it_is_posed_as_with_the_modifier_applied():
+    obj, control = halves.half(live=False)
+    turn(control, 0.6)
+    move(control, (0.0, 0.3, 0.2))
+    steps.solve() if obj.meanvalue.bound.is_bound else (bpy.ops.meanvalue.bind(), steps.solve())
+    by_halves = shown(obj)
+    other, its_control = halves.half(live=False, name="Applied")
+    remove_pose(other)
+    bpy.ops.object.modifier_apply(modifier="Mirror")
+    its_control.matrix_world = control.matrix_world.copy()
+    update()
+    assert len(other.data.vertices) > len(obj.data.vertices)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    its_control.matrix_world = control.matrix_world.copy()
+    update()
+    steps.solve()
+    places = {tuple(place): number for number, place in enumerate(np.round(rest(other).astype(float), 4) + 0.0)}
+    numbers = [places[tuple(place)] for place in np.round(rest(obj).astype(float), 4) + 0.0]
+    assert np.abs(shown(other)[numbers] - by_halves).max() < 1e-3 * halves.size(obj)
+
+
+def remove_pose(obj):
+    meshes.activate(obj)
+    if obj.data.shape_keys is not None:
+        obj.shape_key_clear()
+    assert obj.data.shape_keys is None
+
+
+def test_a_handle_on_the_seam_only_slides_in_the_plane_and_that_is_told():
+    obj, control = halves.half(live=False)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.4, 0.2, 0.0))
+    steps.solve()
+    assert opening(obj) < CLOSED
+    top = [vertex.index for vertex in obj.data.vertices if any(g.group == 1 for g in vertex.groups)]
+    moved = (shown(obj) - rest(obj))[top]
+    in_plane = np.isin(top, halves.seam(obj))
+    assert np.allclose(moved[in_plane], (0.0, 0.2, 0.0), atol=1e-5)
+    assert np.allclose(moved[~in_plane], (0.4, 0.2, 0.0), atol=1e-5)
+
+
+def test_that_a_handle_is_kept_in_the_plane_is_told(part):
+    obj, control = halves.half(live=False)
+    result, posing = part("core.result"), part("workers.posing").Posing
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.0, 0.2, 0.0))
+    assert not list(result.torn_notes(*given(posing, obj)))
+    move(control, (0.4, 0.0, 0.0))
+    notes = list(result.torn_notes(*given(posing, obj)))
+    assert len(notes) == 1 and "in the mirror plane vertices only slide" in notes[0]
+
+
+def given(posing, obj):
+    prepared = posing.to_solve(obj)
+    return prepared.bind_input, prepared.targets.positions
+
+
+@pytest.mark.parametrize("axes", [(1,), (0, 1), (0, 1, 2)])
+def test_other_axes_and_several(axes):
+    obj, control = halves.half(axes)
+    move(control, (0.1, 0.2, 0.3))
+    turn(control, 0.4)
+    for axis in axes:
+        assert opening(obj, axis) < CLOSED
+    assert np.abs(shown(obj) - rest(obj)).max() > 0.2
+
+
+def test_a_seam_that_is_not_quite_in_the_plane_is_merged_all_the_same():
+    """Each vertex within the merge distance; they keep the little that they are off."""
+    obj, control = halves.half(shift=(2e-4, 0.0, 0.0))
+    plain = len(halves.evaluated(obj))
+    edge = np.flatnonzero(np.abs(rest(obj)[:, 0]) < 3e-4)
+    turn(control, 0.5)
+    move(control, (0.1, 0.3, 0.1))
+    assert np.abs(shown(obj)[edge, 0] - rest(obj)[edge, 0]).max() < CLOSED
+    assert len(halves.evaluated(obj)) == plain
+
+
+def test_a_mirror_object_turned_and_moved():
+    obj, control = halves.half(live=False, shift=(0.5, 0.0, 0.0))
+    empty = bpy.data.objects.new("Plane", None)
+    bpy.context.collection.objects.link(empty)
+    obj.modifiers["Mirror"].mirror_object = empty
+    obj.rotation_euler, obj.location, obj.scale = (0.3, 0.4, 0.5), (2.0, 1.0, 0.0), (2.0, 2.0, 2.0)
+    update()
+    empty.matrix_world = obj.matrix_world.copy()
+    empty.location = obj.matrix_world @ control.location.__class__((0.5, 0.0, 0.0))
+    update()
+    meshes.activate(obj)
+    plain = len(halves.evaluated(obj))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.2, 0.5, 0.3))
+    steps.solve()
+    edge = np.abs(rest(obj)[:, 0] - 0.5) < 1e-6
+    assert edge.sum() > 10
+    assert np.abs(shown(obj)[edge, 0] - 0.5).max() < 3e-6  # its place is known to single precision in the world
+    assert np.abs(shown(obj)[edge, 1:] - rest(obj)[edge, 1:]).max() > 0.1
+    assert len(halves.evaluated(obj)) == plain
+
+
+def test_switched_off_while_live_and_on_again():
+    obj, control = halves.half()
+    turn(control, 0.6)
+    move(control, (0.1, 0.3, 0.2))
+    mirror = obj.modifiers["Mirror"]
+    with_it = shown(obj)
+    mirror.show_viewport = False
+    update()
+    move(control, (0.0, 0.0, 1e-3))
+    assert opening(obj) > 1e-3
+    mirror.show_viewport = True
+    update()
+    move(control, (0.0, 0.0, -1e-3))
+    assert opening(obj) < CLOSED
+    assert np.abs(shown(obj) - with_it).max() < 5e-3 * halves.size(obj)
+    obj.modifiers.remove(mirror)
+    update()
+    move(control, (0.0, 0.0, 1e-3))
+    assert opening(obj) > 1e-3
+
+
+def test_a_binding_knows_its_mirror(part):
+    obj, control = halves.half(live=False)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert "Bound" in part("bridge.object_status").status(obj).text
+    obj.modifiers["Mirror"].use_axis = (False, True, False)
+    status = part("bridge.object_status").status(obj)
+    assert "mirror planes changed" in status.text and "Solve will bind again" in status.text
+    move(control, (0.0, 0.3, 0.0))
+    steps.solve()
+    assert obj.meanvalue.bound.vertex_count == len(obj.data.vertices)
+
+
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        (lambda obj, mirror: setattr(mirror, "show_viewport", False), "off in the viewport"),
+        (lambda obj, mirror: put_first(obj, obj.modifiers.new("Bend", 'SIMPLE_DEFORM')), "'Bend' comes before it"),
+        (lambda obj, mirror: setattr(mirror, "use_bisect_axis", (True, False, False)), "cuts the mesh"),
+        (lambda obj, mirror: turned_mirror(obj, mirror), "askew"),
+    ],
+)
+def test_what_is_not_handled_is_told_by_name(part, change, text):
+    obj, _control = halves.half(live=False)
+    notes = part("bridge.mirrors").notes
+    assert notes(obj) == []
+    change(obj, obj.modifiers["Mirror"])
+    update()
+    (note,) = notes(obj)
+    assert text in note and "'Mirror'" in note
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}  # the half alone
+
+
+def put_first(obj, modifier):
+    meshes.activate(obj)
+    bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
+
+
+def turned_mirror(obj, mirror):
+    empty = bpy.data.objects.new("Plane", None)
+    bpy.context.collection.objects.link(empty)
+    empty.rotation_euler = (0.0, 0.0, 0.5)
+    obj.scale = (1.0, 3.0, 1.0)
+    mirror.mirror_object = empty
+
+
+def test_weights_and_merging_modifiers_above_are_no_matter():
+    obj, control = halves.half(live=False)
+    obj.modifiers.new("Subdivision", 'SUBSURF')
+    put_first(obj, obj.modifiers.new("Weights", 'VERTEX_WEIGHT_EDIT'))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    turn(control, 0.5)
+    steps.solve()
+    assert opening(obj) < CLOSED
+
+
+def test_halves_that_do_not_touch_the_plane_are_posed_as_ever(part):
+    obj, _control = halves.half(live=False, shift=(0.5, 0.0, 0.0))
+    assert part("bridge.scene_input").gather(obj).planes is None
+
+
+def test_a_region_that_leaves_the_seam_alone_costs_nothing(part):
+    obj, _control = halves.half(live=False)
+    gather = part("bridge.scene_input").gather
+    assert gather(obj).planes is not None
+    for line in obj.meanvalue.anchor_groups:
+        group = obj.vertex_groups[line.name]
+        group.remove(halves.seam(obj).tolist())
+    steps.add_group(obj, "Away", np.flatnonzero(rest(obj)[:, 0] > 0.01).tolist())
+    obj.meanvalue.roi_group = "Away"
+    assert gather(obj).planes is None
+
+
+def test_soft_handles_and_a_region(part):
+    obj, control = halves.half(live=False)
+    obj.meanvalue.anchor_groups[1].is_soft = True
+    obj.meanvalue.anchor_groups[1].strength = 0.9
+    upper = np.flatnonzero(rest(obj)[:, 2] > -0.5)
+    steps.add_group(obj, "Upper", upper.tolist())
+    obj.meanvalue.roi_group = "Upper"
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.2, 0.3, 0.2))
+    steps.solve()
+    assert opening(obj) < CLOSED
+    moved = np.abs(shown(obj) - rest(obj)).max(axis=1)
+    assert moved.max() > 0.1 and moved[np.setdiff1d(np.arange(len(moved)), upper)].max() == 0.0
+
+
+def test_a_shape_key_as_the_pose():
+    obj, _control = halves.half(live=False)
+    obj.meanvalue.anchor_groups[1].follows = 'SHAPE'
+    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    top = [vertex.index for vertex in obj.data.vertices if any(g.group == 1 for g in vertex.groups)]
+    steps.move(obj, top, (0.1, 0.4, 0.1))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    steps.solve()
+    assert opening(obj) < CLOSED
+    assert np.abs(shown(obj) - rest(obj)).max() > 0.3
+
+
+def animate(control):
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 6
+    for frame in range(1, 7):
+        control.rotation_mode = 'XYZ'
+        control.rotation_euler = (0.12 * (frame - 1), 0.05 * frame, 0.0)
+        control.keyframe_insert("rotation_euler", frame=frame)
+    bpy.context.scene.frame_set(1)
+
+
+def test_baked_to_a_point_cache(tmp_path):
+    obj, control = halves.half(live=False)
+    animate(control)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "half.blend"))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bake() == {'FINISHED'}
+    shapes = rows(pathlib.Path(tmp_path, "meanvalue_cache", "Half.pc2"))
+    assert shapes.shape == (6, len(obj.data.vertices), 3)
+    assert max(opening(obj, shape=shape) for shape in shapes) < CLOSED
+    assert np.ptp(shapes, axis=0).max() > 0.2
+    bpy.context.scene.frame_set(6)
+    seen = halves.evaluated(obj)
+    assert len(seen) == 2 * len(obj.data.vertices) - len(halves.seam(obj))
+    # Baked again, above the modifier that plays: still the mirrored mesh.
+    assert bpy.ops.meanvalue.bake() == {'FINISHED'}
+    assert np.array_equal(rows(pathlib.Path(tmp_path, "meanvalue_cache", "Half.pc2")), shapes)
+
+
+def test_baked_to_shape_keys():
+    obj, control = halves.half(live=False)
+    animate(control)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bake(target="SHAPE_KEYS", keys="EVERY") == {'FINISHED'}
+    baked = [key.name for key in obj.data.shape_keys.key_blocks if key.name not in {"Basis", handles.RESULT}]
+    assert len(baked) >= 5
+    for name in baked:
+        assert opening(obj, shape=steps.key_positions(obj, name)) < CLOSED
+
+
+def test_saved_and_reloaded(tmp_path):
+    obj, control = halves.half()
+    turn(control, 0.5)
+    move(control, (0.1, 0.3, 0.1))
+    before = shown(obj)
+    path, name = str(tmp_path / "half.blend"), control.name
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    obj, control = bpy.data.objects["Half"], bpy.data.objects[name]
+    update()
+    assert np.abs(shown(obj) - before).max() < 1e-3
+    move(control, (0.0, 0.2, 0.0))
+    assert opening(obj) < CLOSED
+    assert np.abs(shown(obj) - before).max() > 0.05
+
+
+def test_two_mirrored_objects_at_once():
+    first, first_control = halves.half(name="First")
+    second, second_control = halves.half((1,), name="Second")
+    for step in range(3):
+        move(first_control, (0.1, 0.2, 0.1))
+        move(second_control, (0.2, 0.1, 0.1))
+        assert opening(first, 0) < CLOSED and opening(second, 1) < CLOSED, step
+    assert np.abs(shown(first) - rest(first)).max() > 0.2
+    assert np.abs(shown(second) - rest(second)).max() > 0.2
+
+
+def test_undo_and_redo():
+    if not bpy.ops.ed.undo_push.poll():
+        pytest.skip("this Blender has no undo without a window")
+    obj, control = halves.half(live=False)
+    name = control.name
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.1, 0.3, 0.1))
+    steps.solve()
+    bpy.ops.ed.undo_push(message="First")
+    first = shown(obj)
+    move(control, (0.1, 0.3, 0.1))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.solve('EXEC_DEFAULT', True) == {'FINISHED'}
+    second = shown(obj)
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Half"]
+    assert np.array_equal(shown(obj), first)
+    bpy.ops.ed.redo()
+    obj, control = bpy.data.objects["Half"], bpy.data.objects[name]
+    assert np.array_equal(shown(obj), second) and opening(obj) < CLOSED
+    steps.solve()
+    assert np.array_equal(shown(obj), second)

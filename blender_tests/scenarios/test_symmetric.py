@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Symmetric: one side's handles pose both sides of a mesh that is symmetric by itself."""
+
+import pathlib
+
+import bpy
+import numpy as np
+import pytest
+from support import halves, handles, meshes, steps
+from support.baking import rows
+from support.halves import asymmetry, move, rest, shown, turn, update
+
+SAME = 1e-6
+
+
+@pytest.fixture
+def live():
+    obj, control = halves.whole()
+    obj.meanvalue.symmetric = 'X'
+    update()
+    return obj, control
+
+
+def members(obj, group):
+    return [vertex.index for vertex in obj.data.vertices if any(g.group == group for g in vertex.groups)]
+
+
+def test_what_is_done_on_one_side_is_done_on_the_other(live):
+    obj, control = live
+    for step in range(5):
+        move(control, (0.1, 0.05, 0.1))
+        turn(control, 0.1, step % 3)
+        assert asymmetry(obj, shown(obj)) < SAME, step
+    moved = shown(obj) - rest(obj)
+    left = rest(obj)[:, 0] < -0.7
+    assert left.any() and np.abs(moved[left]).min(axis=1).max() > 0.1
+    centre = np.abs(rest(obj)[:, 0]) < 1e-6
+    assert np.abs(shown(obj)[centre, 0]).max() < SAME
+
+
+def test_off_only_one_side_moves_and_on_both_do_while_live():
+    obj, control = halves.whole()
+    move(control, (0.4, 0.2, 0.3))
+    assert asymmetry(obj, shown(obj)) > 0.1
+    obj.meanvalue.symmetric = 'X'
+    update()
+    move(control, (0.0, 0.0, 1e-3))
+    assert asymmetry(obj, shown(obj)) < SAME
+    obj.meanvalue.symmetric = 'NONE'
+    update()
+    move(control, (0.0, 0.0, -1e-3))
+    assert asymmetry(obj, shown(obj)) > 0.1
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_other_axes(axis):
+    obj, control = halves.whole(live=False)
+    obj.meanvalue.symmetric = "XYZ"[axis]
+    obj.meanvalue.anchor_groups[0].is_enabled = axis == 1  # a pin at the bottom would be one at the top too
+    high = np.flatnonzero(np.abs(rest(obj)[:, 0]) < 0.2)
+    steps.add_group(obj, "Middle", [v for v in high if abs(rest(obj)[v, 2]) < 0.1])
+    assert bpy.ops.meanvalue.add_pin(group="Middle") == {'FINISHED'}
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.3, 0.2, 0.2))
+    steps.solve()
+    assert asymmetry(obj, shown(obj), axis) < SAME
+    assert np.abs(shown(obj) - rest(obj)).max() > 0.2
+
+
+def test_two_handles_on_mirrored_places(part):
+    obj, right = halves.whole()
+    steps.add_group(obj, "Left", np.flatnonzero(rest(obj)[:, 0] < -0.7).tolist())
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.add_handle(group="Left", live=True) == {'FINISHED'}
+    left = bpy.context.object
+    obj.meanvalue.symmetric = 'X'
+    update()
+    move(right, (0.3, 0.1, 0.2))
+    moved = (shown(obj) - rest(obj))[members(obj, 2)]
+    assert np.allclose(moved, (-0.3, 0.1, 0.2), atol=1e-5)
+    before = shown(obj)
+    move(left, (0.5, 0.5, 0.5))
+    assert np.abs(shown(obj) - before).max() < 1e-4
+    text, _is_problem = part("live.engine").status(obj)
+    assert "the upper one in the list leads" in text
+
+
+def test_a_mesh_that_is_not_symmetric_is_told_in_numbers_and_shown():
+    obj, _control = halves.whole(live=False)
+    far = int(np.argmax(rest(obj)[:, 2]))
+    for number in (members(obj, 1)[0], far):
+        obj.data.vertices[number].co.z += 0.2
+    obj.meanvalue.symmetric = 'X'
+    meshes.activate(obj)
+    with steps.refused("have no mirror image across X", f"of {len(obj.data.vertices):,} vertices", "Select Unpaired"):
+        bpy.ops.meanvalue.bind()
+    assert bpy.ops.meanvalue.select_unpaired() == {'FINISHED'}
+    assert obj.mode == 'EDIT'
+    bpy.ops.object.mode_set(mode='OBJECT')
+    flags = np.zeros(len(obj.data.vertices), bool)
+    obj.data.vertices.foreach_get("select", flags)
+    assert flags[members(obj, 1)[0]] and 1 < flags.sum() <= 4
+
+
+def test_all_paired():
+    obj, _control = halves.whole(live=False)
+    meshes.activate(obj)
+    with steps.refused("Symmetric is off"):
+        bpy.ops.meanvalue.select_unpaired()
+    obj.meanvalue.symmetric = 'X'
+    assert bpy.ops.meanvalue.select_unpaired() == {'FINISHED'}
+    assert obj.mode == 'OBJECT'
+
+
+@pytest.mark.parametrize("invert", [False, True])
+def test_a_region_on_one_side_is_one_on_both(invert):
+    obj, control = halves.whole(live=False)
+    obj.meanvalue.symmetric = 'X'
+    inside = rest(obj)[:, 0] > 0.3
+    steps.add_group(obj, "Side", np.flatnonzero(inside != invert).tolist())
+    obj.meanvalue.roi_group, obj.meanvalue.roi_invert = "Side", invert
+    meshes.activate(obj)
+    if invert:  # what is frozen on one side is on the other, which leaves nothing
+        with steps.refused("Nothing is free to move"):
+            bpy.ops.meanvalue.bind()
+        return
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.3, 0.1, 0.2))
+    meshes.activate(obj)
+    steps.solve()
+    assert asymmetry(obj, shown(obj)) < SAME
+    moved = np.abs(shown(obj) - rest(obj)).max(axis=1)
+    assert moved[np.abs(rest(obj)[:, 0]) < 0.3].max() == 0.0 and moved.max() > 0.2
+
+
+def test_soft_handles_and_their_influence():
+    obj, control = halves.whole(live=False)
+    obj.meanvalue.symmetric = 'X'
+    line = obj.meanvalue.anchor_groups[1]
+    line.is_soft, line.strength = True, 0.8
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    reached = []
+    for influence in (1.0, 0.3):
+        control.meanvalue.influence = influence
+        move(control, (0.3, 0.1, 0.2) if influence == 1.0 else (0.0, 0.0, 0.0))
+        meshes.activate(obj)
+        steps.solve()
+        assert asymmetry(obj, shown(obj)) < SAME
+        reached.append(np.abs(shown(obj) - rest(obj)).max())
+    assert reached[0] > reached[1] > 0.0
+
+
+def test_beside_a_mirror_modifier():
+    """Half a body, symmetric to the front and back as well; the modifier's own axis is no matter."""
+    obj, control = halves.half()
+    obj.meanvalue.symmetric = 'Y'
+    update()
+    move(control, (0.1, 0.2, 0.3))
+    assert asymmetry(obj, shown(obj), 1) < SAME
+    assert np.abs(shown(obj)[halves.seam(obj), 0]).max() < SAME
+    obj.meanvalue.symmetric = 'X'
+    update()
+    move(control, (0.0, 0.2, 0.0))
+    assert np.abs(shown(obj)[halves.seam(obj), 0]).max() < SAME
+
+
+def test_baked(tmp_path):
+    obj, control = halves.whole(live=False)
+    obj.meanvalue.symmetric = 'X'
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 4
+    base = tuple(control.location)
+    for frame in range(1, 5):
+        control.location = [base[0] + 0.1 * frame, base[1], base[2] + 0.1 * frame]
+        control.keyframe_insert("location", frame=frame)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "whole.blend"))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bake() == {'FINISHED'}
+    shapes = rows(pathlib.Path(tmp_path, "meanvalue_cache", "Whole.pc2"))
+    assert max(asymmetry(obj, shape) for shape in shapes) < SAME
+    assert np.ptp(shapes, axis=0).max() > 0.2
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', keys='EVERY') == {'FINISHED'}
+    for key in obj.data.shape_keys.key_blocks:
+        if key.name != handles.RESULT:
+            assert asymmetry(obj, steps.key_positions(obj, key.name)) < SAME
+
+
+def test_saved_and_reloaded(live, tmp_path):
+    obj, control = live
+    move(control, (0.3, 0.1, 0.2))
+    before, name, path = shown(obj), control.name, str(tmp_path / "whole.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    obj, control = bpy.data.objects["Whole"], bpy.data.objects[name]
+    assert obj.meanvalue.symmetric == 'X'
+    update()
+    assert np.abs(shown(obj) - before).max() < 1e-3
+    move(control, (0.1, 0.0, 0.1))
+    assert asymmetry(obj, shown(obj)) < SAME and np.abs(shown(obj) - before).max() > 0.05
+
+
+def test_undo():
+    if not bpy.ops.ed.undo_push.poll():
+        pytest.skip("this Blender has no undo without a window")
+    obj, control = halves.whole()
+    bpy.ops.ed.undo_push(message="Off")
+    obj.meanvalue.symmetric = 'X'
+    update()
+    move(control, (0.3, 0.1, 0.2))
+    bpy.ops.ed.undo_push(message="On")
+    after, name = shown(obj), control.name
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Whole"]
+    update()
+    assert obj.meanvalue.symmetric == 'NONE' and np.abs(shown(obj) - rest(obj)).max() < 1e-3
+    bpy.ops.ed.redo()
+    obj = bpy.data.objects["Whole"]
+    update()
+    assert np.abs(shown(obj) - after).max() < 1e-3
+    move(bpy.data.objects[name], (0.0, 0.0, 0.1))
+    assert asymmetry(obj, shown(obj)) < SAME
+
+
+def test_two_symmetric_objects_with_one_mesh_each():
+    first, first_control = halves.whole(name="First")
+    second, second_control = halves.whole(name="Second")
+    first.meanvalue.symmetric, second.meanvalue.symmetric = 'X', 'Y'
+    update()
+    for _ in range(3):
+        move(first_control, (0.1, 0.1, 0.1))
+        move(second_control, (0.1, 0.1, 0.1))
+    assert asymmetry(first, shown(first), 0) < SAME < asymmetry(first, shown(first), 1)
+    assert asymmetry(second, shown(second), 1) < SAME < asymmetry(second, shown(second), 0)
+
+
+def test_where_the_other_side_is_shown(part):
+    obj, _control = halves.whole(live=False)
+    points = np.array([(0.5, 0.25, 1.0)])
+    image_points = part("bridge.mirrors").image_points
+    assert len(image_points(obj, points)) == 0
+    obj.meanvalue.symmetric = 'X'
+    assert image_points(obj, points).tolist() == [[[-0.5, 0.25, 1.0]]]
+    halves.add_mirror(obj, (1,))
+    assert len(image_points(obj, points)) == 3
