@@ -8,7 +8,7 @@ import numpy as np
 from ..core import fixed_points, mirroring, twins, wording
 from ..errors import SceneError
 
-#: Without Merge a Mirror modifier joins nothing, but what lies in its plane to this share of the size is a seam.
+#: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
 IN_PLANE = 1e-5
 
 #: Planes that stand at right angles, to rounding of single precision, as a cosine.
@@ -25,11 +25,11 @@ AXES = 'XYZ'
 
 @dataclass(frozen=True)
 class Plane:
-    """In object space. normal: unit; reach: a vertex no farther is joined to its image, None for what lies in it."""
+    """In object space. normal: unit; reach: a vertex no farther from it is merged with its image."""
 
     normal: tuple
     distance: float
-    reach: float | None
+    reach: float
 
     @property
     def row(self):
@@ -56,20 +56,20 @@ def image_points(obj, points):
 def gather(obj, rest, corners, starts):
     """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError."""
     planes, joined = [], []
+    numbers = np.arange(len(rest), dtype=np.int32)
+    in_plane = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
     for plane in _read(obj)[0]:
-        reach = plane.reach
-        if reach is None:
-            reach = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
         apart = np.abs(rest.astype(np.float64) @ plane.normal - plane.distance)
-        if (apart <= reach).any():  # else there is no seam: the halves know nothing of each other
+        seam = apart <= max(plane.reach, in_plane)
+        if mirroring.is_a_border(seam, corners, starts):
             planes.append(plane.row)
-            joined.append(np.where(apart <= reach, np.arange(len(rest), dtype=np.int32), np.int32(-1)))
+            joined.append(np.where(seam, numbers, np.int32(-1)))
     symmetric = _symmetry(obj, planes)
     if symmetric is not None:
         partners = _twins(obj, rest, corners, starts, symmetric)
         for index, seam in enumerate(joined):
             is_seam = (seam >= 0) | (seam[partners] >= 0)
-            joined[index] = np.where(is_seam, np.arange(len(rest), dtype=np.int32), np.int32(-1))
+            joined[index] = np.where(is_seam, numbers, np.int32(-1))
         planes.append(symmetric)
         joined.append(partners)
     return (np.array(planes), np.array(joined)) if planes else (None, None)
@@ -113,20 +113,24 @@ def _read_modifier(obj, modifier, below, planes, found):
     if any(modifier.use_bisect_axis[axis] for axis in axes):
         found.append(f"{name}: it cuts the mesh. Turn Bisect off, or delete the half that it cuts away")
         return
-    reach = 0.5 * modifier.merge_threshold if modifier.use_mirror_merge else None
-    for axis in axes:
-        plane = _plane(obj, modifier.mirror_object, axis, reach)
-        if plane is None:
-            found.append(f"{name}: '{modifier.mirror_object.name}' mirrors '{obj.name}' askew, by uneven scales")
-            return
-        if not all(_is_square(plane.normal, other.normal) for other in planes):
-            found.append(f"{name}: its plane does not stand at right angles to that of another Mirror")
-            return
-        planes.append(plane)
+    mirror = modifier.mirror_object
+    own = [_plane(obj, mirror, axis, modifier) for axis in axes]
+    if None in own:
+        found.append(f"{name}: '{mirror.name}' mirrors '{obj.name}' askew, by uneven scales. Apply them")
+    elif not all(_is_square(plane.normal, other.normal) for plane in own for other in planes):
+        found.append(f"{name}: its plane does not stand at right angles to that of another Mirror")
+    else:
+        planes += own
+        if mirror is not None and mirror.animation_data is not None and mirror.animation_data.action is not None:
+            found.append(
+                f"'{mirror.name}' of Mirror '{modifier.name}' is animated. A bake has its plane where it is when the "
+                "bake begins"
+            )
 
 
-def _plane(obj, mirror, axis, reach):
+def _plane(obj, mirror, axis, modifier):
     """The Plane of a Mirror modifier, as Blender computes it; None if images are not congruent in object space."""
+    reach = 0.5 * modifier.merge_threshold if modifier.use_mirror_merge else 0.0
     if mirror is None:
         return Plane(tuple(float(axis == each) for each in range(3)), 0.0, reach)
     to_object = np.array(obj.matrix_world.inverted_safe() @ mirror.matrix_world)

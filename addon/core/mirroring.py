@@ -37,6 +37,22 @@ def images(planes, points):
     return np.array(found[1:]).reshape(-1, len(points), 3)
 
 
+def is_a_border(seam, face_corners, face_starts):
+    """Whether the mesh ends at the vertices of n bool `seam`: a half does. One that goes on beyond the plane, or does
+    not reach it, has nothing to be joined to there."""
+    if not seam.any():
+        return False
+    following = np.append(face_corners[1:], face_corners[:1])
+    ends = np.append(face_starts[1:], len(face_corners)) - 1
+    following[ends] = face_corners[face_starts]
+    lies_in = seam[face_corners] & seam[following]
+    edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
+    if len(edges) == 0:
+        return True  # single vertices touch the plane
+    faces = np.unique(edges, axis=0, return_counts=True)[1]
+    return bool(2 * np.count_nonzero(faces == 1) >= len(faces))
+
+
 def needed(planes, twins, roi, anchors):
     """(planes, twins) of a BindInput without the planes whose seam nothing moves; (None, None) for none."""
     if planes is None:

@@ -400,3 +400,15 @@ def test_images_of_points():
     assert mirroring.images(rows([0]), points).tolist() == [[[-1.0, 2.0, 3.0]]]
     assert len(mirroring.images(rows([0, 1, 2]), points)) == 7
     assert mirroring.images([(0.0, 0.0, 1.0, 2.0)], points).tolist() == [[[1.0, 2.0, 1.0]]]
+
+
+def test_only_a_border_is_a_seam():
+    vertices, triangles = body()
+    middle = np.abs(vertices[:, 0]) < 1e-6
+    assert not mirroring.is_a_border(middle, *faces(triangles))
+    numbers, own = part(vertices, triangles, (0,))
+    assert mirroring.is_a_border(middle[numbers], *faces(own))
+    assert not mirroring.is_a_border(np.zeros(len(numbers), bool), *faces(own))
+    one = np.zeros(len(numbers), bool)
+    one[5] = True
+    assert mirroring.is_a_border(one, *faces(own))

@@ -223,6 +223,35 @@ def test_halves_that_do_not_touch_the_plane_are_posed_as_ever(part):
     assert part("bridge.scene_input").gather(obj).planes is None
 
 
+def test_a_whole_mesh_with_a_mirror_is_posed_as_ever(part):
+    """It goes on beyond the plane, and its copy lies in it."""
+    obj, control = halves.whole(live=False)
+    halves.add_mirror(obj)
+    assert part("bridge.scene_input").gather(obj).planes is None
+
+
+def test_an_animated_mirror_object_is_told(part):
+    obj, _control = halves.half(live=False)
+    empty = bpy.data.objects.new("Plane", None)
+    bpy.context.collection.objects.link(empty)
+    obj.modifiers["Mirror"].mirror_object = empty
+    assert part("bridge.mirrors").notes(obj) == []
+    empty.keyframe_insert("location", frame=1)
+    (note,) = part("bridge.mirrors").notes(obj)
+    assert "'Plane'" in note and "where it is when the bake begins" in note
+
+
+def test_a_farm_gets_the_planes_too(part, tmp_path):
+    obj, _control = halves.half((0, 1), live=False)
+    bind_input = part("bridge.scene_input").gather(obj)
+    targets = bind_input.anchor_rest[None]
+    plan = part("bake.plan").BakePlan(bind_input, np.array([1.0]), 1.0, targets, None)
+    triangles = part("bridge.mesh_arrays").triangles(obj.data, bind_input.rest)
+    part("bake.bundle").save(tmp_path / "clip.npz", plan, triangles)
+    loaded, _triangles = part("bake.bundle").load(tmp_path / "clip.npz")
+    assert loaded.key == plan.key and loaded.bind_input.planes.shape == (2, 4)
+
+
 def test_a_region_that_leaves_the_seam_alone_costs_nothing(part):
     obj, _control = halves.half(live=False)
     gather = part("bridge.scene_input").gather

@@ -57,8 +57,8 @@ def test_other_axes(axis):
     obj, control = halves.whole(live=False)
     obj.meanvalue.symmetric = "XYZ"[axis]
     obj.meanvalue.anchor_groups[0].is_enabled = axis == 1  # a pin at the bottom would be one at the top too
-    high = np.flatnonzero(np.abs(rest(obj)[:, 0]) < 0.2)
-    steps.add_group(obj, "Middle", [v for v in high if abs(rest(obj)[v, 2]) < 0.1])
+    middle = (np.abs(rest(obj)[:, 0]) < 0.2) & (np.abs(rest(obj)[:, 2]) < 0.1)
+    steps.add_group(obj, "Middle", np.flatnonzero(middle).tolist())
     assert bpy.ops.meanvalue.add_pin(group="Middle") == {'FINISHED'}
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     move(control, (0.3, 0.2, 0.2))
