@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from . import fixed_points
+from .agreed_motion import agreed
 
 
 def of(bind_input):
@@ -155,9 +156,9 @@ class Mirrored:
             images = np.concatenate([images, image[images]])
             shifts += [matrix @ each + shift for each in shifts]
             turns += [matrix @ each for each in turns]
-        self._turns, self._images, self._source = np.array(turns), images, source
+        self._turns, self._shifts, self._images, self._source = np.array(turns), np.array(shifts), images, source
         turned = np.einsum("nij,nj->ni", self._turns[element], rest[source])
-        self.rest = turned + np.array(shifts)[element]
+        self.rest = turned + self._shifts[element]
 
     def _read_anchors(self):
         bind_input, images = self._of, self._images[:, self._of.anchors]
@@ -188,7 +189,13 @@ class Mirrored:
             for number, (places, claims) in enumerate(zip(self._places, self._claims, strict=True)):
                 np.minimum.at(labels, number * handles + bind_input.pieces[claims], lowest[places[claims]])
             if np.array_equal(labels, before):
-                return np.unique(lowest, return_inverse=True)[1].astype(np.int32)
+                break
+        self._across = []  # (anchors, images that are one with it) of each handle that a plane goes through
+        for handle in range(handles):
+            own = np.flatnonzero(labels[handle::handles] == labels[handle])
+            if len(own) > 1:
+                self._across.append((np.flatnonzero(bind_input.pieces == handle), own))
+        return np.unique(lowest, return_inverse=True)[1].astype(np.int32)
 
     def _shared_strengths(self):
         """A handle's spring is shared out among the vertices that it has in the whole, as core.springs does."""
@@ -240,8 +247,13 @@ class Mirrored:
         return self._of.anchor_rest + self._moves(positions)[..., self._places[0], :]
 
     def _moves(self, positions):
-        """... x K x 3: from rest, the mean of what all images of the leading handle ask for."""
-        asked = positions - self._of.anchor_rest
+        """... x K x 3: from rest, the mean of what all images of the leading handle ask for. Handles that a plane goes
+        through ask for what is the same on both sides."""
+        rest = self._of.anchor_rest
+        asked = positions - rest
+        for anchors, own in self._across:
+            goals = agreed(rest[anchors], positions[..., anchors, :], self._turns[own], self._shifts[own])
+            asked[..., anchors, :] = goals - rest[anchors]
         moves = np.zeros((*asked.shape[:-2], len(self.anchors), 3))
         for turn, places, claims in zip(self._turns, self._places, self._claims, strict=True):
             moves[..., places[claims], :] += _turned(asked[..., claims, :], turn)

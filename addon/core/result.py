@@ -57,8 +57,8 @@ def torn_notes(bind_input, targets):
     if kept_back:
         yield (
             f"Mirroring keeps {wording.counted(kept_back, 'anchor')} from where {'its' if kept_back == 1 else 'their'} "
-            "handle is: in the mirror plane vertices only slide, and of two handles on mirrored places the upper one "
-            "in the list leads"
+            "handle is: a handle across the mirror plane goes along it and turns in it, and of two handles on mirrored "
+            "places the upper one in the list leads"
         )
 
 
