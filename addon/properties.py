@@ -126,6 +126,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     )
     made_group: BoolProperty(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
     made_control: BoolProperty(options={'HIDDEN'})
+    is_pin: BoolProperty(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
     marker: StringProperty(options={'HIDDEN'})  # Match Markers made the line for this marker
 
 
@@ -202,6 +203,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         maxlen=ids.NAME_LENGTH,
         update=_make_result_key,
     )
+    made_region: StringProperty(options={'HIDDEN'})  # the region's vertex group, if it was made for the object
     former_result: StringProperty(options={'HIDDEN'})  # the shape key that the last solve wrote
     show_overlay: BoolProperty(
         name="Overlay",

@@ -17,15 +17,19 @@ from .operators import (
     bind,
     clear_wrap_pairs,
     find_marker_problems,
+    finish,
+    grab,
     grow_region,
     import_motion,
     keep_pose,
+    keyframe_handles,
     match_markers,
     morph,
     own_controls,
     paint_region,
     pick_marker_point,
     pick_wrap_pairs,
+    pin_here,
     reference_frame,
     remove_anchor_group,
     remove_in_betweens,
@@ -48,6 +52,7 @@ from .ui import (
     bake_panel,
     capture_panel,
     file_drop,
+    grab_tool,
     keymap,
     marker_list,
     menus,
@@ -63,6 +68,8 @@ from .workers import job, mended_takes
 CLASSES = (
     preferences.MEANVALUE_AP_preferences,
     add_anchor_group.MEANVALUE_OT_add_anchor_group,
+    grab.MEANVALUE_OT_grab,
+    pin_here.MEANVALUE_OT_pin_here,
     add_handle.MEANVALUE_OT_add_handle,
     add_handle.MEANVALUE_OT_add_pin,
     remove_anchor_group.MEANVALUE_OT_remove_anchor_group,
@@ -70,6 +77,8 @@ CLASSES = (
     reset_handles.MEANVALUE_OT_reset_handles,
     own_controls.MEANVALUE_OT_own_controls,
     keep_pose.MEANVALUE_OT_keep_pose,
+    keyframe_handles.MEANVALUE_OT_keyframe_handles,
+    finish.MEANVALUE_OT_finish,
     apply_pose.MEANVALUE_OT_apply_pose,
     add_pose_key.MEANVALUE_OT_add_pose_key,
     bind.MEANVALUE_OT_bind,
@@ -114,7 +123,7 @@ CLASSES = (
 )
 
 #: What is hung into Blender's own user interface.
-USER_INTERFACE = (menus, keymap, overlay, pair_overlay)
+USER_INTERFACE = (menus, keymap, grab_tool, overlay, pair_overlay)
 
 
 def register():

@@ -172,6 +172,21 @@ def select(group):
         group.control.data.bones.active = group.control.data.bones[group.bone]
 
 
+def mover(group):
+    """The object or pose bone that carries a handle which has no problem()."""
+    control = group.control
+    bone = control.pose.bones.get(group.bone) if control.type == 'ARMATURE' else None
+    return control if bone is None else bone
+
+
+def is_selected(group):
+    """Whether the artist has selected what carries the handle; a bone counts in Pose Mode, with its armature else."""
+    carrier = mover(group)
+    if isinstance(carrier, bpy.types.PoseBone) and group.control.mode == 'POSE':
+        return carrier.bone.select
+    return group.control.select_get()
+
+
 def note_active(obj):
     """Makes the line of the control `obj`, which the artist has just made active, the active one of the list."""
     mesh_object = owner_of(obj)

@@ -12,6 +12,10 @@ from ..errors import SceneError
 SLICE = 5000
 
 
+#: How finely the weights that we write differ. Painted ones in Blender are shown with as many colours.
+WEIGHT_STEPS = 255
+
+
 class Reading:
     """The members of groups, read a slice of the vertices at a time, so that nobody has to wait for a big mesh.
 
@@ -91,6 +95,22 @@ def require(obj, name, role, remedy):
 
 def replace_members(obj, group, indices):
     """The group gets the vertices `indices` with weight 1 and loses all others."""
-    group.remove(range(len(obj.data.vertices)))
-    group.add(indices.tolist(), 1.0, 'REPLACE')
+    weights = np.zeros(len(obj.data.vertices))
+    weights[indices] = 1.0
+    replace_weights(obj, group, weights)
+
+
+def replace_weights(obj, group, weights):
+    """The group gets the vertices of n `weights` above 0, in steps of 1/WEIGHT_STEPS, and loses all others.
+
+    Blender takes many vertices of one weight at a time.
+    """
+    levels = np.ceil(np.clip(weights, 0.0, 1.0) * WEIGHT_STEPS - 1e-6).astype(np.int32)
+    order = np.argsort(levels, kind="stable")
+    ends = np.searchsorted(levels[order], np.arange(WEIGHT_STEPS + 1), side="right")
+    group.remove(range(len(levels)))
+    for level in range(1, WEIGHT_STEPS + 1):
+        members = order[ends[level - 1] : ends[level]]
+        if len(members):
+            group.add(members.tolist(), level / WEIGHT_STEPS, 'REPLACE')
     obj.data.update_tag()

@@ -18,8 +18,30 @@ def grown_by_distance(edges, positions, seeds, distance):
     edges  m x 2 vertex indices; positions  n x 3. A way along edges is at least as long as one straight over the faces,
     by up to two fifths on a grid of squares.
     """
+    return distances(edges, positions, seeds, distance) <= distance
+
+
+def distances(edges, positions, seeds, limit):
+    """n float64: how far each vertex is from `seeds`, as in grown_by_distance(); infinite beyond `limit`."""
+    near = _may_be_within(positions, seeds, limit)
+    edges = edges[near[edges].all(axis=1)]
     lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
-    return _nearness(edges, lengths, seeds, len(positions), distance) <= distance
+    return _nearness(edges, lengths, seeds, len(positions), limit)
+
+
+def falloff(distances, inner, outer):
+    """Weights from 0 to 1: 1 up to the distance `inner`, 0 from `outer` on, smooth between, as Proportional Editing's.
+
+    It is 3 t^2 - 2 t^3, t from 1 to 0, so that it has no kink at either end.
+    """
+    t = np.clip((outer - distances) / (outer - inner), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def _may_be_within(positions, seeds, limit):
+    """n bool: whether a vertex is near enough to the box around the seeds, straight through space."""
+    low, high = positions[seeds].min(axis=0) - limit, positions[seeds].max(axis=0) + limit
+    return ((positions >= low) & (positions <= high)).all(axis=1)
 
 
 def _nearness(edges, lengths, seeds, vertex_count, limit):

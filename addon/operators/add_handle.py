@@ -5,23 +5,11 @@ import bpy
 import numpy as np
 
 from .. import ids
-from ..bridge import controls, scene_input, selection, shape_keys, vertex_groups
+from ..bridge import handle_lines, scene_input, selection, shape_keys, vertex_groups
 from ..core import wording
 from ..core.bind_input import require_finite
 from ..errors import SceneError
 from .base import MeshOperator
-
-#: Told apart in the overlay without looking alike to most eyes (Okabe and Ito 2008).
-COLORS = (
-    (0.90, 0.62, 0.00),
-    (0.34, 0.71, 0.91),
-    (0.00, 0.62, 0.45),
-    (0.94, 0.89, 0.26),
-    (0.84, 0.37, 0.00),
-    (0.80, 0.47, 0.65),
-)
-PIN_COLOR = (0.0, 0.45, 0.70)
-
 
 class NewAnchors(MeshOperator):
     """Mix-in: anchors from the vertices selected in Edit Mode, or from a vertex group in Object Mode."""
@@ -59,16 +47,7 @@ class NewAnchors(MeshOperator):
         name, members = self._members(obj)
         self.require_usable(obj, members)
         selection.leave_edit_mode(obj)
-        settings = obj.meanvalue
-        made_group = not name
-        if made_group:
-            group = obj.vertex_groups.new(name=self.name or self.new_group_name)
-            group.add(members.tolist(), 1.0, 'REPLACE')
-            name = group.name
-        line = settings.anchor_groups.add()
-        line.name = name
-        line.made_group = made_group
-        settings.active_anchor_group = len(settings.anchor_groups) - 1
+        line = handle_lines.add_line(obj, members, group=name, new_name=self.name or self.new_group_name)
         message = self.equip(obj, line, members)
         try:
             scene_input.gather(obj)
@@ -126,10 +105,7 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
             require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
 
     def equip(self, obj, line, members):
-        line.color = COLORS[sum(group.follows == 'CONTROL' for group in obj.meanvalue.anchor_groups) % len(COLORS)]
-        rest = shape_keys.rest_positions(obj.data)[members]
-        shown = shape_keys.result_positions(obj)
-        control = controls.add_control(obj, line, rest, rest if shown is None else shown[members])
+        control = handle_lines.make_handle(obj, line, members)
         if self.live and self._was_first and not obj.meanvalue.live:
             obj.meanvalue.live = True
         selection.choose(control)
@@ -145,6 +121,5 @@ class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
     new_group_name = ids.PIN_GROUP
 
     def equip(self, _obj, line, members):
-        line.follows = 'REST'
-        line.color = PIN_COLOR
+        handle_lines.make_pin(line)
         return f"Pin '{line.name}' holds {wording.vertices(len(members))}"
