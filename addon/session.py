@@ -63,19 +63,15 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
-    held = {
-        "handles": bind_input.pieces if bind_input.rigid_pieces else None,
-        "rigidity": bind_input.rigidity,
-        **({} if bind_input.strengths is None else {"strengths": bind_input.strengths}),
-    }
+    anchors, held = _held(bind_input)
     if known is not None:
-        task = call(known.deformer.start_rebind, bind_input.anchors, execution=execution, **held)
+        task = call(known.deformer.start_rebind, anchors, execution=execution, **held)
     else:
         task = call(
             native_loader.module().start_bind,
             bind_input.rest.astype(np.float64),
             triangles,
-            bind_input.anchors,
+            anchors,
             roi=None if bind_input.roi.all() else bind_input.roi,
             method=bind_input.method,
             portable=portable,
@@ -84,7 +80,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
         )
     yield task
     deformer = call(task.result)
-    summary = result.BindSummary.of(deformer.report)
+    summary = result.BindSummary.of(deformer.report, len(anchors) - len(bind_input.anchors))
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
@@ -104,8 +100,8 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
     """
     task = call(
         binding.deformer.start_solve,
-        np.ascontiguousarray(goal.positions, np.float64),
-        weights=goal.weights,
+        _targets(bind_input, goal.positions),
+        weights=_weights(bind_input, goal.weights),
         start=start,
         settle=settle,
         execution=execution,
@@ -122,7 +118,7 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
     return solution.vertices, summary
 
 
-def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
+def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
     """Steps (see workers.job) to the native Sequence of rows `frames`, (begin, end), of a clip.
 
     targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None. Rows that could
@@ -132,8 +128,8 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
     """
     task = call(
         binding.deformer.start_solve_sequence,
-        np.ascontiguousarray(targets, np.float64),
-        weights=weights,
+        _targets(bind_input, targets),
+        weights=_weights(bind_input, weights),
         frames=frames,
         chunk=chunk,
         overlap=overlap,
@@ -143,6 +139,38 @@ def sequence_steps(binding, targets, weights, *, frames, chunk, overlap, threads
     )
     yield task
     return call(task.result, refused=REFUSED_POSE)
+
+
+def _held(bind_input):
+    """(anchors, arguments) for the solver, to whom a soft border is one more piece of soft anchors."""
+    pieces, strengths, border = bind_input.pieces, bind_input.strengths, bind_input.border
+    if border is not None:
+        if strengths is None:
+            strengths = np.full(len(pieces), np.inf)
+        strengths = np.concatenate([strengths, bind_input.border_strengths])
+        pieces = np.concatenate([pieces, np.full(len(border), pieces.max(initial=-1) + 1, np.int32)])
+    anchors = bind_input.anchors if border is None else np.concatenate([bind_input.anchors, border])
+    return anchors, {
+        "handles": pieces if bind_input.rigid_pieces else None,
+        "rigidity": bind_input.rigidity,
+        **({} if strengths is None else {"strengths": strengths}),
+    }
+
+
+def _targets(bind_input, positions):
+    """Places of the anchors, (..., k, 3), and behind them those of the soft border, which are at rest."""
+    positions = np.asarray(positions, np.float64)
+    if bind_input.border is None:
+        return np.ascontiguousarray(positions)
+    rest = bind_input.rest[bind_input.border].astype(np.float64)
+    return np.concatenate([positions, np.broadcast_to(rest, (*positions.shape[:-2], *rest.shape))], axis=-2)
+
+
+def _weights(bind_input, weights):
+    """What each anchor counts, (..., k), and behind them those of the soft border, which count fully; None: all do."""
+    if weights is None or bind_input.border is None:
+        return weights
+    return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(bind_input.border)))], axis=-1)
 
 
 def forget(fingerprint):

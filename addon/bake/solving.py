@@ -37,6 +37,7 @@ def solve_rows(binding, bind_input, targets, weights, begin, end, execution, thr
     """
     sequence = yield from session.sequence_steps(
         binding,
+        bind_input,
         targets,
         weights,
         frames=(begin, end),

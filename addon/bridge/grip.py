@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the Grab tool holds: a new handle with its surroundings, or one that is there; and the way back."""
 
+import bpy
 import numpy as np
 from mathutils import Matrix
 
@@ -48,7 +49,8 @@ class Grip:
             obj.meanvalue.active_anchor_group = index
             self._takes_region = False
         self.line_name = line.name
-        self._start = control_world(line)
+        bpy.context.view_layer.update()  # a control that was just made has its place only after this
+        self._start = control_world(self.line(obj))
         if not obj.meanvalue.live:
             obj.meanvalue.live = True
 
@@ -189,8 +191,8 @@ def _require_control(obj, line):
         )
     if line.follows == 'SHAPE':
         raise SceneError(
-            f"'{line.name}' follows the active shape key, so it has no control to drag. Choose Control for it in Active "
-            "Handle, under Follows"
+            f"'{line.name}' follows the active shape key, so it has no control to drag. Choose Control for it in "
+            "Active Handle, under Follows"
         )
     problem = controls.problem(obj, line)
     if problem:
@@ -206,7 +208,5 @@ def _edge_length(obj, vertex, rest):
     edges = mesh_arrays.edges(obj.data)
     own = edges[(edges == vertex).any(axis=1)]
     if len(own) == 0:
-        raise SceneError(
-            "The vertex under the mouse has no edges, so nothing can follow it. Press somewhere else"
-        )
+        raise SceneError("The vertex under the mouse has no edges, so nothing can follow it. Press somewhere else")
     return float(np.linalg.norm(rest[own[:, 0]] - rest[own[:, 1]], axis=1).max())

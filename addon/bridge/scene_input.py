@@ -3,7 +3,7 @@
 
 from .. import ids
 from ..core import springs, wording
-from ..core.bind_input import BindInput, anchor_layout, region_mask
+from ..core.bind_input import BindInput, anchor_layout, region_weights, soft_border
 from ..errors import SceneError
 from . import controls, marker_pairs, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
@@ -72,8 +72,12 @@ def gather(obj, reading=None):
     region_name = settings.roi_group
     _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
     anchors, pieces = anchor_layout([members[name] for name in names])
-    roi = region_mask(len(obj.data.vertices), members.get(region_name), settings.roi_invert)
+    freedom = region_weights(
+        len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert
+    )
+    roi = freedom > 0.0
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
+    border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
     soft = [group.strength if group.is_soft else None for group in groups]
     if rigidity is None and any(group.is_soft for group in groups):
         raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
@@ -88,6 +92,8 @@ def gather(obj, reading=None):
         rigid_pieces=any(group.follows != 'SHAPE' for group in groups),
         rigidity=rigidity,
         strengths=springs.strengths(pieces, soft, rigidity, int(roi.sum())),
+        border=border,
+        border_strengths=border_strengths,
     )
     bind_input.check()
     return bind_input

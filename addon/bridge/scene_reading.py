@@ -17,13 +17,14 @@ class SceneReading:
     was edited.
 
     members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
+    region_weights  of the region's members, float64, above 0 up to 1
     faces    (corners, starts) as of mesh_arrays.faces()
     """
 
     def __init__(self, obj):
-        self.members = self.faces = None
+        self.members = self.region_weights = self.faces = None
         self._signature = _signature(obj)
-        self._groups = vertex_groups.Reading(obj, _names(obj))
+        self._groups = vertex_groups.Reading(obj, _names(obj), weighted=obj.meanvalue.roi_group)
 
     def go_on(self, obj, seconds=math.inf):
         """Reads for about so long, something in any case. Returns whether all is read."""
@@ -31,7 +32,7 @@ class SceneReading:
         if self.members is None:
             if not self._groups.go_on(obj, seconds):
                 return False
-            self.members = self._groups.members
+            self.members, self.region_weights = self._groups.members, self._groups.member_weights
             self._groups = None
             if time.monotonic() >= until:
                 return False

@@ -11,7 +11,6 @@ from ..errors import SceneError
 #: Vertices that are read before the clock is looked at: some 5 ms with four groups at each.
 SLICE = 5000
 
-
 #: How finely the weights that we write differ. Painted ones in Blender are shown with as many colours.
 WEIGHT_STEPS = 255
 
@@ -24,8 +23,11 @@ class Reading:
     is worth nothing once the object was edited.
     """
 
-    def __init__(self, obj, names):
+    def __init__(self, obj, names, weighted=""):
+        """weighted: name of the group whose `member_weights` are wanted."""
         self._indices = {name: obj.vertex_groups[name].index for name in names if name in obj.vertex_groups}
+        self._weighted = self._indices.get(weighted)
+        self._member_weights = []
         self._found = {index: [] for index in self._indices.values()}
         self.vertex_count = len(obj.data.vertices)
         self._next = 0 if self._found else self.vertex_count
@@ -51,12 +53,19 @@ class Reading:
             for element in vertex.groups:
                 if element.group in found and element.weight > 0.0:
                     found[element.group].append(number)
+                    if element.group == self._weighted:
+                        self._member_weights.append(element.weight)
         self._next += SLICE
 
     @property
     def members(self):
         """{name: ascending vertex indices, int32} of the groups that exist."""
         return {name: np.array(self._found[index], np.int32) for name, index in self._indices.items()}
+
+    @property
+    def member_weights(self):
+        """Of the members of the group `weighted`, in their order, float64 above 0 up to 1."""
+        return np.array(self._member_weights, np.float64)
 
 
 class WeightReading(Reading):

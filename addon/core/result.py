@@ -75,11 +75,11 @@ class BindSummary:
             )
 
     @classmethod
-    def of(cls, report):
-        """From the native deformer's report."""
+    def of(cls, report, border_count=0):
+        """From the native deformer's report, to which the springs of a soft border are anchors as well."""
         return cls(
             vertex_count=int(report.vertex_count),
-            anchor_count=int(report.anchor_count),
+            anchor_count=int(report.anchor_count) - border_count,
             free_count=int(report.free_count),
             unheld_part_count=sum(1 for part in report.components if part.free_count and part.undetermined),
             seconds=float(sum(report.timings.values())),

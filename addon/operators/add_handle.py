@@ -11,6 +11,7 @@ from ..core.bind_input import require_finite
 from ..errors import SceneError
 from .base import MeshOperator
 
+
 class NewAnchors(MeshOperator):
     """Mix-in: anchors from the vertices selected in Edit Mode, or from a vertex group in Object Mode."""
 

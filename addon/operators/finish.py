@@ -6,7 +6,6 @@ import bpy
 from .. import ids, session
 from ..bridge import bound_record, controls, region, selection, shape_keys, targets
 from ..core import wording
-from ..errors import SceneError
 from ..live import engine
 from .settled import SettledOperator
 
@@ -84,8 +83,9 @@ def _remove_what_was_made(obj):
     for index in reversed(range(lines)):
         controls.remove_handle(obj, index)
     made_groups += region.remove_made_group(obj)
-    session.forget(bound_record.read_fingerprint(settings.bound))
-    bound_record.clear(settings.bound)
+    if settings.bound.is_bound:
+        session.forget(bound_record.read_fingerprint(settings.bound))
+        bound_record.clear(settings.bound)
     settings.former_result = ""
     return wording.listed(
         (

@@ -84,7 +84,10 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         subtype='FACTOR',
     )
     offset: bpy.props.FloatVectorProperty(
-        name="Move", description="How far the handle is moved, in the world", subtype='TRANSLATION', options={'SKIP_SAVE'}
+        name="Move",
+        description="How far the handle is moved, in the world",
+        subtype='TRANSLATION',
+        options={'SKIP_SAVE'},
     )
     vertex: bpy.props.IntProperty(
         name="Vertex", description="The vertex to take hold of", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
@@ -103,7 +106,6 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
                     "counted from 0. Give one of them as 'vertex'"
                 )
             grip = Grip(obj, self.vertex, self.size)
-            context.view_layer.update()
             grip.move(obj, Vector(self.offset))
         except MeanValueError as error:
             return self.refuse(error)
@@ -161,7 +163,6 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
                 return
             self._grip = Grip(obj, self.vertex, self.size)
             self._size_taken = self.size
-            context.view_layer.update()  # a control that was just made has its place only after this
         self.offset = self._on_plane(self._mouse) - self._on_plane(self._start)
         self._grip.move(obj, Vector(self.offset))
 

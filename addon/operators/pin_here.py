@@ -78,8 +78,8 @@ def _let_go(obj, index):
     line = obj.meanvalue.anchor_groups[index]
     if not _is_pin(line):
         raise SceneError(
-            f"'{line.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To remove "
-            "it, click it in the list and press -"
+            f"'{line.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "
+            "remove it, click it in the list and press -"
         )
     name = line.name
     controls.remove_handle(obj, index)
