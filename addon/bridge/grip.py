@@ -24,14 +24,16 @@ class Grip:
     is_new            it was made for this grip
     """
 
-    def __init__(self, obj, vertex, size):
-        """Takes hold of the handle that has `vertex`, or makes one. @throws SceneError before anything is changed.
+    def __init__(self, obj, vertex, size, handle=""):
+        """Takes hold of `handle`, or the one that has `vertex`, or makes one. @throws SceneError before anything is
+        changed.
 
         size: how far the surroundings of a new handle follow, as a share of the mesh's size.
         """
         self.vertex = vertex
         self._before = _Before(obj)
-        index = handle_lines.line_at(obj, vertex)
+        index = obj.meanvalue.anchor_groups.find(handle)
+        index = handle_lines.line_at(obj, vertex) if index < 0 else index
         self.is_new = index is None
         if self.is_new:
             self._require_can_be_posed(obj)

@@ -2,6 +2,7 @@
 """The circle around the mouse that shows how far the surroundings follow while something is dragged."""
 
 import bpy
+import gpu
 from bpy_extras import view3d_utils
 from gpu_extras.presets import draw_circle_2d
 from mathutils import Vector
@@ -39,7 +40,14 @@ class DragCircle:
 
     def _draw(self):
         if bpy.context.region == self._region and self._radius > 0.0:
-            draw_circle_2d(self._centre, COLOR, self._radius)
+            draw(self._centre, COLOR, self._radius)
+
+
+def draw(centre, color, radius):
+    """In pixels of the region that is drawn."""
+    gpu.state.blend_set('ALPHA')
+    draw_circle_2d(centre, color, radius, segments=64)
+    gpu.state.blend_set('NONE')
 
 
 def pixels(region, view, place, length):

@@ -5,9 +5,9 @@ import bpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from .. import compat
+from .. import compat, ids
 from ..bridge import controls, handle_lines, scene_input, selection
-from ..bridge.grip import Grip, radius
+from ..bridge.grip import Grip, control_world, radius
 from ..core import wording
 from ..errors import MeanValueError, SceneError
 from ..live import engine
@@ -22,6 +22,13 @@ WHEEL_STEP = 1.15
 #: How often Size is looked at during a drag, and the status: not at every notch of the wheel, since the mesh is bound
 #: anew for it.
 TICK_SECONDS = 0.1
+
+#: Of Size.
+LEAST_SIZE = 0.005
+MOST_SIZE = 3.0
+
+#: A press so near to a control, in pixels at interface scale 1, is meant for it, wherever the surface is.
+CONTROL_PIXELS = 12.0
 
 GROW = {'WHEELUPMOUSE', 'RIGHT_BRACKET', 'NUMPAD_PLUS', 'PAGE_UP'}
 SHRINK = {'WHEELDOWNMOUSE', 'LEFT_BRACKET', 'NUMPAD_MINUS', 'PAGE_DOWN'}
@@ -39,18 +46,28 @@ class ToolOperator(Reporting):
             cls.poll_message_set(wording.sentence(problem))
         return problem is None
 
-    def find_pressed(self, context, event):
-        """(mesh object, Pressed), or (None, None) where no mesh is under the mouse. @throws SceneError.
+    def warn(self, error):
+        """As refuse(), without Blender's popup under the mouse, which takes the next click."""
+        self.report({'WARNING'}, wording.sentence(str(error)))
+        return {'CANCELLED'}
 
-        The active mesh counts. What is in front of it, or beside it, becomes the active one instead.
+    def find_pressed(self, context, event):
+        """(mesh object, Pressed). @throws SceneError where there is nothing to take hold of.
+
+        The active mesh counts, and its controls first. What is in front of it, or beside it, becomes the active one
+        instead.
         """
         found = under_mouse.view_under(context, event)
         if found is None:
-            return None, None
+            raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
         region, view, mouse = found
-        obj, first = scene_input.subject(context), under_mouse.first_object(context, region, view, mouse)
+        obj = scene_input.subject(context)
+        at_control = _control_under(context, obj, region, view, mouse)
+        if at_control is not None:
+            return obj, at_control
+        first = under_mouse.first_object(context, region, view, mouse)
         if first is None:
-            return None, None
+            raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
         if first != obj:
             problem = scene_input.object_problem(first)
             if problem:
@@ -63,7 +80,10 @@ class ToolOperator(Reporting):
                     f"what is behind it, hide it, or look at '{obj.name}' alone (Local View)"
                 )
             obj = first
-        return obj, under_mouse.press(obj, region, view, mouse)
+        pressed = under_mouse.press(obj, region, view, mouse)
+        if pressed is None:
+            raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
+        return obj, pressed
 
 
 class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
@@ -78,9 +98,9 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         description="How far the surroundings of a new handle follow, as a share of the mesh's size. They follow less "
         "the farther they are",
         default=FIRST_SIZE,
-        min=0.005,
+        min=LEAST_SIZE,
         soft_max=1.0,
-        max=3.0,
+        max=MOST_SIZE,
         subtype='FACTOR',
     )
     offset: bpy.props.FloatVectorProperty(
@@ -93,6 +113,13 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         name="Vertex", description="The vertex to take hold of", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
     )
 
+    handle: bpy.props.StringProperty(
+        name="Handle",
+        description="Vertex group of the handle to move. If empty: the one that has the vertex, or else a new one",
+        maxlen=ids.NAME_LENGTH,
+        options={'HIDDEN', 'SKIP_SAVE'},
+    )
+
     def execute(self, context):
         """All at once, for scripts and the last-operation panel."""
         obj = scene_input.subject(context)
@@ -100,12 +127,9 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             problem = scene_input.object_problem(obj)
             if problem:
                 raise SceneError(problem)
-            if not 0 <= self.vertex < len(obj.data.vertices):
-                raise SceneError(
-                    f"'{obj.name}' has no vertex {self.vertex}: it has {wording.vertices(len(obj.data.vertices))}, "
-                    "counted from 0. Give one of them as 'vertex'"
-                )
-            grip = Grip(obj, self.vertex, self.size)
+            if self.handle not in obj.meanvalue.anchor_groups:
+                require_vertex(obj, self.vertex)
+            grip = Grip(obj, self.vertex, self.size, self.handle)
             grip.move(obj, Vector(self.offset))
         except MeanValueError as error:
             return self.refuse(error)
@@ -116,14 +140,12 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         try:
             obj, self._pressed = self.find_pressed(context, event)
         except SceneError as error:
-            return self.refuse(error)
-        if self._pressed is None:
-            return {'PASS_THROUGH'}  # a click beside the mesh selects what is there
+            return self.warn(error)
         self._object_name, self._identity = obj.name, compat.session_key(obj)
         self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
         self._grip = None
         self._size_taken = self.size
-        self.vertex = self._pressed.vertex
+        self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
         self._circle = DragCircle(context)
         self._show(context, obj)
         self._timer = context.window_manager.event_timer_add(TICK_SECONDS, window=context.window)
@@ -146,7 +168,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             self._show(context, obj)
         except MeanValueError as error:
             self._end(context)
-            return self.refuse(error)
+            return self.warn(error)
         except BaseException:
             self._end(context)
             raise
@@ -161,10 +183,17 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         if self._grip is None:
             if (self._mouse - self._start).length < context.preferences.inputs.drag_threshold_mouse:
                 return
-            self._grip = Grip(obj, self.vertex, self.size)
+            self._grip = Grip(obj, self.vertex, self.size, self.handle)
             self._size_taken = self.size
         self.offset = self._on_plane(self._mouse) - self._on_plane(self._start)
         self._grip.move(obj, Vector(self.offset))
+
+    def _handle(self, obj):
+        """Name of the handle or pin that is pressed on, or ""."""
+        if self._pressed.line is not None:
+            return self._pressed.line
+        index = handle_lines.line_at(obj, self.vertex)
+        return "" if index is None else obj.meanvalue.anchor_groups[index].name
 
     def _on_plane(self, mouse):
         """Where the mouse is in the world, in the plane of the view through the place that was pressed."""
@@ -174,8 +203,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     def _resize(self, context, direction):
         if self._grip is not None and not self._grip.has_size:
             return
-        limits = self.bl_rna.properties["size"]
-        self.size = min(limits.hard_max, max(limits.hard_min, self.size * WHEEL_STEP**direction))
+        self.size = min(MOST_SIZE, max(LEAST_SIZE, self.size * WHEEL_STEP**direction))
         tool = context.workspace.tools.from_space_view3d_mode('OBJECT', create=False)
         if tool is not None and tool.idname == self.bl_idname:
             tool.operator_properties(self.bl_idname).size = self.size
@@ -196,8 +224,8 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         return self.tell(*_outcome(obj, self._grip))
 
     def _click(self, obj):
-        index = handle_lines.line_at(obj, self.vertex)
-        if index is None:
+        index = obj.meanvalue.anchor_groups.find(self.handle)
+        if index < 0:
             self.report({'INFO'}, "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
         line = obj.meanvalue.anchor_groups[index]
@@ -245,6 +273,32 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         self._timer = None
         if context.workspace is not None:
             context.workspace.status_text_set(None)
+
+
+def require_vertex(obj, vertex):
+    if not 0 <= vertex < len(obj.data.vertices):
+        raise SceneError(
+            f"'{obj.name}' has no vertex {vertex}: it has {wording.vertices(len(obj.data.vertices))}, counted from 0. "
+            "Give one of them as 'vertex'"
+        )
+
+
+def _control_under(context, obj, region, view, mouse):
+    """The Pressed of a control of `obj` that is to be seen under the mouse, the nearest to it; or None."""
+    if scene_input.object_problem(obj) is not None:
+        return None
+    found, least = None, CONTROL_PIXELS * context.preferences.system.ui_scale
+    for line in obj.meanvalue.anchor_groups:
+        if not line.is_enabled or line.follows != 'CONTROL' or controls.problem(obj, line) is not None:
+            continue
+        place = control_world(line).translation
+        seen = view3d_utils.location_3d_to_region_2d(region, view, place)
+        is_hidden = not line.control.visible_in_viewport_get(context.space_data)
+        if seen is None or is_hidden or (seen - Vector(mouse)).length > least:
+            continue
+        least = (seen - Vector(mouse)).length
+        found = under_mouse.Pressed(-1, place, region, view, line.name)
+    return found
 
 
 def _has_handles(obj):

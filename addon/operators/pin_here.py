@@ -4,11 +4,11 @@
 import bpy
 
 from .. import ids
-from ..bridge import controls, handle_lines, region, scene_input
+from ..bridge import controls, handle_lines, region, scene_input, vertex_groups
 from ..bridge.grip import HANDLE_SHARE, near_vertices, radius
 from ..core import wording
 from ..errors import MeanValueError, SceneError
-from .grab import FIRST_SIZE, ToolOperator
+from .grab import FIRST_SIZE, LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex
 
 
 class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
@@ -22,9 +22,9 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
         name="Size",
         description="As of Grab: the pin holds as much as a new handle of that size",
         default=FIRST_SIZE,
-        min=0.005,
+        min=LEAST_SIZE,
         soft_max=1.0,
-        max=3.0,
+        max=MOST_SIZE,
         subtype='FACTOR',
     )
     vertex: bpy.props.IntProperty(
@@ -35,10 +35,12 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
         try:
             obj, pressed = self.find_pressed(context, event)
         except SceneError as error:
-            return self.refuse(error)
-        if obj is None or pressed is None:
-            return {'PASS_THROUGH'}
-        self.vertex = pressed.vertex
+            return self.warn(error)
+        if pressed.line is not None:
+            members = vertex_groups.members(obj, [pressed.line])[pressed.line]
+            self.vertex = int(members[0]) if len(members) else -1
+        else:
+            self.vertex = pressed.vertex
         return self.execute(context)
 
     def execute(self, context):
@@ -47,11 +49,7 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
             problem = scene_input.object_problem(obj)
             if problem:
                 raise SceneError(problem)
-            if not 0 <= self.vertex < len(obj.data.vertices):
-                raise SceneError(
-                    f"'{obj.name}' has no vertex {self.vertex}: it has {wording.vertices(len(obj.data.vertices))}, "
-                    "counted from 0. Give one of them as 'vertex'"
-                )
+            require_vertex(obj, self.vertex)
             return self.tell(*self._toggle(obj))
         except MeanValueError as error:
             return self.refuse(error)

@@ -17,12 +17,16 @@ MOST_HIDDEN = 100
 
 @dataclass(frozen=True)
 class Pressed:
-    """A vertex of a mesh object that was pressed: its number, the place pressed in the world, and the view."""
+    """A vertex of a mesh object that was pressed: its number, the place pressed in the world, and the view.
+
+    line  name of the handle whose control was pressed instead (the vertex is -1 then), or None
+    """
 
     vertex: int
     place: Vector
     region: object
     view: object
+    line: str | None = None
 
 
 def view_under(context, event):

@@ -2,7 +2,6 @@
 """The tool in the toolbar of Object Mode: press on the mesh and drag."""
 
 import bpy
-from gpu_extras.presets import draw_circle_2d
 from mathutils import Vector
 
 from ..bridge import scene_input
@@ -44,7 +43,7 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
         size = tool.operator_properties(MEANVALUE_OT_grab.bl_idname).size
         length = size * _size(obj) * max(obj.matrix_world.to_scale())
         place = obj.matrix_world.translation
-        draw_circle_2d(mouse, HOVER_COLOR, drag_circle.pixels(context.region, view, place, length))
+        drag_circle.draw(mouse, HOVER_COLOR, drag_circle.pixels(context.region, view, place, length))
 
 
 def _size(obj):
