@@ -6,7 +6,7 @@ import numpy as np
 from mathutils import Matrix
 
 from .. import ids
-from ..core import fixed_points, region_growth
+from ..core import fixed_points
 from ..errors import SceneError
 from . import bound_record, controls, handle_lines, mesh_arrays, region, shape_keys
 
@@ -74,9 +74,8 @@ class Grip:
         outer = radius(obj, size)
         rest = shape_keys.rest_positions(obj.data)
         outer = max(outer, LEAST_EDGES * _edge_length(obj, self.vertex, rest))
-        distances = region.distances(obj, np.array([self.vertex]), outer)
-        weights = region_growth.falloff(distances, HANDLE_SHARE * outer, outer)
-        region.write(obj, np.maximum(weights, self._before.region_weights(obj)))
+        before = self._before.region_weights(obj)
+        region.add_falloff(obj, np.array([self.vertex]), HANDLE_SHARE * outer, outer, before)
 
     def move(self, obj, offset):
         """Puts the control so far (3, world) from where it was when it was gripped."""

@@ -97,6 +97,13 @@ def write(obj, weights):
     obj.meanvalue.roi_invert = False
 
 
+def add_falloff(obj, seeds, inner, outer, before):
+    """The region is `before` (n float, 0 to 1) and the surroundings of `seeds`: all of it within the distance `inner`,
+    less and less up to `outer`."""
+    weights = region_growth.falloff(distances(obj, seeds, outer), inner, outer)
+    write(obj, np.maximum(weights, before))
+
+
 def handles_outside(obj, mask):
     """Names of the enabled handles, pins left out, that have vertices outside `mask`."""
     moving = [line.name for line in obj.meanvalue.anchor_groups if line.is_enabled and line.follows != 'REST']

@@ -8,7 +8,7 @@ from ..bridge import controls, handle_lines, region, scene_input, vertex_groups
 from ..bridge.grip import HANDLE_SHARE, near_vertices, radius
 from ..core import wording
 from ..errors import MeanValueError, SceneError
-from .grab import FIRST_SIZE, LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex
+from .pressing import FIRST_SIZE, LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex
 
 
 class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):

@@ -257,7 +257,7 @@ def test_keyframes_on_all_controls_at_the_current_frame():
         assert {(curve.data_path, curve.array_index) for curve in curves} == {
             (path, index) for path in ("location", "rotation_euler", "scale") for index in range(3)
         }
-        assert all([tuple(key.co)[0] for key in curve.keyframe_points] == [7.0] for curve in curves)
+        assert all([key.co.x for key in curve.keyframe_points] == [7.0] for curve in curves)
 
 
 def test_keyframes_on_the_selected_control_alone():
@@ -290,3 +290,23 @@ def test_keyframes_on_bones():
     assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
     paths = {curve.data_path for curve in rig.animation_data.action.fcurves}
     assert paths == {f'pose.bones["Bone"].{path}' for path in ("location", "rotation_quaternion", "scale")}
+
+
+# Size of a handle that is made of a group
+
+
+def test_add_handle_gives_the_region_a_size():
+    obj = sheet()
+    steps.add_group(obj, "Top", [MIDDLE, MIDDLE + 1])
+    assert bpy.ops.meanvalue.add_handle(group="Top", size=0.2) == {'FINISHED'}
+    weights = region_weights(obj)
+    assert weights[MIDDLE] == weights[MIDDLE + 1] == 1.0
+    assert (np.diff(weights[MIDDLE + 1 : MIDDLE + 14]) <= 0.0).all() and weights[MIDDLE + 14] == 0.0
+
+
+def test_a_line_made_of_a_group_follows_a_control():
+    obj = sheet()
+    steps.add_group(obj, "Top", [MIDDLE])
+    assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
+    line = obj.meanvalue.anchor_groups["Top"]
+    assert line.follows == 'CONTROL' and line.control.parent == obj and not line.made_group

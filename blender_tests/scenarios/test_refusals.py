@@ -353,7 +353,7 @@ def test_answer_that_is_not_a_number(answer_with):
 def test_failure_in_solve_after_the_anchors_changed_keeps_the_old_binding(answer_with, native):
     obj = steps.posed_grid(meshes.grid())
     steps.add_group(obj, "More", [22])
-    bpy.ops.meanvalue.add_anchor_group(group="More")
+    bpy.ops.meanvalue.add_anchor_group(group="More", follows='SHAPE')
     answer_with(failing(native.SolverFailure("no descent")))
     with refused_unchanged(obj, "The solver failed", "no descent"):
         bpy.ops.meanvalue.solve()
@@ -394,28 +394,28 @@ def test_a_part_without_enough_fixed_points_is_a_warning(capfd):
 def test_add_group_without_any():
     obj = meshes.grid()
     with refused_unchanged(obj, "has no vertex groups", "Object Data Properties"):
-        bpy.ops.meanvalue.add_anchor_group()
+        bpy.ops.meanvalue.add_anchor_group(follows='SHAPE')
 
 
 def test_add_group_that_is_not_there():
     obj = meshes.grid()
     steps.add_group(obj, "A", [0])
     with refused_unchanged(obj, "no vertex group 'B'", "Choose one"):
-        bpy.ops.meanvalue.add_anchor_group(group="B")
+        bpy.ops.meanvalue.add_anchor_group(group="B", follows='SHAPE')
 
 
 def test_add_group_twice():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0])
     with refused_unchanged(obj, "'A' is on the list already", "Choose another"):
-        bpy.ops.meanvalue.add_anchor_group(group="A")
+        bpy.ops.meanvalue.add_anchor_group(group="A", follows='SHAPE')
 
 
 def test_add_group_when_all_are_listed():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0])
     with refused_unchanged(obj, "All vertex groups of 'Grid' are on the list already", "Make another"):
-        bpy.ops.meanvalue.add_anchor_group()
+        bpy.ops.meanvalue.add_anchor_group(follows='SHAPE')
 
 
 def test_add_takes_the_active_group_and_then_the_next_that_is_not_listed():
@@ -424,7 +424,7 @@ def test_add_takes_the_active_group_and_then_the_next_that_is_not_listed():
         obj.vertex_groups.new(name=name)
     obj.vertex_groups.active_index = 1
     for _ in range(3):
-        assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
+        assert bpy.ops.meanvalue.add_anchor_group(follows='SHAPE') == {'FINISHED'}
     assert [group.name for group in obj.meanvalue.anchor_groups] == ["B", "A", "C"]
 
 

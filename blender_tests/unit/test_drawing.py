@@ -78,7 +78,7 @@ def test_every_button_is_there(draw):
     text = draw(meshes.grid()).text
     names = (
         "add_handle add_pin add_anchor_group remove_anchor_group reset_handles bind unbind solve add_pose_key "
-        "keep_pose apply_pose grow_region paint_region"
+        "keep_pose apply_pose keyframe_handles finish grow_region paint_region"
     )
     for name in names.split():
         assert f"operator meanvalue.{name}" in text
@@ -88,7 +88,7 @@ def test_every_button_is_there(draw):
 
 def test_states(draw):
     obj = meshes.grid()
-    assert "No anchors are listed" in draw(obj).labels
+    assert "Choose the Grab tool, press on the mesh and drag" in draw(obj).labels
     steps.list_anchors(obj, A=[0, 4, 20], B=[24])
     assert "Not bound. Press Bind" in draw(obj).labels
     bpy.ops.meanvalue.bind()
@@ -142,6 +142,8 @@ def test_menus(part):
     in_sidebar_only = {
         "MEANVALUE_OT_add_preset",
         "MEANVALUE_OT_finish_region",
+        "MEANVALUE_OT_grab",  # by the tool
+        "MEANVALUE_OT_pin_here",
         "MEANVALUE_OT_select_marker",
         "MEANVALUE_OT_show_baked_frame",
         "MEANVALUE_OT_show_marker_problem",
