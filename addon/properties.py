@@ -34,10 +34,9 @@ def _take_hold(group, _context):
     shown = controls.shown_move(group.id_data, group)
     bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
     try:
-        place = controls.place(group.id_data, group)
+        controls.hold_as_shown(group.id_data, group, shown)
     except SceneError:
-        place = np.zeros((4, 4))  # told as a problem of the control wherever it is used
-    controls.take_hold(group, np.linalg.inv(shown) @ place)
+        controls.take_hold(group, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
     group.id_data.update_tag()
 
 
@@ -96,6 +95,18 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     )
     rest_relation: FloatVectorProperty(
         description="Control relative to the object where the vertices are in the rest shape, row by row",
+        size=16,
+        default=IDENTITY,
+        options={'HIDDEN'},
+    )
+    control_frame: FloatVectorProperty(
+        description="What takes the object's uneven scale out where the control stands, row by row",
+        size=9,
+        default=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        options={'HIDDEN'},
+    )
+    control_carried: FloatVectorProperty(
+        description="The parent inverse that the add-on gave to the control, row by row, to stand where it is seen",
         size=16,
         default=IDENTITY,
         options={'HIDDEN'},

@@ -15,6 +15,7 @@ from ..bridge import bound_record, mesh_arrays, object_status, overlay_data, sce
 from ..core import result, wording
 from ..errors import CancelledError, MeanValueError, SceneError
 from ..workers.job import Job
+from .live_targets import LiveTargets
 from .scene_watch import QUIET_SECONDS, SceneWatch, clock
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
@@ -64,6 +65,7 @@ class Follower:
         self.stop()
         self.problem = None
         self._scene.forget()
+        self._targets = LiveTargets()
         self._nothing_known()
 
     def _nothing_known(self):
@@ -85,7 +87,11 @@ class Follower:
 
     def edited(self, obj):
         """Blender updated the object. Returns whether that was only what we wrote ourselves."""
-        return self._scene.edited(obj)
+        is_echo = self._scene.edited(obj)
+        if not is_echo:
+            self._targets.rig_moved()
+            self._changed_at = clock()
+        return is_echo
 
     def give_way(self, other_name):
         """Another object with the same mesh is live."""
@@ -114,14 +120,23 @@ class Follower:
             elif self._scene.must_check:
                 self._check(obj)
             if not self._scene.must_read:
+                self._catch_up_with_rig(obj)
                 self._start_what_is_next(obj, 0.0)
         if self._scene.is_reading:
             return TICK_SECONDS
         if self._job is not None:
             return TICK_SECONDS if self.problem is None else QUIET_SECONDS
-        if self.problem is None and (self._scene.must_check or not (self._is_shown() and self._is_settled)):
+        is_done = self._is_shown() and self._is_settled and not self._targets.is_outdated
+        if self.problem is None and (self._scene.must_check or not is_done):
             return max(TICK_SECONDS, self._changed_at + QUIET_SECONDS - clock())
         return None
+
+    def _catch_up_with_rig(self, obj):
+        """Once all is quiet: controls stand where the rig has carried their handles."""
+        if self._targets.is_outdated and self._is_quiet() and self.problem is None and self._wanted is not None:
+            self._targets.catch_up(obj, self._scene.bind_input)
+            self._expect_echo()
+            self._look(obj, SLICE_SECONDS)
 
     def _check(self, obj):
         """Once all is quiet: whether an echo has hidden an edit. Whatever happens meanwhile comes first."""
@@ -141,6 +156,8 @@ class Follower:
         """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""
         with self._telling_problems():
             self._look(obj, np.inf)
+            self._changed_at = -np.inf  # no need to wait for quiet
+            self._catch_up_with_rig(obj)
         while self.problem is None and (self._job is not None or not (self._is_shown() and self._is_settled)):
             if self._job is not None:
                 self._job.wait()
@@ -189,7 +206,7 @@ class Follower:
             raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
         if self._scene.must_read and not self._read_on(obj, patience):
             return False
-        goal = targets.gather(obj, self._scene.bind_input)
+        goal = self._targets.gather(obj, self._scene.bind_input)
         same = SAME_TARGETS * self._scene.bind_input.diagonal
         if self._wanted is not None and goal.is_near(self._wanted, same):
             if self._is_shown() and self._failed is not self._wanted:
