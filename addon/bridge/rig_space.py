@@ -74,11 +74,16 @@ def is_there(obj):
         return True
     if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS:
         return True
+    return bool(sliders(obj))
+
+
+def sliders(obj):
+    """The values of the shape keys beside the pose's, of those that are shown."""
     keys = obj.data.shape_keys
     if keys is None or not keys.use_relative:
-        return False
+        return ()
     own = _pose_keys(obj)
-    return any(key.name not in own and _counts(obj, key) for key in keys.key_blocks[1:])
+    return tuple((key.name, key.value) for key in keys.key_blocks[1:] if key.name not in own and _counts(obj, key))
 
 
 def named(obj):

@@ -5,22 +5,21 @@ What the rig does is measured when the rig is quiet, or right before a solve tha
 A handle whose control stays where it was beside the rig keeps its targets, so that a rig that moves changes no key.
 """
 
-from ..bridge import rig_space, targets
+from ..bridge import object_model, rig_space, targets
 from ..core import motion
 from ..errors import SceneError
 
 
 class LiveTargets:
-    """is_outdated: whether the rig may have moved since it was measured."""
-
     def __init__(self):
-        self.is_outdated = True
+        self._revision = None  # of the rig, when it was measured
         self._space = None
         self._known = {}  # see targets.positions()
         self._goal = self._fingerprint = None
 
-    def rig_moved(self):
-        self.is_outdated = True
+    def is_outdated(self, obj):
+        """Whether the rig may have moved since it was measured."""
+        return self._revision != _revision(obj)
 
     def gather(self, obj, bind_input):
         """The Targets of `obj`. @throws SceneError."""
@@ -32,10 +31,10 @@ class LiveTargets:
             self._known = {}
         if self._goal is not None:
             goal, known = self._behind(obj, bind_input)
-            if not self.is_outdated or goal.is_near(self._goal, motion.NOISE * bind_input.diagonal):
+            if not self.is_outdated(obj) or goal.is_near(self._goal, motion.NOISE * bind_input.diagonal):
                 self._goal, self._known = goal, known
                 return goal
-        if self.is_outdated:
+        if self.is_outdated(obj):
             self._measure(obj)
         self._goal, self._known = self._behind(obj, bind_input)
         return self._goal
@@ -47,10 +46,15 @@ class LiveTargets:
 
     def _measure(self, obj):
         self._space = rig_space.measure(obj)
-        self.is_outdated = False
+        self._revision = _revision(obj)
 
     def _behind(self, obj, bind_input):
         """(Targets, what is known of handles then). Without a rig nothing is kept. @throws SceneError."""
         known = dict(self._known)
         is_kept = self._space is not None or known
         return targets.gather_behind(obj, bind_input, self._space, known if is_kept else None), known
+
+
+def _revision(obj):
+    """Another one where the rig may be."""
+    return object_model.rig_revision(obj), object_model.of(obj).stamp.content, rig_space.sliders(obj)
