@@ -4,7 +4,7 @@
 import bpy
 
 from . import handlers, mix_session, native_loader, preferences, properties, session
-from .bridge import object_status, overlay_data
+from .bridge import object_model, object_status, overlay_data
 from .operators import (
     add_anchor_group,
     add_handle,
@@ -145,6 +145,7 @@ def unregister():
         bpy.utils.unregister_class(cls)
     properties.unregister()
     job.cancel_all()
+    object_model.clear()
     object_status.clear()
     overlay_data.clear()
     mended_takes.forget()

@@ -50,7 +50,7 @@ def mode_name(mode):
 
 def start_reading(obj):
     """The SceneReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
-    _require_groups(obj)
+    require_groups(obj)
     return SceneReading(obj)
 
 
@@ -60,7 +60,7 @@ def gather(obj, reading=None):
     reading: a SceneReading since which the object was not edited; gone on with if it is not finished, and left alone
     if it does not fit.
     """
-    _require_groups(obj)
+    require_groups(obj)
     if reading is None or not reading.fits(obj):
         reading = SceneReading(obj)
     reading.go_on(obj)
@@ -99,7 +99,8 @@ def gather(obj, reading=None):
     return bind_input
 
 
-def _require_groups(obj):
+def require_groups(obj):
+    """@throws SceneError if a group that the settings name is missing, or none is named."""
     names = [group.name for group in targets.enabled_groups(obj)]
     region_name = obj.meanvalue.roi_group
     if not obj.meanvalue.anchor_groups:

@@ -4,7 +4,9 @@
 Pictures of the real thing: ui/panel_pictures.py.
 """
 
+import itertools
 import pathlib
+import time
 import types
 
 import bpy
@@ -48,14 +50,15 @@ def context_of(obj):
 
 
 @pytest.fixture
-def draw(part):
+def draw(part, monkeypatch):
     """draw(obj): the panel with all its parts drawn for obj, some time after the last edit."""
     panels = part("ui.panel").CLASSES
 
+    later = itertools.count(1)
+
     def draw(obj):
         bpy.context.view_layer.update()
-        for key in part("bridge.object_status")._edited:
-            part("bridge.object_status")._edited[key] = 0.0
+        monkeypatch.setattr(part("bridge.object_model"), "clock", lambda: time.monotonic() + next(later))
         listener = types.SimpleNamespace(layout=ListeningLayout())
         for panel in panels:
             if not hasattr(panel, "poll") or panel.poll(context_of(obj)):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """bridge/object_status.py with the handlers that tell it what was edited."""
 
+import time
+
 import bpy
 import pytest
 from support import meshes, steps
@@ -10,6 +12,11 @@ from support.snapshot import assert_same, snapshot
 @pytest.fixture
 def object_status(part):
     return part("bridge.object_status")
+
+
+@pytest.fixture
+def object_model(part):
+    return part("bridge.object_model")
 
 
 @pytest.fixture
@@ -125,9 +132,9 @@ def test_never_seen_in_object_mode(object_status, reads):
     assert reads == []
 
 
-def test_a_panel_waits_until_an_object_is_left_alone(object_status, reads, monkeypatch):
+def test_a_panel_waits_until_an_object_is_left_alone(object_status, object_model, reads, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr(object_status, "clock", lambda: now[0])
+    monkeypatch.setattr(object_model, "clock", lambda: now[0])
     quiet = object_status.QUIET_SECONDS
     obj = steps.bound_grid(meshes.grid())
     update()
@@ -139,9 +146,9 @@ def test_a_panel_waits_until_an_object_is_left_alone(object_status, reads, monke
         now[0] += 0.5 * quiet
         assert object_status.status(obj, quiet).state.name == "BOUND"
     assert len(reads) == 1
-    assert object_status.quiet_in() == pytest.approx(0.5 * quiet)
+    assert object_model.quiet_in() == pytest.approx(0.5 * quiet)
     now[0] += 0.6 * quiet
-    assert object_status.quiet_in() == 0.0
+    assert object_model.quiet_in() == 0.0
     assert object_status.status(obj, quiet).state.name == "STALE"
     assert len(reads) == 2
 
@@ -176,7 +183,8 @@ def test_an_edit_has_the_panel_drawn_again_by_one_timer(object_status, part, mon
     update()
     assert bpy.app.timers.is_registered(handlers._draw_again)
     assert handlers._draw_again() > 0.0
-    object_status._edited.clear()
+    object_model = part("bridge.object_model")
+    monkeypatch.setattr(object_model, "clock", lambda: time.monotonic() + object_model.QUIET_SECONDS)
     assert handlers._draw_again() is None
     handlers.unregister()
     assert not bpy.app.timers.is_registered(handlers._draw_again)
