@@ -128,7 +128,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     )
     color: aside(FloatVectorProperty)(
         name="Colour",
-        description="Colour of the anchors in the overlay, and of the control",
+        description="Colour of the handle in the overlay, and of its control",
         subtype='COLOR',
         size=3,
         min=0.0,
@@ -173,7 +173,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     active_anchor_group: aside(IntProperty)(name="Active Handle", min=0)
     live: aside(BoolProperty)(
         name="Live",
-        description="Pose the mesh at once whenever a control, an anchor or a setting changes",
+        description="Pose the mesh at once whenever a handle or a setting changes",
         update=_make_result_key,
     )
     roi_group: StringProperty(
@@ -219,7 +219,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     former_result: aside(StringProperty)(options={'HIDDEN'})  # the shape key that the last solve wrote
     show_overlay: aside(BoolProperty)(
         name="Overlay",
-        description="Show anchors and region in the 3D View",
+        description="Show handles, pins and region in the 3D View",
         default=True,
     )
     bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)

@@ -84,7 +84,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
-            "posed. Give the part three anchors, or choose a region that leaves some of its vertices out"
+            "posed. Pin three of its vertices, or choose a region that leaves some of its vertices out"
         )
     return Binding(deformer, summary)
 
@@ -112,8 +112,8 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
     summary = result.SolveSummary.of(solution, bind_input.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
-            f"The solver gave positions that are not numbers ({summary.text()}). Move the anchors closer to the rest "
-            "shape, or add anchors"
+            f"The solver gave positions that are not numbers ({summary.text()}). Move the handles closer to the rest "
+            "shape, or add pins"
         )
     return solution.vertices, summary
 
@@ -190,7 +190,7 @@ def call(function, *arguments, refused=REFUSED_MESH, **options):
         raise SolverError(refused.format(error)) from error
     except module.SolverFailure as error:
         raise SolverError(
-            f"The solver failed: {error}. Move the anchors closer to the rest shape, or add anchors"
+            f"The solver failed: {error}. Move the handles closer to the rest shape, or add pins"
         ) from error
     except module.Cancelled as error:
         raise CancelledError("Cancelled. Nothing was changed") from error

@@ -98,7 +98,7 @@ def _state_and_text(obj):
         return State.BOUND, _bound_text(obj)
     changes = fingerprint.describe(reasons, bound, now)
     if fingerprint.needs_bind(reasons):
-        return State.STALE, f"Stale: {changes}. Check the anchors and press Bind."
+        return State.STALE, f"Stale: {changes}. Check the handles and press Bind."
     return State.STALE, f"Stale: {changes}. Solve will bind again."
 
 

@@ -66,7 +66,7 @@ def current_mask(obj):
 
 def handle_members(obj, name):
     """Vertex indices of the handle `name`. @throws SceneError if there are none to grow from."""
-    vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+    vertex_groups.require_listed(obj, name)
     members = vertex_groups.members(obj, [name])[name]
     if len(members) == 0:
         raise SceneError(f"Handle '{name}' has no vertices to grow from. Assign some, or choose another handle")

@@ -105,13 +105,13 @@ def require_groups(obj):
     region_name = obj.meanvalue.roi_group
     if not obj.meanvalue.anchor_groups:
         raise SceneError(
-            "No anchors are listed. Select vertices in Edit Mode and press Add Handle, add a vertex group to the list, "
-            "or choose a take in Motion Capture and press Match Markers: these vertices will hold and pose the mesh"
+            "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and press "
+            "Add Handle. For recorded motion choose a take in Motion Capture and press Match Markers"
         )
     if not names:
         raise SceneError("All handles are turned off. Tick at least one in the list")
     for name in names:
-        vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+        vertex_groups.require_listed(obj, name)
     if region_name:
         vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
 
@@ -120,9 +120,9 @@ def _require_members(names, region_name, invert, members, vertex_count):
     empty = [name for name in names if len(members[name]) == 0]
     if empty:
         raise SceneError(
-            f"Anchor {'group' if len(empty) == 1 else 'groups'} {wording.quoted(empty)} "
+            f"{'Handle' if len(empty) == 1 else 'Handles'} {wording.quoted(empty)} "
             f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
-            f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'} from Anchors"
+            f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'}"
         )
     if not region_name:
         return

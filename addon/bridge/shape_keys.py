@@ -39,7 +39,7 @@ def rest_positions(mesh):
 def pose_problem(obj):
     """Why the active shape key cannot give the targets, or None. Cheap enough for drawing."""
     keys = obj.data.shape_keys
-    advice = "Press Add Pose Key and move the anchor vertices of that key in Edit Mode"
+    advice = "Press Add Pose Key and move the vertices of handles in that key, in Edit Mode"
     if keys is None:
         return f"There is no shape key to take the targets from. {advice}"
     if not keys.use_relative:

@@ -102,6 +102,11 @@ def require(obj, name, role, remedy):
         raise SceneError(f"'{obj.name}' has no vertex group '{name}', which is {role}. {remedy}")
 
 
+def require_listed(obj, name):
+    """@throws SceneError if the object has no vertex group `name`, which a handle names."""
+    require(obj, name, "on the list of handles", "Choose another group in Active Handle, or remove the handle")
+
+
 def replace_members(obj, group, indices):
     """The group gets the vertices `indices` with weight 1 and loses all others."""
     weights = np.zeros(len(obj.data.vertices))

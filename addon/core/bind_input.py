@@ -117,14 +117,14 @@ class BindInput:
             )
         if not self.free.any():
             raise SceneError(
-                "Nothing is free to move: every vertex of the region is an anchor. "
-                "Take vertices out of the anchor groups or enlarge the region"
+                "Nothing is free to move: every vertex of the region is held by a handle or pin. "
+                "Take vertices out of them, or enlarge the region"
             )
         if not fixed_points.span_a_plane(self.rest[self.is_held]):
             raise SceneError(
                 f"{wording.counted(int(self.is_held.sum()), 'fixed point')} cannot hold the mesh: it needs at least "
-                "three that are not in one line (anchors and vertices outside the region count). "
-                "Add anchor vertices, or choose a region that leaves some vertices out"
+                "three that are not in one line (handles, pins and vertices outside the region count). "
+                "Pin more vertices, or choose a region that leaves some vertices out"
             )
 
 

@@ -27,7 +27,7 @@ def pose_warnings(bind_input, targets, pose=None):
     """
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
-        yield "No anchor has been moved, so the result is the rest shape. Move a control, or anchors of the shape key"
+        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
     yield from torn_notes(bind_input, targets)
     if pose is None:
         return
@@ -35,7 +35,7 @@ def pose_warnings(bind_input, targets, pose=None):
     others[bind_input.anchors] = False
     ignored = np.count_nonzero((pose != bind_input.rest).any(axis=1) & others)
     if ignored:
-        yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose are no anchors and are ignored"
+        yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose belong to no handle and are ignored"
 
 
 def torn_notes(bind_input, targets):
@@ -44,7 +44,7 @@ def torn_notes(bind_input, targets):
     torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
         yield (
-            f"{wording.counted(torn, 'moved anchor')} outside the region: the vertices around stay in place, which "
+            f"{wording.vertices(torn)} of moved handles outside the region: the vertices around stay in place, which "
             "tears the surface there. Take the surroundings into the region"
         )
 
@@ -61,7 +61,7 @@ class BindSummary:
 
     def text(self):
         return (
-            f"{wording.vertices(self.vertex_count)}, {wording.counted(self.anchor_count, 'anchor')}, "
+            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, "
             f"{self.free_count:,} free, {wording.seconds(self.seconds)}"
         )
 
@@ -71,7 +71,7 @@ class BindSummary:
             yield (
                 f"{wording.counted(self.unheld_part_count, 'part')} of the mesh "
                 f"{'has' if self.unheld_part_count == 1 else 'have'} fewer than three fixed points that are not in one "
-                f"line and {'stays' if self.unheld_part_count == 1 else 'stay'} in place. Give each part three anchors"
+                f"line and {'stays' if self.unheld_part_count == 1 else 'stay'} in place. Pin three vertices of each"
             )
 
     @classmethod

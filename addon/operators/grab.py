@@ -143,8 +143,8 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             return
         self.size = min(MOST_SIZE, max(LEAST_SIZE, self.size * WHEEL_STEP**direction))
         tool = context.workspace.tools.from_space_view3d_mode('OBJECT', create=False)
-        if tool is not None and tool.idname == self.bl_idname:
-            tool.operator_properties(self.bl_idname).size = self.size
+        if tool is not None and tool.idname == MEANVALUE_OT_grab.bl_idname:
+            tool.operator_properties(tool.idname).size = self.size
 
     def _take_size(self, obj):
         if self._grip is not None and self.size != self._size_taken:

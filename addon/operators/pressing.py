@@ -4,7 +4,7 @@
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ..bridge import controls, scene_input, selection
+from ..bridge import controls, scene_input, selection, views
 from ..bridge.grip import control_world
 from ..core import wording
 from ..errors import SceneError
@@ -90,7 +90,7 @@ def _control_under(context, obj, region, view, mouse):
             continue
         place = control_world(line).translation
         seen = view3d_utils.location_3d_to_region_2d(region, view, place)
-        is_hidden = not line.control.visible_in_viewport_get(context.space_data)
+        is_hidden = not views.is_visible(line.control, context.space_data)
         if seen is None or is_hidden or (seen - Vector(mouse)).length > least:
             continue
         least = (seen - Vector(mouse)).length

@@ -8,7 +8,7 @@ import numpy as np
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ..bridge import overlay_data
+from ..bridge import overlay_data, views
 
 #: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
 BEHIND = 1e-5
@@ -75,7 +75,7 @@ def first_object(context, region, view, mouse):
         if not is_hit:
             return None
         obj = obj.original
-        if obj.visible_in_viewport_get(context.space_data) and obj.visible_get(viewport=context.space_data):
+        if views.is_visible(obj, context.space_data):
             return obj
         origin = place + BEHIND * max(1.0, (place - origin).length) * direction
     return None

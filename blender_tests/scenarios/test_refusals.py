@@ -86,7 +86,7 @@ def test_linked_mesh(tmp_path):
 
 def test_no_anchors_listed():
     obj = meshes.grid()
-    with refused_unchanged(obj, "No anchors are listed", "press Add Handle"):
+    with refused_unchanged(obj, "There are no handles yet", "press Add Handle"):
         bpy.ops.meanvalue.bind()
 
 
@@ -94,7 +94,7 @@ def test_anchor_group_deleted():
     obj = steps.posed_grid(meshes.grid())
     obj.vertex_groups.remove(obj.vertex_groups["Tip"])
     for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
-        with refused_unchanged(obj, "no vertex group 'Tip'", "listed in Anchors", "remove the line"):
+        with refused_unchanged(obj, "no vertex group 'Tip'", "on the list of handles", "remove the handle"):
             operator()
 
 
@@ -110,7 +110,7 @@ def test_anchor_group_renamed():
 def test_anchor_group_empty():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0, 4, 20], B=[])
-    with refused_unchanged(obj, "Anchor group 'B' has no vertices", "Assign vertices"):
+    with refused_unchanged(obj, "Handle 'B' has no vertices", "Assign vertices"):
         bpy.ops.meanvalue.bind()
 
 
@@ -134,7 +134,7 @@ def test_too_few_fixed_points(anchors):
     for vertex in obj.data.vertices:
         vertex.co.z = 0.0  # so that a row is a line
     steps.list_anchors(obj, A=anchors)
-    with refused_unchanged(obj, f"{len(anchors)} fixed point", "at least three", "not in one line", "Add anchor"):
+    with refused_unchanged(obj, f"{len(anchors)} fixed point", "at least three", "not in one line", "Pin more"):
         bpy.ops.meanvalue.bind()
 
 
@@ -176,7 +176,7 @@ def test_no_part_is_held():
     """Two parts, and the three anchors are spread over them: neither can be posed."""
     obj = meshes.two_parts()
     steps.list_anchors(obj, A=[0, 3, 28])
-    with refused_unchanged(obj, "nothing can be posed", "three anchors"):
+    with refused_unchanged(obj, "nothing can be posed", "Pin three"):
         bpy.ops.meanvalue.bind()
 
 

@@ -243,7 +243,7 @@ def test_bind_is_not_repeated_by_solve(native, part, monkeypatch):
 def test_bind_tells_of_fallback_rules(capfd):
     steps.bound_grid(meshes.grid())
     told = capfd.readouterr().out
-    assert "Bound 25 vertices, 4 anchors, 21 free" in told
+    assert "Bound 25 vertices, 4 held, 21 free" in told
     assert "encoded by a fallback rule" in told  # a flat border has vertices on their ring's edge
 
 

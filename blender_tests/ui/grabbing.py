@@ -190,6 +190,7 @@ def local_view(ui):
     yield from ui.pause(1.5)
     start = ui.project(_front(z=0.8))
     yield from ui.drag_mouse(start, (start[0] + 80, start[1] + 40))
+    assert len(lines()) == 1, ui.reports()
     yield from ui.wait_until(_settled, "the mesh has followed")
     control = lines()[0].control
     assert control.visible_in_viewport_get(view.area().spaces.active)

@@ -96,7 +96,7 @@ def test_states(draw):
     assert "Not bound. Press Bind" in draw(obj).labels
     bpy.ops.meanvalue.bind()
     labels = draw(obj).labels
-    assert "Bound: 25 vertices, 4 anchors, 21 free" in labels
+    assert "Bound: 25 vertices, 4 held, 21 free" in labels
     assert "Press Add Pose Key" in labels
     bpy.ops.meanvalue.add_pose_key()
     assert "Add Pose Key" not in draw(obj).labels
@@ -105,7 +105,7 @@ def test_states(draw):
     labels = draw(obj).labels
     assert "Solved:" in labels and "energy" in labels
     obj.vertex_groups["A"].add([22], 1.0, 'REPLACE')
-    assert "Stale: the anchors changed. Solve will bind again" in draw(obj).labels
+    assert "Stale: the handles changed. Solve will bind again" in draw(obj).labels
     obj.meanvalue.result_key = "Basis"
     assert "must not be overwritten" in draw(obj).labels
 

@@ -40,7 +40,7 @@ def update():
 def test_texts(object_status):
     obj = meshes.grid()
     status = object_status.status(obj)
-    assert (status.state.name, "No anchors are listed" in status.text) == ("PROBLEM", True)
+    assert (status.state.name, "There are no handles yet" in status.text) == ("PROBLEM", True)
     steps.list_anchors(obj, A=[0, 4, 20], B=[24])
     update()
     status = object_status.status(obj)
@@ -49,11 +49,11 @@ def test_texts(object_status):
     bpy.ops.meanvalue.bind()
     status = object_status.status(obj)
     assert status.state.name == "BOUND"
-    assert "25 vertices, 4 anchors, 21 free" in status.text
+    assert "25 vertices, 4 held, 21 free" in status.text
     obj.vertex_groups["A"].add([2], 1.0, 'REPLACE')
     update()
     status = object_status.status(obj)
-    assert status.text == "Stale: the anchors changed. Solve will bind again."
+    assert status.text == "Stale: the handles changed. Solve will bind again."
     assert status.member_counts == {"A": 4, "B": 1}
     obj.vertex_groups.remove(obj.vertex_groups["B"])
     status = object_status.status(obj)
