@@ -218,7 +218,7 @@ def _draw_handles(layout, obj):
     row.operator(MEANVALUE_OT_keyframe_handles.bl_idname, icon='KEY_HLT', text="Keyframe")
     row = layout.row(align=True)
     row.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='SHAPEKEY_DATA')
-    row.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='MESH_DATA')
+    row.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='MESH_DATA', text="As Rest")
     layout.operator(MEANVALUE_OT_finish.bl_idname, icon='CHECKMARK')
 
 

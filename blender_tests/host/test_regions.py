@@ -119,6 +119,30 @@ def test_distances_beyond_the_limit_are_infinite():
     assert found.tolist() == [0.0, 1.0, 3.0, np.inf, np.inf, np.inf, np.inf]
 
 
+def square_grid(rows):
+    """(edges, positions) of squares of size 1."""
+    number = np.arange(rows * rows).reshape(rows, rows)
+    across = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
+    along = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
+    positions = np.array([(x, y, 0.0) for x in range(rows) for y in range(rows)], np.float32)
+    return np.concatenate([across, along]).astype(np.int32), positions
+
+
+def test_what_is_equally_far_on_a_flat_grid_lies_on_a_circle():
+    edges, positions = square_grid(21)
+    found = distances(edges, positions, np.array([220]), 7.0)
+    straight = np.linalg.norm(positions - positions[220], axis=1)
+    assert np.allclose(found, np.where(straight <= 7.0, straight, np.inf))
+
+
+def test_what_is_folded_back_is_not_near():
+    edges, positions = square_grid(21)
+    right = positions[:, 0] > 10.0
+    positions[right, 0], positions[right, 2] = 20.0 - positions[right, 0], 0.1
+    found = distances(edges, positions, np.array([220 - 5 * 21]), 10.0)
+    assert found[220 + 5 * 21] > 7.0
+
+
 def test_weights_of_a_region_and_of_its_inverse():
     members, weights = np.array([1, 2]), np.array([1.0, 0.25])
     assert region_weights(4, members, weights, False).tolist() == [0.0, 1.0, 0.25, 0.0]

@@ -101,7 +101,7 @@ def test_anchor_group_deleted():
 def test_anchor_group_renamed():
     obj = steps.posed_grid(meshes.grid())
     obj.vertex_groups["Tip"].name = "Finger"
-    with refused_unchanged(obj, "no vertex group 'Tip'", "Choose another group in the list"):
+    with refused_unchanged(obj, "no vertex group 'Tip'", "Choose another group in Active Handle"):
         bpy.ops.meanvalue.solve()
     obj.meanvalue.anchor_groups[1].name = "Finger"
     steps.solve()

@@ -193,7 +193,7 @@ def local_view(ui):
     assert len(lines()) == 1, ui.reports()
     yield from ui.wait_until(_settled, "the mesh has followed")
     control = lines()[0].control
-    assert control.visible_in_viewport_get(view.area().spaces.active)
+    assert control.visible_get(viewport=view.area().spaces.active)
     yield from ui.screenshot("grab_7_local_view")
     with view.override():
         bpy.ops.view3d.localview()
@@ -235,6 +235,38 @@ def a_press_beside_the_mesh_leaves_all_as_it_is(ui):
     x, y = ui.project((0.0, 0.0, 2.0))
     yield from ui.drag_mouse((x, y + 60), (x + 60, y + 60))
     assert len(lines()) == 0 and ui.status_text() is None
+
+
+def picture_of_the_guide(ui):
+    """A head whose brow is pulled, with quads, loose parts and a modifier that makes vertices."""
+    bpy.ops.mesh.primitive_monkey_add(size=4.0)
+    obj = bpy.context.object
+    obj.name = "Ball"
+    shape = obj.modifiers.new("Finer", 'SUBSURF')
+    shape.levels = 2
+    bpy.ops.object.modifier_apply(modifier=shape.name)
+    obj.modifiers.new("Smooth", 'SUBSURF').levels = 1
+    for polygon in obj.data.polygons:
+        polygon.use_smooth = True
+    ui.remember()
+    yield from ui.open_tab("Mean-Value")
+    yield from ui.move_mouse(*view.centre())
+    yield from ui.key('NUMPAD_1')
+    ui.frame_all()
+    yield from ui.pause(0.5)
+    _choose_tool()
+    pinned = ui.project((0.0, -1.5, -1.4))
+    yield from ui.click(*pinned, shift=True)
+    start = ui.project((2.55, 0.0, 0.75))
+    yield from _drag_open(ui, start, (start[0] + 75, start[1] + 85))
+    yield from ui.wait_until(_settled, "the ear has followed")
+    yield from ui.screenshot("grab_9_guide")
+    during = _seen()
+    ui._send('LEFTMOUSE', 'RELEASE')
+    yield
+    assert [line.follows for line in lines()] == ['REST', 'CONTROL'], ui.reports()
+    yield from ui.wait_until(_settled, "the drag has ended")
+    assert np.abs(_seen() - during).max() < 0.01
 
 
 def handles_of(name):

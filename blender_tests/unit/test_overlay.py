@@ -194,8 +194,9 @@ class Object3D:
     def visible_get(self, viewport):
         return self.is_visible
 
-    def visible_in_viewport_get(self, _space):
-        return self.is_in_local_view
+    def evaluated_get(self, _depsgraph):
+        """Blender's originals know nothing of Local View."""
+        return types.SimpleNamespace(visible_in_viewport_get=lambda _space: self.is_in_local_view)
 
 
 def drawn(overlay, obj, show_overlays=True):
