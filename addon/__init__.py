@@ -10,7 +10,7 @@ bl_info = {
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
     "location": "3D View > Sidebar > Mean-Value",
-    "description": "Pose a mesh by a few anchor vertices, keeping its surface detail",
+    "description": "Pose a mesh by a few handles, keeping its surface detail",
     "category": "Mesh",
 }
 

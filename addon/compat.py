@@ -24,6 +24,16 @@ def key_store(key):
     return (key.points if hasattr(key, "points") else key.data), "co"
 
 
+def points_tell_as_sliders(key):
+    """Whether Blender tells of points of a key that a script wrote as it does of sliders; before, of neither."""
+    return hasattr(key, "points")
+
+
+def tells_of_copies():
+    """Whether Blender evaluates an object again, and tells of it, when a script writes to its evaluated copy."""
+    return hasattr(bpy.types.ShapeKey, "points")
+
+
 def corner_store(mesh):
     """(collection, property) of the vertex index of every face corner."""
     attribute = mesh.attributes.get(".corner_vert")

@@ -9,16 +9,14 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import mix_session, session
-from .bridge import controls, marker_pairs, object_status, overlay_data, shared_readings, views
+from .bridge import controls, marker_pairs, object_model, object_status, overlay_data, shared_readings, views
 from .live import engine
 
 
 @persistent
 def meanvalue_scene_updated(_scene, depsgraph):
     _note_active_object()
-    edited = engine.scene_updated(depsgraph)
-    marked = [_mark_edited(obj) for obj in edited]  # all of them, not up to the first
-    if any(marked):
+    if engine.scene_updated(depsgraph):
         _draw_again_when_quiet()
 
 
@@ -87,21 +85,15 @@ def _note_active_object():
 
 
 def _forget_what_was_read():
+    shared_readings.stop()
+    object_model.clear()
     object_status.clear()
     overlay_data.clear()
-    shared_readings.clear()
-
-
-def _mark_edited(obj):
-    """Returns whether anything that is on the screen depends on the object."""
-    shared_readings.forget(obj)
-    is_in_panel, is_in_overlay = object_status.mark_edited(obj), overlay_data.mark_edited(obj)
-    return is_in_panel or is_in_overlay
 
 
 def _draw_again_when_quiet():
     if _is_drawn() and not bpy.app.timers.is_registered(_draw_again):
-        bpy.app.timers.register(_draw_again, first_interval=object_status.QUIET_SECONDS)
+        bpy.app.timers.register(_draw_again, first_interval=object_model.QUIET_SECONDS)
 
 
 def _is_drawn():
@@ -111,7 +103,7 @@ def _is_drawn():
 
 def _draw_again():
     """Timer: None ends it, a number calls it again after so many seconds."""
-    remaining = max(object_status.quiet_in(), overlay_data.quiet_in())
+    remaining = object_model.quiet_in()
     if remaining > 0.0:
         return remaining
     views.draw_again()
@@ -131,5 +123,5 @@ def unregister():
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]
     if bpy.app.timers.is_registered(_draw_again):
         bpy.app.timers.unregister(_draw_again)
-    shared_readings.clear()
+    shared_readings.stop()
     engine.shut_down()

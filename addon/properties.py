@@ -16,6 +16,7 @@ from bpy.props import (
 
 from . import bake_settings, ids, properties_capture, properties_mix, properties_wrap
 from .bridge import controls, targets
+from .declarations import aside
 from .errors import SceneError
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -34,10 +35,9 @@ def _take_hold(group, _context):
     shown = controls.shown_move(group.id_data, group)
     bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
     try:
-        place = controls.place(group.id_data, group)
+        controls.hold_as_shown(group.id_data, group, shown)
     except SceneError:
-        place = np.zeros((4, 4))  # told as a problem of the control wherever it is used
-    controls.take_hold(group, np.linalg.inv(shown) @ place)
+        controls.take_hold(group, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
     group.id_data.update_tag()
 
 
@@ -81,21 +81,33 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
         default='SHAPE',
         update=_tell,
     )
-    control: PointerProperty(
+    control: aside(PointerProperty)(
         name="Control",
         description="Object that carries these vertices along when it is moved, turned or scaled",
         type=bpy.types.Object,
         poll=lambda group, candidate: candidate != group.id_data,
         update=_take_hold,
     )
-    bone: StringProperty(
+    bone: aside(StringProperty)(
         name="Bone",
         description="Bone of the armature that carries these vertices",
         maxlen=ids.NAME_LENGTH,
         update=_take_hold,
     )
-    rest_relation: FloatVectorProperty(
+    rest_relation: aside(FloatVectorProperty)(
         description="Control relative to the object where the vertices are in the rest shape, row by row",
+        size=16,
+        default=IDENTITY,
+        options={'HIDDEN'},
+    )
+    control_frame: aside(FloatVectorProperty)(
+        description="What takes the object's uneven scale out where the control stands, row by row",
+        size=9,
+        default=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        options={'HIDDEN'},
+    )
+    control_carried: aside(FloatVectorProperty)(
+        description="The parent inverse that the add-on gave to the control, row by row, to stand where it is seen",
         size=16,
         default=IDENTITY,
         options={'HIDDEN'},
@@ -114,9 +126,9 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
         subtype='FACTOR',
         update=_tell,
     )
-    color: FloatVectorProperty(
+    color: aside(FloatVectorProperty)(
         name="Colour",
-        description="Colour of the anchors in the overlay, and of the control",
+        description="Colour of the handle in the overlay, and of its control",
         subtype='COLOR',
         size=3,
         min=0.0,
@@ -124,9 +136,10 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
         default=(1.0, 0.55, 0.1),
         update=_paint,
     )
-    made_group: BoolProperty(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
-    made_control: BoolProperty(options={'HIDDEN'})
-    marker: StringProperty(options={'HIDDEN'})  # Match Markers made the line for this marker
+    made_group: aside(BoolProperty)(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
+    made_control: aside(BoolProperty)(options={'HIDDEN'})
+    is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
+    marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this marker
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -158,10 +171,10 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     """Settings of Mean-Value Deform for one object"""
 
     anchor_groups: CollectionProperty(type=MEANVALUE_PG_anchor_group)
-    active_anchor_group: IntProperty(name="Active Handle", min=0)
-    live: BoolProperty(
+    active_anchor_group: aside(IntProperty)(name="Active Handle", min=0)
+    live: aside(BoolProperty)(
         name="Live",
-        description="Pose the mesh at once whenever a control, an anchor or a setting changes",
+        description="Pose the mesh at once whenever a handle or a setting changes",
         update=_make_result_key,
     )
     roi_group: StringProperty(
@@ -216,14 +229,15 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         maxlen=ids.NAME_LENGTH,
         update=_make_result_key,
     )
-    former_result: StringProperty(options={'HIDDEN'})  # the shape key that the last solve wrote
-    show_overlay: BoolProperty(
+    made_region: aside(StringProperty)(options={'HIDDEN'})  # the region's vertex group, if it was made for it
+    former_result: aside(StringProperty)(options={'HIDDEN'})  # the shape key that the last solve wrote
+    show_overlay: aside(BoolProperty)(
         name="Overlay",
-        description="Show anchors and region in the 3D View",
+        description="Show handles, pins and region in the 3D View",
         default=True,
     )
-    bound: PointerProperty(type=MEANVALUE_PG_bound_record)
-    influence: FloatProperty(
+    bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
+    influence: aside(FloatProperty)(
         name="Influence",
         description="How much the soft handle that this control carries counts. At 0 it is free",
         default=1.0,
@@ -232,13 +246,13 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         subtype='FACTOR',
         update=_tell,
     )
-    marker: StringProperty(options={'HIDDEN'})  # of a marker of a take: its name in the file
-    marker_number: IntProperty(options={'HIDDEN'})  # and where it comes in the file
-    capture: PointerProperty(type=properties_capture.MEANVALUE_PG_capture)
-    mix: PointerProperty(type=properties_mix.MEANVALUE_PG_mix)
-    wrap: PointerProperty(type=properties_wrap.MEANVALUE_PG_wrap)
-    bake: PointerProperty(type=bake_settings.MEANVALUE_PG_bake)
-    baked: PointerProperty(type=bake_settings.MEANVALUE_PG_baked)
+    marker: aside(StringProperty)(options={'HIDDEN'})  # of a marker of a take: its name in the file
+    marker_number: aside(IntProperty)(options={'HIDDEN'})  # and where it comes in the file
+    capture: aside(PointerProperty)(type=properties_capture.MEANVALUE_PG_capture)
+    mix: aside(PointerProperty)(type=properties_mix.MEANVALUE_PG_mix)
+    wrap: aside(PointerProperty)(type=properties_wrap.MEANVALUE_PG_wrap)
+    bake: aside(PointerProperty)(type=bake_settings.MEANVALUE_PG_bake)
+    baked: aside(PointerProperty)(type=bake_settings.MEANVALUE_PG_baked)
 
 
 CLASSES = (

@@ -4,7 +4,7 @@
 import bpy
 
 from . import handlers, mix_session, native_loader, preferences, properties, session
-from .bridge import object_status, overlay_data
+from .bridge import object_model, object_status, overlay_data
 from .operators import (
     add_anchor_group,
     add_handle,
@@ -17,15 +17,19 @@ from .operators import (
     bind,
     clear_wrap_pairs,
     find_marker_problems,
+    finish,
+    grab,
     grow_region,
     import_motion,
     keep_pose,
+    keyframe_handles,
     match_markers,
     morph,
     own_controls,
     paint_region,
     pick_marker_point,
     pick_wrap_pairs,
+    pin_here,
     reference_frame,
     remove_anchor_group,
     remove_in_betweens,
@@ -49,6 +53,7 @@ from .ui import (
     bake_panel,
     capture_panel,
     file_drop,
+    grab_tool,
     keymap,
     marker_list,
     menus,
@@ -65,6 +70,8 @@ from .workers import job, mended_takes
 CLASSES = (
     preferences.MEANVALUE_AP_preferences,
     add_anchor_group.MEANVALUE_OT_add_anchor_group,
+    grab.MEANVALUE_OT_grab,
+    pin_here.MEANVALUE_OT_pin_here,
     add_handle.MEANVALUE_OT_add_handle,
     add_handle.MEANVALUE_OT_add_pin,
     remove_anchor_group.MEANVALUE_OT_remove_anchor_group,
@@ -73,6 +80,8 @@ CLASSES = (
     select_unpaired.MEANVALUE_OT_select_unpaired,
     own_controls.MEANVALUE_OT_own_controls,
     keep_pose.MEANVALUE_OT_keep_pose,
+    keyframe_handles.MEANVALUE_OT_keyframe_handles,
+    finish.MEANVALUE_OT_finish,
     apply_pose.MEANVALUE_OT_apply_pose,
     add_pose_key.MEANVALUE_OT_add_pose_key,
     bind.MEANVALUE_OT_bind,
@@ -118,7 +127,7 @@ CLASSES = (
 )
 
 #: What is hung into Blender's own user interface.
-USER_INTERFACE = (menus, keymap, overlay, pair_overlay)
+USER_INTERFACE = (menus, keymap, grab_tool, overlay, pair_overlay)
 
 
 def register():
@@ -140,6 +149,7 @@ def unregister():
         bpy.utils.unregister_class(cls)
     properties.unregister()
     job.cancel_all()
+    object_model.clear()
     object_status.clear()
     overlay_data.clear()
     mended_takes.forget()

@@ -64,19 +64,15 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
     whole = bind_input.whole
-    held = {
-        "handles": whole.pieces if bind_input.rigid_pieces else None,
-        "rigidity": bind_input.rigidity,
-        **({} if whole.strengths is None else {"strengths": whole.strengths}),
-    }
+    anchors, held = _held(whole, bind_input)
     if known is not None:
-        task = call(known.deformer.start_rebind, whole.anchors, execution=execution, **held)
+        task = call(known.deformer.start_rebind, anchors, execution=execution, **held)
     else:
         task = call(
             native_loader.module().start_bind,
             whole.rest,
             whole.triangles(triangles),
-            whole.anchors,
+            anchors,
             roi=None if whole.roi.all() else whole.roi,
             method=bind_input.method,
             portable=portable,
@@ -85,11 +81,11 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
         )
     yield task
     deformer = call(task.result)
-    summary = whole.without_images(result.BindSummary.of(deformer.report))
+    summary = whole.without_images(result.BindSummary.of(deformer.report, len(anchors) - len(whole.anchors)))
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
-            "posed. Give the part three anchors, or choose a region that leaves some of its vertices out"
+            "posed. Pin three of its vertices, or choose a region that leaves some of its vertices out"
         )
     return Binding(deformer, summary)
 
@@ -106,8 +102,8 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
     whole = bind_input.whole
     task = call(
         binding.deformer.start_solve,
-        np.ascontiguousarray(whole.targets(goal.positions), np.float64),
-        weights=whole.weights(goal.weights),
+        _targets(whole, goal.positions),
+        weights=_weights(whole, goal.weights),
         start=whole.start(start),
         settle=settle,
         execution=execution,
@@ -118,8 +114,8 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
     summary = result.SolveSummary.of(solution, whole.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
-            f"The solver gave positions that are not numbers ({summary.text()}). Move the anchors closer to the rest "
-            "shape, or add anchors"
+            f"The solver gave positions that are not numbers ({summary.text()}). Move the handles closer to the rest "
+            "shape, or add pins"
         )
     return whole.cut_back(solution.vertices), summary
 
@@ -135,8 +131,8 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
     whole = bind_input.whole
     task = call(
         binding.deformer.start_solve_sequence,
-        np.ascontiguousarray(whole.targets(targets), np.float64),
-        weights=whole.weights(weights),
+        _targets(whole, targets),
+        weights=_weights(whole, weights),
         frames=frames,
         chunk=chunk,
         overlap=overlap,
@@ -147,6 +143,39 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
     yield task
     sequence = call(task.result, refused=REFUSED_POSE)
     return whole.cut_back_rows(sequence.vertices), sequence
+
+
+def _held(whole, bind_input):
+    """(anchors, arguments) for the solver, to whom a soft border is one more piece of soft anchors."""
+    anchors, pieces, strengths, border = whole.anchors, whole.pieces, whole.strengths, whole.border
+    if border is not None:
+        if strengths is None:
+            strengths = np.full(len(pieces), np.inf)
+        strengths = np.concatenate([strengths, whole.border_strengths])
+        pieces = np.concatenate([pieces, np.full(len(border), pieces.max(initial=-1) + 1, np.int32)])
+        anchors = np.concatenate([anchors, border])
+    return anchors, {
+        "handles": pieces if bind_input.rigid_pieces else None,
+        "rigidity": bind_input.rigidity,
+        **({} if strengths is None else {"strengths": strengths}),
+    }
+
+
+def _targets(whole, positions):
+    """Places of the anchors, (..., K, 3), and behind them those of the soft border, which are at rest."""
+    positions = whole.targets(np.asarray(positions, np.float64))
+    if whole.border is None:
+        return np.ascontiguousarray(positions)
+    rest = whole.rest[whole.border]
+    return np.concatenate([positions, np.broadcast_to(rest, (*positions.shape[:-2], *rest.shape))], axis=-2)
+
+
+def _weights(whole, weights):
+    """What each anchor counts, (..., K), and behind them those of the soft border, which count fully; None: all do."""
+    weights = whole.weights(weights)
+    if weights is None or whole.border is None:
+        return weights
+    return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(whole.border)))], axis=-1)
 
 
 def forget(fingerprint):
@@ -166,7 +195,7 @@ def call(function, *arguments, refused=REFUSED_MESH, **options):
         raise SolverError(refused.format(error)) from error
     except module.SolverFailure as error:
         raise SolverError(
-            f"The solver failed: {error}. Move the anchors closer to the rest shape, or add anchors"
+            f"The solver failed: {error}. Move the handles closer to the rest shape, or add pins"
         ) from error
     except module.Cancelled as error:
         raise CancelledError("Cancelled. Nothing was changed") from error

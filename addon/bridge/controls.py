@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Controls: the objects and bones that carry handles, and where they are relative to the mesh."""
+"""Controls: the objects and bones that carry handles. Where they are is in control_places.py."""
 
 import bpy
 import numpy as np
 
 from ..core import motion
 from ..errors import SceneError
-from . import actions, selection, shape_keys, vertex_groups, views
+from . import actions, control_places, rig_space, selection, shape_keys, vertex_groups, views
 
 #: Whether choose() is at work: the update of the property then leaves the place at rest alone.
 is_choosing = False
@@ -40,7 +40,7 @@ def problem(obj, group):
         )
     if control.type == 'ARMATURE' and group.bone and group.bone not in control.pose.bones:
         return f"'{control.name}' has no bone '{group.bone}', which carries handle '{group.name}'. Choose another bone"
-    if _is_flat(_relation_at_rest(group)):
+    if control_places.is_flat(control_places.at_rest(group)):
         return f"The control of handle '{group.name}' was scaled to nothing. Choose it again once it has a size"
     if _hangs_on(control, obj):
         return (
@@ -74,35 +74,55 @@ def carried_by(control):
     return None
 
 
-def move(obj, group):
-    """4 x 4: how the control has moved its handle from the rest shape, in the object's space. @throws SceneError."""
-    return motion.between(_relation_at_rest(group), place(obj, group))
-
-
-def place(obj, group):
-    """4 x 4: the control of `group` in the object's space. @throws SceneError."""
-    world = np.array(obj.matrix_world, np.float64)
-    if _is_flat(world):
-        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
-    return np.linalg.inv(world) @ _control_world(group)
+def move(obj, group, carry=motion.IDENTITY):
+    """4 x 4: how the control has moved its handle from the rest shape, in the key's space. @throws SceneError."""
+    return motion.between(control_places.at_rest(group), control_places.place_in_key(obj, group, carry))
 
 
 def take_hold(group, place):
-    """From here on the control is at `place` (4 x 4, in the object's space) with its handle in the rest shape."""
+    """From here on the control is at `place` (4 x 4, in the key's space) with its handle in the rest shape."""
     group.rest_relation = place.ravel()
 
 
+def hold_as_shown(obj, group, shown):
+    """From here on the control carries the handle from where both are now; `shown` is its shown_move().
+
+    @throws SceneError.
+    """
+    (carry,) = control_places.carries(obj, [group])
+    place = control_places.place_in_key(obj, group, carry)
+    take_hold(group, np.linalg.inv(shown) @ place)
+
+
+def seats(obj, groups):
+    """Where the controls are, for hold_at_rest(). @throws SceneError."""
+    return [control_places.seat(obj, group) for group in groups]
+
+
+def hold_at_rest(obj, groups, seats):
+    """From here on the controls carry their handles in the rest shape from `seats`, where they are."""
+    for group, seat, carry in zip(groups, seats, control_places.carries(obj, groups), strict=True):
+        take_hold(group, control_places.in_key(seat, carry))
+
+
 def shown_move(obj, group):
-    """4 x 4: how the handle is moved from the rest shape where it is shown, whatever carries it."""
+    """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever carries it."""
     members = vertex_groups.members(obj, [group.name]).get(group.name)
     shown = shape_keys.result_positions(obj)
     if members is None or len(members) == 0 or shown is None:
         return np.eye(4)
-    return motion.between(np.eye(4), motion.fitted(shape_keys.rest_positions(obj.data)[members], shown[members]))
+    frame, space = control_places.frame_of(group), rig_space.measure(obj)
+    if space is None:
+        move = control_places.fitted(shape_keys.rest_positions(obj.data)[members], shown[members], frame)
+    else:
+        carry = control_places.carry(space, group, members)
+        seen = rig_space.seen(obj, space, shown)
+        move = np.linalg.inv(carry) @ control_places.fitted(space.seen[members], seen[members], frame) @ carry
+    return motion.between(np.eye(4), move)
 
 
 def add_control(obj, group, rest_points, shown_points):
-    """Makes the Empty that carries `group`, at its vertices, as they are shown (n x 3 both).
+    """Makes the Empty that carries `group`, at its vertices, as its key shows them (n x 3 both), where they are seen.
 
     It is a child of the object, so that moving the object moves both and poses nothing.
     """
@@ -110,19 +130,27 @@ def add_control(obj, group, rest_points, shown_points):
     for collection in obj.users_collection or (bpy.context.scene.collection,):
         collection.objects.link(control)
     views.show_in_local_views(control, obj)
-    move_now = motion.fitted(rest_points, shown_points)
-    relation = np.eye(4)
-    relation[:3, :3] = move_now[:3, :3]
-    relation[:3, 3] = shown_points.mean(axis=0, dtype=np.float64)
     control.empty_display_type = 'CUBE'
     control.empty_display_size = _size(obj, shown_points)
     control.show_in_front = True
     control.color = (*group.color, 1.0)
     control.parent = obj
-    control.matrix_basis = _to_blender(relation)
-    choose(group, control, np.linalg.inv(move_now) @ relation)
+    choose(group, control, motion.IDENTITY)
     group.follows = 'CONTROL'
     group.made_control = True
+    frame = control_places.unscaled(obj)
+    group.control_frame, group.control_carried = frame.ravel(), motion.IDENTITY.ravel()
+    if rig_space.is_there(obj):
+        move_now = shown_move(obj, group)
+    else:
+        move_now = control_places.fitted(rest_points, shown_points, frame)
+    place = np.eye(4)
+    place[:3, :3] = move_now[:3, :3] @ frame
+    place[:3, 3] = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
+    take_hold(group, np.linalg.inv(move_now) @ place)
+    control.matrix_basis = control_places.to_blender(np.linalg.inv(control_places.to_4x4(frame)) @ place)
+    (carry,) = control_places.carries(obj, [group])
+    control_places.go_along(obj, group, carry)
     return control
 
 
@@ -172,6 +200,21 @@ def select(group):
         group.control.data.bones.active = group.control.data.bones[group.bone]
 
 
+def mover(group):
+    """The object or pose bone that carries a handle which has no problem()."""
+    control = group.control
+    bone = control.pose.bones.get(group.bone) if control.type == 'ARMATURE' else None
+    return control if bone is None else bone
+
+
+def is_selected(group):
+    """Whether the artist has selected what carries the handle; a bone counts in Pose Mode, with its armature else."""
+    carrier = mover(group)
+    if isinstance(carrier, bpy.types.PoseBone) and group.control.mode == 'POSE':
+        return carrier.bone.select
+    return group.control.select_get()
+
+
 def note_active(obj):
     """Makes the line of the control `obj`, which the artist has just made active, the active one of the list."""
     mesh_object = owner_of(obj)
@@ -193,27 +236,27 @@ def depth(group):
     return count
 
 
-def reset(obj, group):
-    """Puts the control back to where its handle is in the rest shape."""
-    target = obj.matrix_world @ _to_blender(_relation_at_rest(group))
-    if group.control.type == 'ARMATURE' and group.bone:
-        group.control.pose.bones[group.bone].matrix = group.control.matrix_world.inverted() @ target
-    else:
-        group.control.matrix_world = target
+def reset(obj, groups):
+    """Puts controls back to where their handles are in the rest shape. Those that Add Handle made take the scale that the
+    object has now: a turn of them would shear else. Returns those of `groups` that are not at rest then."""
+    for group in groups:
+        if control_places.goes_along(obj, group):
+            control_places.take_frame(group, control_places.unscaled(obj))
+    bpy.context.view_layer.update()
+    carries = dict(zip(groups, control_places.carries(obj, groups), strict=True))
+    for group in sorted(groups, key=depth):
+        control_places.go_along(obj, group, carries[group])
+        _put(group, obj.matrix_world @ control_places.to_blender(carries[group] @ control_places.at_rest(group)))
+        bpy.context.view_layer.update()  # the next may be a child of this one
+    return [group for group in groups if move(obj, group, carries[group]) is not motion.IDENTITY]
 
 
-def _control_world(group):
+def _put(group, world):
     control = group.control
-    world = np.array(control.matrix_world, np.float64)
-    if control.type == 'ARMATURE' and group.bone in control.pose.bones:
-        world = world @ np.array(control.pose.bones[group.bone].matrix, np.float64)
-    return world
-
-
-def _is_flat(matrix):
-    """Whether a 4 x 4 matrix squeezes space, whatever its scale."""
-    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
-    return not np.abs(np.linalg.det(matrix[:3, :3])) > 1e-9 * lengths.max(initial=0.0) ** 3
+    if control.type == 'ARMATURE' and group.bone:
+        control.pose.bones[group.bone].matrix = control.matrix_world.inverted() @ world
+    else:
+        control.matrix_world = world
 
 
 def _hangs_on(control, obj):
@@ -227,17 +270,9 @@ def _hangs_on(control, obj):
     return False
 
 
-def _relation_at_rest(group):
-    return np.array(group.rest_relation, np.float64).reshape(4, 4)
-
-
 def _size(obj, points):
     extent = np.ptp(points, axis=0)
     whole = float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
     return float(np.clip(SIZE_OVER_PART * 0.5 * extent.max(), SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
 
 
-def _to_blender(matrix):
-    from mathutils import Matrix
-
-    return Matrix(matrix.tolist())

@@ -37,8 +37,8 @@ class Plane:
 
 
 def signature(obj):
-    """All that gather() depends on beside the mesh: quick to compare, and Blender does not tell of all of it."""
-    return obj.meanvalue.symmetric, tuple(_read(obj)[0])
+    """The planes of modifiers: quick to compare, and Blender does not tell of all that changes them."""
+    return tuple(_read(obj)[0])
 
 
 def notes(obj):
@@ -75,12 +75,12 @@ def gather(obj, rest, corners, starts):
     return (np.array(planes), np.array(joined)) if planes else (None, None)
 
 
-def with_twins(obj, members, twins_of_planes):
-    """Vertex indices of the region's group and, if the object is Symmetric, their mirror images."""
-    if obj.meanvalue.symmetric == 'NONE' or twins_of_planes is None or members is None:
-        return members
-    partners = twins_of_planes[-1]
-    return np.union1d(members, partners[members][partners[members] >= 0]).astype(np.int32)
+def on_both_sides(obj, freedom, twins_of_planes):
+    """Of n weights of the region those that count: with Symmetric what is in the group on one side is on both."""
+    if obj.meanvalue.symmetric == 'NONE' or twins_of_planes is None or (twins_of_planes[-1] < 0).any():
+        return freedom
+    other_side = freedom[twins_of_planes[-1]]
+    return np.minimum(freedom, other_side) if obj.meanvalue.roi_invert else np.maximum(freedom, other_side)
 
 
 def unpaired(obj, rest, corners, starts):

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Whether an object is bound, stale or not ready, remembered so that a panel can ask at every redraw.
 
-Reading a mesh of 50,000 vertices takes 40 ms, so it is read again only after Blender said that the object's geometry
-was updated, or when something that is cheap to compare (names, counts, settings) differs. Geometry is updated at
-every step of a drag or of playback: a panel waits until the object has been left alone for a moment.
+Reading a mesh of 50,000 vertices takes 40 ms, so it is read again only when its object_model says that it may be
+another. Geometry is updated at every step of a drag or of playback: a panel waits until the object has been left alone
+for a moment.
 """
 
 import enum
-import time
 from dataclasses import dataclass, field
 
 from .. import compat
 from ..core import fingerprint, wording
-from ..core.edit_times import QUIET_SECONDS, EditTimes  # noqa: F401  panels take the seconds from here
 from ..errors import SceneError
-from . import bound_record, mirrors, scene_input, shared_readings
+from . import bound_record, object_model, scene_input, shared_readings
+from .object_model import QUIET_SECONDS  # noqa: F401  panels take the seconds from here
 
 
 class State(enum.Enum):
@@ -33,26 +32,11 @@ class Status:
     member_counts: dict = field(default_factory=dict)
 
 
-clock = time.monotonic
-
-_known = {}  # session key: (signature, Status)
-_edited = EditTimes(lambda: clock())  # by session key
-
-
-def mark_edited(obj):
-    """Returns whether somebody has asked for the object's status, and so may have to ask again."""
-    key = compat.session_key(obj)
-    if key in _known:
-        _edited.mark(key)
-    return key in _known
-
-
-quiet_in = _edited.quiet_in
+_known = {}  # session key: (stamp of its model, what it was bound as, Status)
 
 
 def clear():
     _known.clear()
-    _edited.clear()
 
 
 def status(obj, quiet_seconds=0.0):
@@ -61,45 +45,29 @@ def status(obj, quiet_seconds=0.0):
     The last known one outside Object Mode, for `quiet_seconds` after an edit, and as long as a big mesh is read.
     """
     key = compat.session_key(obj)
-    signature = _signature(obj)
-    known_signature, known = _known.get(key, (None, None))
-    if known_signature == signature and not _edited.is_left_alone(key, quiet_seconds):
+    model = object_model.of(obj)
+    model.is_watched = True
+    bound = _bound_as(obj)
+    stamp, known_bound, known = _known.get(key, (None, None, None))
+    is_same_binding = known is not None and known_bound == bound
+    if is_same_binding and model.is_current(stamp, quiet_seconds):
         return known
     reading = shared_readings.finished(obj) if obj.mode == 'OBJECT' else None
     if reading is None:
-        is_good = known_signature == signature or (known is not None and obj.mode == 'OBJECT')
-        return known if is_good else _unread(obj)
+        is_good = is_same_binding and stamp.settings == model.stamp.settings
+        return known if is_good or (known is not None and obj.mode == 'OBJECT') else _unread(obj)
     known = _read(obj, reading)
-    _known[key] = (signature, known)
-    _edited.pop(key, None)
+    _known[key] = (model.stamp, bound, known)
     return known
 
 
 def last_known(obj):
     """The Status as it was last read, or None. Takes no time."""
-    return _known.get(compat.session_key(obj), (None, None))[1]
+    return _known.get(compat.session_key(obj), (None, None, None))[2]
 
 
-def _signature(obj):
-    """All that is quick to compare, and what Blender does not report as an update (removing a group by a script)."""
-    settings = obj.meanvalue
-    record = settings.bound
-    return (
-        obj.name,
-        obj.data.name,
-        len(obj.data.vertices),
-        len(obj.data.polygons),
-        tuple(obj.vertex_groups.keys()),
-        tuple(group.name for group in settings.anchor_groups),
-        settings.roi_group,
-        settings.roi_invert,
-        settings.method,
-        settings.rigidity,
-        mirrors.signature(obj),
-        tuple((group.is_enabled, group.follows, group.is_soft, group.strength) for group in settings.anchor_groups),
-        bound_record.read_fingerprint(record),
-        record.seconds,
-    )
+def _bound_as(obj):
+    return bound_record.read_fingerprint(obj.meanvalue.bound), obj.meanvalue.bound.seconds
 
 
 def _unread(obj):
@@ -113,14 +81,14 @@ def _unread(obj):
 def _read(obj, reading):
     names = {group.name for group in obj.meanvalue.anchor_groups}
     counts = {name: len(indices) for name, indices in reading.members.items() if name in names}
-    state, text = _state_and_text(obj, reading)
+    state, text = _state_and_text(obj)
     return Status(state, text, counts)
 
 
-def _state_and_text(obj, reading):
+def _state_and_text(obj):
     bound = bound_record.read_fingerprint(obj.meanvalue.bound)
     try:
-        now = scene_input.gather(obj, reading).fingerprint
+        now = object_model.of(obj).bind_input(obj).fingerprint
     except SceneError as problem:
         return State.PROBLEM, wording.sentence(str(problem))
     if bound is None:
@@ -130,7 +98,7 @@ def _state_and_text(obj, reading):
         return State.BOUND, _bound_text(obj)
     changes = fingerprint.describe(reasons, bound, now)
     if fingerprint.needs_bind(reasons):
-        return State.STALE, f"Stale: {changes}. Check the anchors and press Bind."
+        return State.STALE, f"Stale: {changes}. Check the handles and press Bind."
     return State.STALE, f"Stale: {changes}. Solve will bind again."
 
 

@@ -3,11 +3,10 @@
 
 Positions are read every time, which takes 0.2 ms for 50,000 vertices: Blender does not tell of every change (what is
 written by a handler of an update is evaluated without calling handlers again). Vertex groups and faces, which take a
-hundred times as long, are read again when the object has been left alone for a moment after an update of its
-geometry, or when something that is cheap to compare differs. What did not change is the same array as before.
+hundred times as long, are read again when object_model says that they may be others, and the object has been left alone
+for a moment. What did not change is the same array as before.
 """
 
-import time
 from dataclasses import dataclass
 
 import bpy
@@ -15,10 +14,7 @@ import numpy as np
 
 from .. import compat
 from ..core import bind_input, tinted_faces
-from ..core.edit_times import QUIET_SECONDS, EditTimes  # noqa: F401  tests take the seconds from here
-from . import mesh_arrays, shape_keys, shared_readings, targets
-
-clock = time.monotonic
+from . import mesh_arrays, object_model, shape_keys, shared_readings, targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +37,7 @@ NOTHING = Look(*(np.empty((0, width), kind) for width, kind in ((3, "f4"), (4, "
 
 @dataclass(eq=False)
 class _Known:
-    signature: tuple
+    stamp: object_model.Stamp
     vertex_count: int
     anchors: np.ndarray  # k int32
     pieces: np.ndarray  # k int32: number of the enabled handle
@@ -53,38 +49,25 @@ class _Known:
 
 
 _known = {}  # session key: _Known
-_edited = EditTimes(lambda: clock())  # by session key
-
-
-def mark_edited(obj):
-    """Returns whether the object has been drawn, and so may have to be drawn again."""
-    key = compat.session_key(obj)
-    if key in _known:
-        _edited.mark(key)
-    return key in _known
-
-
-quiet_in = _edited.quiet_in
 
 
 def clear():
     _known.clear()
-    _edited.clear()
 
 
 def look(obj):
     """The Look of a mesh object; the same one as long as nothing changed. Not for modes with a mesh of their own."""
     key = compat.session_key(obj)
-    signature = _signature(obj)
+    model = object_model.of(obj)
+    model.is_watched = True
     known = _known.get(key)
-    if known is None or known.signature != signature or _edited.is_left_alone(key):
+    if known is None or not model.is_current(known.stamp, object_model.QUIET_SECONDS):
         reading = shared_readings.finished(obj)
         if reading is not None:
-            known = _known[key] = _read(obj, signature, reading)
-            _edited.pop(key, None)
+            known = _known[key] = _read(obj, model.stamp, reading)
         elif known is None or known.look is None or known.vertex_count != len(obj.data.vertices):
             return NOTHING
-        elif known.signature != signature:
+        elif known.stamp.settings != model.stamp.settings:
             return known.look  # its handles may be others than those that there are now
     positions = shown_positions(obj)
     colors = tuple((*handle.color, 1.0) for handle in targets.enabled_groups(obj))
@@ -94,20 +77,7 @@ def look(obj):
     return known.look
 
 
-def _signature(obj):
-    settings = obj.meanvalue
-    return (
-        obj.data.name,
-        len(obj.data.vertices),
-        len(obj.data.polygons),
-        tuple(obj.vertex_groups.keys()),
-        tuple((handle.name, handle.is_enabled) for handle in settings.anchor_groups),
-        settings.roi_group,
-        settings.roi_invert,
-    )
-
-
-def _read(obj, signature, reading):
+def _read(obj, stamp, reading):
     names = [handle.name for handle in targets.enabled_groups(obj)]
     region = obj.meanvalue.roi_group
     members = reading.members
@@ -118,7 +88,7 @@ def _read(obj, signature, reading):
         vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, mask)
     else:
         vertices, corners = np.empty(0, np.int32), np.empty((0, 3), np.int32)
-    return _Known(signature, len(obj.data.vertices), anchors, pieces, vertices, corners)
+    return _Known(stamp, len(obj.data.vertices), anchors, pieces, vertices, corners)
 
 
 def _look(known, positions, colors):

@@ -25,8 +25,33 @@ def take_group(obj):
     group = obj.vertex_groups.get(settings.roi_group)
     if group is None:
         group = obj.vertex_groups.new(name=settings.roi_group or ids.REGION_GROUP)
-        settings.roi_group = group.name
+        settings.roi_group = settings.made_region = group.name
     return group
+
+
+def remove_made_group(obj):
+    """Clears the region, and deletes its vertex group if it was made for it. Returns whether that was so."""
+    settings = obj.meanvalue
+    name = settings.roi_group
+    was_made = name != "" and name == settings.made_region and name in obj.vertex_groups
+    if was_made:
+        obj.vertex_groups.remove(obj.vertex_groups[name])
+    settings.roi_group = settings.made_region = ""
+    settings.roi_invert = False
+    return was_made
+
+
+def weights(obj):
+    """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
+    missing."""
+    settings = obj.meanvalue
+    name = settings.roi_group
+    if name not in obj.vertex_groups:
+        return np.zeros(len(obj.data.vertices))
+    reading = vertex_groups.WeightReading(obj, [name])
+    reading.go_on(obj)
+    found = reading.weights[name]
+    return 1.0 - found if settings.roi_invert else found
 
 
 def current_mask(obj):
@@ -41,7 +66,7 @@ def current_mask(obj):
 
 def handle_members(obj, name):
     """Vertex indices of the handle `name`. @throws SceneError if there are none to grow from."""
-    vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+    vertex_groups.require_listed(obj, name)
     members = vertex_groups.members(obj, [name])[name]
     if len(members) == 0:
         raise SceneError(f"Handle '{name}' has no vertices to grow from. Assign some, or choose another handle")
@@ -60,10 +85,23 @@ def grown_by_distance(obj, seeds, distance):
     return region_growth.grown_by_distance(edges, shape_keys.rest_positions(obj.data), seeds, distance)
 
 
-def write(obj, mask):
-    """The region is exactly `mask` (n bool) from here on."""
-    vertex_groups.replace_members(obj, take_group(obj), np.flatnonzero(mask))
+def distances(obj, seeds, limit):
+    """n float64: from the vertices `seeds` along edges of the rest shape; infinite beyond `limit`."""
+    edges = mesh_arrays.edges(obj.data)
+    return region_growth.distances(edges, shape_keys.rest_positions(obj.data), seeds, limit)
+
+
+def write(obj, weights):
+    """The region is exactly `weights` (n bool, or n float from 0 to 1) from here on."""
+    vertex_groups.replace_weights(obj, take_group(obj), np.asarray(weights, np.float64))
     obj.meanvalue.roi_invert = False
+
+
+def add_falloff(obj, seeds, inner, outer, before):
+    """The region is `before` (n float, 0 to 1) and the surroundings of `seeds`: all of it within the distance `inner`,
+    less and less up to `outer`."""
+    weights = region_growth.falloff(distances(obj, seeds, outer), inner, outer)
+    write(obj, np.maximum(weights, before))
 
 
 def handles_outside(obj, mask):

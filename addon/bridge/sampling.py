@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core import bake_times
 from ..errors import SceneError
-from . import actions, shape_keys, targets
+from . import actions, rig_space, shape_keys, targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ def _read(obj, bind_input, pose, frame, goals, weights):
         found = targets.handles_problem(obj)
         if found:
             raise SceneError(found)
-        goals[:] = targets.positions(obj, bind_input, pose)
+        goals[:] = targets.positions(obj, bind_input, pose, rig_space.measure(obj))
         weights[:] = targets.influences(obj, bind_input)
     except SceneError as error:
         raise SceneError(f"At frame {bake_times.named(frame)}: {error}") from error

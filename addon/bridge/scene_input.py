@@ -3,7 +3,7 @@
 
 from .. import ids
 from ..core import mirroring, springs, wording
-from ..core.bind_input import BindInput, anchor_layout, region_mask
+from ..core.bind_input import BindInput, anchor_layout, region_weights, soft_border
 from ..errors import SceneError
 from . import controls, marker_pairs, mirrors, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
@@ -50,7 +50,7 @@ def mode_name(mode):
 
 def start_reading(obj):
     """The SceneReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
-    _require_groups(obj)
+    require_groups(obj)
     return SceneReading(obj)
 
 
@@ -60,7 +60,7 @@ def gather(obj, reading=None):
     reading: a SceneReading since which the object was not edited; gone on with if it is not finished, and left alone
     if it does not fit.
     """
-    _require_groups(obj)
+    require_groups(obj)
     if reading is None or not reading.fits(obj):
         reading = SceneReading(obj)
     reading.go_on(obj)
@@ -74,10 +74,14 @@ def gather(obj, reading=None):
     anchors, pieces = anchor_layout([members[name] for name in names])
     rest = shape_keys.rest_positions(obj.data)
     planes, twins = mirrors.gather(obj, rest, corners, starts)
-    region = mirrors.with_twins(obj, members.get(region_name), twins)
-    roi = region_mask(len(obj.data.vertices), region, settings.roi_invert)
+    freedom = region_weights(
+        len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert
+    )
+    freedom = mirrors.on_both_sides(obj, freedom, twins)
+    roi = freedom > 0.0
     planes, twins = mirroring.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
+    border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
     soft = [group.strength if group.is_soft else None for group in groups]
     if rigidity is None and any(group.is_soft for group in groups):
         raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
@@ -94,23 +98,26 @@ def gather(obj, reading=None):
         strengths=springs.strengths(pieces, soft, rigidity, int(roi.sum())),
         planes=planes,
         twins=twins,
+        border=border,
+        border_strengths=border_strengths,
     )
     bind_input.check()
     return bind_input
 
 
-def _require_groups(obj):
+def require_groups(obj):
+    """@throws SceneError if a group that the settings name is missing, or none is named."""
     names = [group.name for group in targets.enabled_groups(obj)]
     region_name = obj.meanvalue.roi_group
     if not obj.meanvalue.anchor_groups:
         raise SceneError(
-            "No anchors are listed. Select vertices in Edit Mode and press Add Handle, add a vertex group to the list, "
-            "or choose a take in Motion Capture and press Match Markers: these vertices will hold and pose the mesh"
+            "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and press "
+            "Add Handle. For recorded motion choose a take in Motion Capture and press Match Markers"
         )
     if not names:
         raise SceneError("All handles are turned off. Tick at least one in the list")
     for name in names:
-        vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+        vertex_groups.require_listed(obj, name)
     if region_name:
         vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
 
@@ -119,9 +126,9 @@ def _require_members(names, region_name, invert, members, vertex_count):
     empty = [name for name in names if len(members[name]) == 0]
     if empty:
         raise SceneError(
-            f"Anchor {'group' if len(empty) == 1 else 'groups'} {wording.quoted(empty)} "
+            f"{'Handle' if len(empty) == 1 else 'Handles'} {wording.quoted(empty)} "
             f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
-            f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'} from Anchors"
+            f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'}"
         )
     if not region_name:
         return

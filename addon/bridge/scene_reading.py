@@ -4,7 +4,8 @@
 import math
 import time
 
-from . import mesh_arrays, vertex_groups
+from .. import compat, declarations
+from . import mesh_arrays, mirrors, vertex_groups
 
 #: After so many edits that came before all was read it is read in one go: an animated mesh is edited with every frame.
 MOST_RESTARTS = 4
@@ -17,13 +18,14 @@ class SceneReading:
     was edited.
 
     members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
+    region_weights  of the region's members, float64, above 0 up to 1
     faces    (corners, starts) as of mesh_arrays.faces()
     """
 
     def __init__(self, obj):
-        self.members = self.faces = None
-        self._signature = _signature(obj)
-        self._groups = vertex_groups.Reading(obj, _names(obj))
+        self.members = self.region_weights = self.faces = None
+        self._mesh, self._names = _mesh_facts(obj), _names(obj)
+        self._groups = vertex_groups.Reading(obj, self._names, weighted=obj.meanvalue.roi_group)
 
     def go_on(self, obj, seconds=math.inf):
         """Reads for about so long, something in any case. Returns whether all is read."""
@@ -31,7 +33,7 @@ class SceneReading:
         if self.members is None:
             if not self._groups.go_on(obj, seconds):
                 return False
-            self.members = self._groups.members
+            self.members, self.region_weights = self._groups.members, self._groups.member_weights
             self._groups = None
             if time.monotonic() >= until:
                 return False
@@ -50,13 +52,19 @@ class SceneReading:
 
     def fits(self, obj):
         """Whether it is of this object as it is now, as far as that is quick to tell."""
-        return self._signature == _signature(obj)
+        return self._mesh == _mesh_facts(obj) and self._names == _names(obj)
+
+
+def signature(obj):
+    """All that is quick to compare of what a binding depends on. Blender does not tell of each of these changes."""
+    return _mesh_facts(obj), declarations.values(obj.meanvalue)
 
 
 def _names(obj):
     return {line.name for line in obj.meanvalue.anchor_groups} | {obj.meanvalue.roi_group}
 
 
-def _signature(obj):
+def _mesh_facts(obj):
     mesh = obj.data
-    return mesh.name, len(mesh.vertices), len(mesh.polygons), tuple(obj.vertex_groups.keys()), _names(obj)
+    counts = len(mesh.vertices), len(mesh.polygons)
+    return obj.name, compat.session_key(mesh), counts, tuple(obj.vertex_groups.keys()), mirrors.signature(obj)

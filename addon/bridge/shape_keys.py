@@ -39,7 +39,7 @@ def rest_positions(mesh):
 def pose_problem(obj):
     """Why the active shape key cannot give the targets, or None. Cheap enough for drawing."""
     keys = obj.data.shape_keys
-    advice = "Press Add Pose Key and move the anchor vertices of that key in Edit Mode"
+    advice = "Press Add Pose Key and move the vertices of handles in that key, in Edit Mode"
     if keys is None:
         return f"There is no shape key to take the targets from. {advice}"
     if not keys.use_relative:
@@ -124,7 +124,8 @@ def write_positions(mesh, key, shape):
     """Writes n x 3 float32 `shape` into a shape key."""
     store, attribute = compat.key_store(key)
     store.foreach_set(attribute, shape.ravel())
-    mesh.update_tag()  # Blender 3.4 does not notice foreach_set on a shape key
+    # Blender 3.4 does not notice foreach_set. Tagging the mesh would have Blender copy that too, for a third more time.
+    mesh.shape_keys.update_tag()
 
 
 def write_result(obj, result, pose_key=""):

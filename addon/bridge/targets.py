@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import motion
+from ..core import motion, wording
 from ..errors import SceneError
-from . import controls, shape_keys
+from . import control_places, controls, rig_space, shape_keys
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,33 +62,104 @@ def pose_key(obj):
 
 
 def gather(obj, bind_input):
-    """The Targets of `obj`. @throws SceneError."""
+    """The Targets of `obj`, with what its rig does measured now. @throws SceneError."""
     found = problem(obj)
     if found:
         raise SceneError(found)
+    return gather_behind(obj, bind_input, rig_space.measure(obj))
+
+
+def gather_behind(obj, bind_input, space, known=None):
+    """The Targets of `obj`, which has no problem(); space: its SeenSpace, or None; known: see positions().
+
+    @throws SceneError.
+    """
     moved_in = pose_key(obj)
     pose = shape_keys.pose_positions(obj) if moved_in else None
     counts = influences(obj, bind_input)
     weights = None if (counts == 1.0).all() else counts
-    return Targets(positions(obj, bind_input, pose), weights, pose, moved_in)
+    return Targets(positions(obj, bind_input, pose, space, known), weights, pose, moved_in)
 
 
-def positions(obj, bind_input, pose):
-    """k x 3 float64: where the anchors go now; pose: as in Targets. For what has no problem(). @throws SceneError."""
+def positions(obj, bind_input, pose, space, known=None):
+    """k x 3 float64: where the key has to have the anchors now, for them to be seen where their controls have them.
+
+    pose: as in Targets; space: the SeenSpace of now, None where what is seen is the key. For what has no problem().
+    known: {name of a handle: (its move in the key's space, its targets)}: those that have not moved since keep their
+    targets, whatever the rig does; brought up to date.
+
+    @throws SceneError.
+    """
     placed = bind_input.anchor_rest.copy()
-    for number, group in enumerate(enabled_groups(obj)):
-        if group.follows == 'REST' or (group.follows == 'SHAPE' and pose is None):
-            continue
-        members = bind_input.pieces == number
-        if group.follows == 'SHAPE':
+    if pose is not None:
+        for members, _ in _members(obj, bind_input, 'SHAPE'):
             placed[members] = pose[bind_input.anchors][members]
-        else:
-            placed[members] = motion.apply(controls.move(obj, group), placed[members])
-            if not np.isfinite(placed[members]).all():
-                raise SceneError(
-                    f"The control of handle '{group.name}' is at a place that is not a number. Reset its transform"
-                )
+    is_moved = np.zeros(len(placed), bool)  # those that `placed` has where they are to be seen, so far
+    moves = []
+    for members, group in _members(obj, bind_input, 'CONTROL'):
+        carry = control_places.carry(space, group, bind_input.anchors[members])
+        move = controls.move(obj, group, carry)
+        former = known.get(group.name) if known is not None else None
+        if former is not None and motion.same(former[0], move):
+            placed[members] = former[1]
+            continue
+        if space is None:
+            placed[members] = motion.apply(move, placed[members])
+        elif move is not motion.IDENTITY:
+            seen = space.seen[bind_input.anchors[members]]
+            placed[members] = motion.apply(carry @ move @ np.linalg.inv(carry), seen)
+            is_moved |= members
+        _require_numbers(group, placed[members])
+        moves.append((group.name, move, members))
+    if is_moved.any():
+        placed[is_moved] = _in_key(obj, bind_input, space, is_moved, placed[is_moved])
+    if known is not None:
+        known.update({name: (move, placed[members]) for name, move, members in moves})
     return placed
+
+
+def go_along(obj, bind_input, space):
+    """Puts the controls that go along with the rig to where it has carried their handles."""
+    for members, group in _members(obj, bind_input, 'CONTROL'):
+        if group.control is not None:
+            carry = control_places.carry(space, group, bind_input.anchors[members])
+            control_places.go_along(obj, group, carry)
+
+
+def _members(obj, bind_input, follows):
+    """(k bool, group) of the groups that take part and follow that."""
+    for number, group in enumerate(enabled_groups(obj)):
+        if group.follows == follows:
+            yield bind_input.pieces == number, group
+
+
+def _in_key(obj, bind_input, space, is_moved, wanted):
+    """Where the key has to have the anchors of the mask `is_moved` for them to be seen at `wanted`. @throws SceneError."""
+    anchors = bind_input.anchors[is_moved]
+    _require_depth(obj, bind_input, space, is_moved)
+    if space.is_affine:
+        return space.in_key(anchors, wanted)
+    with rig_space.evaluating(obj) as evaluate:
+        return space.in_key(anchors, wanted, evaluate)
+
+
+def _require_depth(obj, bind_input, space, is_moved):
+    """@throws SceneError if the rig squeezes anchors, so that no key can bring them to where they are wanted."""
+    for members, group in _members(obj, bind_input, 'CONTROL'):
+        flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
+        if flat:
+            raise SceneError(
+                f"{rig_space.named(obj)} squeezes {wording.vertices(flat)} of handle '{group.name}' flat, so no shape "
+                f"key can move {'it' if flat == 1 else 'them'} to where the control is. Give the bones there a size, "
+                "or turn the handle off"
+            )
+
+
+def _require_numbers(group, points):
+    if not np.isfinite(points).all():
+        raise SceneError(
+            f"The control of handle '{group.name}' is at a place that is not a number. Reset its transform"
+        )
 
 
 def influences(obj, bind_input):

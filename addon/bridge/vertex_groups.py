@@ -11,6 +11,9 @@ from ..errors import SceneError
 #: Vertices that are read before the clock is looked at: some 5 ms with four groups at each.
 SLICE = 5000
 
+#: How finely the weights that we write differ. Painted ones in Blender are shown with as many colours.
+WEIGHT_STEPS = 255
+
 
 class Reading:
     """The members of groups, read a slice of the vertices at a time, so that nobody has to wait for a big mesh.
@@ -20,8 +23,11 @@ class Reading:
     is worth nothing once the object was edited.
     """
 
-    def __init__(self, obj, names):
+    def __init__(self, obj, names, weighted=""):
+        """weighted: name of the group whose `member_weights` are wanted."""
         self._indices = {name: obj.vertex_groups[name].index for name in names if name in obj.vertex_groups}
+        self._weighted = self._indices.get(weighted)
+        self._member_weights = []
         self._found = {index: [] for index in self._indices.values()}
         self.vertex_count = len(obj.data.vertices)
         self._next = 0 if self._found else self.vertex_count
@@ -47,12 +53,19 @@ class Reading:
             for element in vertex.groups:
                 if element.group in found and element.weight > 0.0:
                     found[element.group].append(number)
+                    if element.group == self._weighted:
+                        self._member_weights.append(element.weight)
         self._next += SLICE
 
     @property
     def members(self):
         """{name: ascending vertex indices, int32} of the groups that exist."""
         return {name: np.array(self._found[index], np.int32) for name, index in self._indices.items()}
+
+    @property
+    def member_weights(self):
+        """Of the members of the group `weighted`, in their order, float64 above 0 up to 1."""
+        return np.array(self._member_weights, np.float64)
 
 
 class WeightReading(Reading):
@@ -89,8 +102,29 @@ def require(obj, name, role, remedy):
         raise SceneError(f"'{obj.name}' has no vertex group '{name}', which is {role}. {remedy}")
 
 
+def require_listed(obj, name):
+    """@throws SceneError if the object has no vertex group `name`, which a handle names."""
+    require(obj, name, "on the list of handles", "Choose another group in Active Handle, or remove the handle")
+
+
 def replace_members(obj, group, indices):
     """The group gets the vertices `indices` with weight 1 and loses all others."""
-    group.remove(range(len(obj.data.vertices)))
-    group.add(indices.tolist(), 1.0, 'REPLACE')
+    weights = np.zeros(len(obj.data.vertices))
+    weights[indices] = 1.0
+    replace_weights(obj, group, weights)
+
+
+def replace_weights(obj, group, weights):
+    """The group gets the vertices of n `weights` above 0, in steps of 1/WEIGHT_STEPS, and loses all others.
+
+    Blender takes many vertices of one weight at a time.
+    """
+    levels = np.ceil(np.clip(weights, 0.0, 1.0) * WEIGHT_STEPS - 1e-6).astype(np.int32)
+    order = np.argsort(levels, kind="stable")
+    ends = np.searchsorted(levels[order], np.arange(WEIGHT_STEPS + 1), side="right")
+    group.remove(range(len(levels)))
+    for level in range(1, WEIGHT_STEPS + 1):
+        members = order[ends[level - 1] : ends[level]]
+        if len(members):
+            group.add(members.tolist(), level / WEIGHT_STEPS, 'REPLACE')
     obj.data.update_tag()

@@ -21,3 +21,13 @@ def show_in_local_views(obj, beside):
             space = area.spaces.active
             if area.type == 'VIEW_3D' and space.local_view is not None and beside.local_view_get(space):
                 obj.local_view_set(space, True)
+
+
+def is_visible(obj, space):
+    """Whether a 3D View shows the object: not hidden, in the view's collections, and in its Local View if there is one.
+
+    Blender keeps for originals no word of Local View that visible_in_viewport_get() could read.
+    """
+    depsgraph = bpy.context.view_layer.depsgraph
+    evaluated = obj if depsgraph is None else obj.evaluated_get(depsgraph)
+    return obj.visible_get(viewport=space) and evaluated.visible_in_viewport_get(space)

@@ -15,7 +15,7 @@ def svg(frames, title):
     values = {name: _column(frames, name) for name in COLORS}
     panels = (
         ("energy", values["energy"]),
-        ("distance of the farthest anchor from its target", values["distance"]),
+        ("distance of the farthest handle from its target", values["distance"]),
     )
     height = MARGIN + len(panels) * (HEIGHT + MARGIN)
     parts = [

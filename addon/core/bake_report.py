@@ -52,7 +52,7 @@ class BakeReport:
             text += f", the highest energy is {worst[0][1]:.3g} at frame {worst[0][0]}{self._compared(worst[0][1])}"
         if len(self.distances) and self.distances.max() > 0.0:
             row = int(self.distances.argmax())
-            text += f", an anchor is {self.distances[row]:.3g} from its target at frame {named(self.times[row])}"
+            text += f", a handle is {self.distances[row]:.3g} from its target at frame {named(self.times[row])}"
         return text
 
     def _compared(self, energy):

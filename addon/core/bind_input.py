@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import SceneError
-from . import fixed_points, mirroring, wording
+from . import fixed_points, mirroring, springs, wording
 from .fingerprint import Fingerprint, digest
 
 
@@ -25,6 +25,8 @@ class BindInput:
     pieces        k int32, number of the enabled group that each anchor belongs to
     rigid_pieces  whether the anchors of a group move as one; else the solver finds out what belongs together
     strengths     k float64, stiffness of the springs of soft anchors, infinite for hard ones; None if all are hard
+    border        b vertex indices, int32, ascending: what moves freely in part, where the region is soft; no anchors
+    border_strengths  b float64, stiffness of the springs that hold them to the rest shape. None, both: no soft border
     planes        p x 4 float64, unit normal and distance of each plane that mirrors the mesh; None if none does. They
                   stand at right angles to each other
     twins         p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where
@@ -41,6 +43,8 @@ class BindInput:
     rigid_pieces: bool = False
     rigidity: float | None = None
     strengths: np.ndarray | None = None
+    border: np.ndarray | None = None
+    border_strengths: np.ndarray | None = None
     planes: np.ndarray | None = None
     twins: np.ndarray | None = None
 
@@ -56,7 +60,7 @@ class BindInput:
                 *([self.pieces] if self.rigid_pieces or self.planes is not None else []),
                 *([] if self.strengths is None else [self.strengths]),
             ),
-            roi=digest(np.packbits(self.roi)),
+            roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
             settings=digest(f"method={self.method} rigidity={self.rigidity}"),
             mirror="" if self.planes is None else digest(self.planes, self.twins),
         )
@@ -103,6 +107,8 @@ class BindInput:
         """n bool: the vertices that something holds in their place: fixed ones and soft anchors."""
         held = ~self.free
         held[self.anchors] = True
+        if self.border is not None:
+            held[self.border] = True
         return held
 
     @cached_property
@@ -123,15 +129,15 @@ class BindInput:
             )
         if not self.free.any():
             raise SceneError(
-                "Nothing is free to move: every vertex of the region is an anchor. "
-                "Take vertices out of the anchor groups or enlarge the region"
+                "Nothing is free to move: every vertex of the region is held by a handle or pin. "
+                "Take vertices out of them, or enlarge the region"
             )
         held = self.whole.held_rest
         if not fixed_points.span_a_plane(held):
             raise SceneError(
                 f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "
-                "three that are not in one line (anchors and vertices outside the region count). "
-                "Add anchor vertices, or choose a region that leaves some vertices out"
+                "three that are not in one line (handles, pins and vertices outside the region count). "
+                "Pin more vertices, or choose a region that leaves some vertices out"
             )
 
 
@@ -160,8 +166,23 @@ def anchor_layout(groups):
 
 def region_mask(vertex_count, members, invert):
     """n bool from the indices of the region's group; None stands for no group, all may move."""
+    return region_weights(vertex_count, members, 1.0, invert) > 0.0
+
+
+def region_weights(vertex_count, members, weights, invert):
+    """n float64, 0 to 1: how freely each vertex moves, from the region's group and its weights; members as above."""
     if members is None:
-        return np.ones(vertex_count, bool)
-    mask = np.zeros(vertex_count, bool)
-    mask[members] = True
-    return ~mask if invert else mask
+        return np.ones(vertex_count)
+    result = np.zeros(vertex_count)
+    result[members] = weights
+    return 1.0 - result if invert else result
+
+
+def soft_border(weights, anchors, rigidity):
+    """(border, border_strengths) as of BindInput from n region weights, 0 to 1; (None, None) if they are yes or no."""
+    is_border = (weights > 0.0) & (weights < 1.0)
+    is_border[anchors] = False
+    border = np.flatnonzero(is_border).astype(np.int32)
+    if len(border) == 0:
+        return None, None
+    return border, springs.border_strengths(weights[border], rigidity, np.count_nonzero(weights))

@@ -20,7 +20,7 @@ class StaleReason(enum.Enum):
     VERTICES = "vertices changed"
     FACES = "faces changed"
     REST_SHAPE = "rest shape changed"
-    ANCHORS = "anchors changed"
+    ANCHORS = "handles changed"
     ROI = "region changed"
     SETTINGS = "settings changed"
     MIRROR = "mirror planes changed"

@@ -77,6 +77,7 @@ class AsItIs:
         self._of = bind_input
         self.roi, self.anchors = bind_input.roi, bind_input.anchors
         self.pieces, self.strengths = bind_input.pieces, bind_input.strengths
+        self.border, self.border_strengths = bind_input.border, bind_input.border_strengths
 
     @property
     def rest(self):
@@ -123,6 +124,7 @@ class Mirrored:
     anchors    K int32, ascending
     pieces     K int32: images of a handle are handles of their own, but one with it if they share a vertex
     strengths  K float64 or None: as if the whole had been read
+    border     vertex numbers of a soft border, and border_strengths, likewise
 
     Where images of two handles hold the same vertex, the handle with the lower number leads there.
     """
@@ -132,6 +134,7 @@ class Mirrored:
         self._join(bind_input.planes, bind_input.twins)
         self.roi = bind_input.roi[self._source]
         self._read_anchors()
+        self._read_border()
 
     def _join(self, planes, twins):
         """_turns: C 3 x 3 matrices, the identity first; _images: C x n, the vertex of the whole that each image is."""
@@ -196,6 +199,18 @@ class Mirrored:
             if len(own) > 1:
                 self._across.append((np.flatnonzero(bind_input.pieces == handle), own))
         return np.unique(lowest, return_inverse=True)[1].astype(np.int32)
+
+    def _read_border(self):
+        """Springs of a soft border fall with the square of what is free, as in core.springs."""
+        bind_input, self.border, self.border_strengths = self._of, None, None
+        if bind_input.border is None:
+            return
+        images = self._images[:, bind_input.border]
+        border, first = np.unique(images, return_index=True)
+        is_own = ~np.isin(border, self.anchors)  # with Symmetric a handle may hold the other side of it
+        strengths = np.broadcast_to(bind_input.border_strengths, images.shape).ravel()[first]
+        self.border = border[is_own].astype(np.int32)
+        self.border_strengths = strengths[is_own] * (bind_input.roi.sum() / max(1, self.roi.sum())) ** 2
 
     def _shared_strengths(self):
         """A handle's spring is shared out among the vertices that it has in the whole, as core.springs does."""

@@ -3,13 +3,16 @@
 
 import numpy as np
 
+#: How much longer than straight over the faces a way along edges is on a grid of squares.
+MOST_DETOUR = 2.0**0.5
+
 
 def grown_by_rings(edges, seeds, vertex_count, ring_count):
     """n bool: vertices that can be reached from `seeds` over at most `ring_count` edges; seeds are among them.
 
     edges  m x 2 vertex indices.
     """
-    return _nearness(edges, np.ones(len(edges)), seeds, vertex_count, ring_count) <= ring_count
+    return _nearness(edges, np.ones(len(edges)), seeds, vertex_count, ring_count)[0] <= ring_count
 
 
 def grown_by_distance(edges, positions, seeds, distance):
@@ -18,12 +21,50 @@ def grown_by_distance(edges, positions, seeds, distance):
     edges  m x 2 vertex indices; positions  n x 3. A way along edges is at least as long as one straight over the faces,
     by up to two fifths on a grid of squares.
     """
+    return _edge_distances(edges, positions, seeds, distance)[0] <= distance
+
+
+def distances(edges, positions, seeds, limit):
+    """n float64: about how far each vertex is from `seeds` over the surface; infinite beyond `limit`.
+
+    Straight to the seed that is nearest along edges, so that what is equally far lies on a circle where the surface is
+    flat, whatever its faces are; but no less than what the way along edges says, which is longer than one over the
+    faces by up to sqrt(2) on a grid of squares: what is folded back to the seeds is not near.
+    """
+    along, nearest = _edge_distances(edges, positions, seeds, MOST_DETOUR * limit)
+    reached = np.flatnonzero(np.isfinite(along))
+    straight = np.linalg.norm(positions[reached].astype(np.float64) - positions[nearest[reached]], axis=1)
+    result = np.full(len(positions), np.inf)
+    result[reached] = np.maximum(straight, along[reached] / MOST_DETOUR)
+    result[result > limit] = np.inf
+    return result
+
+
+def _edge_distances(edges, positions, seeds, limit):
+    """As _nearness(), with lengths of edges."""
+    near = _may_be_within(positions, seeds, limit)
+    edges = edges[near[edges].all(axis=1)]
     lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
-    return _nearness(edges, lengths, seeds, len(positions), distance) <= distance
+    return _nearness(edges, lengths, seeds, len(positions), limit)
+
+
+def falloff(distances, inner, outer):
+    """Weights from 0 to 1: 1 up to the distance `inner`, 0 from `outer` on, smooth between, as Proportional Editing's.
+
+    It is 3 t^2 - 2 t^3, t from 1 to 0, so that it has no kink at either end.
+    """
+    t = np.clip((outer - distances) / (outer - inner), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def _may_be_within(positions, seeds, limit):
+    """n bool: whether a vertex is near enough to the box around the seeds, straight through space."""
+    low, high = positions[seeds].min(axis=0) - limit, positions[seeds].max(axis=0) + limit
+    return ((positions >= low) & (positions <= high)).all(axis=1)
 
 
 def _nearness(edges, lengths, seeds, vertex_count, limit):
-    """n float64: length of the shortest way from the seeds; infinite beyond `limit`.
+    """(n float64, n int): length of the shortest way from the seeds, infinite beyond `limit`; the seed it is from.
 
     Shortest paths after Bellman and Ford, going on only from the vertices that came nearer in the last step: a few
     numpy calls for each ring, where a queue (Dijkstra) takes several Python steps for each edge.
@@ -31,16 +72,22 @@ def _nearness(edges, lengths, seeds, vertex_count, limit):
     starts, neighbours, lengths = _ways(edges, lengths, vertex_count)
     nearness = np.full(vertex_count, np.inf)
     nearness[seeds] = 0.0
+    origins = np.arange(vertex_count)
     front = np.unique(seeds)
     while len(front):
         counts = starts[front + 1] - starts[front]
         first_of_each = np.cumsum(counts) - counts
         ways = np.arange(counts.sum()) + np.repeat(starts[front] - first_of_each, counts)
         others, found = neighbours[ways], np.repeat(nearness[front], counts) + lengths[ways]
-        is_nearer = (found < nearness[others]) & (found <= limit)
-        np.minimum.at(nearness, others[is_nearer], found[is_nearer])
-        front = np.unique(others[is_nearer])
-    return nearness
+        by_vertex = np.lexsort((found, others))
+        others, shortest = np.unique(others[by_vertex], return_index=True)
+        best = by_vertex[shortest]
+        is_nearer = (found[best] < nearness[others]) & (found[best] <= limit)
+        best, others = best[is_nearer], others[is_nearer]
+        nearness[others] = found[best]
+        origins[others] = np.repeat(origins[front], counts)[best]
+        front = others
+    return nearness, origins
 
 
 def _ways(edges, lengths, vertex_count):

@@ -32,7 +32,7 @@ def pose_warnings(bind_input, targets, pose=None):
     """
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
-        yield "No anchor has been moved, so the result is the rest shape. Move a control, or anchors of the shape key"
+        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
     yield from torn_notes(bind_input, targets)
     if pose is None:
         return
@@ -40,7 +40,7 @@ def pose_warnings(bind_input, targets, pose=None):
     others[bind_input.anchors] = False
     ignored = np.count_nonzero((pose != bind_input.rest).any(axis=1) & others)
     if ignored:
-        yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose are no anchors and are ignored"
+        yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose belong to no handle and are ignored"
 
 
 def torn_notes(bind_input, targets):
@@ -49,7 +49,7 @@ def torn_notes(bind_input, targets):
     torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
         yield (
-            f"{wording.counted(torn, 'moved anchor')} outside the region: the vertices around stay in place, which "
+            f"{wording.vertices(torn)} of moved handles outside the region: the vertices around stay in place, which "
             "tears the surface there. Take the surroundings into the region"
         )
     missed = np.abs(bind_input.whole.met(targets) - targets).max(axis=1, initial=0.0)
@@ -74,7 +74,7 @@ class BindSummary:
 
     def text(self):
         return (
-            f"{wording.vertices(self.vertex_count)}, {wording.counted(self.anchor_count, 'anchor')}, "
+            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, "
             f"{self.free_count:,} free, {wording.seconds(self.seconds)}"
         )
 
@@ -84,15 +84,15 @@ class BindSummary:
             yield (
                 f"{wording.counted(self.unheld_part_count, 'part')} of the mesh "
                 f"{'has' if self.unheld_part_count == 1 else 'have'} fewer than three fixed points that are not in one "
-                f"line and {'stays' if self.unheld_part_count == 1 else 'stay'} in place. Give each part three anchors"
+                f"line and {'stays' if self.unheld_part_count == 1 else 'stay'} in place. Pin three vertices of each"
             )
 
     @classmethod
-    def of(cls, report):
-        """From the native deformer's report."""
+    def of(cls, report, border_count=0):
+        """From the native deformer's report, to which the springs of a soft border are anchors as well."""
         return cls(
             vertex_count=int(report.vertex_count),
-            anchor_count=int(report.anchor_count),
+            anchor_count=int(report.anchor_count) - border_count,
             free_count=int(report.free_count),
             unheld_part_count=sum(1 for part in report.components if part.free_count and part.undetermined),
             seconds=float(sum(report.timings.values())),

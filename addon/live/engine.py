@@ -9,10 +9,12 @@ import traceback
 
 import bpy
 
-from ..bridge import scene_input, shared_readings, views
+from ..bridge import object_model, scene_input, views
 from ..core import wording
-from .follower import TICK_SECONDS, Follower, identity
+from . import updates
+from .follower import Follower, identity
 from .mix_follower import MixFollower
+from .states import TICK_SECONDS
 
 _followers = {}  # identity of the object: Follower or MixFollower
 _must_search = True  # for live objects: the add-on may be enabled in a file that has some
@@ -23,34 +25,40 @@ _is_held = False
 
 
 def scene_updated(depsgraph):
-    """Blender evaluated the scene. Returns the objects that were edited, but for what is our own writing alone."""
+    """Blender evaluated the scene. Returns whether an object was edited that panel or overlay show."""
     if depsgraph.mode == 'RENDER' or len(depsgraph.updates) == 0:
-        return []
+        return False
     _notice_end_of_rendering()
     if _must_search:
         look_for_live_objects()
-    edited = [obj for obj in _updated(depsgraph) if not _is_echo(obj)]
+    is_to_be_drawn = _take_note(depsgraph)
     follow_all()
-    return edited
+    return is_to_be_drawn
 
 
 def frame_changed(depsgraph):
     if depsgraph.mode == 'RENDER':
         return
     _notice_end_of_rendering()
-    for obj in _updated(depsgraph):  # what was turned live just before the frame was changed is not told otherwise
-        if follower_of(obj) is None:
-            _is_echo(obj)
+    _take_note(depsgraph)
     follow_all()
 
 
-def _updated(depsgraph):
-    """The objects whose geometry or settings are others since the last evaluation."""
-    return [
-        update.id.original
-        for update in depsgraph.updates
-        if isinstance(update.id, bpy.types.Object) and update.is_updated_geometry
-    ]
+def _take_note(depsgraph):
+    """Tells the models of the objects what Blender evaluated, and finds objects that were turned live.
+
+    Returns as scene_updated().
+    """
+    is_to_be_drawn = False
+    for obj, change, is_rigged in updates.of(depsgraph):
+        model = object_model.known(obj)
+        if model is not None:
+            if is_rigged:
+                model.rig_moved()
+            is_to_be_drawn |= model.told(obj, change) and model.is_watched
+        if follower_of(obj) is None and _kind(obj) is not None:
+            _followers[identity(obj)] = _kind(obj)(obj, hears_itself=not bpy.app.background)
+    return is_to_be_drawn
 
 
 def follow_all():
@@ -135,6 +143,7 @@ def follower_of(obj):
 
 def look_again(obj):
     """An operator has changed what `obj` is posed by: nothing that was known of it may be written any more."""
+    object_model.edited(obj)
     follower = follower_of(obj)
     if follower is not None:
         follower.look_again()
@@ -155,19 +164,6 @@ def status(obj):
     if hidden and not follower.problem:
         return wording.sentence(hidden), True
     return follower.text, follower.problem is not None and not follower.is_reading
-
-
-def _is_echo(obj):
-    """Takes note of an edit; whether it is only what live posing has written itself."""
-    follower = follower_of(obj)
-    if follower is not None:
-        is_echo = follower.edited(obj)
-        if is_echo:
-            shared_readings.doubt(obj)
-        return is_echo
-    if _kind(obj) is not None:
-        _followers[identity(obj)] = _kind(obj)(obj, hears_itself=not bpy.app.background)
-    return False
 
 
 def _kind(obj):

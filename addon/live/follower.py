@@ -1,24 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live posing of one object: the newest targets win, and the last word is always a converged answer.
-
-One job at a time runs beside the interface. What comes in meanwhile replaces what is wanted and never queues up. When
-nothing has changed for a moment, the answer is settled: solved from where it is and from rest, and the better one kept,
-so that it does not depend on the way the controls took.
-"""
-
-import contextlib
+"""Live posing of one object by its handles."""
 
 import numpy as np
 
 from .. import compat, session
-from ..bridge import bound_record, mesh_arrays, object_status, overlay_data, scene_input, shape_keys, targets
-from ..core import result, wording
-from ..errors import CancelledError, MeanValueError, SceneError
-from ..workers.job import Job
-from .scene_watch import QUIET_SECONDS, SceneWatch, clock
-
-#: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
-FRAME_SECONDS = 1.0 / 30.0
+from ..bridge import bound_record, mesh_arrays, object_model, scene_input, shape_keys, targets
+from ..core import fingerprint, result
+from ..errors import SceneError, StaleBindingError
+from . import states
+from .following import Following, NotReadyError
+from .live_targets import LiveTargets
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver
 #: (its own tolerance is 1e-4): a shape that was reopened or undone is not written again.
@@ -26,12 +17,6 @@ SAME_SHAPE = 2e-4
 
 #: Targets closer than this are the same: noise of float32 matrices.
 SAME_TARGETS = 1e-6
-
-#: How often a running job is looked at. A look takes 0.03 ms.
-TICK_SECONDS = 0.001
-
-#: How long the scene is read at a time.
-SLICE_SECONDS = 0.01
 
 #: Blender keeps a copy of its own of the mesh in these modes.
 BUSY_MODES = {'EDIT', 'SCULPT'}
@@ -42,224 +27,84 @@ def identity(obj):
     return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
 
 
-class Follower:
-    """Use on the main thread only. `problem` says in words why the mesh does not follow, or is None.
-
-    hears_itself  whether Blender calls edited() for what tick() writes, as its interface does. What is written in
-                  its own handlers, by follow(), it evaluates without telling.
-    """
+class Follower(Following):
+    """The newest targets win. The last word is solved from where it is and from rest, and the better one kept."""
 
     def __init__(self, obj, hears_itself):
-        self.name = obj.name
-        self.problem = None
-        self.solve_seconds = 0.0
-        self._hears_itself = hears_itself
         self._may_make_key = True
-        self._scene = SceneWatch()
-        self._job = None
-        self.look_again()
-
-    def look_again(self):
-        """The scene may be another one by now (undo, edit): take nothing for granted but what is read again."""
-        self.stop()
-        self.problem = None
-        self._scene.forget()
-        self._nothing_known()
+        self._muted = ""  # the shape key that was muted last since anchors are moved in it
+        super().__init__(obj, hears_itself)
 
     def _nothing_known(self):
-        self._binding = None
-        self._wanted = None  # Targets: where the anchors should be
-        self._shown = None  # k x 3: where they were for the solution that the mesh shows
+        super()._nothing_known()
+        self._nothing_shown()
+        self._targets = LiveTargets()
+        self._rig = None  # what the rig's revision was when it was looked at last
+
+    def _nothing_shown(self):
+        self._shown = self._settled = None
         self._solution = None  # n x 3 float64
         self._written = None  # n x 3 float32: what is in the result key
-        self._failed = None  # Targets that could not be reached
-        self._is_settled = True
-        self._changed_at = clock()
-
-    def stop(self):
-        """Cancels what is running; its result is dropped."""
-        if self._job is not None:
-            self._job.drop()
-        self._job = self._collect = None
-        self._is_settling = False
-
-    def edited(self, obj):
-        """Blender updated the object. Returns whether that was only what we wrote ourselves."""
-        return self._scene.edited(obj)
-
-    def give_way(self, other_name):
-        """Another object with the same mesh is live."""
-        self.give_up(
-            f"'{other_name}' has the same mesh and is live too. Turn Live off for one of them, or make the mesh a "
-            "single user (Object > Relations > Make Single User)"
-        )
-        self._scene.waits_for_edit = False
-
-    def give_up(self, problem):
-        self.look_again()
-        self.problem = problem
-        self._scene.waits_for_edit = True
-
-    def follow(self, obj):
-        """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
-        with self._telling_problems(), self._in_a_handler():
-            if self._look(obj, SLICE_SECONDS):
-                self._start_what_is_next(obj, FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
-
-    def tick(self, obj):
-        """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
-        with self._telling_problems():
-            if self._scene.must_read:
-                self._look(obj, SLICE_SECONDS)
-            elif self._scene.must_check:
-                self._check(obj)
-            if not self._scene.must_read:
-                self._start_what_is_next(obj, 0.0)
-        if self._scene.is_reading:
-            return TICK_SECONDS
-        if self._job is not None:
-            return TICK_SECONDS if self.problem is None else QUIET_SECONDS
-        if self.problem is None and (self._scene.must_check or not (self._is_shown() and self._is_settled)):
-            return max(TICK_SECONDS, self._changed_at + QUIET_SECONDS - clock())
-        return None
-
-    def _check(self, obj):
-        """Once all is quiet: whether an echo has hidden an edit. Whatever happens meanwhile comes first."""
-        if self._job is not None or not (self._is_shown() and self._is_settled):
-            self._scene.stop_reading()
-            return
-        self._scene.must_read = True
-        if self._read_on(obj, SLICE_SECONDS):
-            if self._wanted is None:  # it has, and nobody else knows
-                object_status.mark_edited(obj)
-                overlay_data.mark_edited(obj)
-            self._look(obj, SLICE_SECONDS)
-        else:
-            self._scene.must_read = False  # nothing has to wait for it
-
-    def finish(self, obj):
-        """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""
-        with self._telling_problems():
-            self._look(obj, np.inf)
-        while self.problem is None and (self._job is not None or not (self._is_shown() and self._is_settled)):
-            if self._job is not None:
-                self._job.wait()
-            self._changed_at = -np.inf  # no need to wait for quiet
-            self.tick(obj)
-
-    def is_settled(self, obj):
-        """Whether the mesh shows the settled answer to where the controls are now."""
-        with self._telling_problems():
-            self._look(obj, np.inf)
-        return self.problem is not None or (self._job is None and self._is_shown() and self._is_settled)
-
-    @contextlib.contextmanager
-    def _in_a_handler(self):
-        hears_itself, self._hears_itself = self._hears_itself, False
-        try:
-            yield
-        finally:
-            self._hears_itself = hears_itself
-
-    @contextlib.contextmanager
-    def _telling_problems(self):
-        """What cannot be bound waits for an edit; where the controls are is tried again whenever they move."""
-        try:
-            yield
-        except CancelledError:
-            pass
-        except MeanValueError as error:
-            if self._scene.must_read:
-                self.give_up(str(error))
-            else:
-                self.problem = str(error)
-
-    def _look(self, obj, patience):
-        """Reads what has changed, for about so many seconds. Returns whether there are new targets.
-
-        @throws MeanValueError.
-        """
-        self._scene.notice_settings(obj)
-        if self._scene.waits_for_edit:
-            return False
-        if obj.mode in BUSY_MODES or obj.data.is_editmode:
-            mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
-            self._scene.must_read = True
-            self._scene.stop_reading()
-            raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
-        if self._scene.must_read and not self._read_on(obj, patience):
-            return False
-        goal = targets.gather(obj, self._scene.bind_input)
-        same = SAME_TARGETS * self._scene.bind_input.diagonal
-        if self._wanted is not None and goal.is_near(self._wanted, same):
-            if self._is_shown() and self._failed is not self._wanted:
-                self.problem = None
-            return False
-        self.problem = None
-        self._mute(obj, goal.pose_key)
-        self._wanted = goal
-        self._is_settled = False
-        self._changed_at = clock()
-        return True
-
-    def _start_what_is_next(self, obj, patience):
-        self._collect_finished(obj)
-        if self._job is None:
-            self._start_next(obj)
-            if self._job is not None and patience and self._job.wait(patience):
-                self._collect_finished(obj)
-
-    @property
-    def is_caught_up(self):
-        """Whether the mesh shows where the controls are, or something is in the way."""
-        is_read = self._binding is not None and not self._scene.must_read
-        return self.problem is not None or (is_read and self._is_shown())
-
-    @property
-    def is_working(self):
-        return self._job is not None or self._scene.is_reading
-
-    @property
-    def is_reading(self):
-        """Whether it has to read the mesh before anything else."""
-        return self._scene.must_read and self._scene.is_reading
 
     def why_hidden(self, obj):
         """Why what it writes is not to be seen, in words, or None."""
         return shape_keys.why_result_is_hidden(obj)
 
-    @property
-    def text(self):
-        """For the panel."""
-        if self.is_reading:
-            return "Live: reading the mesh"
-        if self.problem:
-            return wording.sentence(f"Live is waiting: {self.problem}")
-        if self._binding is None and self._job is not None:
-            stage, share = self._job.progress
-            return f"Live: binding, {wording.stage(stage)}, {share:.0%}"
-        if not self._is_shown():
-            return "Live: solving"
-        speed = f"Live: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else "Live"
-        return " ".join(wording.sentence(each) for each in (speed, *self._notes())) if self._binding else speed
+    def _why_it_gives_way(self, other_name):
+        return (
+            f"'{other_name}' has the same mesh and is live too. Turn Live off for one of them, or make the mesh a "
+            "single user (Object > Relations > Make Single User)"
+        )
 
-    def _read_on(self, obj, patience):
-        """Reads the scene for about so many seconds. Returns whether all is read. @throws MeanValueError."""
-        known = self._scene.bind_input
-        if not self._scene.is_reading:
-            self._require_result_key(obj)
-            self._scene.start_reading(obj)
-        if not self._scene.read_on(obj, patience):
-            return False
-        if known is None or known.fingerprint != self._scene.bind_input.fingerprint:
+    def _notes(self):
+        yield from self._binding.summary.notes()
+        if self._wanted is None:
+            return
+        yield from result.torn_notes(self._input, self._wanted.positions)
+        if self._muted and self._muted == self._wanted.pose_key:
+            yield (
+                f"'{self._muted}' is the active shape key, so it poses the anchors that follow one, and is muted so "
+                "that it is not added to the result. To see it as it is, choose the key that poses them, and tick it "
+                "in Object Data Properties"
+            )
+
+    # Reading
+
+    def _must_read(self, _obj, model):
+        return self._seen != model.stamp
+
+    def _has_doubts(self, obj):
+        return self._targets.is_outdated(obj) or (not self._is_finishing and object_model.of(obj).is_doubtful)
+
+    def _require_ready(self, obj):
+        rig, self._rig = self._rig, object_model.rig_revision(obj)
+        if rig != self._rig:  # it may go on moving
+            self._changed_at = states.clock()
+        if obj.mode in BUSY_MODES or obj.data.is_editmode:
+            mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
+            raise NotReadyError(f"'{obj.name}' is in {mode}. It follows when you leave that")
+
+    def _read_on(self, obj, seconds):
+        self._require_result_key(obj)
+        scene_input.require_groups(obj)
+        return object_model.of(obj).read_on(obj, seconds)
+
+    def _gather(self, obj):
+        bind_input = object_model.of(obj).bind_input(obj)
+        _require_good_binding(obj, bind_input)
+        return bind_input
+
+    def _is_same_input(self, first, second):
+        return first is second or first.fingerprint == second.fingerprint
+
+    def _cached_binding(self):
+        return session.cached(self._input)
+
+    def _require_shown(self, obj):
+        """Somebody else may have written the result."""
+        if self._written is not None and not np.array_equal(shape_keys.result_positions(obj), self._written):
             self.stop()
-            self._nothing_known()
-            self._binding = session.cached(self._scene.bind_input)
-        elif self._written is not None and not np.array_equal(shape_keys.result_positions(obj), self._written):
-            self.stop()
-            self._shown = self._solution = self._written = None
-            self._is_settled = False
-        return True
+            self._nothing_shown()
 
     def _require_result_key(self, obj):
         may_make_key, self._may_make_key = self._may_make_key, False
@@ -272,44 +117,48 @@ class Follower:
             f"the shape key '{obj.meanvalue.result_key}', which it writes, is missing. Turn Live off and on to make it"
         )
 
-    def _notes(self):
-        """What the artist may not expect of a result, in sentences."""
-        yield from self._binding.summary.notes()
-        if self._wanted is not None:
-            yield from result.torn_notes(self._scene.bind_input, self._wanted.positions)
+    def _start_check(self, obj):
+        if self._targets.is_outdated(obj):
+            self._targets.catch_up(obj, self._input)
+            if compat.tells_of_copies():
+                self._expect_echo(obj)
+        if object_model.of(obj).is_doubtful:
+            object_model.of(obj).doubt()
 
-    def _is_quiet(self):
-        return clock() >= self._changed_at + QUIET_SECONDS
+    def _check_on(self, obj, seconds):
+        model = object_model.of(obj)
+        if not model.is_doubtful:
+            return True
+        if not model.read_on(obj, seconds):
+            return False
+        if not model.confirm(obj):  # else it is another one, and read from what was read just now
+            self._seen = model.stamp
+            self._require_shown(obj)
+        return True
 
-    def _is_shown(self):
-        return self._wanted is None or self._shown is self._wanted
+    # Posing
 
-    def _near(self, first, second, share):
-        return bool(np.abs(first - second).max(initial=0.0) <= share * self._scene.bind_input.diagonal)
+    def _read_targets(self, obj):
+        return self._targets.gather(obj, self._input)
 
-    def _start_next(self, obj):
-        if self._wanted is None:
-            return
-        if self._binding is None:
-            self._start_bind(obj)
-        elif not self._is_shown():
-            self._start_solve(obj)
-        elif not self._is_settled and self._is_quiet():
-            self._start_settle(obj)
+    def _is_same_target(self, first, second):
+        return first.is_near(second, SAME_TARGETS * self._input.diagonal)
 
-    def _start_bind(self, obj):
-        bind_input = self._scene.bind_input
+    def _bind_work(self, obj):
+        bind_input = self._input
         known = session.earlier(bind_input)
         triangles = mesh_arrays.triangles(obj.data, bind_input.rest) if known is None else None
+        return lambda execution: session.bind_steps(bind_input, triangles, execution, known=known)
 
-        def work(execution):
-            return session.bind_steps(bind_input, triangles, execution, known=known)
+    def _keep_binding(self, obj, binding):
+        self._binding = binding
+        session.remember(self._input, binding)
+        bound_record.write(obj.meanvalue.bound, self._input.fingerprint, binding.summary)
 
-        self._start(work, self._collect_binding)
-
-    def _start_solve(self, obj):
-        binding, bind_input, wanted = self._binding, self._scene.bind_input, self._wanted
+    def _solving(self, obj):
+        binding, bind_input, wanted = self._binding, self._input, self._wanted
         start, is_first = self._solution, self._solution is None
+        self._mute(obj, wanted.pose_key)
         if is_first:
             shown = shape_keys.result_positions(obj).astype(np.float64)
             start = shown if result.all_finite(shown) else None
@@ -324,16 +173,15 @@ class Follower:
             solved, summary, composed = outcome
             self.solve_seconds = summary.seconds
             self._solution, self._shown = solved, wanted
-            self.problem = None
             if is_first and start is not None and self._near(solved, start, SAME_SHAPE):
                 self._written = shape_keys.result_positions(owner)
             else:
                 self._write(owner, composed)
 
-        self._start(work, collect)
+        return work, collect
 
-    def _start_settle(self, obj):
-        binding, bind_input, wanted, start = self._binding, self._scene.bind_input, self._wanted, self._solution
+    def _settling(self, _obj):
+        binding, bind_input, wanted, start = self._binding, self._input, self._wanted, self._solution
 
         def work(execution):
             settled, _summary = yield from session.solve_steps(
@@ -343,45 +191,17 @@ class Follower:
 
         def collect(owner, outcome):
             settled, composed = outcome
-            self._is_settled = self._wanted is wanted
-            if self._is_settled and not self._near(settled, start, SAME_TARGETS):
+            if self._wanted is not wanted:
+                return
+            self._settled = wanted
+            if not self._near(settled, start, SAME_TARGETS):
                 self._solution = settled
                 self._write(owner, composed)
 
-        self._start(work, collect)
-        self._is_settling = True
+        return work, collect
 
-    def _start(self, work, collect):
-        self._job = Job(work)
-        self._collect = collect
-
-    def _collect_finished(self, obj):
-        if self._job is None:
-            return
-        if self._is_settling and not self._is_shown():
-            self._job.cancel()
-        if not self._job.is_finished:
-            return
-        job, collect = self._job, self._collect
-        self._job = self._collect = None
-        self._is_settling = False
-        try:
-            outcome = job.result()
-        except CancelledError:
-            raise
-        except MeanValueError as error:
-            if self._binding is None:
-                self.give_up(str(error))  # the same input would fail again
-                return
-            self._failed = self._shown = self._wanted  # not again for the same targets
-            self._is_settled = True
-            raise
-        collect(obj, outcome)
-
-    def _collect_binding(self, obj, binding):
-        self._binding = binding
-        session.remember(self._scene.bind_input, binding)
-        bound_record.write(obj.meanvalue.bound, self._scene.bind_input.fingerprint, binding.summary)
+    def _near(self, first, second, share):
+        return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)
 
     def _mute(self, obj, pose_key):
         """The key that anchors were moved in must not be added to the result."""
@@ -389,18 +209,25 @@ class Follower:
             key = obj.data.shape_keys.key_blocks[pose_key]
             if not key.mute:
                 key.mute = True
-                self._expect_echo()
+                self._muted = pose_key
+                self._expect_echo(obj)
 
     def _write(self, obj, composed):
         key = obj.data.shape_keys.key_blocks.get(obj.meanvalue.result_key) if obj.data.shape_keys else None
         is_busy = obj.mode in BUSY_MODES or obj.data.is_editmode
         if is_busy or key is None or not (len(obj.data.vertices) == len(key.data) == len(composed)):
-            self._scene.must_read = True
+            self._seen = None  # it was edited: read all again
             return
         self._written = composed
         shape_keys.write_positions(obj.data, key, self._written)
-        self._expect_echo()
+        self._expect_echo(obj)
 
-    def _expect_echo(self):
-        if self._hears_itself:
-            self._scene.wrote()
+
+def _require_good_binding(obj, bind_input):
+    bound = bound_record.read_fingerprint(obj.meanvalue.bound)
+    if bound is None:
+        return
+    reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
+    if fingerprint.needs_bind(reasons):
+        changes = fingerprint.describe(reasons, bound, bind_input.fingerprint)
+        raise StaleBindingError(f"{changes}. Check the handles and press Bind")

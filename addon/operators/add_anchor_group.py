@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts a vertex group on the list of anchors."""
+"""Puts a vertex group on the list of handles."""
 
 import bpy
 
 from .. import ids
+from ..bridge import handle_lines, vertex_groups
 from ..errors import SceneError
 from .base import MeshOperator
 
 
 class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
-    """Use a vertex group as anchors: its vertices hold and pose the mesh"""
+    """Put a vertex group on the list, as a handle with a control of its own"""
 
     bl_idname = "meanvalue.add_anchor_group"
-    bl_label = "Add Anchor Group"
+    bl_label = "Add Vertex Group"
     needs_object_mode = False
 
     group: bpy.props.StringProperty(
@@ -21,17 +22,38 @@ class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
+    follows: bpy.props.EnumProperty(
+        name="Follows",
+        description="What its vertices follow",
+        items=(
+            ('CONTROL', "Control", "An Empty that is made for them: move, turn or scale it", 'EMPTY_AXIS', 0),
+            ('SHAPE', "Shape Key", "The active shape key: move the vertices in Edit Mode", 'SHAPEKEY_DATA', 1),
+            ('REST', "Nothing", "A pin: the vertices stay where the rest shape has them", 'PINNED', 2),
+        ),
+        default='CONTROL',
+        options={'SKIP_SAVE'},
+    )
 
     def run(self, obj):
-        settings = obj.meanvalue
         name = self.group or _next_group_name(obj)
         if name not in obj.vertex_groups:
             raise SceneError(f"'{obj.name}' has no vertex group '{name}'. Choose one that it has")
-        if name in settings.anchor_groups:
+        if name in obj.meanvalue.anchor_groups:
             raise SceneError(f"Vertex group '{name}' is on the list already. Choose another one")
-        settings.anchor_groups.add().name = name
-        settings.active_anchor_group = len(settings.anchor_groups) - 1
-        return f"'{name}' is an anchor group now", []
+        if self.follows == 'CONTROL':
+            if obj.mode == 'EDIT':
+                obj.update_from_editmode()
+            members = vertex_groups.members(obj, [name])[name]
+            if len(members) == 0:
+                raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
+            handle_lines.make_handle(obj, handle_lines.add_line(obj, members, group=name), members)
+            return f"'{name}' is a handle now: move, turn or scale its control", []
+        line = handle_lines.add_line(obj, (), group=name)
+        if self.follows == 'REST':
+            handle_lines.make_pin(line)
+            return f"'{name}' is a pin now", []
+        line.follows = 'SHAPE'
+        return f"'{name}' follows the active shape key now", []
 
 
 def _next_group_name(obj):
@@ -39,7 +61,7 @@ def _next_group_name(obj):
     if obj.vertex_groups.active is None:
         raise SceneError(
             f"'{obj.name}' has no vertex groups. Make one in Object Data Properties > Vertex Groups and assign the "
-            "anchor vertices to it in Edit Mode"
+            "vertices of the handle to it in Edit Mode"
         )
     for name in (obj.vertex_groups.active.name, *obj.vertex_groups.keys()):
         if name not in obj.meanvalue.anchor_groups:

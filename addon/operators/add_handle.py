@@ -5,22 +5,13 @@ import bpy
 import numpy as np
 
 from .. import ids
-from ..bridge import controls, scene_input, selection, shape_keys, vertex_groups
+from ..bridge import handle_lines, region, scene_input, selection, shape_keys, vertex_groups
+from ..bridge.grip import radius
 from ..core import wording
 from ..core.bind_input import require_finite
 from ..errors import SceneError
 from .base import MeshOperator
-
-#: Told apart in the overlay without looking alike to most eyes (Okabe and Ito 2008).
-COLORS = (
-    (0.90, 0.62, 0.00),
-    (0.34, 0.71, 0.91),
-    (0.00, 0.62, 0.45),
-    (0.94, 0.89, 0.26),
-    (0.84, 0.37, 0.00),
-    (0.80, 0.47, 0.65),
-)
-PIN_COLOR = (0.0, 0.45, 0.70)
+from .grow_region import notes_on
 
 
 class NewAnchors(MeshOperator):
@@ -31,7 +22,8 @@ class NewAnchors(MeshOperator):
 
     group: bpy.props.StringProperty(
         name="Vertex Group",
-        description="Vertex group to use. If empty: the selected vertices in Edit Mode, the active group else",
+        description="Vertex group to use. If empty: the selected vertices in Edit Mode; scripts get the active group "
+        "in Object Mode",
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
@@ -43,6 +35,28 @@ class NewAnchors(MeshOperator):
     )
     # Adjusting the operator runs it again in Object Mode, where the vertices are still selected.
     from_selection: bpy.props.BoolProperty(options={'HIDDEN', 'SKIP_SAVE'})
+
+    _was_asked = False
+
+    def invoke(self, context, _event):
+        obj = scene_input.subject(context)
+        if obj.mode != 'OBJECT' or self.group or len(obj.vertex_groups) == 0:
+            return self.execute(context)
+        self._was_asked = True
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        obj = scene_input.subject(context)
+        if self.from_selection or obj.mode == 'EDIT':
+            layout.prop(self, "name")
+        else:
+            layout.prop_search(self, "group", obj, "vertex_groups")
+        self.draw_more(layout)
+
+    def draw_more(self, layout):
+        """What a subclass asks for besides."""
 
     @classmethod
     def problem(cls, obj):
@@ -59,22 +73,18 @@ class NewAnchors(MeshOperator):
         name, members = self._members(obj)
         self.require_usable(obj, members)
         selection.leave_edit_mode(obj)
-        settings = obj.meanvalue
-        made_group = not name
-        if made_group:
-            group = obj.vertex_groups.new(name=self.name or self.new_group_name)
-            group.add(members.tolist(), 1.0, 'REPLACE')
-            name = group.name
-        line = settings.anchor_groups.add()
-        line.name = name
-        line.made_group = made_group
-        settings.active_anchor_group = len(settings.anchor_groups) - 1
+        line = handle_lines.add_line(obj, members, group=name, new_name=self.name or self.new_group_name)
         message = self.equip(obj, line, members)
+        notes = self.notes(obj)
         try:
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed
-            return message, [str(problem)]
-        return message, []
+            return message, [*notes, str(problem)]
+        return message, notes
+
+    def notes(self, _obj):
+        """Sentences on what the artist may not expect."""
+        return []
 
     def require_usable(self, obj, members):
         """@throws SceneError before anything is changed."""
@@ -87,7 +97,7 @@ class NewAnchors(MeshOperator):
             if len(members) == 0:
                 raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
             return "", members
-        active = obj.vertex_groups.active
+        active = None if self._was_asked else obj.vertex_groups.active
         name = name or (active.name if active else "")
         if not name:
             raise SceneError(
@@ -115,21 +125,41 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
         name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
     )
 
+    size: bpy.props.FloatProperty(
+        name="Size",
+        description="How far the surroundings follow, as a share of the mesh's size, less the farther they are. The "
+        "region gets them; at 0 it stays as it is",
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        max=3.0,
+        subtype='FACTOR',
+        options={'SKIP_SAVE'},
+    )
+
+    def draw_more(self, layout):
+        layout.prop(self, "size")
+        layout.prop(self, "live")
+
     def run(self, obj):
         self._was_first = all(group.follows != 'CONTROL' for group in obj.meanvalue.anchor_groups)
         return super().run(obj)
 
     def require_usable(self, obj, members):
+        if self.size > 0.0:
+            region.require_own_group(obj)
         require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
         shown = shape_keys.result_positions(obj)
         if shown is not None:
             require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
 
+    def notes(self, obj):
+        return notes_on(obj, region.current_mask(obj)) if self.size > 0.0 else []
+
     def equip(self, obj, line, members):
-        line.color = COLORS[sum(group.follows == 'CONTROL' for group in obj.meanvalue.anchor_groups) % len(COLORS)]
-        rest = shape_keys.rest_positions(obj.data)[members]
-        shown = shape_keys.result_positions(obj)
-        control = controls.add_control(obj, line, rest, rest if shown is None else shown[members])
+        control = handle_lines.make_handle(obj, line, members)
+        if self.size > 0.0:
+            region.add_falloff(obj, members, 0.0, radius(obj, self.size), region.weights(obj))
         if self.live and self._was_first and not obj.meanvalue.live:
             obj.meanvalue.live = True
         selection.choose(control)
@@ -145,6 +175,5 @@ class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
     new_group_name = ids.PIN_GROUP
 
     def equip(self, _obj, line, members):
-        line.follows = 'REST'
-        line.color = PIN_COLOR
+        handle_lines.make_pin(line)
         return f"Pin '{line.name}' holds {wording.vertices(len(members))}"

@@ -8,11 +8,11 @@ from .base import MeshOperator
 
 
 class MEANVALUE_OT_add_pose_key(MeshOperator, bpy.types.Operator):
-    """Add a shape key in the rest shape and make it active, to move the anchor vertices in Edit Mode"""
+    """Add a shape key in the rest shape and make it active, to move the vertices of handles in Edit Mode"""
 
     bl_idname = "meanvalue.add_pose_key"
     bl_label = "Add Pose Key"
 
     def run(self, obj):
         name = shape_keys.add_pose_key(obj)
-        return f"Shape key '{name}' is active: move its anchor vertices in Edit Mode, then Solve", []
+        return f"Shape key '{name}' is active: move the vertices of handles in Edit Mode, then Solve", []

@@ -17,12 +17,11 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         lines = [line for line in obj.meanvalue.anchor_groups if line.control is not None]
-        places = [controls.place(obj, line) for line in lines]
+        seats = controls.seats(obj, lines)
         engine.look_again(obj)
         carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
         bound_record.clear(obj.meanvalue.bound)
-        for line, place in zip(lines, places, strict=True):
-            controls.take_hold(line, place)
+        controls.hold_at_rest(obj, lines, seats)
         notes = [scene_input.sharing_note(obj)] if scene_input.sharing_note(obj) else []
         if carried:
             keys = wording.counted(len(carried), "shape key")

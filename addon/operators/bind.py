@@ -2,7 +2,6 @@
 """Binds the rest shape, the anchors and the region."""
 
 import bpy
-import numpy as np
 
 from ..bridge import bound_record, controls, targets
 from ..core import fingerprint, result
@@ -24,8 +23,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         if _has_other_rest_shape(obj, posing):
             for line in targets.enabled_groups(obj):
                 if line.follows == 'CONTROL' and controls.problem(obj, line) is None:
-                    moved = controls.shown_move(obj, line)
-                    controls.take_hold(line, np.linalg.inv(moved) @ controls.place(obj, line))
+                    controls.hold_as_shown(obj, line, controls.shown_move(obj, line))
         posing.record(obj)
         report = posing.binding.deformer.report
         notes = [*result.guarded_notes(report), *result.size_notes(report)]

@@ -54,7 +54,7 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
             mask |= region.current_mask(obj)
         region.write(obj, mask)
         message = f"The region '{settings.roi_group}' has {wording.vertices(int(mask.sum()))} around '{name}'"
-        return message, _notes(obj, mask)
+        return message, notes_on(obj, mask)
 
     def _grown(self, obj, seeds):
         if self.mode == 'RINGS':
@@ -72,7 +72,8 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         layout.prop(self, "extend")
 
 
-def _notes(obj, mask):
+def notes_on(obj, mask):
+    """Sentences on a region, n bool, that may not do what the artist expects of it."""
     notes = []
     outside = region.handles_outside(obj, mask)
     if outside:

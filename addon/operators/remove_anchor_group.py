@@ -19,7 +19,7 @@ class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
         settings = obj.meanvalue
         index = settings.active_anchor_group
         if index >= len(settings.anchor_groups):
-            raise SceneError("No line of the list is selected. Click the anchor group to remove")
+            raise SceneError("No line of the list is selected. Click the handle or pin to remove")
         selection.leave_edit_mode(obj)
         name = settings.anchor_groups[index].name
         controls.remove_handle(obj, index)

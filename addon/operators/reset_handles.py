@@ -4,7 +4,7 @@
 import bpy
 
 from ..bridge import controls
-from ..core import motion, wording
+from ..core import wording
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -20,11 +20,8 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         if not lines:
             raise SceneError("No handle has a control. Press Add Handle to make one")
         usable = [line for line in lines if controls.problem(obj, line) is None]
-        for line in sorted(usable, key=controls.depth):
-            controls.reset(obj, line)
-            bpy.context.view_layer.update()  # the next may be a child of this one
+        held = [line.name for line in controls.reset(obj, usable)]
         notes = [controls.problem(obj, line) for line in lines if line not in usable]
-        held = [line.name for line in usable if controls.move(obj, line) is not motion.IDENTITY]
         if held:
             notes.append(
                 f"{wording.quoted(held)} not at rest: something else moves the control, such as a posed parent or a "

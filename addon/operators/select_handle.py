@@ -39,7 +39,7 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
         return self._select_vertices(obj, line.name)
 
     def _select_vertices(self, obj, name):
-        vertex_groups.require(obj, name, "listed in Anchors", "Choose another group in the list or remove the line")
+        vertex_groups.require_listed(obj, name)
         obj.vertex_groups.active_index = obj.vertex_groups[name].index
         selection.choose(obj)
         if obj.mode != 'EDIT':

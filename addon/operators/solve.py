@@ -11,7 +11,7 @@ from .background import BackgroundOperator
 
 
 class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
-    """Pose the mesh: anchors go where their controls or the active shape key have them, the rest follows"""
+    """Pose the mesh: handles go where their controls or the active shape key have them, the rest follows"""
 
     bl_idname = "meanvalue.solve"
     bl_label = "Solve"

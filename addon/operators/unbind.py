@@ -9,7 +9,7 @@ from .base import MeshOperator
 
 
 class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):
-    """Forget the binding. Anchors, region and shape keys stay as they are"""
+    """Forget the binding. Handles, region and shape keys stay as they are"""
 
     bl_idname = "meanvalue.unbind"
     bl_label = "Unbind"

@@ -1,11 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What of a mesh is under the mouse, for operators that have the artist click at it."""
 
+from dataclasses import dataclass
+
 import bpy
 import numpy as np
 from bpy_extras import view3d_utils
+from mathutils import Vector
 
-from ..bridge import overlay_data
+from ..bridge import overlay_data, views
+
+#: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
+BEHIND = 1e-5
+MOST_HIDDEN = 100
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """A vertex of a mesh object that was pressed: its number, the place pressed in the world, and the view.
+
+    line  name of the handle whose control was pressed instead (the vertex is -1 then), or None
+    """
+
+    vertex: int
+    place: Vector
+    region: object
+    view: object
+    line: str | None = None
 
 
 def view_under(context, event):
@@ -33,8 +54,34 @@ def place_under(obj, region, view, mouse):
 def vertex_under(obj, region, view, mouse):
     """The vertex nearest to place_under(), or None."""
     place = place_under(obj, region, view, mouse)
+    return None if place is None else _nearest_vertex(obj, place)
+
+
+def press(obj, region, view, mouse):
+    """The Pressed of the surface of `obj` under the mouse, or None."""
+    place = place_under(obj, region, view, mouse)
     if place is None:
         return None
+    return Pressed(_nearest_vertex(obj, place), obj.matrix_world @ Vector(place), region, view)
+
+
+def first_object(context, region, view, mouse):
+    """The object whose surface is to be seen under the mouse, or None."""
+    origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
+    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
+    depsgraph = context.evaluated_depsgraph_get()
+    for _ in range(MOST_HIDDEN):
+        is_hit, place, _normal, _face, obj, _matrix = context.scene.ray_cast(depsgraph, origin, direction)
+        if not is_hit:
+            return None
+        obj = obj.original
+        if views.is_visible(obj, context.space_data):
+            return obj
+        origin = place + BEHIND * max(1.0, (place - origin).length) * direction
+    return None
+
+
+def _nearest_vertex(obj, place):
     return int(np.linalg.norm(overlay_data.shown_positions(obj) - place, axis=1).argmin())
 
 

@@ -14,9 +14,11 @@ from ..operators.bake_mix import MEANVALUE_OT_bake_mix
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
 from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
+from ..operators.finish import MEANVALUE_OT_finish
 from ..operators.grow_region import MEANVALUE_OT_grow_region
 from ..operators.import_motion import MEANVALUE_OT_import_motion
 from ..operators.keep_pose import MEANVALUE_OT_keep_pose
+from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
 from ..operators.match_markers import MEANVALUE_OT_match_markers
 from ..operators.morph import MEANVALUE_OT_blend_part, MEANVALUE_OT_morph
 from ..operators.own_controls import MEANVALUE_OT_own_controls
@@ -59,6 +61,8 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_keep_pose,
     MEANVALUE_OT_apply_pose,
+    MEANVALUE_OT_keyframe_handles,
+    MEANVALUE_OT_finish,
     None,
     MEANVALUE_OT_import_motion,
     MEANVALUE_OT_find_marker_problems,

@@ -9,7 +9,7 @@ import gpu
 from gpu_extras.batch import batch_for_shader
 
 from .. import compat
-from ..bridge import overlay_data, scene_input
+from ..bridge import overlay_data, scene_input, views
 
 #: Size of an anchor at interface scale 1.
 POINT_PIXELS = 7.0
@@ -50,7 +50,7 @@ def subject_to_draw(context):
     obj = scene_input.subject(context)
     if scene_input.object_problem(obj) is not None or not obj.meanvalue.show_overlay or obj.mode not in MODES:
         return None
-    return obj if obj.visible_get(viewport=space) and obj.visible_in_viewport_get(space) else None
+    return obj if views.is_visible(obj, space) else None
 
 
 def draw():

@@ -13,8 +13,11 @@ from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.finish import MEANVALUE_OT_finish
+from ..operators.grab import MEANVALUE_OT_grab
 from ..operators.grow_region import MEANVALUE_OT_grow_region
 from ..operators.keep_pose import MEANVALUE_OT_keep_pose
+from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
 from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_finish_region, MEANVALUE_OT_paint_region
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
@@ -32,6 +35,9 @@ STATE_ICONS = {
     State.STALE: 'FILE_REFRESH',
     State.PROBLEM: 'ERROR',
 }
+
+
+NO_HANDLES = "Choose the Grab tool, press on the mesh and drag. Or select vertices in Edit Mode and press Add Handle."
 
 
 class SidebarPanel:
@@ -127,11 +133,30 @@ class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
             buttons.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA')
 
 
+class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
+    """What everyday posing does without"""
+
+    bl_idname = "MEANVALUE_PT_advanced"
+    bl_label = "Advanced"
+    bl_options = {'DEFAULT_CLOSED'}
+    bl_order = 100
+
+    def draw(self, context):
+        layout = self.layout
+        layout.prop(scene_input.subject(context).meanvalue, "result_key", icon='SHAPEKEY_DATA')
+        row = layout.row(align=True)
+        row.operator(MEANVALUE_OT_bind.bl_idname)
+        row.operator(MEANVALUE_OT_unbind.bl_idname)
+        solve = layout.column()
+        solve.scale_y = 1.4
+        solve.operator(MEANVALUE_OT_solve.bl_idname)
+
+
 class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
     """How the shape is found"""
 
     bl_label = "Solver"
-    bl_options = {'DEFAULT_CLOSED'}
+    bl_parent_id = "MEANVALUE_PT_advanced"
 
     def draw_header_preset(self, _context):
         MEANVALUE_PT_presets.draw_panel_header(self.layout)
@@ -145,25 +170,20 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
         rigidity = layout.row()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
-        row = layout.row(align=True)
-        row.operator(MEANVALUE_OT_bind.bl_idname)
-        row.operator(MEANVALUE_OT_unbind.bl_idname)
 
 
-class MEANVALUE_PT_pose(PanelPart, bpy.types.Panel):
-    """What becomes of the pose"""
+class MEANVALUE_PT_shape_key(PanelPart, bpy.types.Panel):
+    """Posing vertex by vertex, in a shape key"""
 
-    bl_label = "Pose"
+    bl_label = "Posing in a Shape Key"
+    bl_parent_id = "MEANVALUE_PT_advanced"
 
-    def draw(self, context):
-        layout = self.layout
-        settings = scene_input.subject(context).meanvalue
-        layout.prop(settings, "result_key", icon='SHAPEKEY_DATA')
-        solve = layout.column()
-        solve.scale_y = 1.4
-        solve.operator(MEANVALUE_OT_solve.bl_idname)
-        layout.operator(MEANVALUE_OT_add_pose_key.bl_idname, icon='SHAPEKEY_DATA')
-        layout.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='CHECKMARK')
+    def draw(self, _context):
+        button = self.layout.operator(
+            MEANVALUE_OT_add_anchor_group.bl_idname, text="Add Group that Follows It", icon='GROUP_VERTEX'
+        )
+        button.follows = 'SHAPE'
+        self.layout.operator(MEANVALUE_OT_add_pose_key.bl_idname, icon='SHAPEKEY_DATA')
 
 
 def _active_line(obj):
@@ -182,6 +202,7 @@ def _draw_live(layout, obj):
 
 def _draw_handles(layout, obj):
     settings = obj.meanvalue
+    layout.operator("wm.tool_set_by_id", text="Grab Tool", icon='VIEW_PAN').name = MEANVALUE_OT_grab.bl_idname
     row = layout.row(align=True)
     row.operator(MEANVALUE_OT_add_handle.bl_idname, icon='EMPTY_AXIS')
     row.operator(MEANVALUE_OT_add_pin.bl_idname, icon='PINNED')
@@ -194,11 +215,19 @@ def _draw_handles(layout, obj):
     buttons.operator(MEANVALUE_OT_remove_anchor_group.bl_idname, icon='REMOVE', text="")
     row = layout.row(align=True)
     row.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK', text="Reset")
+    row.operator(MEANVALUE_OT_keyframe_handles.bl_idname, icon='KEY_HLT', text="Keyframe")
+    row = layout.row(align=True)
     row.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='SHAPEKEY_DATA')
+    row.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='MESH_DATA', text="As Rest")
+    layout.operator(MEANVALUE_OT_finish.bl_idname, icon='CHECKMARK')
 
 
 def _draw_status(layout, context, obj, status):
     """One thing at a time: what live posing waits for, or what there is to do, with the button that does it."""
+    if not obj.meanvalue.anchor_groups and not obj.meanvalue.live:
+        if not obj.meanvalue.mix.is_on:
+            draw_wrapped(layout.box(), context, NO_HANDLES, icon='INFO')
+        return
     box = layout.box()
     live = engine.status(obj)
     if live:
@@ -226,6 +255,7 @@ CLASSES = (
     MEANVALUE_PT_panel,
     MEANVALUE_PT_active_handle,
     MEANVALUE_PT_region,
+    MEANVALUE_PT_advanced,
     MEANVALUE_PT_solver,
-    MEANVALUE_PT_pose,
+    MEANVALUE_PT_shape_key,
 )

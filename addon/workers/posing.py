@@ -113,5 +113,5 @@ def _what_changed(obj, bind_input):
     reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
     changes = fingerprint.describe(reasons, bound, bind_input.fingerprint)
     if fingerprint.needs_bind(reasons):
-        raise StaleBindingError(f"The binding is stale: {changes}. Check the anchors and press Bind")
+        raise StaleBindingError(f"The binding is stale: {changes}. Check the handles and press Bind")
     return changes

@@ -61,7 +61,7 @@ def pose_by_operators(subject):
     bpy.context.view_layer.objects.active = obj
     obj.meanvalue.anchor_groups.clear()
     for name in subject.anchor_groups:
-        call(bpy.ops.meanvalue.add_anchor_group, group=name)
+        call(bpy.ops.meanvalue.add_anchor_group, group=name, follows='SHAPE')
     obj.meanvalue.roi_group = subject.roi_group
 
     start = time.perf_counter()

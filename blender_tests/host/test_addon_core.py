@@ -72,7 +72,7 @@ def test_several_reasons_at_once():
     reasons = fingerprint.stale_reasons(square().fingerprint, after.fingerprint)
     assert reasons == (StaleReason.ANCHORS, StaleReason.SETTINGS)
     text = fingerprint.describe(reasons, square().fingerprint, after.fingerprint)
-    assert text == "the anchors changed and the settings changed"
+    assert text == "the handles changed and the settings changed"
 
 
 @pytest.mark.parametrize("reason", list(StaleReason))
@@ -344,12 +344,12 @@ def test_a_pose_of_moved_anchors_in_the_region_needs_no_warning():
 
 def test_a_pose_that_moves_no_anchor_is_told():
     (warning,) = result.pose_warnings(*posed_grid([]))
-    assert warning.startswith("No anchor has been moved")
+    assert warning.startswith("No handle has been moved")
 
 
 def test_moved_anchors_outside_the_region_are_told():
     (warning,) = result.pose_warnings(*posed_grid([0, 1]))
-    assert warning.startswith("1 moved anchor outside the region")
+    assert warning.startswith("1 vertex of moved handles outside the region")
 
 
 def test_moved_vertices_that_are_no_anchors_are_told_unless_they_are_a_former_result():

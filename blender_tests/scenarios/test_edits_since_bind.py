@@ -106,10 +106,10 @@ def test_changed_anchors_bind_again_by_themselves(grid, status, capfd):
     bpy.context.view_layer.update()
     told = status(grid)
     assert told.state.name == "STALE"
-    assert "anchors changed" in told.text and "Solve will bind again" in told.text
+    assert "handles changed" in told.text and "Solve will bind again" in told.text
     capfd.readouterr()
     steps.solve()
-    assert "Bound again, because the anchors changed" in capfd.readouterr().out
+    assert "Bound again, because the handles changed" in capfd.readouterr().out
     assert grid.meanvalue.bound.anchor_count == 5
     assert status(grid).state.name == "BOUND"
     rest, result = steps.key_positions(grid, "Basis"), steps.key_positions(grid, "Mean-Value")

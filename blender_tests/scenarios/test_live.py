@@ -183,7 +183,7 @@ def test_vertices_moved_in_edit_mode_are_followed_when_it_is_left():
     obj, _control = handles.tube()
     steps.add_group(obj, "Middle", range(64, 72))
     meshes.activate(obj)
-    bpy.ops.meanvalue.add_anchor_group(group="Middle")
+    bpy.ops.meanvalue.add_anchor_group(group="Middle", follows='SHAPE')
     bpy.ops.meanvalue.add_pose_key()
     update()
 

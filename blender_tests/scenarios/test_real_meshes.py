@@ -74,7 +74,7 @@ class Posed:
 
     def pose(self, subject):
         for name in subject.anchor_groups:
-            assert bpy.ops.meanvalue.add_anchor_group(group=name) == {'FINISHED'}
+            assert bpy.ops.meanvalue.add_anchor_group(group=name, follows='SHAPE') == {'FINISHED'}
         self.obj.meanvalue.roi_group = subject.roi_group
         with timed(self.seconds, "bind"):
             assert bpy.ops.meanvalue.bind() == {'FINISHED'}

@@ -86,7 +86,7 @@ def test_linked_mesh(tmp_path):
 
 def test_no_anchors_listed():
     obj = meshes.grid()
-    with refused_unchanged(obj, "No anchors are listed", "press Add Handle"):
+    with refused_unchanged(obj, "There are no handles yet", "press Add Handle"):
         bpy.ops.meanvalue.bind()
 
 
@@ -94,14 +94,14 @@ def test_anchor_group_deleted():
     obj = steps.posed_grid(meshes.grid())
     obj.vertex_groups.remove(obj.vertex_groups["Tip"])
     for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
-        with refused_unchanged(obj, "no vertex group 'Tip'", "listed in Anchors", "remove the line"):
+        with refused_unchanged(obj, "no vertex group 'Tip'", "on the list of handles", "remove the handle"):
             operator()
 
 
 def test_anchor_group_renamed():
     obj = steps.posed_grid(meshes.grid())
     obj.vertex_groups["Tip"].name = "Finger"
-    with refused_unchanged(obj, "no vertex group 'Tip'", "Choose another group in the list"):
+    with refused_unchanged(obj, "no vertex group 'Tip'", "Choose another group in Active Handle"):
         bpy.ops.meanvalue.solve()
     obj.meanvalue.anchor_groups[1].name = "Finger"
     steps.solve()
@@ -110,7 +110,7 @@ def test_anchor_group_renamed():
 def test_anchor_group_empty():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0, 4, 20], B=[])
-    with refused_unchanged(obj, "Anchor group 'B' has no vertices", "Assign vertices"):
+    with refused_unchanged(obj, "Handle 'B' has no vertices", "Assign vertices"):
         bpy.ops.meanvalue.bind()
 
 
@@ -134,7 +134,7 @@ def test_too_few_fixed_points(anchors):
     for vertex in obj.data.vertices:
         vertex.co.z = 0.0  # so that a row is a line
     steps.list_anchors(obj, A=anchors)
-    with refused_unchanged(obj, f"{len(anchors)} fixed point", "at least three", "not in one line", "Add anchor"):
+    with refused_unchanged(obj, f"{len(anchors)} fixed point", "at least three", "not in one line", "Pin more"):
         bpy.ops.meanvalue.bind()
 
 
@@ -176,7 +176,7 @@ def test_no_part_is_held():
     """Two parts, and the three anchors are spread over them: neither can be posed."""
     obj = meshes.two_parts()
     steps.list_anchors(obj, A=[0, 3, 28])
-    with refused_unchanged(obj, "nothing can be posed", "three anchors"):
+    with refused_unchanged(obj, "nothing can be posed", "Pin three"):
         bpy.ops.meanvalue.bind()
 
 
@@ -353,7 +353,7 @@ def test_answer_that_is_not_a_number(answer_with):
 def test_failure_in_solve_after_the_anchors_changed_keeps_the_old_binding(answer_with, native):
     obj = steps.posed_grid(meshes.grid())
     steps.add_group(obj, "More", [22])
-    bpy.ops.meanvalue.add_anchor_group(group="More")
+    bpy.ops.meanvalue.add_anchor_group(group="More", follows='SHAPE')
     answer_with(failing(native.SolverFailure("no descent")))
     with refused_unchanged(obj, "The solver failed", "no descent"):
         bpy.ops.meanvalue.solve()
@@ -394,28 +394,28 @@ def test_a_part_without_enough_fixed_points_is_a_warning(capfd):
 def test_add_group_without_any():
     obj = meshes.grid()
     with refused_unchanged(obj, "has no vertex groups", "Object Data Properties"):
-        bpy.ops.meanvalue.add_anchor_group()
+        bpy.ops.meanvalue.add_anchor_group(follows='SHAPE')
 
 
 def test_add_group_that_is_not_there():
     obj = meshes.grid()
     steps.add_group(obj, "A", [0])
     with refused_unchanged(obj, "no vertex group 'B'", "Choose one"):
-        bpy.ops.meanvalue.add_anchor_group(group="B")
+        bpy.ops.meanvalue.add_anchor_group(group="B", follows='SHAPE')
 
 
 def test_add_group_twice():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0])
     with refused_unchanged(obj, "'A' is on the list already", "Choose another"):
-        bpy.ops.meanvalue.add_anchor_group(group="A")
+        bpy.ops.meanvalue.add_anchor_group(group="A", follows='SHAPE')
 
 
 def test_add_group_when_all_are_listed():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0])
     with refused_unchanged(obj, "All vertex groups of 'Grid' are on the list already", "Make another"):
-        bpy.ops.meanvalue.add_anchor_group()
+        bpy.ops.meanvalue.add_anchor_group(follows='SHAPE')
 
 
 def test_add_takes_the_active_group_and_then_the_next_that_is_not_listed():
@@ -424,7 +424,7 @@ def test_add_takes_the_active_group_and_then_the_next_that_is_not_listed():
         obj.vertex_groups.new(name=name)
     obj.vertex_groups.active_index = 1
     for _ in range(3):
-        assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
+        assert bpy.ops.meanvalue.add_anchor_group(follows='SHAPE') == {'FINISHED'}
     assert [group.name for group in obj.meanvalue.anchor_groups] == ["B", "A", "C"]
 
 

@@ -43,7 +43,7 @@ def shortcuts():
         (keymap.name, item.idname)
         for keymap in (keyconfig.keymaps if keyconfig else [])
         for item in keymap.keymap_items
-        if item.idname.startswith("meanvalue.")
+        if item.idname.startswith("meanvalue.") and not keymap.name.startswith("3D View Tool:")
     ]
 
 

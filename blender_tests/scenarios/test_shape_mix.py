@@ -74,7 +74,7 @@ def test_a_dragged_slider_settles_to_what_its_value_alone_says(monkeypatch, part
     expected = shown(obj)
     set_value(obj, "Bend", 0.2)
     now = [0.0]
-    monkeypatch.setattr(part("live.mix_follower"), "clock", lambda: now[0])
+    monkeypatch.setattr(part("live.states"), "clock", lambda: now[0])
     follower = part("live.engine").follower_of(obj)
     drafts = []
     key = obj.data.shape_keys.key_blocks["Bend"]

@@ -42,7 +42,7 @@ def test_off_in_any_mode():
 @pytest.mark.parametrize(
     "prepare, texts",
     [
-        (lambda obj: obj.meanvalue.anchor_groups.clear(), ("Live stays off", "No anchors are listed", "Add Handle")),
+        (lambda obj: obj.meanvalue.anchor_groups.clear(), ("Live stays off", "There are no handles yet", "Add Handle")),
         (lambda obj: obj.vertex_groups.remove(obj.vertex_groups["Hand"]), ("Live stays off", "no vertex group 'Hand'")),
         (lambda obj: setattr(obj.meanvalue, "result_key", " "), ("Live stays off", "The result has no name")),
         (

@@ -243,7 +243,7 @@ def test_bind_is_not_repeated_by_solve(native, part, monkeypatch):
 def test_bind_tells_of_fallback_rules(capfd):
     steps.bound_grid(meshes.grid())
     told = capfd.readouterr().out
-    assert "Bound 25 vertices, 4 anchors, 21 free" in told
+    assert "Bound 25 vertices, 4 held, 21 free" in told
     assert "encoded by a fallback rule" in told  # a flat border has vertices on their ring's edge
 
 
@@ -316,8 +316,8 @@ def test_anchor_list_by_operators():
     steps.add_group(obj, "First", [0])
     steps.add_group(obj, "Second", [1])
     obj.vertex_groups.active_index = 1
-    assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}  # the active group
-    assert bpy.ops.meanvalue.add_anchor_group(group="First") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_anchor_group(follows='SHAPE') == {'FINISHED'}  # the active group
+    assert bpy.ops.meanvalue.add_anchor_group(group="First", follows='SHAPE') == {'FINISHED'}
     settings = obj.meanvalue
     assert [group.name for group in settings.anchor_groups] == ["Second", "First"]
     settings.active_anchor_group = 0
@@ -336,7 +336,7 @@ def test_weight_zero_is_no_member():
     obj = meshes.grid()
     group = steps.add_group(obj, "A", [0, 4, 20])
     group.add([24], 0.0, 'REPLACE')
-    bpy.ops.meanvalue.add_anchor_group(group="A")
+    bpy.ops.meanvalue.add_anchor_group(group="A", follows='SHAPE')
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     assert obj.meanvalue.bound.anchor_count == 3
 

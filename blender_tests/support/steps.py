@@ -18,7 +18,7 @@ def list_anchors(obj, **groups):
     """list_anchors(obj, Hand=[1, 2]) makes the vertex groups and lists them as anchors, by the operator."""
     for name, indices in groups.items():
         add_group(obj, name, indices)
-        assert bpy.ops.meanvalue.add_anchor_group(group=name) == {'FINISHED'}
+        assert bpy.ops.meanvalue.add_anchor_group(group=name, follows='SHAPE') == {'FINISHED'}
 
 
 def move(obj, indices, offset, key=None):

@@ -341,4 +341,4 @@ def a_group_edited_during_a_drag(ui):
     off = handles.shown(obj) - handles.rest(obj)
     assert abs(off[handles.TOP[1], 0] - 1.1) < 1e-3
     follower = _engine().follower_of(bpy.data.objects["Tube"])
-    assert len(follower._scene.bind_input.anchors) == 15, len(follower._scene.bind_input.anchors)
+    assert len(follower._input.anchors) == 15, len(follower._input.anchors)

@@ -146,7 +146,7 @@ def a_slow_drag_ends_with_the_answer(ui):
     yield from ui.screenshot("long_2_slow_drag")
     yield from ui.key('RET')
     yield from ui.wait_until(
-        lambda: _follower().is_caught_up and _follower()._is_settled and not _follower().is_working,
+        lambda: _follower().state.name == "SETTLED",
         "the drag is settled by Blender's own timer",
     )
     keys = sheet().data.shape_keys.key_blocks

@@ -57,9 +57,9 @@ def edited_after_bind(ui):
 
 def _quiet_screenshot(ui, name):
     """The panel looks at an edited mesh again when it has been left alone for a moment."""
-    object_status = sys.modules[PACKAGE + ".bridge.object_status"]
+    object_model = sys.modules[PACKAGE + ".bridge.object_model"]
     yield
-    yield from ui.wait_until(lambda: object_status.quiet_in() <= 0.0, "the mesh was left alone")
+    yield from ui.wait_until(lambda: object_model.quiet_in() <= 0.0, "the mesh was left alone")
     yield from ui.screenshot(name)
 
 

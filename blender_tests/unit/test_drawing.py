@@ -4,7 +4,9 @@
 Pictures of the real thing: ui/panel_pictures.py.
 """
 
+import itertools
 import pathlib
+import time
 import types
 
 import bpy
@@ -48,14 +50,15 @@ def context_of(obj):
 
 
 @pytest.fixture
-def draw(part):
+def draw(part, monkeypatch):
     """draw(obj): the panel with all its parts drawn for obj, some time after the last edit."""
     panels = part("ui.panel").CLASSES
 
+    later = itertools.count(1)
+
     def draw(obj):
         bpy.context.view_layer.update()
-        for key in part("bridge.object_status")._edited:
-            part("bridge.object_status")._edited[key] = 0.0
+        monkeypatch.setattr(part("bridge.object_model"), "clock", lambda: time.monotonic() + next(later))
         listener = types.SimpleNamespace(layout=ListeningLayout())
         for panel in panels:
             if not hasattr(panel, "poll") or panel.poll(context_of(obj)):
@@ -78,7 +81,7 @@ def test_every_button_is_there(draw):
     text = draw(meshes.grid()).text
     names = (
         "add_handle add_pin add_anchor_group remove_anchor_group reset_handles bind unbind solve add_pose_key "
-        "keep_pose apply_pose grow_region paint_region"
+        "keep_pose apply_pose keyframe_handles finish grow_region paint_region"
     )
     for name in names.split():
         assert f"operator meanvalue.{name}" in text
@@ -88,12 +91,12 @@ def test_every_button_is_there(draw):
 
 def test_states(draw):
     obj = meshes.grid()
-    assert "No anchors are listed" in draw(obj).labels
+    assert "Choose the Grab tool, press on the mesh and drag" in draw(obj).labels
     steps.list_anchors(obj, A=[0, 4, 20], B=[24])
     assert "Not bound. Press Bind" in draw(obj).labels
     bpy.ops.meanvalue.bind()
     labels = draw(obj).labels
-    assert "Bound: 25 vertices, 4 anchors, 21 free" in labels
+    assert "Bound: 25 vertices, 4 held, 21 free" in labels
     assert "Press Add Pose Key" in labels
     bpy.ops.meanvalue.add_pose_key()
     assert "Add Pose Key" not in draw(obj).labels
@@ -102,7 +105,7 @@ def test_states(draw):
     labels = draw(obj).labels
     assert "Solved:" in labels and "energy" in labels
     obj.vertex_groups["A"].add([22], 1.0, 'REPLACE')
-    assert "Stale: the anchors changed. Solve will bind again" in draw(obj).labels
+    assert "Stale: the handles changed. Solve will bind again" in draw(obj).labels
     obj.meanvalue.result_key = "Basis"
     assert "must not be overwritten" in draw(obj).labels
 
@@ -142,6 +145,8 @@ def test_menus(part):
     in_sidebar_only = {
         "MEANVALUE_OT_add_preset",
         "MEANVALUE_OT_finish_region",
+        "MEANVALUE_OT_grab",  # by the tool
+        "MEANVALUE_OT_pin_here",
         "MEANVALUE_OT_select_marker",
         "MEANVALUE_OT_show_baked_frame",
         "MEANVALUE_OT_show_marker_problem",

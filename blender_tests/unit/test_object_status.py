@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """bridge/object_status.py with the handlers that tell it what was edited."""
 
+import time
+
 import bpy
 import pytest
 from support import meshes, steps
@@ -10,6 +12,11 @@ from support.snapshot import assert_same, snapshot
 @pytest.fixture
 def object_status(part):
     return part("bridge.object_status")
+
+
+@pytest.fixture
+def object_model(part):
+    return part("bridge.object_model")
 
 
 @pytest.fixture
@@ -33,7 +40,7 @@ def update():
 def test_texts(object_status):
     obj = meshes.grid()
     status = object_status.status(obj)
-    assert (status.state.name, "No anchors are listed" in status.text) == ("PROBLEM", True)
+    assert (status.state.name, "There are no handles yet" in status.text) == ("PROBLEM", True)
     steps.list_anchors(obj, A=[0, 4, 20], B=[24])
     update()
     status = object_status.status(obj)
@@ -42,11 +49,11 @@ def test_texts(object_status):
     bpy.ops.meanvalue.bind()
     status = object_status.status(obj)
     assert status.state.name == "BOUND"
-    assert "25 vertices, 4 anchors, 21 free" in status.text
+    assert "25 vertices, 4 held, 21 free" in status.text
     obj.vertex_groups["A"].add([2], 1.0, 'REPLACE')
     update()
     status = object_status.status(obj)
-    assert status.text == "Stale: the anchors changed. Solve will bind again."
+    assert status.text == "Stale: the handles changed. Solve will bind again."
     assert status.member_counts == {"A": 4, "B": 1}
     obj.vertex_groups.remove(obj.vertex_groups["B"])
     status = object_status.status(obj)
@@ -125,9 +132,9 @@ def test_never_seen_in_object_mode(object_status, reads):
     assert reads == []
 
 
-def test_a_panel_waits_until_an_object_is_left_alone(object_status, reads, monkeypatch):
+def test_a_panel_waits_until_an_object_is_left_alone(object_status, object_model, reads, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr(object_status, "clock", lambda: now[0])
+    monkeypatch.setattr(object_model, "clock", lambda: now[0])
     quiet = object_status.QUIET_SECONDS
     obj = steps.bound_grid(meshes.grid())
     update()
@@ -139,9 +146,9 @@ def test_a_panel_waits_until_an_object_is_left_alone(object_status, reads, monke
         now[0] += 0.5 * quiet
         assert object_status.status(obj, quiet).state.name == "BOUND"
     assert len(reads) == 1
-    assert object_status.quiet_in() == pytest.approx(0.5 * quiet)
+    assert object_model.quiet_in() == pytest.approx(0.5 * quiet)
     now[0] += 0.6 * quiet
-    assert object_status.quiet_in() == 0.0
+    assert object_model.quiet_in() == 0.0
     assert object_status.status(obj, quiet).state.name == "STALE"
     assert len(reads) == 2
 
@@ -176,7 +183,8 @@ def test_an_edit_has_the_panel_drawn_again_by_one_timer(object_status, part, mon
     update()
     assert bpy.app.timers.is_registered(handlers._draw_again)
     assert handlers._draw_again() > 0.0
-    object_status._edited.clear()
+    object_model = part("bridge.object_model")
+    monkeypatch.setattr(object_model, "clock", lambda: time.monotonic() + object_model.QUIET_SECONDS)
     assert handlers._draw_again() is None
     handlers.unregister()
     assert not bpy.app.timers.is_registered(handlers._draw_again)

@@ -64,9 +64,9 @@ def test_what_does_not_fit_any_more_is_read_again(part, scene_reading, small_sli
 def test_one_reading_for_panel_and_overlay(part, monkeypatch):
     obj = grid_with_region()
     bpy.context.view_layer.update()
-    readings, real = part("bridge.shared_readings"), part("bridge.scene_reading").SceneReading
-    made = []
-    monkeypatch.setattr(readings, "SceneReading", lambda obj: made.append(obj.name) or real(obj))
+    module = part("bridge.scene_reading")
+    made, real = [], module.SceneReading
+    monkeypatch.setattr(module, "SceneReading", lambda obj: made.append(obj.name) or real(obj))
     part("bridge.object_status").status(obj)
     part("bridge.overlay_data").look(obj)
     assert made == ["Grid"]
@@ -127,7 +127,7 @@ def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
 def slow_readings(part, small_slices, monkeypatch):
     """(shared_readings as where something is drawn, a slice at a time; a list that grows with calls for drawing)."""
     readings, drawn = part("bridge.shared_readings"), []
-    readings.clear()
+    part("bridge.object_model").clear()
     timers = types.SimpleNamespace(is_registered=lambda _: False, register=lambda *_, **__: None)
     app = types.SimpleNamespace(background=False, timers=timers)
     monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
@@ -156,29 +156,30 @@ def test_who_was_told_to_wait_is_drawn_again_when_another_has_finished_the_readi
     assert drawn == [1]
 
 
-def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(slow_readings):
+def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(slow_readings, part):
     readings, _drawn = slow_readings
     obj = grid_with_region()
     frames = 0
     while readings.finished(obj) is None:
-        readings.forget(obj)
+        part("bridge.object_model").edited(obj)
         frames += 1
         assert frames < 20
 
 
 def test_only_so_many_objects_are_kept(part):
-    readings = part("bridge.shared_readings")
-    readings.clear()
-    for number in range(readings.MOST + 2):
+    readings, models = part("bridge.shared_readings"), part("bridge.object_model")
+    models.clear()
+    for number in range(models.MOST + 2):
         readings.finished(meshes.grid(name=f"Grid {number}"))
-    assert len(readings._known) == readings.MOST
+    kept = [model for _key, model in models.known_models() if model.reading is not None]
+    assert len(kept) == models.MOST
 
 
 @pytest.fixture
 def slow_follower(part, small_slices, monkeypatch):
     """make(obj): a Follower as the interface has it, that reads a slice of four vertices at a time."""
     module = part("live.follower")
-    monkeypatch.setattr(module, "SLICE_SECONDS", 0.0)
+    monkeypatch.setattr(part("live.states"), "SLICE_SECONDS", 0.0)
     made = []
 
     def make(obj):
@@ -213,29 +214,33 @@ def test_live_reads_in_slices_and_then_follows(slow_follower):
     assert np.abs(handles.shown(obj)[handles.TOP, 0] - handles.rest(obj)[handles.TOP, 0] - 1.0).max() < 1e-3
 
 
-def test_an_edit_begins_the_reading_anew(slow_follower):
+@pytest.fixture
+def model_of(part):
+    return part("bridge.object_model").of
+
+
+def test_an_edit_begins_the_reading_anew(slow_follower, model_of):
     obj, _control = handles.tube(live=False)
     follower = slow_follower(obj)
     follower.tick(obj)
-    first = follower._scene._reading
+    first = model_of(obj).reading
     follower.tick(obj)
-    assert follower._scene._reading is first
+    assert model_of(obj).reading is first
     obj.data.update_tag()
     bpy.context.view_layer.update()
-    assert follower.edited(obj) is False
     follower.tick(obj)
-    assert follower._scene._reading is not first
+    assert model_of(obj).reading is not first
 
 
-def test_live_follows_a_mesh_that_is_edited_with_every_frame(slow_follower):
+def test_live_follows_a_mesh_that_is_edited_with_every_frame(slow_follower, model_of):
     obj, control = handles.tube(live=False)
     follower = slow_follower(obj)
     control.location.x += 1.0
     bpy.context.view_layer.update()
     for _frame in range(20):
-        follower.edited(obj)
+        model_of(obj).edited()
         follower.follow(obj)
-    assert follower._scene.bind_input is not None
+    assert not follower.is_reading
 
 
 def test_after_a_problem_the_mesh_is_read_without_pauses(slow_follower, part):
@@ -246,31 +251,32 @@ def test_after_a_problem_the_mesh_is_read_without_pauses(slow_follower, part):
     follower.follow(obj)
     assert "Edit Mode" in follower.text
     bpy.ops.object.mode_set(mode='OBJECT')
-    follower.edited(obj)
     follower.follow(obj)
     assert follower.text == "Live: reading the mesh"
-    assert follower.tick(obj) == part("live.follower").TICK_SECONDS
+    assert follower.tick(obj) == part("live.states").TICK_SECONDS
 
 
-def test_an_edit_that_an_echo_hides_is_found(slow_follower, part, monkeypatch):
+def test_an_edit_that_an_echo_hides_is_found(slow_follower, model_of, part, monkeypatch):
     """And panel and overlay do not go on with what was read before it."""
     obj, control = handles.tube(live=False)
     follower = slow_follower(obj)
     control.location.x += 1.0
     bpy.context.view_layer.update()
     catch_up(follower, obj)
-    readings, status = part("bridge.shared_readings"), part("bridge.object_status").status
+    status = part("bridge.object_status").status
     assert status(obj).member_counts["Top"] == 8
-    look, data = part("bridge.overlay_data").look, part("bridge.overlay_data")
+    look = part("bridge.overlay_data").look
     assert len(look(obj).points) == 16
-    monkeypatch.setitem(part("live.engine")._followers, part("live.follower").identity(obj), follower)
+    model = model_of(obj)
+    before = model.stamp
     obj.vertex_groups["Top"].remove([handles.TOP[0], handles.TOP[1]])
-    assert part("live.engine")._is_echo(obj) is True
-    assert readings.known(obj) is None
+    assert model.told(obj, part("bridge.object_model").Change.KEYS) is False
+    assert model.stamp == before and model.reading is None
     while follower.tick(obj) is not None:
         pass
-    assert len(follower._scene.bind_input.anchors) == 14
-    monkeypatch.setattr(data, "clock", lambda: time.monotonic() + 1.0)
+    assert model.stamp != before
+    assert "solve" in follower.text and follower.problem is None
+    monkeypatch.setattr(part("bridge.object_model"), "clock", lambda: time.monotonic() + 1.0)
     assert len(look(obj).points) == 14
     assert status(obj).member_counts["Top"] == 6
 

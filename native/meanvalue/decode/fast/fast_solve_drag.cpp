@@ -38,6 +38,8 @@ void FastSolve::respond(Level level, std::size_t stage, const Positions& previou
 
 /// Puts soft anchors to where the targets were that they were in balance with at `previous`: behind them by as much
 /// as the rest of the energy pulls there. Not farther off than the present targets are, if it was no balance at all.
+/// Springs that pull to rest have done so before: those of a region's soft border are thousands, and far too weak for
+/// the balance of a shape that is known to the tolerance only.
 void FastSolve::put_balanced_targets(const Positions& previous, Positions& positions) {
     if (bound_.soft_.empty()) return;
     const FastLevel& level = *bound_.fine_;
@@ -51,6 +53,10 @@ void FastSolve::put_balanced_targets(const Positions& previous, Positions& posit
         const Index v = anchor.vertex;
         positions.row(v) = previous.row(v);
         if (is_free(k)) continue;
+        if (targets.row(k) == bound_.region_.positions.row(v)) {
+            positions.row(v) = targets.row(k);
+            continue;
+        }
         const double weight = options_.weights != nullptr ? work_.fine.energy.soft_weights[k] : 1.0;
         const Eigen::RowVector3d lag = gradient.row(level.unknowns.slot[v]) / (2.0 * weight * anchor.strength);
         const double most = (targets.row(k) - previous.row(v)).norm();

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two spaces of one mesh: where a shape key has its vertices, and where they are seen behind a rig and other keys."""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import motion
+
+#: A vertex that the rig moves less than this share of what its key does, in some direction, is not brought anywhere.
+FLAT = 1e-3
+
+#: Of the size of the mesh: how near to where they are wanted anchors are brought, and in how many rounds at most, where
+#: the rig bends space (lattices).
+NEAR = 1e-6
+MOST_ROUNDS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class SeenSpace:
+    """What a rig does, near the rest shape: a vertex that the key moves by d is seen at seen + jacobians @ d.
+
+    rest, seen  n x 3 float64
+    jacobians   n x 3 x 3 float64
+    is_affine   whether that holds however far the key moves it
+    size        of the mesh in the rest shape, its bounding-box diagonal
+    """
+
+    rest: np.ndarray
+    seen: np.ndarray
+    jacobians: np.ndarray
+    is_affine: bool
+    size: float
+
+    @property
+    def is_identity(self):
+        """Whether every vertex is seen where its key has it, but for noise of float32."""
+        unit = np.abs(self.jacobians - np.eye(3)).max(initial=0.0) <= 1e-4
+        return unit and bool(np.abs(self.seen - self.rest).max(initial=0.0) <= motion.NOISE * self.size)
+
+    def carry(self, members, frame=None):
+        """4 x 4: what the rig does to the vertices `members` as a whole: turn, shear, scale and translation.
+
+        frame: 3 x 3, from a space without the object's uneven scale to the object's own: then it turns and scales
+        evenly in that, as a control can.
+        """
+        linear = self.jacobians[members].mean(axis=0)
+        if frame is not None:
+            inverse = np.linalg.inv(frame)
+            left, stretch, right = np.linalg.svd(inverse @ linear @ frame)
+            linear = frame @ (stretch[0] * left @ right) @ inverse  # skinning shrinks where bones meet: not its most
+        if np.linalg.det(linear) <= FLAT * np.linalg.norm(linear) ** 2:  # a fold or a squeeze tells of no turn
+            linear = motion.fitted(self.rest[members], self.seen[members])[:3, :3]
+        result = np.eye(4)
+        result[:3, :3] = linear
+        result[:3, 3] = self.seen[members].mean(axis=0) - linear @ self.rest[members].mean(axis=0)
+        return result
+
+    def first_order(self, shape):
+        """n x 3: where n x 3 positions of the key are seen, exactly if this is affine."""
+        return self.seen + _applied(self.jacobians, shape - self.rest)
+
+    @functools.cached_property
+    def is_flat(self):
+        """n bool: vertices that no key can bring to where they are wanted, since the rig squeezes them.
+
+        The determinant over the squared norm is at most half of what the direction keeps that is squeezed most.
+        """
+        norms = np.einsum("nij,nij->n", self.jacobians, self.jacobians)
+        return np.abs(self._determinants) <= 0.5 * FLAT * norms
+
+    @functools.cached_property
+    def _inverses(self):
+        """n x 3 x 3: of the Jacobians; anything where they are flat."""
+        return self._adjugates / np.where(self.is_flat, 1.0, self._determinants)[:, None, None]
+
+    @functools.cached_property
+    def _adjugates(self):
+        first, second, third = (self.jacobians[:, :, axis] for axis in range(3))
+        return np.stack([np.cross(second, third), np.cross(third, first), np.cross(first, second)], axis=1)
+
+    @property
+    def _determinants(self):
+        return np.einsum("nj,nj->n", self._adjugates[:, 0], self.jacobians[:, :, 0])
+
+    def in_key(self, members, wanted, evaluate=None):
+        """k x 3: where the key has to have the vertices `members` for them to be seen at `wanted`, k x 3.
+
+        evaluate: takes n x 3 of the key to n x 3 as seen; asked where the space is not affine. Nothing of `members`
+        may be flat. The Jacobian at rest begins, and each round mends it by what came of the last (Broyden 1965).
+        """
+        inverse = self._inverses[members]  # a copy
+        result = self.rest[members] + _applied(inverse, wanted - self.seen[members])
+        if self.is_affine or evaluate is None:
+            return result
+        shape = self.rest.copy()
+        former = None
+        for _ in range(MOST_ROUNDS):
+            shape[members] = result
+            missing = wanted - evaluate(shape)[members]
+            if np.abs(missing).max(initial=0.0) <= NEAR * self.size:
+                break
+            if former is not None:
+                _mend(inverse, step, former - missing)
+            step = _applied(inverse, missing)
+            result, former = result + step, missing
+        return result
+
+
+def _applied(matrices, vectors):
+    return np.einsum("kij,kj->ki", matrices, vectors)
+
+
+def _mend(inverse, step, change):
+    """Broyden's update of k inverse Jacobians in place, so that each takes `change` (seen) to `step` (key)."""
+    seen = _applied(inverse, change)
+    along = np.einsum("ki,kij->kj", step, inverse)
+    share = np.einsum("kj,kj->k", along, change)
+    sure = np.abs(share) > 0.1 * np.einsum("ki,ki->k", step, step)
+    inverse[sure] += ((step - seen)[sure, :, None] * along[sure, None, :]) / share[sure, None, None]

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ends posing: keeps the mesh as posed, and takes away what the add-on made for it."""
+
+import bpy
+
+from .. import ids, session
+from ..bridge import bound_record, controls, region, selection, shape_keys, targets
+from ..core import wording
+from ..live import engine
+from .settled import SettledOperator
+
+
+class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
+    """Keep the mesh as it is posed, and remove handles, pins, controls and vertex groups that were made for posing"""
+
+    bl_idname = "meanvalue.finish"
+    bl_label = "Finish"
+
+    keep: bpy.props.EnumProperty(
+        name="Keep",
+        description="What becomes of the pose",
+        items=(
+            ('SHAPE_KEY', "As Shape Key", "A shape key of its own, fully on: the rest shape stays", 'SHAPEKEY_DATA', 0),
+            ('REST', "As Rest Shape", "The mesh itself: other shape keys are carried along", 'MESH_DATA', 1),
+        ),
+        default='SHAPE_KEY',
+    )
+    name: bpy.props.StringProperty(
+        name="Name", description="Name of the shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
+    )
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and not obj.meanvalue.anchor_groups and shape_keys.result_positions(obj) is None:
+            problem = f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
+        if problem is None and obj.meanvalue.baked.target:
+            problem = shape_keys.BAKE_PLAYS
+        return problem
+
+    def use(self, obj):
+        engine.look_again(obj)
+        kept, notes = self._keep(obj)
+        removed = _remove_what_was_made(obj)
+        return f"{kept}. Removed: {removed}", notes
+
+    def _keep(self, obj):
+        settings = obj.meanvalue
+        if shape_keys.result_positions(obj) is None:
+            settings.live = False
+            return "Nothing was posed, so the mesh is as it was", []
+        if self.keep == 'REST':
+            carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
+            settings.live = False
+            shape_keys.remove(obj, [settings.result_key])
+            if len(obj.data.shape_keys.key_blocks) == 1:
+                obj.shape_key_clear()
+            notes = []
+            if carried:
+                notes.append(f"Carried along by what they add, and may look different: {wording.quoted(carried)}")
+            return "The pose is the rest shape now", notes
+        settings.live = False
+        key = obj.data.shape_keys.key_blocks[settings.result_key]
+        key.name = self.name.strip() or ids.KEPT_KEY
+        return f"The pose is shape key '{key.name}'", []
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "keep")
+        if self.keep == 'SHAPE_KEY':
+            layout.prop(self, "name")
+
+
+def _remove_what_was_made(obj):
+    """Takes away all lines, what was made for them, the region and the binding. Returns what that was, in words."""
+    settings = obj.meanvalue
+    lines = len(settings.anchor_groups)
+    made_controls = sum(line.made_control for line in settings.anchor_groups)
+    made_groups = sum(line.made_group for line in settings.anchor_groups)
+    if bpy.context.object != obj:
+        selection.choose(obj)
+    for index in reversed(range(lines)):
+        controls.remove_handle(obj, index)
+    made_groups += region.remove_made_group(obj)
+    if settings.bound.is_bound:
+        session.forget(bound_record.read_fingerprint(settings.bound))
+        bound_record.clear(settings.bound)
+    settings.former_result = ""
+    return wording.listed(
+        (
+            wording.counted(lines, "handle or pin", "handles and pins"),
+            wording.counted(made_controls, "control"),
+            wording.counted(made_groups, "vertex group"),
+        )
+    )

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The tool in the toolbar of Object Mode: press on the mesh and drag."""
+
+import bpy
+from mathutils import Vector
+
+from ..bridge import scene_input
+from ..operators import drag_circle
+from ..operators.grab import MEANVALUE_OT_grab
+from ..operators.pin_here import MEANVALUE_OT_pin_here
+
+#: Fainter than while something is dragged: how far the mesh is from the eye under the mouse is not known yet.
+HOVER_COLOR = (1.0, 1.0, 1.0, 0.35)
+
+
+class MeanValueGrabTool(bpy.types.WorkSpaceTool):
+    bl_space_type = 'VIEW_3D'
+    bl_context_mode = 'OBJECT'
+    bl_idname = MEANVALUE_OT_grab.bl_idname
+    bl_label = "Mean-Value Grab"
+    bl_description = (
+        "Press on a mesh and drag: what is under the mouse becomes a handle, and its surroundings follow, as far as "
+        "Size (the wheel) says. Shift-click pins. A click on a handle selects it"
+    )
+    bl_icon = "brush.sculpt.elastic_deform"
+    bl_cursor = 'CROSSHAIR'
+    bl_keymap = (
+        (MEANVALUE_OT_grab.bl_idname, {"type": 'LEFTMOUSE', "value": 'PRESS'}, None),
+        (MEANVALUE_OT_pin_here.bl_idname, {"type": 'LEFTMOUSE', "value": 'PRESS', "shift": True}, None),
+    )
+
+    def draw_settings(context, layout, tool):  # noqa: N805  Blender calls it without an instance
+        layout.prop(tool.operator_properties(MEANVALUE_OT_grab.bl_idname), "size")
+        obj = scene_input.subject(context)
+        if scene_input.object_problem(obj) is None:
+            layout.prop(obj.meanvalue, "live", toggle=True)
+
+    def draw_cursor(context, tool, mouse):  # noqa: N805
+        obj = scene_input.subject(context)
+        view = context.region_data
+        if drag_circle.is_shown or view is None or scene_input.object_problem(obj) is not None:
+            return
+        size = tool.operator_properties(MEANVALUE_OT_grab.bl_idname).size
+        length = size * _size(obj) * max(obj.matrix_world.to_scale())
+        place = obj.matrix_world.translation
+        drag_circle.draw(mouse, HOVER_COLOR, drag_circle.pixels(context.region, view, place, length))
+
+
+def _size(obj):
+    """Of the mesh, quickly: of its box, modifiers and all."""
+    low, high = Vector(obj.bound_box[0]), Vector(obj.bound_box[6])
+    return (high - low).length
+
+
+def register():
+    bpy.utils.register_tool(MeanValueGrabTool, after={"builtin.transform"}, separator=True)
+
+
+def unregister():
+    bpy.utils.unregister_tool(MeanValueGrabTool)

@@ -1,0 +1,312 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Grab tool's operators as scripts call them: handles where the mesh is pressed, pins, and Finish."""
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, steps
+from support.snapshot import assert_same, snapshot
+
+COLUMNS = 31
+MIDDLE = COLUMNS * COLUMNS // 2
+#: Along the middle row, off from the middle.
+BESIDE = MIDDLE + 9
+
+
+def sheet():
+    return meshes.grid(COLUMNS, COLUMNS, "Sheet")
+
+
+def grab(vertex=MIDDLE, offset=(0.0, 0.0, 2.0), **options):
+    assert bpy.ops.meanvalue.grab(vertex=vertex, offset=offset, **options) == {'FINISHED'}
+    handles.update()
+
+
+def pin(vertex, **options):
+    assert bpy.ops.meanvalue.pin_here(vertex=vertex, **options) == {'FINISHED'}
+    handles.update()
+
+
+def region_weights(obj):
+    group = obj.vertex_groups[obj.meanvalue.roi_group].index
+    weights = np.zeros(len(obj.data.vertices))
+    for vertex in obj.data.vertices:
+        for element in vertex.groups:
+            if element.group == group:
+                weights[vertex.index] = element.weight
+    return weights
+
+
+def lift(obj):
+    """n: how far each vertex is lifted."""
+    return (handles.shown(obj) - handles.rest(obj))[:, 2]
+
+
+def test_a_fresh_mesh_is_grabbed_and_its_surroundings_follow_less_and_less():
+    obj = sheet()
+    grab()
+    line = obj.meanvalue.anchor_groups[0]
+    assert obj.meanvalue.live and line.control == bpy.context.object
+    assert lift(obj)[MIDDLE] == pytest.approx(2.0, abs=1e-4)
+    row = lift(obj)[MIDDLE : MIDDLE + 15]
+    assert (np.diff(row) <= 2e-3).all() and row[14] == 0.0
+    weights = region_weights(obj)
+    assert ((weights > 0.0) & (weights < 1.0)).sum() > 50
+    assert not lift(obj)[weights == 0.0].any()
+
+
+def test_what_has_half_the_weight_follows_in_part():
+    obj = sheet()
+    grab(size=0.3)
+    is_half = np.abs(region_weights(obj) - 0.5) < 0.1
+    assert 0.2 < lift(obj)[is_half].mean() / 2.0 < 0.6
+
+
+def test_a_larger_size_has_more_follow():
+    moved = []
+    for size in (0.1, 0.2, 0.4):
+        obj = sheet()
+        grab(size=size)
+        moved.append(int((np.abs(lift(obj)) > 0.01).sum()))
+        meshes.activate(obj)
+        bpy.ops.meanvalue.finish()
+        bpy.data.objects.remove(obj)
+        handles.update()
+    assert moved[0] * 2 < moved[1] and moved[1] * 2 < moved[2], moved
+
+
+def test_a_size_below_one_edge_still_has_something_follow():
+    obj = sheet()
+    grab(size=0.005)
+    assert np.count_nonzero(lift(obj)) > 4
+
+
+def test_a_second_grab_elsewhere_keeps_the_first():
+    obj = sheet()
+    grab()
+    before = lift(obj)
+    grab(vertex=3 * COLUMNS + 3, offset=(0.0, 0.0, -1.0), size=0.1)
+    assert len(obj.meanvalue.anchor_groups) == 2
+    assert lift(obj)[3 * COLUMNS + 3] == pytest.approx(-1.0, abs=1e-4)
+    near = np.abs(before) > 0.2
+    assert np.abs(lift(obj) - before)[near].max() < 0.05
+
+
+def test_a_grab_of_what_a_handle_has_moves_that():
+    obj = sheet()
+    grab()
+    meshes.activate(obj)
+    grab(offset=(0.0, 0.0, 1.0))
+    assert len(obj.meanvalue.anchor_groups) == 1
+    assert lift(obj)[MIDDLE] == pytest.approx(3.0, abs=1e-4)
+
+
+def test_a_grab_beside_a_posed_handle_begins_from_what_is_seen():
+    obj = sheet()
+    grab(size=0.4)
+    before = lift(obj)[MIDDLE + 5]
+    assert before > 0.3
+    grab(vertex=MIDDLE + 5, offset=(0.0, 0.0, 0.5))
+    assert lift(obj)[MIDDLE + 5] == pytest.approx(before + 0.5, abs=0.05)
+    assert lift(obj)[MIDDLE] == pytest.approx(2.0, abs=1e-3)
+
+
+def test_pins_stay_and_are_let_go_again():
+    obj = sheet()
+    pin(BESIDE - 4)
+    grab(size=0.5)
+    assert lift(obj)[BESIDE - 4] == 0.0
+    assert lift(obj)[MIDDLE - 5] > 0.1
+    assert obj.meanvalue.anchor_groups[0].follows == 'REST'
+    pin(BESIDE - 4)
+    assert [line.follows for line in obj.meanvalue.anchor_groups] == ['CONTROL']
+    assert "Pin" not in obj.vertex_groups
+    assert lift(obj)[BESIDE - 4] > 0.1
+
+
+def test_a_pin_where_the_mesh_is_posed_holds_it_there():
+    obj = sheet()
+    grab(size=0.5)
+    before = lift(obj)[MIDDLE + 5]
+    pin(MIDDLE + 5, size=0.01)
+    meshes.activate(obj)
+    grab(offset=(0.0, 0.0, 2.0))
+    assert lift(obj)[MIDDLE] == pytest.approx(4.0, abs=1e-3)
+    assert lift(obj)[MIDDLE + 5] == pytest.approx(before, abs=1e-3)
+
+
+def test_a_pinned_vertex_is_not_dragged():
+    obj = sheet()
+    pin(MIDDLE)
+    before = snapshot(obj)
+    with steps.refused("'Pin' is pinned here", "Shift-click"):
+        bpy.ops.meanvalue.grab(vertex=MIDDLE, offset=(0.0, 0.0, 1.0))
+    assert_same(before, snapshot(obj))
+
+
+@pytest.mark.parametrize("vertex", [-1, COLUMNS * COLUMNS])
+def test_a_vertex_that_is_not_there(vertex):
+    sheet()
+    with steps.refused("has no vertex", "961 vertices"):
+        bpy.ops.meanvalue.grab('EXEC_DEFAULT', vertex=vertex) if vertex >= 0 else bpy.ops.meanvalue.grab()
+
+
+def test_without_a_region_whole_mesh_follows_beside_other_handles(capfd):
+    obj, _control = handles.tube()
+    meshes.activate(obj)
+    grab(vertex=8 * handles.SEGMENTS, offset=(0.5, 0.0, 0.0))
+    assert obj.meanvalue.roi_group == ""
+    assert "whatever Size says" in capfd.readouterr().out
+
+
+def test_a_mesh_of_few_faces():
+    obj = meshes.grid(2, 2)
+    grab(vertex=0, offset=(0.0, 0.0, 1.0))
+    assert lift(obj)[0] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_bake_that_plays_is_told_of():
+    obj = sheet()
+    obj.meanvalue.baked.target = 'POINT_CACHE'
+    before = snapshot(obj)
+    with steps.refused("Remove Bake"):
+        bpy.ops.meanvalue.grab(vertex=MIDDLE)
+    assert_same(before, snapshot(obj))
+
+
+def test_a_painted_region_is_kept_and_grows():
+    obj = sheet()
+    steps.add_group(obj, "Painted", range(100))
+    obj.meanvalue.roi_group = "Painted"
+    grab()
+    weights = region_weights(obj)
+    assert (weights[:100] == 1.0).all() and weights[MIDDLE] == 1.0 and (weights[-100:] == 0.0).all()
+
+
+# Finish
+
+
+def test_finish_as_shape_key_keeps_what_is_seen_and_removes_the_rest():
+    obj = sheet()
+    pin(BESIDE)
+    grab()
+    shape = handles.shown(obj)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish(name="Bump") == {'FINISHED'}
+    handles.update()
+    assert np.array_equal(steps.key_positions(obj, "Bump"), shape)
+    assert obj.data.shape_keys.key_blocks["Bump"].value == 1.0
+    assert [len(obj.vertex_groups), len(obj.meanvalue.anchor_groups), len(bpy.data.objects)] == [0, 0, 1]
+    assert not obj.meanvalue.live and not obj.meanvalue.bound.is_bound and obj.meanvalue.roi_group == ""
+    assert bpy.context.object == obj
+
+
+def test_finish_as_rest_shape_leaves_a_plain_mesh():
+    obj = sheet()
+    grab()
+    shape = handles.shown(obj)
+    assert bpy.ops.meanvalue.finish(keep='REST') == {'FINISHED'}
+    handles.update()
+    assert obj.data.shape_keys is None
+    assert np.allclose([tuple(vertex.co) for vertex in obj.data.vertices], shape, atol=1e-6)
+
+
+def test_finish_leaves_the_artists_own_groups_and_objects():
+    obj = sheet()
+    own = bpy.data.objects.new("Own", None)
+    bpy.context.collection.objects.link(own)
+    steps.add_group(obj, "Hand", [MIDDLE])
+    steps.add_group(obj, "Painted", range(COLUMNS * COLUMNS))
+    obj.meanvalue.roi_group = "Painted"
+    steps.add_group(obj, "Feet", range(COLUMNS))
+    bpy.ops.meanvalue.add_pin(group="Feet")
+    line = obj.meanvalue.anchor_groups.add()
+    line.name, line.follows = "Hand", 'CONTROL'
+    line.control = own
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert set(obj.vertex_groups.keys()) == {"Hand", "Painted", "Feet"}
+    assert "Own" in bpy.data.objects
+
+
+def test_finish_and_grab_again_poses_on_top():
+    obj = sheet()
+    grab()
+    bpy.ops.meanvalue.finish()
+    grab(vertex=3 * COLUMNS + 3, size=0.1)
+    keys = obj.data.shape_keys.key_blocks
+    assert [key.value for key in keys][1:] == [1.0, 1.0] and set(keys.keys()) == {"Basis", "Kept Pose", "Mean-Value"}
+
+
+def test_nothing_to_finish():
+    sheet()
+    assert not bpy.ops.meanvalue.finish.poll()
+
+
+# Keyframes
+
+
+def test_keyframes_on_all_controls_at_the_current_frame():
+    obj = sheet()
+    grab()
+    meshes.activate(obj)
+    grab(vertex=3 * COLUMNS + 3, size=0.1)
+    bpy.context.scene.frame_set(7)
+    assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
+    for line in obj.meanvalue.anchor_groups:
+        curves = line.control.animation_data.action.fcurves
+        assert {(curve.data_path, curve.array_index) for curve in curves} == {
+            (path, index) for path in ("location", "rotation_euler", "scale") for index in range(3)
+        }
+        assert all([key.co.x for key in curve.keyframe_points] == [7.0] for curve in curves)
+
+
+def test_keyframes_on_the_selected_control_alone():
+    obj = sheet()
+    grab()
+    meshes.activate(obj)
+    grab(vertex=3 * COLUMNS + 3, size=0.1)
+    assert bpy.ops.meanvalue.keyframe_handles(selected=True) == {'FINISHED'}
+    assert [line.control.animation_data is not None for line in obj.meanvalue.anchor_groups] == [False, True]
+    meshes.activate(obj)
+    with steps.refused("No control is selected"):
+        bpy.ops.meanvalue.keyframe_handles(selected=True)
+
+
+def test_keyframes_on_bones():
+    obj = sheet()
+    armature = bpy.data.armatures.new("Rig")
+    rig = bpy.data.objects.new("Rig", armature)
+    bpy.context.collection.objects.link(rig)
+    meshes.activate(rig)
+    bpy.ops.object.mode_set(mode='EDIT')
+    bone = armature.edit_bones.new("Bone")
+    bone.tail = (0.0, 0.0, 1.0)
+    bpy.ops.object.mode_set(mode='OBJECT')
+    meshes.activate(obj)
+    steps.add_group(obj, "Hand", [MIDDLE])
+    line = obj.meanvalue.anchor_groups.add()
+    line.name, line.follows = "Hand", 'CONTROL'
+    line.control, line.bone = rig, "Bone"
+    assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
+    paths = {curve.data_path for curve in rig.animation_data.action.fcurves}
+    assert paths == {f'pose.bones["Bone"].{path}' for path in ("location", "rotation_quaternion", "scale")}
+
+
+# Size of a handle that is made of a group
+
+
+def test_add_handle_gives_the_region_a_size():
+    obj = sheet()
+    steps.add_group(obj, "Top", [MIDDLE, MIDDLE + 1])
+    assert bpy.ops.meanvalue.add_handle(group="Top", size=0.2) == {'FINISHED'}
+    weights = region_weights(obj)
+    assert weights[MIDDLE] == weights[MIDDLE + 1] == 1.0
+    assert (np.diff(weights[MIDDLE + 1 : MIDDLE + 14]) <= 0.0).all() and weights[MIDDLE + 14] == 0.0
+
+
+def test_a_line_made_of_a_group_follows_a_control():
+    obj = sheet()
+    steps.add_group(obj, "Top", [MIDDLE])
+    assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
+    line = obj.meanvalue.anchor_groups["Top"]
+    assert line.follows == 'CONTROL' and line.control.parent == obj and not line.made_group

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes on rigs, and where linear blend and dual quaternion skinning have their vertices by the book."""
+
+import math
+
+import bpy
+import numpy as np
+
+from . import meshes, steps
+
+RINGS, SEGMENTS = 17, 8
+LENGTH, ELBOW = 9.6, 4.8
+#: Vertices within this distance of the elbow are shared by both bones.
+SHARE = 1.5
+BOTTOM = range(SEGMENTS)
+TOP = range((RINGS - 1) * SEGMENTS, RINGS * SEGMENTS)
+MIDDLE = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
+
+
+def arm(volume=False, name="Arm"):
+    """(mesh object, armature object): a tube along z with a bone in each half; volume: dual quaternions."""
+    obj = meshes.tube(RINGS, SEGMENTS, name)
+    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+    bpy.context.collection.objects.link(armature)
+    meshes.activate(armature)
+    bpy.ops.object.mode_set(mode='EDIT')
+    upper = armature.data.edit_bones.new("Upper")
+    upper.head, upper.tail = (0.0, 0.0, 0.0), (0.0, 0.0, ELBOW)
+    lower = armature.data.edit_bones.new("Lower")
+    lower.head, lower.tail, lower.parent = (0.0, 0.0, ELBOW), (0.0, 0.0, LENGTH), upper
+    bpy.ops.object.mode_set(mode='OBJECT')
+    meshes.activate(obj)
+    share = lower_share(obj)
+    for bone, weights in (("Upper", 1.0 - share), ("Lower", share)):
+        group = obj.vertex_groups.new(name=bone)
+        for index, weight in enumerate(weights):
+            if weight > 0.0:
+                group.add([index], float(weight), 'REPLACE')
+    modifier = obj.modifiers.new("Armature", 'ARMATURE')
+    modifier.object = armature
+    modifier.use_deform_preserve_volume = volume
+    update()
+    return obj, armature
+
+
+def lower_share(obj):
+    """n: how much of each vertex the lower bone carries. Multiples of 1/64, which no storage rounds."""
+    height = np.array([vertex.co.z for vertex in obj.data.vertices])
+    return np.round(np.clip((height - ELBOW + SHARE) / (2.0 * SHARE), 0.0, 1.0) * 64.0) / 64.0
+
+
+def bend(armature, degrees, bone="Lower"):
+    pose_bone = armature.pose.bones[bone]
+    pose_bone.rotation_mode = 'XYZ'
+    pose_bone.rotation_euler = (math.radians(degrees), 0.0, 0.0)
+    update()
+    update()  # controls that went along have their place after this one
+
+
+def skinned(obj, armature, points, volume=False):
+    """n x 3: where skinning by the book has the n x 3 points of the key, from the bones' matrices."""
+    turn = np.array(armature.pose.bones["Lower"].matrix @ armature.data.bones["Lower"].matrix_local.inverted())
+    share = lower_share(obj)[:, None]
+    if not volume:
+        return (1.0 - share) * points + share * (points @ turn[:3, :3].T + turn[:3, 3])
+    return np.array([_by_dual_quaternions(turn, float(each), point) for each, point in zip(share, points, strict=True)])
+
+
+def _by_dual_quaternions(turn, share, point):
+    """Kavan et al. 2007, for two bones of which one is at rest."""
+    from mathutils import Matrix, Quaternion, Vector
+
+    matrix = Matrix(turn.tolist())
+    real = matrix.to_quaternion()
+    dual = 0.5 * (Quaternion((0.0, *matrix.translation)) @ real)
+    sign = -1.0 if real.w < 0.0 else 1.0
+    real = np.array((1.0 - share, 0.0, 0.0, 0.0)) + sign * share * np.array(real)
+    dual = sign * share * np.array(dual)
+    length = float(np.linalg.norm(real))
+    real, dual = Quaternion(real / length), Quaternion(dual / length)
+    offset = 2.0 * (dual @ real.conjugated())
+    return np.array(real @ Vector(point.tolist())) + np.array(offset)[1:]
+
+
+def seen(obj):
+    """n x 3 float64: where the vertices of the mesh are seen, in the object's space."""
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    points = np.array([vertex.co for vertex in evaluated.data.vertices], np.float64)
+    return points[: len(obj.data.vertices)]
+
+
+def size(obj):
+    return float(np.linalg.norm(np.ptp([vertex.co for vertex in obj.data.vertices], axis=0)))
+
+
+def handle(obj, name, indices, live=True):
+    """The control of a new handle of these vertices; Live comes on with the first."""
+    if name not in obj.vertex_groups:
+        steps.add_group(obj, name, indices)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.add_handle(group=name, live=live) == {'FINISHED'}
+    update()
+    return obj.meanvalue.anchor_groups[name].control
+
+
+def pin(obj, name, indices):
+    steps.add_group(obj, name, indices)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.add_pin(group=name) == {'FINISHED'}
+    update()
+
+
+def move_in_world(control, offset):
+    world = control.matrix_world.copy()
+    world.translation = [a + b for a, b in zip(world.translation, offset, strict=True)]
+    control.matrix_world = world
+    update()
+
+
+def update():
+    bpy.context.view_layer.update()

@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Grab tool, by the mouse: from a fresh mesh to a drag, its size, pins, Local View, Finish."""
+
+import sys
+
+import bpy
+import numpy as np
+from harness import view
+from support import meshes
+
+TOOL = "meanvalue.grab"
+
+
+def ball():
+    """Looked up on every call: references do not survive undo."""
+    return bpy.data.objects["Ball"]
+
+
+def lines():
+    return ball().meanvalue.anchor_groups
+
+
+def _settled():
+    engine = sys.modules["meanvalue_deform.live.engine"]
+    follower = engine.follower_of(ball())
+    return follower is not None and follower.tick(ball()) is None and follower.is_caught_up
+
+
+def _seen():
+    mesh = ball().evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    positions = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", positions)
+    return positions.reshape(-1, 3)
+
+
+def _make_ball(ui, name="Ball", at=(0.0, 0.0, 0.0)):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=32, radius=2.0, location=at)
+    obj = bpy.context.object
+    obj.name = obj.data.name = name
+    for polygon in obj.data.polygons:
+        polygon.use_smooth = True
+    meshes.activate(obj)
+
+
+def _set_up(ui):
+    """A fresh ball and a look along y."""
+    _make_ball(ui)
+    ui.remember()
+    yield from ui.open_tab("Mean-Value")
+    yield from ui.move_mouse(*view.centre())
+    yield from ui.key('NUMPAD_1')
+    ui.frame_all()
+    yield from ui.pause(0.5)
+
+
+def _choose_tool():
+    """What a click at its button in the toolbar does."""
+    with view.override():
+        bpy.ops.wm.tool_set_by_id(name=TOOL)
+
+
+def _front(x=0.0, z=0.0):
+    """A place on the side of the ball that is seen."""
+    return x, -np.sqrt(4.0 - x * x - z * z), z
+
+
+def three_acts_from_a_fresh_mesh(ui):
+    yield from _set_up(ui)
+    rest = _seen()
+    _choose_tool()
+    start = ui.project(_front(z=1.2))
+    yield from ui.drag_mouse(start, (start[0] + 130, start[1] + 60), between=lambda step: ui.pause(0.1))
+    assert len(lines()) == 1, ui.reports()
+    yield from ui.wait_until(_settled, "the mesh has followed")
+    yield from ui.screenshot("grab_1_dragged")
+    pulled = _seen()
+    assert np.abs(pulled - rest).max() > 0.5
+    assert np.abs(pulled - rest)[rest[:, 2] < -1.0].max() == 0.0
+    assert bpy.context.object == lines()[0].control
+
+    yield from ui.undo()
+    assert len(lines()) == 0 and len(bpy.data.objects) == 1 and len(ball().vertex_groups) == 0
+    assert np.abs(_seen() - rest).max() < 1e-6
+    yield from ui.redo()
+    yield from ui.wait_until(_settled, "the redo has followed")
+    assert np.abs(_seen() - pulled).max() < 0.02
+
+    # A click on the handle selects it, a drag moves it, and it makes no second one.
+    meshes.activate(ball())
+    seen = ui.project(lines()[0].control.matrix_world.translation)
+    yield from ui.click(*seen)
+    assert any("is selected" in line for line in ui.reports()), ui.reports()
+    assert bpy.context.object == lines()[0].control
+    yield from ui.drag_mouse(seen, (seen[0] - 60, seen[1]))
+    yield from ui.wait_until(_settled, "the second drag has followed")
+    assert len(lines()) == 1 and np.abs(_seen() - pulled).max() > 0.2
+
+    # A second handle, without leaving Object Mode.
+    start = ui.project(_front(x=-1.2, z=-0.5))
+    yield from ui.drag_mouse(start, (start[0] - 90, start[1] - 40))
+    yield from ui.wait_until(_settled, "the second handle has followed")
+    assert len(lines()) == 2
+    yield from ui.screenshot("grab_2_second_handle")
+
+
+def escape_takes_all_back(ui):
+    yield from _set_up(ui)
+    rest = _seen()
+    _choose_tool()
+    start = ui.project(_front(z=1.0))
+    yield from _drag_open(ui, start, (start[0] + 100, start[1]))
+    assert len(lines()) == 1
+    yield from ui.key('ESC')
+    ui._send('LEFTMOUSE', 'RELEASE')
+    yield from ui.pause(0.3)
+    obj = ball()
+    assert len(lines()) == 0 and len(obj.vertex_groups) == 0 and obj.data.shape_keys is None
+    assert len(bpy.data.objects) == 1 and not obj.meanvalue.live and obj.meanvalue.roi_group == ""
+    assert np.array_equal(_seen(), rest)
+    assert bpy.context.object == obj and ui.status_text() is None
+
+    # Of a handle that is there only the drag is taken back.
+    yield from ui.drag_mouse(start, (start[0] + 60, start[1]))
+    yield from ui.wait_until(_settled, "the mesh has followed")
+    pulled = _seen()
+    seen = ui.project(lines()[0].control.matrix_world.translation)
+    yield from _drag_open(ui, seen, (seen[0], seen[1] + 80))
+    ui._send('RIGHTMOUSE', 'PRESS')
+    yield
+    ui._send('LEFTMOUSE', 'RELEASE')
+    yield from ui.wait_until(_settled, "the mesh is back")
+    assert len(lines()) == 1 and np.abs(_seen() - pulled).max() < 5e-3
+
+
+def the_wheel_changes_the_size(ui):
+    yield from _set_up(ui)
+    _choose_tool()
+    start = ui.project(_front(z=0.5))
+    yield from _drag_open(ui, start, (start[0] + 90, start[1] + 60))
+    yield from ui.pause(0.5)
+    yield from ui.screenshot("grab_3_size_before")
+    before = _region_size()
+    for _ in range(5):
+        yield from ui.key('WHEELUPMOUSE')
+    yield from ui.pause(0.5)
+    assert _region_size() > 2 * before
+    yield from ui.wait_until(_settled, "the mesh follows with the new size")
+    yield from ui.screenshot("grab_4_size_grown")
+    for _ in range(9):
+        yield from ui.key('LEFT_BRACKET')
+    yield from ui.pause(0.5)
+    assert _region_size() < before
+    ui._send('LEFTMOUSE', 'RELEASE')
+    yield from ui.wait_until(_settled, "the drag has ended")
+    yield from ui.screenshot("grab_5_size_shrunk")
+    with view.override():
+        tool = bpy.context.workspace.tools.from_space_view3d_mode('OBJECT')
+        assert abs(tool.operator_properties(TOOL).size - 0.2 * 1.15**-4) < 1e-3
+
+
+def shift_click_pins(ui):
+    yield from _set_up(ui)
+    rest = _seen()
+    _choose_tool()
+    pinned = ui.project(_front(x=0.5))
+    yield from ui.click(*pinned, shift=True)
+    assert [line.follows for line in lines()] == ['REST'], ui.reports()
+    start = ui.project(_front(x=-0.3))
+    yield from ui.drag_mouse(start, (start[0] - 100, start[1] + 40))
+    yield from ui.wait_until(_settled, "the mesh has followed")
+    members = handles_of("Pin")
+    assert np.abs(_seen() - rest)[members].max() == 0.0
+    yield from ui.screenshot("grab_6_pin")
+    yield from ui.drag_mouse(pinned, (pinned[0] + 50, pinned[1]))
+    assert any("is pinned here" in line for line in ui.reports()), ui.reports()
+    yield from ui.click(*pinned, shift=True)
+    assert [line.follows for line in lines()] == ['CONTROL']
+    yield from ui.wait_until(_settled, "the mesh has followed without the pin")
+
+
+def local_view(ui):
+    yield from _set_up(ui)
+    _make_ball(ui, "Front", (0.0, -5.0, 0.0))
+    meshes.activate(ball())
+    ui.remember()
+    _choose_tool()
+    ball().meanvalue.show_overlay = True
+    with view.override():
+        bpy.ops.view3d.localview()
+    yield from ui.pause(1.5)
+    start = ui.project(_front(z=0.8))
+    yield from ui.drag_mouse(start, (start[0] + 80, start[1] + 40))
+    assert len(lines()) == 1, ui.reports()
+    yield from ui.wait_until(_settled, "the mesh has followed")
+    control = lines()[0].control
+    assert control.visible_get(viewport=view.area().spaces.active)
+    yield from ui.screenshot("grab_7_local_view")
+    with view.override():
+        bpy.ops.view3d.localview()
+    yield from ui.pause(1.5)
+    # Outside of it the other ball is in front.
+    meshes.activate(ball())
+    start = ui.project((0.0, -7.0, 0.5))
+    yield from ui.drag_mouse(start, (start[0] + 50, start[1]))
+    assert bpy.context.object.name == "Front"
+    assert any("in front here" in line for line in ui.reports()), ui.reports()
+
+
+def finish(ui):
+    yield from _set_up(ui)
+    _choose_tool()
+    start = ui.project(_front(z=1.2))
+    yield from ui.drag_mouse(start, (start[0] + 100, start[1] + 60))
+    yield from ui.wait_until(_settled, "the mesh has followed")
+    pulled = _seen()
+    yield from ui.invoke("meanvalue.finish")
+    yield from ui.pause(0.3)
+    obj = ball()
+    assert len(lines()) == 0 and len(obj.vertex_groups) == 0 and len(bpy.data.objects) == 1
+    assert np.abs(_seen() - pulled).max() < 5e-3
+    assert [key.name for key in obj.data.shape_keys.key_blocks] == ["Basis", "Kept Pose"]
+    yield from ui.screenshot("grab_8_finished")
+    yield from ui.undo()
+    assert len(lines()) == 1 and lines()[0].control is not None
+    yield from ui.wait_until(_settled, "it is live again")
+    assert np.abs(_seen() - pulled).max() < 5e-3
+
+
+def a_press_beside_the_mesh_leaves_all_as_it_is(ui):
+    yield from _set_up(ui)
+    _choose_tool()
+    start = ui.project(_front(z=1.2))
+    yield from ui.click(*start)
+    assert len(lines()) == 0 and any("Press and drag" in line for line in ui.reports())
+    x, y = ui.project((0.0, 0.0, 2.0))
+    yield from ui.drag_mouse((x, y + 60), (x + 60, y + 60))
+    assert len(lines()) == 0 and ui.status_text() is None
+
+
+def picture_of_the_guide(ui):
+    """A head whose brow is pulled, with quads, loose parts and a modifier that makes vertices."""
+    bpy.ops.mesh.primitive_monkey_add(size=4.0)
+    obj = bpy.context.object
+    obj.name = "Ball"
+    shape = obj.modifiers.new("Finer", 'SUBSURF')
+    shape.levels = 2
+    bpy.ops.object.modifier_apply(modifier=shape.name)
+    obj.modifiers.new("Smooth", 'SUBSURF').levels = 1
+    for polygon in obj.data.polygons:
+        polygon.use_smooth = True
+    ui.remember()
+    yield from ui.open_tab("Mean-Value")
+    yield from ui.move_mouse(*view.centre())
+    yield from ui.key('NUMPAD_1')
+    ui.frame_all()
+    yield from ui.pause(0.5)
+    _choose_tool()
+    pinned = ui.project((0.0, -1.5, -1.4))
+    yield from ui.click(*pinned, shift=True)
+    start = ui.project((2.55, 0.0, 0.75))
+    yield from _drag_open(ui, start, (start[0] + 75, start[1] + 85))
+    yield from ui.wait_until(_settled, "the ear has followed")
+    yield from ui.screenshot("grab_9_guide")
+    during = _seen()
+    ui._send('LEFTMOUSE', 'RELEASE')
+    yield
+    assert [line.follows for line in lines()] == ['REST', 'CONTROL'], ui.reports()
+    yield from ui.wait_until(_settled, "the drag has ended")
+    assert np.abs(_seen() - during).max() < 0.01
+
+
+def handles_of(name):
+    group = ball().vertex_groups[name].index
+    return [
+        vertex.index for vertex in ball().data.vertices if any(element.group == group for element in vertex.groups)
+    ]
+
+
+def _region_size():
+    return len(handles_of(ball().meanvalue.roi_group))
+
+
+def _drag_open(ui, start, end):
+    """A drag with the button left down."""
+    yield from ui.move_mouse(*start)
+    ui._send('LEFTMOUSE', 'PRESS')
+    yield
+    yield from ui._glide(end, 4, None)
