@@ -7,6 +7,7 @@ import numpy as np
 
 from ..core import fixed_points, mirroring, twins, wording
 from ..errors import SceneError
+from . import rig_space
 
 #: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
 IN_PLANE = 1e-5
@@ -15,10 +16,7 @@ IN_PLANE = 1e-5
 RIGHT_ANGLE = 1e-5
 
 #: Modifiers above a Mirror that leave the vertices where they are. A Mesh Cache stands for the pose below it.
-KEEPING = {
-    'DATA_TRANSFER', 'MESH_CACHE', 'NORMAL_EDIT', 'UV_PROJECT', 'UV_WARP', 'VERTEX_WEIGHT_EDIT', 'VERTEX_WEIGHT_MIX',
-    'VERTEX_WEIGHT_PROXIMITY', 'WEIGHTED_NORMAL',
-}  # fmt: skip
+KEEPING = rig_space.HARMLESS | {'MESH_CACHE'}
 
 AXES = 'XYZ'
 

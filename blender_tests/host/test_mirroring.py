@@ -13,7 +13,7 @@ import meanvalue
 from support.mirrored_bodies import body, part
 
 from addon.core import mirroring, springs, twins
-from addon.core.bind_input import BindInput
+from addon.core.bind_input import BindInput, soft_border
 from addon.errors import SceneError
 
 AXES = [(0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2)]
@@ -31,12 +31,13 @@ def faces(triangles):
     return triangles.ravel().astype(np.int32), np.arange(0, triangles.size, 3, dtype=np.int32)
 
 
-def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None, roi=None):
-    """groups: lists of vertex numbers."""
+def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None, roi=None, freedom=None):
+    """groups: lists of vertex numbers; freedom: n weights of a soft region, or None."""
     anchors = np.sort(np.concatenate(groups)).astype(np.int32)
     pieces = np.array([next(n for n, group in enumerate(groups) if each in group) for each in anchors], np.int32)
     corners, starts = faces(triangles)
     roi = np.ones(len(vertices), bool) if roi is None else roi
+    border, border_strengths = (None, None) if freedom is None else soft_border(freedom, anchors, 10.0)
     return BindInput(
         rest=vertices.astype(np.float32),
         face_corners=corners,
@@ -50,6 +51,8 @@ def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None,
         strengths=springs.strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum())),
         planes=planes,
         twins=joined,
+        border=border,
+        border_strengths=border_strengths,
     )
 
 
@@ -462,3 +465,29 @@ def test_only_a_border_is_a_seam():
     one = np.zeros(len(numbers), bool)
     one[5] = True
     assert mirroring.is_a_border(one, *faces(own))
+
+
+def test_a_soft_border_is_that_of_the_body():
+    vertices, triangles = body()
+    freedom = np.clip((vertices[:, 2] + 2.0) / 3.0, 0.05, 1.0)
+    whole_body = bind_input(vertices, triangles, three_handles(vertices), freedom=freedom)
+    numbers, own = part(vertices, triangles, (0,))
+    _numbers, _own, given = half(vertices, triangles, (0,), three_handles, freedom=freedom[numbers])
+    whole = given.whole
+    assert len(own) and len(whole.border) == len(whole_body.border)
+    places = {
+        tuple(np.round(vertices[v], 4) + 0.0): s
+        for v, s in zip(whole_body.border, whole_body.border_strengths, strict=True)
+    }
+    expected = [places[tuple(np.round(whole.rest[v], 4) + 0.0)] for v in whole.border]
+    assert np.allclose(whole.border_strengths, expected)
+    assert not np.isin(whole.border, whole.anchors).any()
+
+
+def test_where_a_handle_holds_the_other_side_of_a_soft_border():
+    vertices, triangles = body()
+    freedom = np.where(vertices[:, 0] < 0.0, 0.5, 1.0)
+    right = np.flatnonzero(vertices[:, 0] > 0.7)
+    given = symmetric(vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), right], freedom=freedom)
+    assert np.isin(given.twins[0][right], given.border).any()
+    assert not np.isin(given.twins[0][right], given.whole.border).any()

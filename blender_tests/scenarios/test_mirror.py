@@ -216,6 +216,41 @@ def test_weights_and_merging_modifiers_above_are_no_matter():
     assert opening(obj) < CLOSED
 
 
+def test_what_deforms_the_mirrored_mesh():
+    """A lattice, rig or bend below the Mirror: the half is posed where it is seen, the seam stays in its plane."""
+    obj, control = halves.half(live=False)
+    bend = obj.modifiers.new("Bend", 'SIMPLE_DEFORM')
+    bend.deform_method, bend.deform_axis, bend.angle = 'BEND', 'X', 0.6
+    update()
+    plain = len(halves.evaluated(obj))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.1, 0.3, 0.2))
+    meshes.activate(obj)
+    steps.solve()
+    assert opening(obj) < CLOSED
+    assert np.abs(shown(obj) - rest(obj)).max() > 0.2
+    assert len(halves.evaluated(obj)) == plain
+
+
+def test_a_soft_border_of_the_region_across_the_seam():
+    obj, control = halves.half(live=False)
+    height = rest(obj)[:, 2]
+    group = obj.vertex_groups.new(name="Fading")
+    for number, weight in enumerate(np.clip((height + 0.5) / 1.5, 0.0, 1.0).tolist()):
+        if weight > 0.0:
+            group.add([number], weight, 'REPLACE')
+    obj.meanvalue.roi_group = "Fading"
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    move(control, (0.0, 0.3, 0.2))
+    meshes.activate(obj)
+    steps.solve()
+    assert opening(obj) < CLOSED
+    moved = np.abs(shown(obj) - rest(obj)).max(axis=1)
+    assert moved.max() > 0.25 and moved[height < -0.5].max() == 0.0
+
+
 def test_halves_that_do_not_touch_the_plane_are_posed_as_ever(part):
     obj, _control = halves.half(live=False, shift=(0.5, 0.0, 0.0))
     assert part("bridge.scene_input").gather(obj).planes is None
