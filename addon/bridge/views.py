@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What 3D Views show: has Blender draw when it has no reason of its own to."""
 
+import textwrap
+
 import bpy
 
 
@@ -21,3 +23,18 @@ def show_in_local_views(obj, beside):
             space = area.spaces.active
             if area.type == 'VIEW_3D' and space.local_view is not None and beside.local_view_get(space):
                 obj.local_view_set(space, True)
+
+
+def pop_up(title, text):
+    """A popup with `text` under the mouse, from where there is no context, as in timers."""
+    manager = bpy.context.window_manager
+    if not manager.windows:
+        return
+    lines = textwrap.wrap(text, 80)
+
+    def draw(popup, _context):
+        for line in lines:
+            popup.layout.label(text=line)
+
+    with bpy.context.temp_override(window=manager.windows[0]):
+        manager.popup_menu(draw, title=title, icon='ERROR')

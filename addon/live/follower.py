@@ -8,8 +8,9 @@ from ..bridge import bound_record, mesh_arrays, object_model, scene_input, shape
 from ..core import fingerprint, result
 from ..errors import SceneError, StaleBindingError
 from . import states
-from .following import Following, NotReadyError
+from .following import Following
 from .live_targets import LiveTargets
+from .states import NotReadyError
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver
 #: (its own tolerance is 1e-4): a shape that was reopened or undone is not written again.
