@@ -259,5 +259,3 @@ def _size(obj, points):
     extent = np.ptp(points, axis=0)
     whole = float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
     return float(np.clip(SIZE_OVER_PART * 0.5 * extent.max(), SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
-
-

@@ -168,9 +168,7 @@ def test_back_at_rest_the_key_is_a_corrective():
     turn = np.array(armature.pose.bones["Lower"].matrix @ armature.data.bones["Lower"].matrix_local.inverted())
     rigs.bend(armature, 0.0)
     share = rigs.lower_share(obj)[MIDDLE]
-    expected = [
-        np.linalg.solve((1.0 - each) * np.eye(3) + each * turn[:3, :3], np.array(OFFSET)) for each in share
-    ]
+    expected = [np.linalg.solve((1.0 - each) * np.eye(3) + each * turn[:3, :3], np.array(OFFSET)) for each in share]
     assert np.abs(rigs.seen(obj)[MIDDLE] - rest[MIDDLE] - expected).max() < NEAR * rigs.size(obj)
     rigs.bend(armature, 90.0)
     assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < NEAR * rigs.size(obj)
@@ -376,3 +374,82 @@ def test_undo_takes_a_move_on_a_rig_back():
     obj = bpy.data.objects["Arm"]
     update()
     assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < NEAR * rigs.size(obj)
+
+
+def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
+    obj, armature = rigs.arm()
+    rigs.bend(armature, 90.0)
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE, live=False)
+    rigs.move_in_world(control, OFFSET)
+    place = np.array(control.matrix_world.translation)
+    other = bpy.data.objects.new("Other", None)  # stays in the world, whatever the rig does
+    bpy.context.collection.objects.link(other)
+    other.location = place
+    update()
+    obj.meanvalue.anchor_groups["Part"].control = other
+    rest = armature.pose.bones["Lower"]
+    for frame, degrees in ((1, 90.0), (4, 30.0)):
+        rest.rotation_euler = (math.radians(degrees), 0.0, 0.0)
+        rest.keyframe_insert("rotation_euler", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 4
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "rig.blend"))
+    bpy.context.scene.frame_set(1)
+    before = rigs.seen(obj)[MIDDLE]
+    other.location.z += 0.5
+    update()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bake() == {'FINISHED'}
+    for frame in (1, 2, 3, 4):
+        bpy.context.scene.frame_set(frame)
+        moved = rigs.seen(obj)[MIDDLE] - before
+        assert np.abs(moved - (0.0, 0.0, 0.5)).max() < 3.0 * NEAR * rigs.size(obj), frame
+
+
+def test_what_is_not_seen_through_is_told_by_name(part):
+    obj, armature = linear()
+    obj.modifiers.new("Subdivision", 'SUBSURF')
+    obj.modifiers.new("Follow", 'SURFACE_DEFORM')
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.handle(obj, "Part", MIDDLE, live=False)
+    meshes.activate(obj)
+    bpy.ops.meanvalue.bind()
+    steps.solve()
+    assert "Move 'Follow' above 'Subdivision'" in part("bridge.rig_space").note(obj)
+
+
+@pytest.fixture
+def override(tmp_path):
+    """An override of an object of another file, whose mesh is linked."""
+    meshes.tube(name="Character")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.objects = ["Character"]
+    bpy.context.collection.objects.link(wanted.objects[0])
+    obj = wanted.objects[0].override_create(remap_local_usages=True)
+    update()
+    meshes.activate(obj)
+    return obj
+
+
+def test_an_override_is_told_what_helps(override, part):
+    problem = part("bridge.scene_input").object_problem(override)
+    assert "override" in problem and "Pose it in the file that it comes from" in problem and "library.blend" in problem
+    assert "no longer arrive" in problem  # what Make Local costs
+    assert not bpy.ops.meanvalue.add_handle.poll()
+
+
+def test_made_local_with_its_mesh_it_can_be_posed(override, part):
+    assert bpy.ops.object.make_local(type='SELECT_OBDATA') == {'FINISHED'}
+    obj = bpy.context.object
+    assert part("bridge.scene_input").object_problem(obj) is None
+    steps.add_group(obj, "Top", range(64, 72))
+    assert bpy.ops.meanvalue.add_handle(group="Top") == {'FINISHED'}
+
+
+def test_an_overridden_mesh_is_refused_since_its_keys_would_be_lost(override, part):
+    override.data.override_create(remap_local_usages=True)
+    assert "are not saved" in part("bridge.scene_input").object_problem(override)
