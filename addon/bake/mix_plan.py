@@ -47,7 +47,9 @@ class MixPlan(Rows):
         for row in range(begin, end):
             error, mix = "", None
             try:
-                mix = yield from mix_session.solve_steps(morpher, self.mix_input, self.values[row], execution)
+                mix = yield from mix_session.solve_steps(
+                    morpher, self.mix_input, self.values[row], execution
+                )
                 before = mix.positions.astype(np.float32)
             except CancelledError:
                 raise

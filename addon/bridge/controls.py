@@ -222,8 +222,10 @@ def depth(group):
 
 
 def reset(obj, groups):
-    """Puts controls back to where their handles are in the rest shape. Those that Add Handle made take the scale that the
-    object has now: a turn of them would shear else. Returns those of `groups` that are not at rest then."""
+    """Puts controls back to where their handles are in the rest shape. Returns those of `groups` that are elsewhere.
+
+    Those that Add Handle made take the scale that the object has now: a turn of them would shear else.
+    """
     for group in groups:
         if control_places.goes_along(obj, group):
             control_places.take_frame(group, control_places.unscaled(obj))

@@ -41,7 +41,7 @@ DEFORMING = {
     'WAVE',
 }
 
-#: Those of them that are tied to the vertices that they were given: behind one that makes vertices they do nothing here.
+#: Those of them that are tied to the vertices that they were given: behind what makes some they do nothing here.
 TIED = {'LAPLACIANDEFORM', 'MESH_DEFORM', 'SURFACE_DEFORM'}
 
 #: Modifiers that leave vertices alone.
@@ -146,7 +146,7 @@ def seen(obj, space, shape):
 
 @contextlib.contextmanager
 def evaluating(obj):
-    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen; None if Blender does not evaluate `obj`."""
+    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen; None if `obj` is not evaluated."""
     evaluated, carriers = _evaluated(obj)
     if evaluated is None:
         yield None

@@ -41,9 +41,9 @@ def _override_problem(obj):
     linked = (obj.override_library or obj.data.override_library).reference.library
     return (
         f"'{obj.name}' is a library override, of which handles and new shape keys are not saved. Pose it in the file "
-        f"that it comes from{f' ({linked.filepath})' if linked else ''}: its keys then arrive here too. To pose it here "
-        "alone, Object > Relations > Make Local > Selected Objects and Data ends the override: changes of that file "
-        "no longer arrive"
+        f"that it comes from{f' ({linked.filepath})' if linked else ''}: its keys then arrive here too. To pose it "
+        "here alone, Object > Relations > Make Local > Selected Objects and Data ends the override: changes of that "
+        "file no longer arrive"
     )
 
 

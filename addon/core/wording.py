@@ -37,7 +37,7 @@ def duration(value):
 
 
 def listed(words):
-    """ "a", "a and b", "a, b and c"."""
+    """"a", "a and b", "a, b and c"."""
     words = list(words)
     if len(words) < 2:
         return "".join(words)

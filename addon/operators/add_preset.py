@@ -54,5 +54,6 @@ class MEANVALUE_OT_add_preset(AddPresetBase, bpy.types.Operator):
 
     def _is_stored(self):
         return any(
-            bpy.utils.preset_find(self.name, self.preset_subdir, display_name=is_title) for is_title in (False, True)
+            bpy.utils.preset_find(self.name, self.preset_subdir, display_name=is_title)
+            for is_title in (False, True)
         )

@@ -28,8 +28,7 @@ Without FILE: an octopus that lifts a tentacle, and a figure-eight twisted by 90
 With FILE: your own mesh. Anchors hold the mesh; those that you move pull it along.
 Motion capture has a demo of its own: ./dev demo walk --help"""
 
-EXAMPLES = (
-    """\
+EXAMPLES = """\
 examples:
   A .blend whose active shape key has the anchor groups "hand" and "hips" where they should go:
     ./dev demo figure.blend --anchor-group hand hips
@@ -40,12 +39,9 @@ examples:
   A hand that swings upwards about a point of the arm; the arm and the shoulder may move:
     ./dev demo giant.obj --anchor hand=near:122,160,65,30 --roi near:90,185,24,88 --rotate Z 25 72,191,15
 
-A selection of vertices is written """
-    + SYNTAX
-    + """.
+A selection of vertices is written """ + SYNTAX + """.
 Coordinates, moves and rotation axes are the mesh's own (object space). A group turns first and moves then.
 What bends keeps its length if the centre of the turn is halfway between the anchors that turn and those that hold."""
-)
 
 
 @dataclass(frozen=True)
@@ -143,7 +139,9 @@ def add_pose_options(group):
 
 def add_picture_options(group):
     """What the pictures look like and where they go."""
-    group.add_argument("--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s")
+    group.add_argument(
+        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
+    )
     group.add_argument(
         "--camera",
         metavar=("AZIMUTH", "ELEVATION"),
@@ -165,7 +163,9 @@ def add_picture_options(group):
     group.add_argument(
         "--samples", metavar="N", type=int, default=32, help="Cycles samples per pixel; default: %(default)s"
     )
-    group.add_argument("--only", choices=("octopus", "figure_eight"), help="without FILE: just one of the two meshes")
+    group.add_argument(
+        "--only", choices=("octopus", "figure_eight"), help="without FILE: just one of the two meshes"
+    )
 
 
 def parse(argv):

@@ -9,7 +9,9 @@ from pathlib import Path
 def parser(name, description, subjects, only):
     """An ArgumentParser of `./dev demo NAME`. subjects: names that --only takes; only: its help."""
     made = argparse.ArgumentParser(prog=f"./dev demo {name}", description=description, allow_abbrev=False)
-    made.add_argument("--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s")
+    made.add_argument(
+        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
+    )
     made.add_argument("--only", choices=tuple(subjects), help=only)
     made.add_argument(
         "--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer"

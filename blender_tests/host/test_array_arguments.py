@@ -34,7 +34,9 @@ CALLS = {
     "start_bind": (lambda **arrays: meanvalue.start_bind(**arrays).result(), BOUND),
     "solve": (lambda **arrays: deformer().solve(**arrays), SOLVED),
     "start_solve": (lambda **arrays: deformer().start_solve(**arrays).result(), SOLVED),
-    **{name: (baseline(name), BASELINE) for name in ("laplacian", "laplacian_surface_editing", "pyramid", "arap")},
+    **{
+        name: (baseline(name), BASELINE) for name in ("laplacian", "laplacian_surface_editing", "pyramid", "arap")
+    },
 }
 FORM = {
     "vertices": "float", "targets": "float", "start": "float", "strengths": "float",
@@ -89,7 +91,9 @@ def test_masked_values_are_not_taken_for_values(call, argument):
         called(call, argument, masked)
 
 
-@pytest.mark.parametrize(("call", "argument"), [pair for pair in ARGUMENTS if of_kind(pair[1], ["whole numbers"])])
+@pytest.mark.parametrize(
+    ("call", "argument"), [pair for pair in ARGUMENTS if of_kind(pair[1], ["whole numbers"])]
+)
 @pytest.mark.parametrize("number", [2**64 - 1, 2**63, 2**31, -(2**31) - 1, -(2**63)])
 def test_a_number_out_of_range_is_told_as_it_was_given(call, argument, number):
     values = np.asarray(CALLS[call][1][argument]).astype(np.uint64 if number > 0 else np.int64)

@@ -23,6 +23,7 @@ FIGURE = ("Hips", (0.0, 0.0, 0.0), (*MOVES, "Zrotation", "Yrotation", "Xrotation
 LABELS = ("Hips", "Knee", "Knee_end", "Chest", "Head", "Head_end")
 
 
+
 def read_bvh(content, **options):
     return bvh_file.read(content, "walk.bvh", **options)
 
@@ -212,6 +213,7 @@ def test_rotations_keep_lengths():
         if joint.parent >= 0:
             lengths = np.linalg.norm(positions[:, index] - positions[:, joint.parent], axis=1)
             assert np.abs(lengths - np.linalg.norm(joint.offset)).max() < 1e-9
+
 
 
 def test_a_real_bvh_stands_on_its_feet():

@@ -21,6 +21,7 @@ HALF_STEP = 0.0001 / 2
 FLOAT_ERROR = 5e-7
 
 
+
 def read_c3d(content, **options):
     return c3d_file.read(content, "take.c3d", **options)
 
@@ -230,3 +231,4 @@ def test_more_labels_than_one_parameter_holds():
     assert take.labels == tuple(labels)
     short = read_c3d(capture_files.c3d(labels, positions, point={"LABELS2": None, "LABELS3": None}))
     assert short.labels[254:257] == ("M254", "Point 256", "Point 257")
+

@@ -20,6 +20,7 @@ METRES = walker.positions()
 FLOAT_ERROR = 5e-7
 
 
+
 def read_c3d(content, **options):
     return c3d_file.read(content, "take.c3d", **options)
 

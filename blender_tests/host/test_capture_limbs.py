@@ -139,7 +139,7 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
         foot = [walking_figure.LABELS.index(label) for label in walking_figure.FOOT_LABELS[side]]
         assert np.linalg.norm(captured - reference, axis=1)[foot].min() > 0.08
         assert np.linalg.norm(posed - reference, axis=1)[foot].max() < 0.03
-        heights = posed[foot, 2] - captured[foot, 2]
+        heights = (posed[foot, 2] - captured[foot, 2])
         assert np.ptp(heights) < 1e-9, "not tilted"
 
 

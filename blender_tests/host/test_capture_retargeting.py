@@ -105,7 +105,9 @@ def test_the_way_that_the_capture_looks_and_where_it_is_do_not_matter():
     walk, character = walking_figure.take(200), walking_figure.t_pose(0.7).clean[0]
     turn, shift = walking_figure.turn_z(np.array(2.1)), np.array([3.0, -7.0, 0.0])
     expected = retarget(walk.clean, REFERENCE, character, 100.0, NAMES) @ turn.T + shift
-    moved = retarget(walk.clean @ turn.T + shift, REFERENCE @ turn.T + shift, character @ turn.T + shift, 100.0, NAMES)
+    moved = retarget(
+        walk.clean @ turn.T + shift, REFERENCE @ turn.T + shift, character @ turn.T + shift, 100.0, NAMES
+    )
     assert np.abs(moved - expected).max() < 1e-6
 
 

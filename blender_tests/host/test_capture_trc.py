@@ -21,6 +21,7 @@ Y_UP = METRES[..., [0, 2, 1]] * (1.0, 1.0, -1.0)
 DECIMALS = 1e-8
 
 
+
 def read_trc(content, **options):
     return trc_file.read(content, "walk.trc", **options)
 
@@ -168,6 +169,7 @@ def test_trc_that_was_cut_off_gives_its_whole_rows_and_says_so():
 def test_damaged_trc_is_refused_with_its_line(change, words):
     with pytest.raises(MotionFileError, match=rf"^walk\.trc.*({words})"):
         read_trc(change(capture_files.trc(walker.LABELS, 1000.0 * Y_UP).decode()).encode())
+
 
 
 def test_rajagopal_has_41_markers_and_computed_points_are_left_out():

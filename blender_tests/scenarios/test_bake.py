@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking to a point cache: what plays, and what moves the handles."""
 
+
 import bpy
 import numpy as np
 import pytest

@@ -95,7 +95,9 @@ def test_absolute_keys_and_back(solved):
 
 
 def test_sub_frames_have_their_names_and_times(solved):
-    bake(target='SHAPE_KEYS', keys='EVERY', samples=2, frame_range='OWN', frame_start=-1, frame_end=1, prefix="é" * 19)
+    bake(
+        target='SHAPE_KEYS', keys='EVERY', samples=2, frame_range='OWN', frame_start=-1, frame_end=1, prefix="é" * 19
+    )
     names = baked_names(tube())
     assert names == [f"{'é' * 19} {frame}" for frame in ("-0001", "-0000.5", "0000", "0000.5", "0001")]
     assert all(name in tube().data.shape_keys.key_blocks for name in names)
@@ -113,7 +115,9 @@ def test_remove_bake_leaves_the_artists_keys_and_curves(solved):
     assert len(obj.data.shape_keys.key_blocks) > 3
     assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
     assert_same(before, snapshot(obj))
-    assert [curve.data_path for curve in curves(obj.data.shape_keys)] == ['key_blocks["Smile"].value']
+    assert [curve.data_path for curve in curves(obj.data.shape_keys)] == [
+        'key_blocks["Smile"].value'
+    ]
 
 
 def test_a_mesh_without_keys_is_without_keys_again(tmp_path):

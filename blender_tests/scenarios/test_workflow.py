@@ -37,7 +37,9 @@ def test_anchors_are_met_exactly():
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
     anchors = [0, 4, 20, 24]
-    assert np.array_equal(steps.key_positions(obj, "Mean-Value")[anchors], steps.key_positions(obj, "Pose")[anchors])
+    assert np.array_equal(
+        steps.key_positions(obj, "Mean-Value")[anchors], steps.key_positions(obj, "Pose")[anchors]
+    )
 
 
 def test_only_the_anchors_of_the_pose_key_count():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motion capture in the panel: import, match with lines, a point picked by a click. The pictures are for looking at.
 
-./dev test --only ui -k motion_capture
+    ./dev test --only ui -k motion_capture
 """
 
 import pathlib

@@ -164,6 +164,7 @@ class Recording:
         return labels, positions
 
 
+
 class _Names:
     """Makes names unique, and counts what it changed."""
 

@@ -208,3 +208,4 @@ def nearest_on_triangles(points, corners):
 
 def _unit(vectors):
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
+
