@@ -180,8 +180,8 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     roi_group: StringProperty(
         name="Region",
         description="Vertex group of the vertices that may move. Weights between 0 and 1 are a falloff: springs hold "
-        "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is free). "
-        "Without a group, the whole mesh may move",
+        "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is "
+        "free). Without a group, the whole mesh may move",
         maxlen=ids.NAME_LENGTH,
         update=_tell,
     )
