@@ -11,7 +11,7 @@ from support import figure_body, mesh_files, walking_figure
 @dataclass(frozen=True, eq=False)
 class Figure:
     """vertices (n, 3), Z up; polygons; bones {name: (head, tail, parent or None)}, parents first; weights {bone: (indices,
-    weights)}; arm (shoulder, elbow, wrist): joints; turns [(bone, axis, degrees)], in the world, in their order."""
+    weights)}; arm (shoulder, elbow): joints; turns [(bone, axis, degrees)], in the world, in their order."""
 
     title: str
     stem: str
@@ -54,7 +54,7 @@ def walker():
         body.quads,
         {bone: bones[bone] for bone in order},
         weights,
-        tuple(at[f"{joint}.L"] for joint in ("shoulder", "elbow", "wrist")),
+        (at["shoulder.L"], at["elbow.L"]),
         turns,
     )
 
@@ -82,7 +82,7 @@ def makehuman():
         [polygon for polygon in polygons if max(polygon) < count],
         bones,
         weights,
-        tuple(bones[bone][0] for bone in ("upperarm01.L", "lowerarm01.L", "wrist.L")),
+        (bones["upperarm01.L"][0], bones["lowerarm01.L"][0]),
         (("upperarm01.L", (0.0, 1.0, 0.0), -75.0), ("lowerarm01.L", (0.0, 0.6, 1.0), -115.0)),
     )
 

@@ -15,7 +15,7 @@ BODY_COLOUR = (0.60, 0.42, 0.33)
 MAKERS = {"walker": figures.walker, "makehuman": figures.makehuman}
 
 #: Of the length of the upper arm: how far around a joint the mesh may change, how big a handle is, how far it is moved.
-REACH, GRIP, PUSH = 0.42, 0.10, 0.10
+REACH, GRIP, PUSH = 0.55, 0.09, 0.09
 
 DESCRIPTION = """\
 Correctives on a posed rig: an elbow and a shoulder that skinning has collapsed are pushed out where they are seen, by
@@ -106,12 +106,16 @@ def turn(armature, bone, axis, degrees):
 
 def correct(figure, obj, skinned):
     """Pushes elbow and shoulder out by handles; returns how far they are off then, over the body's size."""
-    shoulder, elbow, wrist = (np.array(joint) for joint in figure.arm)
+    shoulder, elbow = (np.array(joint) for joint in figure.arm)
     length = float(np.linalg.norm(elbow - shoulder))
     near = [np.linalg.norm(figure.vertices - joint, axis=1) < REACH * length for joint in (shoulder, elbow)]
     scene_mesh.add_vertex_group(obj, "Joints", np.flatnonzero(near[0] | near[1]))
     obj.meanvalue.roi_group = "Joints"
-    parts = {"Elbow": outer(figure, skinned, elbow, length), "Shoulder": upper(figure, skinned, shoulder, length)}
+    tip, top = grip(figure, elbow, (0.0, 1.0, 0.0), length), grip(figure, shoulder, (0.0, 0.0, 1.0), length)
+    parts = {
+        "Elbow": (tip, PUSH * length * out_of_bend(figure, skinned, tip)),
+        "Shoulder": (top, PUSH * length * np.array((0.0, 0.0, 1.0))),
+    }
     goals = {}
     for name, (members, push) in parts.items():
         scene_mesh.add_vertex_group(obj, name, members)
@@ -127,32 +131,21 @@ def correct(figure, obj, skinned):
     return max(np.abs(after[parts[name][0]] - goal).max() for name, goal in goals.items()) / size
 
 
-def outer(figure, skinned, elbow, length):
-    """(vertices at the point of the elbow, where to push them): the outside of the bend, as seen."""
-    around = np.flatnonzero(np.linalg.norm(figure.vertices - elbow, axis=1) < 0.35 * length)
-    upper_end, lower_end = (skinned[_of_bone(figure, bone)].mean(axis=0) for bone, _, _ in figure.turns)
-    middle = skinned[around].mean(axis=0)
-    out = middle - 0.5 * (upper_end + lower_end)
-    out /= np.linalg.norm(out)
-    return _grip(skinned, around, out, length), PUSH * length * out
+def grip(figure, joint, side, length):
+    """The vertices at a joint on one of its sides, in the rest pose."""
+    tip = np.linalg.norm(figure.vertices - (joint + 0.2 * length * np.array(side)), axis=1).argmin()
+    return np.flatnonzero(np.linalg.norm(figure.vertices - figure.vertices[tip], axis=1) < GRIP * length)
 
 
-def upper(figure, skinned, shoulder, length):
-    """(vertices on top of the shoulder, where to push them)."""
-    around = np.flatnonzero(np.linalg.norm(figure.vertices - shoulder, axis=1) < 0.35 * length)
-    up = np.array((-0.1, 0.0, 1.0))
-    return _grip(skinned, around, up, length), PUSH * length * up
+def out_of_bend(figure, skinned, members):
+    """The direction, as seen, in which the outside of the elbow points."""
+    ends = [skinned[indices[weights > 0.9]].mean(axis=0) for indices, weights in _turned(figure)]
+    out = skinned[members].mean(axis=0) - 0.5 * (ends[0] + ends[1])
+    return out / np.linalg.norm(out)
 
 
-def _of_bone(figure, bone):
-    indices, weights = figure.weights[bone]
-    return indices[weights > 0.9]
-
-
-def _grip(skinned, around, direction, length):
-    """Those of the vertices `around` that are near the one that is farthest in a direction."""
-    tip = skinned[around][(skinned[around] @ direction).argmax()]
-    return around[np.linalg.norm(skinned[around] - tip, axis=1) < GRIP * length]
+def _turned(figure):
+    return [figure.weights[bone] for bone, _, _ in figure.turns]
 
 
 def seen(obj):
