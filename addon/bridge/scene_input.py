@@ -5,7 +5,7 @@ from .. import ids
 from ..core import springs, wording
 from ..core.bind_input import BindInput, anchor_layout, region_mask
 from ..errors import SceneError
-from . import controls, marker_pairs, shape_keys, targets, vertex_groups
+from . import carriers, marker_pairs, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
 
 
@@ -15,7 +15,7 @@ def subject(context):
     active = context.object
     if active is None or active.type == 'MESH':
         return active
-    return controls.carried_by(active) or marker_pairs.mesh_of_marker(active) or active
+    return carriers.carried_by(active) or marker_pairs.mesh_of_marker(active) or active
 
 
 def object_problem(obj):

@@ -89,7 +89,8 @@ class Following(Telling):
 
     def tick(self, obj):
         """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
-        self._advance(obj)
+        if self._job is None or self._job.is_finished or self.state is State.READING:
+            self._advance(obj)
         if self.state in {State.READING, State.CHECKING}:
             return states.TICK_SECONDS
         if self._job is not None:

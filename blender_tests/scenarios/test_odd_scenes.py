@@ -276,3 +276,30 @@ def test_a_render_right_after_a_drag_is_told(part, monkeypatch, status):
     engine.render_ended()
     text, is_problem = status(obj)
     assert is_problem and "render again" in text
+
+
+def test_polls_with_another_object_active_go_through_the_scene_once(part, monkeypatch):
+    obj, _control = handles.tube(live=False)
+    lone = bpy.data.objects.new("Lone", None)
+    bpy.context.collection.objects.link(lone)
+    meshes.activate(lone)
+    update()
+    controls, looked = part("bridge.controls"), []
+    carried_by = controls.carried_by
+    monkeypatch.setattr(controls, "carried_by", lambda control: looked.append(1) or carried_by(control))
+    subject = part("bridge.scene_input").subject
+    for step in range(20):
+        assert subject(bpy.context) == lone
+        lone.location.x = step
+        update()
+    assert len(looked) <= 2  # a new object is told of by the first
+    obj.meanvalue.anchor_groups["Top"].control = lone
+    assert subject(bpy.context) == obj
+    assert len(looked) <= 3
+    obj.meanvalue.anchor_groups["Top"].control = None
+    assert subject(bpy.context) == lone
+    obj.meanvalue.anchor_groups["Top"].control = lone
+    update()
+    bpy.data.objects.remove(obj)
+    update()
+    assert subject(bpy.context) == lone
