@@ -139,13 +139,10 @@ def grip(figure, joint, side, length):
 
 def out_of_bend(figure, skinned, members):
     """The direction, as seen, in which the outside of the elbow points."""
-    ends = [skinned[indices[weights > 0.9]].mean(axis=0) for indices, weights in _turned(figure)]
+    carried = [figure.weights[bone] for bone, _, _ in figure.turns]
+    ends = [np.average(skinned[indices], axis=0, weights=weights) for indices, weights in carried]
     out = skinned[members].mean(axis=0) - 0.5 * (ends[0] + ends[1])
     return out / np.linalg.norm(out)
-
-
-def _turned(figure):
-    return [figure.weights[bone] for bone, _, _ in figure.turns]
 
 
 def seen(obj):
