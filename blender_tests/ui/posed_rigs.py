@@ -62,8 +62,9 @@ def a_corrective_at_a_bent_elbow(ui):
     assert _is_where_seen("Elbow", MIDDLE)
     ui.frame_all()
     yield from ui.screenshot("rig_1_bent")
+    ui.remember()
     before = rigs.seen(arm())[MIDDLE]
-    shape = np.array(control("Elbow").matrix_world.translation)
+    place = np.array(control("Elbow").matrix_world.translation)
     counted.clear()
     put_back = _measured(counted)
     try:
@@ -72,7 +73,7 @@ def a_corrective_at_a_bent_elbow(ui):
         put_back()
     assert counted == []  # nor at the steps of a drag
     yield from ui.wait_until(_settled, "the drag is settled")
-    moved = np.array(control("Elbow").matrix_world.translation) - shape
+    moved = np.array(control("Elbow").matrix_world.translation) - place
     assert np.linalg.norm(moved) > 0.1
     assert np.abs(rigs.seen(arm())[MIDDLE] - before - moved).max() < 1e-3
     yield from ui.screenshot("rig_2_corrected")

@@ -15,7 +15,7 @@ BODY_COLOUR = (0.60, 0.42, 0.33)
 MAKERS = {"walker": figures.walker, "makehuman": figures.makehuman}
 
 #: Of the length of the upper arm: how far around a joint the mesh may change, how big a handle is, how far it is moved.
-REACH, GRIP, PUSH = 0.55, 0.09, 0.09
+REACH, GRIP, PUSH = 0.55, 0.11, 0.07
 
 DESCRIPTION = """\
 Correctives on a posed rig: an elbow and a shoulder that skinning has collapsed are pushed out where they are seen, by
@@ -43,9 +43,10 @@ def blocks(words, empty_scene):
 
 def text(version, found):
     """The report."""
-    return "\n".join([f"Correctives on posed rigs, add-on {version}, Blender {bpy.app.version_string}", ""] + [
-        line for block in found for line in block
-    ])
+    return "\n".join(
+        [f"Correctives on posed rigs, add-on {version}, Blender {bpy.app.version_string}", ""]
+        + [line for block in found for line in block]
+    )
 
 
 def one(figure, words, empty_scene):
@@ -116,19 +117,18 @@ def correct(figure, obj, skinned):
         "Elbow": (tip, PUSH * length * out_of_bend(figure, skinned, tip)),
         "Shoulder": (top, PUSH * length * np.array((0.0, 0.0, 1.0))),
     }
-    goals = {}
-    for name, (members, push) in parts.items():
+    for name, (members, _) in parts.items():
         scene_mesh.add_vertex_group(obj, name, members)
         bpy.context.view_layer.objects.active = obj
         pose.call(bpy.ops.meanvalue.add_handle, group=name)
         bpy.context.view_layer.update()
+    for name, (_, push) in parts.items():
         control = obj.meanvalue.anchor_groups[name].control
         control.matrix_world = Matrix.Translation(push) @ control.matrix_world
         bpy.context.view_layer.update()
-        goals[name] = skinned[members] + push
     size = float(np.linalg.norm(np.ptp(figure.vertices, axis=0)))
     after = seen(obj)
-    return max(np.abs(after[parts[name][0]] - goal).max() for name, goal in goals.items()) / size
+    return max(np.abs(after[members] - skinned[members] - push).max() for members, push in parts.values()) / size
 
 
 def grip(figure, joint, side, length):
