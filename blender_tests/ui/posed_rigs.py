@@ -36,7 +36,7 @@ def _measured(counted):
 
 
 def a_corrective_at_a_bent_elbow(ui):
-    obj, armature = rigs.arm()
+    obj, _armature = rigs.arm()
     ui.remember()
     yield from ui.open_tab("Mean-Value")
     rigs.pin(obj, "Bottom", BOTTOM)

@@ -10,8 +10,13 @@ from support import figure_body, mesh_files, walking_figure
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """vertices (n, 3), Z up; polygons; bones {name: (head, tail, parent or None)}, parents first; weights {bone: (indices,
-    weights)}; arm (shoulder, elbow): joints; turns [(bone, axis, degrees)], in the world, in their order."""
+    """vertices (n, 3), Z up, and polygons
+
+    bones    {name: (head, tail, name of the parent or None)}, parents first
+    weights  {bone: (indices, weights)}
+    arm      (shoulder, elbow): joints
+    turns    ((bone, axis, degrees), ...) in the world, in their order
+    """
 
     title: str
     stem: str
@@ -44,7 +49,7 @@ def walker():
         name, dot, side = bone.partition(".")
         head = at[heads.get(name, name) + dot + side]
         end = ends.get(name)
-        tail = at.get(f"{end}{dot}{side}", head + (0.0, 0.0, 0.1)) if end else head + np.array((0.0, -0.1, 0.0))
+        tail = at.get(f"{end}{dot}{side}", at.get(end)) if end else head + np.array((0.0, -0.1, 0.0))
         parent = parents.get(name)
         sided = parent in {"upper_arm", "thigh", "shank"}
         bones[bone] = (head, tail, None if parent is None else parent + (dot + side if sided else ""))
