@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 
+from .. import compat
 from ..core import motion
 from ..errors import SceneError
 from . import actions, control_places, rig_space, selection, shape_keys, vertex_groups, views
@@ -211,7 +212,7 @@ def is_selected(group):
     """Whether the artist has selected what carries the handle; a bone counts in Pose Mode, with its armature else."""
     carrier = mover(group)
     if isinstance(carrier, bpy.types.PoseBone) and group.control.mode == 'POSE':
-        return carrier.bone.select
+        return compat.is_bone_selected(carrier)
     return group.control.select_get()
 
 
