@@ -135,7 +135,8 @@ class Following(Telling):
             if looks or self.LOOKS_ALWAYS:
                 self._look(obj)
             self._collect_finished(obj)
-            if self._job is None and starts:
+            can_wait = looks and self.state is State.CHECKING  # for a tick: a handler is part of every step of a rig
+            if self._job is None and starts and not can_wait:
                 self._start_next(obj)
                 if self._job is not None and patience and self._job.wait(patience):
                     self._collect_finished(obj)

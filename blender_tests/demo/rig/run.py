@@ -25,6 +25,7 @@ the add-on's operators. Pictures of skinning alone, of the corrective, and of bo
 def options(argv):
     """The command line after `rig`."""
     parser = common_options.parser("rig", DESCRIPTION, MAKERS, "just one of the bodies")
+    parser.set_defaults(engine="workbench")  # shows folds best
     return common_options.parse(parser, argv)
 
 
