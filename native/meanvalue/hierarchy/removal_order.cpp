@@ -18,10 +18,6 @@ constexpr std::size_t kStepsPerRound = 128;
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-Candidate candidate(const RemovalLog::Turn& turn) {
-    return candidate(turn.cost_class, turn.vertex);
-}
-
 /// Removes one vertex after another and writes down what each removal needs to be undone.
 ///
 /// The vertex at its turn is the one with the lowest Candidate of all that wait: those whose ring has changed since
@@ -110,7 +106,7 @@ class Coarsening {
         for (; turn_ < earlier_->turns.size(); ++turn_) {
             const RemovalLog::Turn& turn = earlier_->turns[turn_];
             const State& state = states_[turn.vertex];
-            if (!state.is_astray) return candidate(turn);
+            if (!state.is_astray) return candidate(turn.cost_class, turn.vertex);
             if (turn.to >= 0 && !state.is_removed) lead_astray(turn.vertex);
         }
         for (Index v = 0; v < mesh_.vertex_count(); ++v) {
