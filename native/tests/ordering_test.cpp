@@ -5,6 +5,7 @@
 #include <set>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/linalg/dissection_tree.h"
 #include "meanvalue/linalg/elimination_tree.h"
 #include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/minimum_degree.h"
@@ -104,6 +105,48 @@ TEST(Separator, LeavesNoEdgeBetweenItsSides) {
 TEST(Separator, TwoRowsOfVerticesCutAGrid) {
     const Graph graph = graph_of(bilaplacian(grid(100, 20, 0.0)), Execution());
     EXPECT_LE(SeparatorFinder().find(graph, Execution()).weight[kSeparator], 44);
+}
+
+std::int64_t fill_of(const SparseMatrix& lower, const std::vector<Index>& order) {
+    return find_supernodes(lower, 1, Execution(), order).entry_count();
+}
+
+TEST(DissectionTree, LeadsAGraphAlongAnotherOfFewerAndOtherVertices) {
+    const Index side = 60;
+    const SparseMatrix fine = bilaplacian(grid(side, side, 0.1));
+    DissectionTree tree;
+    const std::vector<Index> order = nested_dissection(graph_of(fine, Execution()), 3, Execution(), &tree);
+    std::vector<Index> place(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k)
+        place[order[k]] = static_cast<Index>(k);
+
+    const Index rows = static_cast<Index>(order.size()) / side;
+    ASSERT_EQ(rows * side, fine.cols());
+    // Every other vertex of every other row: of the separators hardly anything is left.
+    const Index few = (side + 1) / 2;
+    const SparseMatrix coarse = bilaplacian(grid(few, (rows + 1) / 2, 0.1));
+    std::vector<Index> places;
+    for (Index row = 0; row < rows; row += 2) {
+        for (Index column = 0; column < side; column += 2)
+            places.push_back(place[row * side + column]);
+    }
+    ASSERT_EQ(static_cast<Index>(places.size()), coarse.cols());
+    const Graph graph = graph_of(coarse, Execution());
+    const std::vector<Index> along = nested_dissection_along(tree, places, graph, 1, Execution());
+    EXPECT_TRUE(is_permutation(along, graph.size()));
+    EXPECT_EQ(nested_dissection_along(tree, places, graph, 3, Execution()), along);
+    const auto own = static_cast<double>(fill_of(coarse, nested_dissection(graph, 1, Execution())));
+    EXPECT_LT(static_cast<double>(fill_of(coarse, along)), 1.15 * own);
+}
+
+TEST(DissectionTree, WhereItTellsNothingSeparatorsAreSoughtAfresh) {
+    const SparseMatrix lower = bilaplacian(grid(40, 40, 0.1));
+    const Graph graph = graph_of(lower, Execution());
+    std::vector<Index> places(graph.size());
+    std::iota(places.begin(), places.end(), 0);
+    const DissectionTree one_part({}, graph.size());
+    EXPECT_EQ(nested_dissection_along(one_part, places, graph, 1, Execution()),
+              nested_dissection(graph, 1, Execution()));
 }
 
 class OrderOf : public testing::TestWithParam<Case> {};

@@ -5,15 +5,14 @@
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/triangle_mesh.h"
-#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 
 std::size_t RegionShape::bytes() const {
     return encoding.bytes() + static_cast<std::size_t>(region.positions.size()) * sizeof(double) +
-           (region.vertices.size() + region.faces.size() + rings.offsets.size() + rings.vertices.size() +
-            elimination_order.size()) *
-               sizeof(Index);
+           (region.vertices.size() + region.faces.size() + rings.offsets.size() + rings.vertices.size()) *
+               sizeof(Index) +
+           elimination_order.bytes();
 }
 
 std::shared_ptr<const RegionShape> encode_shape(Region region, bool orders_unknowns, int threads,

@@ -13,6 +13,7 @@
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
+#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 
@@ -23,9 +24,8 @@ struct RegionShape {
     Encoding encoding;                  ///< by those rings
     Index detached_triangle_count = 0;  ///< see TriangleMesh
     double size = 0.0;                  ///< mean_diagonal()
-    std::vector<Index>
-        elimination_order;  ///< find_elimination_order(), or empty: for methods that have no use for it
-    Timings timings;        ///< seconds by stage
+    RegionOrder elimination_order;      ///< or empty: for methods that have no use for it
+    Timings timings;                    ///< seconds by stage
 
     std::size_t bytes() const;
 };

@@ -1,7 +1,6 @@
 #include "meanvalue/deform/bound_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
@@ -9,6 +8,7 @@
 #include "meanvalue/decode/fast/fast_decoder.h"
 #include "meanvalue/decode/full_decoder.h"
 #include "meanvalue/decode/paper_decoder.h"
+#include "meanvalue/deform/binding_input.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
@@ -17,97 +17,11 @@
 namespace meanvalue {
 namespace {
 
-constexpr double kMostRigidity = 1e9;  // beyond, single precision ends
-constexpr double kMostStrength = 1e9;
 // Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
 // minimum they end.
 constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
 constexpr double kFlatTolerance = 5e-5;
-
-/// Of the region's vertices: the handle of each anchor, -1 for the others; empty where none are given.
-std::vector<Index> handles_of_region(const Binding& binding, const Region& region) {
-    if (binding.handles.empty()) return {};
-    if (binding.handles.size() != binding.anchors.size()) {
-        throw InvalidInput(message("handles has ", binding.handles.size(), " numbers, but there are ",
-                                   binding.anchors.size(), " anchors; give one number for each"));
-    }
-    std::vector<Index> of_mesh(binding.vertices.rows(), -1);
-    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
-        if (binding.handles[k] < 0) {
-            throw InvalidInput(message("handles[", k, "] is ", binding.handles[k], "; give numbers from 0"));
-        }
-        of_mesh[binding.anchors[k]] = binding.handles[k];
-    }
-    std::vector<Index> result;
-    for (const Index v : region.vertices)
-        result.push_back(of_mesh[v]);
-    return result;
-}
-
-double rigidity_of(const Binding& binding) {
-    if (!binding.rigidity) return binding.method == Method::kFast ? kDefaultRigidity : 0.0;
-    if (!(*binding.rigidity >= 0.0) || !std::isfinite(*binding.rigidity)) {
-        throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give 0 or a positive number"));
-    }
-    if (*binding.rigidity > 0.0 && binding.method != Method::kFast) {
-        throw InvalidInput(
-            message("rigidity is ", *binding.rigidity, "; only method 'fast' has one: give 0 or None to the others"));
-    }
-    if (*binding.rigidity > kMostRigidity) {
-        throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give at most ", kMostRigidity));
-    }
-    return *binding.rigidity;
-}
-
-/// n flags, empty where all anchors are hard.
-std::vector<char> soft_flags(const Binding& binding) {
-    if (binding.strengths.empty()) return {};
-    if (binding.strengths.size() != binding.anchors.size()) {
-        throw InvalidInput(message("strengths has ", binding.strengths.size(), " numbers, but there are ",
-                                   binding.anchors.size(), " anchors; give one number for each"));
-    }
-    std::vector<char> flags;
-    for (std::size_t k = 0; k < binding.strengths.size(); ++k) {
-        const double strength = binding.strengths[k];
-        const Index v = binding.anchors[k];
-        const auto refuse = [&](const auto&... why) {
-            throw InvalidInput(message("strengths[", k, "], of vertex ", v, ", is ", strength, why...));
-        };
-        if (!(strength > 0.0)) refuse("; give a positive number, or infinity for an anchor that is met exactly");
-        if (std::isinf(strength)) continue;
-        if (binding.method != Method::kFast) {
-            refuse("; only method 'fast' has soft anchors: use it, or give infinity or None");
-        }
-        if (strength > kMostStrength) {
-            refuse("; give at most ", kMostStrength, ", or infinity for an anchor that is met exactly");
-        }
-        if (binding.roi && !(*binding.roi)[v]) {
-            refuse(
-                ", but lies outside the region of influence, where nothing is free; take it into the region, or give "
-                "infinity for an anchor that is met exactly");
-        }
-        flags.resize(binding.vertices.rows(), 0);
-        flags[v] = 1;
-    }
-    return flags;
-}
-
-/// In the region's vertex numbers. @param is_soft soft_flags().
-std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
-                                               const Region& region) {
-    if (is_soft.empty()) return {};
-    std::vector<Index> anchor_of(is_soft.size(), -1);
-    for (std::size_t k = 0; k < binding.anchors.size(); ++k)
-        anchor_of[binding.anchors[k]] = static_cast<Index>(k);
-    std::vector<SoftAnchor> result;
-    for (std::size_t v = 0; v < region.vertices.size(); ++v) {
-        if (!is_soft[region.vertices[v]]) continue;
-        const Index k = anchor_of[region.vertices[v]];
-        result.push_back({static_cast<Index>(v), k, binding.strengths[k]});
-    }
-    return result;
-}
 
 PairBytes pair_bytes_of(Method method) {
     switch (method) {

@@ -1,15 +1,13 @@
 #include <algorithm>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <queue>
 
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/encoding/ring_encoder.h"
-#include "meanvalue/encoding/ring_extension.h"
 #include "meanvalue/hierarchy/collapse_cost.h"
-#include "meanvalue/hierarchy/fixed_parts.h"
 #include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/hierarchy/removal_rules.h"
+#include "meanvalue/hierarchy/removal_turns.h"
 #include "meanvalue/mesh/ring_mesh.h"
 
 namespace meanvalue {
@@ -19,49 +17,6 @@ namespace {
 constexpr std::size_t kStepsPerRound = 128;
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-
-// Costs of a class count as equal; 2^kFineBits classes to a doubling are as good as none, 2^kCoarseBits are 19 %
-// wide. The sign and the exponent of a double take the rest of the 32 bits that a class has.
-constexpr int kFineBits = 20;
-constexpr int kCoarseBits = 2;
-constexpr std::uint64_t kNoClass = 0xffffffff;
-
-/// Positive numbers are ordered as their bits are, so that the leading bits are a class.
-class CostClasses {
-  public:
-    explicit CostClasses(int bits) : shift_(52 - bits) {}
-
-    std::uint32_t of(double cost) const {
-        std::uint64_t bits = 0;
-        std::memcpy(&bits, &cost, sizeof(bits));
-        return static_cast<std::uint32_t>(bits >> shift_);
-    }
-
-    double lowest_cost(std::uint32_t cost_class) const {
-        const std::uint64_t bits = std::uint64_t{cost_class} << shift_;
-        double cost = 0.0;
-        std::memcpy(&cost, &bits, sizeof(cost));
-        return cost;
-    }
-
-  private:
-    int shift_;
-};
-
-/// A place in the queue: first by class, then by vertex number. So the order is the same everywhere, and vertices of
-/// a class are mostly visited in an order in which neighbours, and what is known of them, are near each other in
-/// memory.
-using Candidate = std::uint64_t;
-
-Candidate candidate(std::uint64_t cost_class, Index vertex) {
-    return cost_class << 32 | static_cast<std::uint32_t>(vertex);
-}
-
-Candidate candidate(const RemovalLog::Turn& turn) {
-    return candidate(turn.cost_class, turn.vertex);
-}
-
-constexpr Candidate kLastCandidate = std::numeric_limits<Candidate>::max();
 
 /// Removes one vertex after another and writes down what each removal needs to be undone.
 ///
@@ -78,25 +33,25 @@ class Coarsening {
         : earlier_(earlier),
           mesh_(rings, execution),
           positions_(positions),
-          is_fixed_(is_fixed),
+          rules_(mesh_, rings, positions, is_fixed, options),
           threads_(threads),
           execution_(execution),
           classes_(options.exact_order ? kFineBits : kCoarseBits),
           work_(execution),
           unit_(cost_unit(rings, positions, execution)),
           cost_(positions, unit_),
-          encoder_(positions),
           states_(is_fixed.size()),
           recorder_(rings.vertex_count()) {
-        if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
-        if (!options.is_soft.empty())
-            soft_parts_ = find_fixed_parts(rings, positions, options.is_soft, options.handles);
-        if (earlier_ != nullptr) find_astray();
+        if (earlier_ != nullptr) {
+            const std::vector<char> held_otherwise = rules_.held_otherwise(*earlier_);
+            for (std::size_t v = 0; v < states_.size(); ++v)
+                states_[v].is_astray = held_otherwise[v] != 0;
+        }
         std::vector<Candidate> candidates(is_fixed.size(), kNoClass << 32);
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
             CollapseCost cost(positions_, unit_);
             for (Index v = begin; v < end; ++v) {
-                if (states_[v].is_astray && is_removable(v) && is_short(v) && look_at(v, cost)) {
+                if (states_[v].is_astray && may_go(v) && look_at(v, cost)) {
                     states_[v].waits = true;
                     candidates[v] = candidate(states_[v].cost_class, v);
                 }
@@ -124,25 +79,12 @@ class Coarsening {
 
     Index remaining() const { return remaining_; }
 
-    /// Rings of the mesh as it is, of all vertices that are left.
-    OneRings present_rings() const {
-        OneRings rings;
-        rings.offsets.reserve(states_.size() + 1);
-        rings.kinds.reserve(states_.size());
-        rings.closed.reserve(states_.size());
-        execution_.check();
-        for (Index v = 0; v < mesh_.vertex_count(); ++v) {
-            const RingView ring = mesh_.ring(v);
-            rings.append(ring.begin(), ring.end(), mesh_.kind(v), ring.closed);
-        }
-        return rings;
-    }
-
+    OneRings present_rings() const { return mesh_.present_rings(execution_); }
     Splits take_splits() { return recorder_.take(threads_, execution_); }
     const std::vector<SoftMerge>& soft_merges() const { return soft_merges_; }
     bool is_removed(Index vertex) const { return states_[vertex].is_removed; }
 
-    RemovalLog take_log() { return {std::move(turns_), is_fixed_, std::move(parts_), std::move(soft_parts_)}; }
+    RemovalLog take_log() { return rules_.log_of(std::move(turns_)); }
 
   private:
     using Queue = std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>>;
@@ -157,16 +99,6 @@ class Coarsening {
         bool is_blocked = false;  // it could not be removed at its turn, and its ring is the same since
     };
 
-    /// Those that are held in another way than then.
-    void find_astray() {
-        const std::vector<char> by_part = changed_members(earlier_->fixed_parts, parts_, states_.size());
-        const std::vector<char> by_soft_part = changed_members(earlier_->soft_parts, soft_parts_, states_.size());
-        for (std::size_t v = 0; v < states_.size(); ++v) {
-            states_[v].is_astray =
-                by_part[v] != 0 || by_soft_part[v] != 0 || (is_fixed_[v] != 0) != (earlier_->is_fixed[v] != 0);
-        }
-    }
-
     /// The candidate of the next turn in the log whose vertex is where it was then. What is there when others went is
     /// astray from there on, and everything at the end.
     Candidate next_logged() {
@@ -174,7 +106,7 @@ class Coarsening {
         for (; turn_ < earlier_->turns.size(); ++turn_) {
             const RemovalLog::Turn& turn = earlier_->turns[turn_];
             const State& state = states_[turn.vertex];
-            if (!state.is_astray) return candidate(turn);
+            if (!state.is_astray) return candidate(turn.cost_class, turn.vertex);
             if (turn.to >= 0 && !state.is_removed) lead_astray(turn.vertex);
         }
         for (Index v = 0; v < mesh_.vertex_count(); ++v) {
@@ -189,7 +121,7 @@ class Coarsening {
         State& state = states_[vertex];
         if (state.is_astray || state.is_removed) return;
         state.is_astray = true;
-        if (!state.is_blocked && is_removable(vertex) && is_short(vertex) && look_at(vertex, cost_)) enqueue(vertex);
+        if (!state.is_blocked && may_go(vertex) && look_at(vertex, cost_)) enqueue(vertex);
     }
 
     /// All neighbours of the vertex.
@@ -242,34 +174,11 @@ class Coarsening {
         if (to >= 0) remove(vertex, to, order);
     }
 
-    bool is_removable(Index vertex) const {
-        if (!mesh_.is_manifold(vertex)) return false;
-        if (is_soft(vertex)) return !soft_parts_.is_extreme[vertex];
-        return !is_fixed_[vertex] || (!parts_.part.empty() && !parts_.is_extreme[vertex]);
-    }
-
-    /// Whether it can have a collapse at all. Looking at longer rings, at each change of one, would be cubic in the
-    /// valence; such a vertex is looked at once its ring has shrunk.
-    bool is_short(Index vertex) const { return mesh_.ring(vertex).valence <= RingMesh::kLongestRemovable; }
-
-    bool is_soft(Index vertex) const { return !soft_parts_.part.empty() && soft_parts_.part[vertex] >= 0; }
-
-    /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones. The same
-    /// holds for soft ones.
-    bool may_become(Index vertex, Index to) const {
-        if (is_soft(vertex)) return soft_parts_.part[vertex] == soft_parts_.part[to];
-        return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to];
-    }
-
-    /// The cheapest collapse below `limit`, or one of that cost that leads nowhere.
-    Collapse cheapest(Index vertex, double limit, CollapseCost& cost) const {
-        cost.look_at(vertex, mesh_.ring(vertex));
-        return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
-    }
+    bool may_go(Index vertex) const { return rules_.is_removable(vertex) && rules_.is_short(vertex); }
 
     /// @return whether it may be merged into anything.
     bool look_at(Index vertex, CollapseCost& cost) {
-        const Collapse found = cheapest(vertex, kUnlimited, cost);
+        const Collapse found = rules_.cheapest(vertex, kUnlimited, cost);
         set_best(vertex, found);
         return found.to >= 0;
     }
@@ -294,12 +203,12 @@ class Coarsening {
         for (const Index neighbour : ring)
             work_.add(mesh_.ring(neighbour).valence);
         // A fixed vertex is never put back, so it needs no stencil.
-        if (!is_fixed_[vertex] && !has_good_stencil(vertex, ring)) return -1;
+        if (!rules_.is_fixed(vertex) && !rules_.has_good_stencil(vertex)) return -1;
         const Index to = states_[vertex].to;
         if (mesh_.can_collapse(vertex, to)) return to;
         cost_.look_at(vertex, ring);
         const auto is_legal = [&](Index target) {
-            return may_become(vertex, target) && mesh_.can_collapse(vertex, target);
+            return rules_.may_become(vertex, target) && mesh_.can_collapse(vertex, target);
         };
         return cost_.cheapest(kUnlimited, is_legal).to;
     }
@@ -307,7 +216,7 @@ class Coarsening {
     void remove(Index vertex, Index to, std::vector<Index>& order) {
         const RingView ring = mesh_.ring(vertex);
         order.push_back(vertex);
-        if (!is_fixed_[vertex]) {
+        if (!rules_.is_fixed(vertex)) {
             recorder_.add(vertex, ring);
             --remaining_;
         }
@@ -315,11 +224,11 @@ class Coarsening {
         // What follows waits for memory more than it computes: all that it will read is asked for at once.
         for (const Index neighbour : neighbours_) {
             __builtin_prefetch(&states_[neighbour]);
-            if (!is_short(neighbour)) continue;
+            if (!rules_.is_short(neighbour)) continue;
             for (const Index second : mesh_.ring(neighbour))
                 __builtin_prefetch(positions_.row(second).data());
         }
-        if (is_soft(vertex)) soft_merges_.push_back({vertex, to});
+        if (rules_.is_soft(vertex)) soft_merges_.push_back({vertex, to});
         mesh_.collapse(vertex, to);
         states_[vertex].is_removed = true;
         for (const Index neighbour : neighbours_)
@@ -334,24 +243,18 @@ class Coarsening {
             if (goes_astray) go_astray(vertex);
             return;
         }
-        if (!is_removable(vertex) || !is_short(vertex)) return;
+        if (!may_go(vertex)) return;
         if (!state.waits) {
             if (look_at(vertex, cost_)) enqueue(vertex);
             return;
         }
         // Costs mostly rise as the mesh gets coarser. How far is found out when its turn comes; only a fall, which is
         // quick to rule out, changes its place now.
-        const Collapse cheaper = cheapest(vertex, classes_.lowest_cost(state.cost_class), cost_);
+        const Collapse cheaper = rules_.cheapest(vertex, classes_.lowest_cost(state.cost_class), cost_);
         state.is_fresh = cheaper.to >= 0;
         if (!state.is_fresh) return;
         set_best(vertex, cheaper);
         enqueue(vertex);
-    }
-
-    /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
-    bool has_good_stencil(Index vertex, const RingView& ring) {
-        if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
-        return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
     }
 
     const RemovalLog* earlier_;  // nullptr once it was followed to its end
@@ -359,16 +262,13 @@ class Coarsening {
     std::vector<RemovalLog::Turn> turns_;
     RingMesh mesh_;
     const PositionsView& positions_;
-    const std::vector<char>& is_fixed_;
+    RemovalRules rules_;
     int threads_;
     const Execution& execution_;
     CostClasses classes_;
     WorkMeter work_;
     double unit_;  // of costs
     CollapseCost cost_;
-    RingEncoder encoder_;
-    FixedParts parts_;       // empty where no fixed vertex may be removed
-    FixedParts soft_parts_;  // the same of soft vertices; empty where there are none
     std::vector<SoftMerge> soft_merges_;
     std::vector<State> states_;
     Queue candidates_;
@@ -378,11 +278,6 @@ class Coarsening {
 };
 
 }  // namespace
-
-std::size_t RemovalLog::bytes() const {
-    return turns.capacity() * sizeof(Turn) + is_fixed.capacity() +
-           (fixed_parts.part.capacity() + soft_parts.part.capacity()) * (sizeof(Index) + 1);
-}
 
 RemovalOrder find_removal_order(const OneRings& rings, const PositionsView& positions,
                                 const std::vector<char>& is_fixed, const CoarseningOptions& options, int threads,

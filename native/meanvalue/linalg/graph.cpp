@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace meanvalue {
 namespace {
@@ -123,6 +124,10 @@ Graph contracted(const Graph& graph, const VertexGroups& groups, const Execution
         result.offsets.push_back(static_cast<std::int64_t>(result.neighbours.size()));
     }
     return result;
+}
+
+Graph contracted_columns(Graph columns, const VertexGroups& groups, const Execution& execution) {
+    return groups.count() == columns.size() ? std::move(columns) : contracted(columns, groups, execution);
 }
 
 }  // namespace meanvalue

@@ -45,4 +45,7 @@ VertexGroups group_same_columns(const Graph& graph, const Execution& execution);
 /// A vertex for each group. @throws Cancelled.
 Graph contracted(const Graph& graph, const VertexGroups& groups, const Execution& execution);
 
+/// The same, of columns: the graph itself where each is a group of its own.
+Graph contracted_columns(Graph columns, const VertexGroups& groups, const Execution& execution);
+
 }  // namespace meanvalue

@@ -68,11 +68,25 @@ class PartQueue {
     bool stopped_ = false;
 };
 
+/// What to dissect along.
+struct Pattern {
+    const DissectionTree& tree;
+    const std::vector<Index>& places;  // of each vertex in the order of that
+};
+
 /// What one thread works with.
 class Dissection {
   public:
-    Dissection(const Graph& whole, std::vector<Index>& order, PartQueue& queue, const Execution& execution)
-        : whole_(whole), order_(order), queue_(queue), execution_(execution), local_(whole.size(), -1) {}
+    Dissection(const Graph& whole, std::vector<Index>& order, PartQueue& queue, const Pattern* along,
+               const Execution& execution)
+        : whole_(whole),
+          order_(order),
+          queue_(queue),
+          along_(along),
+          execution_(execution),
+          local_(whole.size(), -1) {}
+
+    const std::vector<DissectionTree::Part>& parts() const { return parts_; }
 
     /// Takes apart what is connected of `graph` without its separator, and fills the places of that.
     void split(const Graph& graph, const Separation& separation, const std::vector<Index>& names, Index place) {
@@ -83,6 +97,7 @@ class Dissection {
             Part part = component_of(graph, separation, v, names);
             part.place = place;
             place += part.graph.size();
+            parts_.push_back({part.place, place});
             if (part.graph.size() <= kLeaf) {
                 order_leaf(part);
             } else {
@@ -95,7 +110,7 @@ class Dissection {
     }
 
     void dissect(const Part& part) {
-        const Separation separation = finder_.find(part.graph, execution_);
+        const Separation separation = separate(part);
         if (separation.weight[kLeft] > 0 && separation.weight[kRight] > 0) {
             split(part.graph, separation, part.names, part.place);
         } else if (part.graph.size() <= kLargestLeaf) {
@@ -106,6 +121,14 @@ class Dissection {
     }
 
   private:
+    Separation separate(const Part& part) {
+        if (along_ == nullptr) return finder_.find(part.graph, execution_);
+        places_.clear();
+        for (const Index name : part.names)
+            places_.push_back(along_->places[name]);
+        return finder_.find_near(part.graph, along_->tree.separate(part.graph, places_), execution_);
+    }
+
     /// Numbered breadth first: what is near in the graph is near in memory.
     Part component_of(const Graph& graph, const Separation& separation, Index seed, const std::vector<Index>& names) {
         WorkMeter work(execution_);
@@ -158,7 +181,10 @@ class Dissection {
     const Graph& whole_;
     std::vector<Index>& order_;
     PartQueue& queue_;
+    const Pattern* along_;
     const Execution& execution_;
+    std::vector<DissectionTree::Part> parts_;
+    std::vector<Index> places_;
     SeparatorFinder finder_;
     MinimumDegree minimum_degree_;
     std::vector<Index> number_;    // of a vertex in its part
@@ -167,21 +193,29 @@ class Dissection {
     std::vector<Index> around_;    // the leaf and what surrounds it
 };
 
-}  // namespace
-
-std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution) {
+std::vector<Index> dissect(const Graph& graph, const Pattern* along, int threads, const Execution& execution,
+                           DissectionTree* tree) {
     std::vector<Index> order(graph.size());
+    std::vector<DissectionTree::Part> parts;
+    std::mutex mutex;
     PartQueue queue;
+    const auto collect = [&](const Dissection& dissection) {
+        if (tree == nullptr) return;
+        const std::lock_guard<std::mutex> lock(mutex);
+        parts.insert(parts.end(), dissection.parts().begin(), dissection.parts().end());
+    };
     {
         Separation nothing;
         nothing.side.assign(graph.size(), kLeft);
         std::vector<Index> names(graph.size());
         std::iota(names.begin(), names.end(), 0);
-        Dissection(graph, order, queue, execution).split(graph, nothing, names, 0);
+        Dissection dissection(graph, order, queue, along, execution);
+        dissection.split(graph, nothing, names, 0);
+        collect(dissection);
     }
     run_workers(threads, [&](int) {
         try {
-            Dissection dissection(graph, order, queue, execution);
+            Dissection dissection(graph, order, queue, along, execution);
             Part part;
             while (queue.pop(part)) {
                 execution.check();
@@ -189,12 +223,27 @@ std::vector<Index> nested_dissection(const Graph& graph, int threads, const Exec
                 part = Part();
                 queue.finish_one();
             }
+            collect(dissection);
         } catch (...) {
             queue.stop();
             throw;
         }
     });
+    if (tree != nullptr) *tree = DissectionTree(std::move(parts), graph.size());
     return order;
+}
+
+}  // namespace
+
+std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution,
+                                     DissectionTree* tree) {
+    return dissect(graph, nullptr, threads, execution, tree);
+}
+
+std::vector<Index> nested_dissection_along(const DissectionTree& tree, const std::vector<Index>& places,
+                                           const Graph& graph, int threads, const Execution& execution) {
+    const Pattern along{tree, places};
+    return dissect(graph, &along, threads, execution, nullptr);
 }
 
 }  // namespace meanvalue

@@ -153,4 +153,11 @@ Separation SeparatorFinder::find(const Graph& graph, const Execution& execution)
     return std::move(separations.front());
 }
 
+Separation SeparatorFinder::find_near(const Graph& graph, Separation start, const Execution& execution) {
+    const std::int64_t most = most_of(graph);
+    if (start.weight[kLeft] > 0 && start.weight[kRight] > 0) refinement_.refine(graph, start, most, execution);
+    const bool is_good = start.weight[kLeft] > 0 && start.weight[kRight] > 0 && start.rank(most)[0] == 0;
+    return is_good ? std::move(start) : find(graph, execution);
+}
+
 }  // namespace meanvalue

@@ -15,6 +15,8 @@ class SeparatorFinder {
     /// The same for the same graph, always. A side may be empty where the graph has no good separator.
     /// @param graph connected, of two vertices or more. @throws Cancelled.
     Separation find(const Graph& graph, const Execution& execution);
+    /// One that is begun from `start`, where that leads to two sides; else as above.
+    Separation find_near(const Graph& graph, Separation start, const Execution& execution);
 
   private:
     Separation grow(const Graph& graph, Index seed, const Execution& execution);

@@ -259,8 +259,7 @@ SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const 
                                   const std::vector<Index>& order) {
     Graph columns = graph_of(lower, execution);
     const VertexGroups groups = group_same_columns(columns, execution);
-    const Graph graph = contracted(columns, groups, execution);
-    columns = Graph();
+    const Graph graph = contracted_columns(std::move(columns), groups, execution);
     const Elimination elimination = eliminated(
         graph, order.empty() ? nested_dissection(graph, threads, execution) : in_order(groups, order), execution);
     return PatternBuilder(elimination, groups, SupernodeMerging(elimination).begins()).build(execution);

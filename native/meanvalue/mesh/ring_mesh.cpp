@@ -95,4 +95,17 @@ void RingMesh::erase(Index vertex, Index neighbour) {
     --heads_[vertex].valence;
 }
 
+OneRings RingMesh::present_rings(const Execution& execution) const {
+    OneRings rings;
+    rings.offsets.reserve(heads_.size() + 1);
+    rings.kinds.reserve(heads_.size());
+    rings.closed.reserve(heads_.size());
+    execution.check();
+    for (Index v = 0; v < vertex_count(); ++v) {
+        const RingView around = ring(v);
+        rings.append(around.begin(), around.end(), kind(v), around.closed);
+    }
+    return rings;
+}
+
 }  // namespace meanvalue

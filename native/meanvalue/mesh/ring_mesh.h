@@ -49,6 +49,9 @@ class RingMesh {
     /// Removes `from`; its triangles close up at `to`. @pre can_collapse(from, to).
     void collapse(Index from, Index to);
 
+    /// Of all vertices that are left.
+    OneRings present_rings(const Execution& execution) const;
+
     /// Rings that grow stop here.
     static constexpr Index kLongestRing = 16;
     /// A vertex with a longer ring has no collapse: that of `to`, of two vertices or more, would gain all of it but

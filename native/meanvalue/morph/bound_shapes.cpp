@@ -1,14 +1,11 @@
 #include "meanvalue/morph/bound_shapes.h"
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/encoder.h"
-#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/disjoint_sets.h"
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/fixed_vertices.h"
@@ -22,10 +19,6 @@ namespace {
 constexpr double kMostRigidity = 1e9;
 // On the diagonal of the constant matrix, as a share of itself: as in FastDecoder.
 constexpr double kLeastDiagonal = 1e-9;
-// What a part's own turn counts beside the fit: it decides where average positions cancel each other.
-constexpr double kTurnShare = 1e-4;
-// What a vertex without a weight counts when a graft is placed.
-constexpr double kLeastCount = 1e-3;
 
 double rigidity_of(const MorphBinding& binding) {
     const double rigidity = binding.rigidity.value_or(kDefaultRigidity);
@@ -220,90 +213,6 @@ void Morpher::Bound::factorise(const DeformationEnergy& energy, const Unknowns& 
     if (!result.analysed()) result.analyse(hessian, execution, threads);
     if (!result.factorise(hessian, execution, threads))
         throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
-}
-
-Morpher::Bound::Overlay Morpher::Bound::overlay(const ShapeWeights& weights, const Execution& execution) const {
-    if (!weights.is_uniform()) return graft(weights, execution);
-    Overlay result;
-    result.sizes = cells->common_sizes(weights.mean());
-    result.turn = cells->whole_turn(weights.mean());
-    Vector3 middle = Vector3::Zero();
-    for (std::size_t k = 0; k < shapes.size(); ++k)
-        middle += weights.mean()[k] * Vector3(shapes[k].colwise().mean());
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-        Similarity place;
-        place.scale = result.sizes[k];
-        place.translation = middle - place.scale * Vector3(shapes[k].colwise().mean());
-        result.places.push_back(place);
-    }
-    return result;
-}
-
-Morpher::Bound::Overlay Morpher::Bound::graft(const ShapeWeights& weights, const Execution& execution) const {
-    const Encoding& layout = encodings->layout();
-    const auto most = static_cast<std::size_t>(std::max_element(weights.mean().begin(), weights.mean().end()) -
-                                               weights.mean().begin());
-    Overlay result;
-    result.turn = cells->whole(most);
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-        // The border of shape k counts by how much its weight changes from a vertex to its ring.
-        std::vector<Index> border;
-        std::vector<double> changes(layout.vertex_count(), 0.0);
-        for (Index v = 0; v < layout.vertex_count(); ++v) {
-            execution.check_every(v);
-            for (Index place = layout.ring_offsets[v]; place < layout.ring_offsets[v + 1]; ++place)
-                changes[v] += std::abs(weights.of(v)[k] - weights.of(layout.ring[place])[k]);
-            if (changes[v] > 0.0) border.push_back(v);
-        }
-        Similarity place;
-        if (k != most) {
-            if (border.size() < 3) {
-                border = unknowns.free;
-                changes.clear();
-            }
-            place = fit_similarity(shapes[k], shapes[most], border, changes);
-        }
-        result.places.push_back(place);
-        result.sizes.push_back(place.scale);
-        result.frames.push_back(result.turn.transpose() * place.rotation * cells->whole(k));
-    }
-    for (Index v = 0; v < layout.vertex_count(); ++v)
-        result.counts.push_back(std::max(weights.of(v)[most], kLeastCount));
-    return result;
-}
-
-Positions Morpher::Bound::linear_blend(const ShapeWeights& weights, const Overlay& overlay, int threads,
-                                       const Execution& execution) const {
-    Positions blend(shapes[0].rows(), 3);
-    parallel_for(static_cast<Index>(blend.rows()), threads, execution, [&](Index begin, Index end) {
-        for (Index v = begin; v < end; ++v) {
-            Vector3 sum = Vector3::Zero();
-            for (std::size_t k = 0; k < shapes.size(); ++k)
-                sum += weights.of(v)[k] * overlay.places[k].apply(shapes[k].row(v));
-            blend.row(v) = sum.transpose();
-        }
-    });
-    return blend;
-}
-
-void Morpher::Bound::place(const Positions& onto, const std::vector<double>& counts, bool skip_anchored,
-                           Positions& positions) const {
-    for (std::size_t part = 0; part < parts.members.size(); ++part) {
-        if (skip_anchored && parts.is_anchored[part]) continue;
-        const std::vector<Index>& all = parts.members[part];
-        std::vector<Index> held;
-        if (parts.is_anchored[part])
-            std::copy_if(all.begin(), all.end(), std::back_inserter(held), [&](Index v) { return is_fixed[v]; });
-        const std::vector<Index>& by = held.size() >= 3 ? held : all;
-        const Correlation sums = correlate(positions, onto, by.data(), by.size(), counts);
-        const double share =
-            kTurnShare * std::sqrt(sums.from_spread * sums.to_spread) + kTurnShare * sums.from_spread;
-        const Matrix3 rotation = fit_rotation(sums.covariance + share * Matrix3::Identity());
-        for (const Index v : all) {
-            const Vector3 offset = Vector3(positions.row(v)) - sums.from_centre;
-            positions.row(v) = (sums.to_centre + rotation * offset).transpose();
-        }
-    }
 }
 
 std::size_t Morpher::Bound::bytes() const {

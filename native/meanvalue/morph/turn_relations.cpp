@@ -17,13 +17,8 @@
 namespace meanvalue {
 namespace {
 
-// Enough patches for every finger, few enough for a millisecond.
-constexpr Index kPatches = 1200;
 constexpr int kMostSteps = 4;
 constexpr double kStepTolerance = 1e-2;  // radians; the next step is far below
-// Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
-constexpr double kSpreads = 1.5;
-constexpr double kLeastShare = 1e-2;
 
 /// The vector of a rotation by a small angle, times the sine of that over itself.
 Vector3 small_turn(const Matrix3& r) {
@@ -39,104 +34,10 @@ std::size_t bytes_of(const std::vector<T>& items) {
 
 TurnRelations::TurnRelations(const Encoding& layout, const std::vector<Vector3>& turns, Index shape_count,
                              const Execution& execution)
-    : layout_(layout), shape_count_(shape_count) {
-    find_patches(execution);
-    spread_shares(execution);
+    : layout_(layout), shape_count_(shape_count), patches_(layout, execution), patch_count_(patches_.count()) {
     relate(turns, execution);
     factorise(execution);
     connect(execution);
-}
-
-/// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
-void TurnRelations::find_patches(const Execution& execution) {
-    const Index vertices = layout_.vertex_count();
-    const Index most = std::max<Index>(1, (vertices + kPatches - 1) / kPatches);
-    patch_of_.assign(vertices, -1);
-    std::vector<Index> seeds;
-    std::vector<char> is_seed(vertices, 0);
-    std::vector<Index> members;
-    for (Index first = 0; first < vertices; ++first) {
-        execution.check_every(first);
-        if (patch_of_[first] >= 0 || !layout_.predictable(first)) continue;
-        seeds.assign(1, first);
-        for (std::size_t next = 0; next < seeds.size(); ++next) {  // a part of the mesh, patch after patch outwards
-            if (patch_of_[seeds[next]] >= 0) continue;
-            members.assign(1, seeds[next]);
-            patch_of_[seeds[next]] = patch_count_;
-            Index neighbour = -1;
-            for (std::size_t k = 0; k < members.size(); ++k) {
-                for (Index place = layout_.ring_offsets[members[k]]; place < layout_.ring_offsets[members[k] + 1];
-                     ++place) {
-                    const Index v = layout_.ring[place];
-                    if (!layout_.predictable(v)) continue;
-                    if (patch_of_[v] >= 0) {
-                        if (patch_of_[v] != patch_count_) neighbour = patch_of_[v];
-                    } else if (static_cast<Index>(members.size()) < most) {
-                        patch_of_[v] = patch_count_;
-                        members.push_back(v);
-                    } else if (!is_seed[v]) {
-                        is_seed[v] = 1;
-                        seeds.push_back(v);
-                    }
-                }
-            }
-            if (neighbour >= 0 && static_cast<Index>(members.size()) * 3 < most) {
-                for (const Index v : members)
-                    patch_of_[v] = neighbour;
-                sizes_[neighbour] += static_cast<Index>(members.size());
-            } else {
-                sizes_.push_back(static_cast<Index>(members.size()));
-                ++patch_count_;
-            }
-        }
-    }
-}
-
-void TurnRelations::spread_shares(const Execution& execution) {
-    const Index vertices = layout_.vertex_count();
-    std::vector<std::vector<Share>> shares(vertices);
-    for (Index v = 0; v < vertices; ++v) {
-        if (patch_of_[v] >= 0) shares[v] = {{patch_of_[v], 1.0}};
-    }
-    const double across = std::sqrt(static_cast<double>(vertices) / std::max<Index>(1, patch_count_));
-    const int rounds = across < 1.5 ? 0 : static_cast<int>(kSpreads * across + 0.5);
-    std::vector<double> sums(patch_count_, 0.0);
-    std::vector<Index> seen;
-    for (int round = 0; round < rounds; ++round) {
-        std::vector<std::vector<Share>> spread(vertices);
-        for (Index v = 0; v < vertices; ++v) {
-            execution.check_every(v);
-            seen.clear();
-            const auto add = [&](Index from, double factor) {
-                for (const Share& share : shares[from]) {
-                    if (sums[share.patch] == 0.0) seen.push_back(share.patch);
-                    sums[share.patch] += factor * share.share;
-                }
-            };
-            const Index begin = layout_.ring_offsets[v];
-            const Index end = layout_.ring_offsets[v + 1];
-            if (begin < end) add(v, 1.0);
-            for (Index place = begin; place < end; ++place)
-                add(layout_.ring[place], 1.0 / (end - begin));
-            std::sort(seen.begin(), seen.end());
-            double kept = 0.0;
-            for (const Index patch : seen) {
-                if (sums[patch] > 2.0 * kLeastShare) {
-                    spread[v].push_back({patch, sums[patch]});
-                    kept += sums[patch];
-                }
-                sums[patch] = 0.0;
-            }
-            for (Share& share : spread[v])
-                share.share /= kept;
-        }
-        shares = std::move(spread);
-    }
-    share_start_.assign(1, 0);
-    for (Index v = 0; v < vertices; ++v) {
-        shares_.insert(shares_.end(), shares[v].begin(), shares[v].end());
-        share_start_.push_back(static_cast<Index>(shares_.size()));
-    }
 }
 
 /// The mean turns of patches, and those between neighbours.
@@ -147,14 +48,14 @@ void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& e
     std::map<std::pair<Index, Index>, double> edges;
     for (Index v = 0; v < layout_.vertex_count(); ++v) {
         execution.check_every(v);
-        if (patch_of_[v] < 0) continue;
+        if (patches_.of[v] < 0) continue;
         for (std::size_t k = 0; k < count; ++k) {
-            sums[patch_of_[v] * count + k] += rotation_by(turns[v * count + k]);
-            turns_[patch_of_[v] * count + k] += turns[v * count + k] / sizes_[patch_of_[v]];
+            sums[patches_.of[v] * count + k] += rotation_by(turns[v * count + k]);
+            turns_[patches_.of[v] * count + k] += turns[v * count + k] / patches_.sizes[patches_.of[v]];
         }
         for (Index place = layout_.ring_offsets[v]; place < layout_.ring_offsets[v + 1]; ++place) {
-            const Index other = patch_of_[layout_.ring[place]];
-            if (other >= 0 && other != patch_of_[v]) edges[std::minmax(patch_of_[v], other)] += 0.5;
+            const Index other = patches_.of[layout_.ring[place]];
+            if (other >= 0 && other != patches_.of[v]) edges[std::minmax(patches_.of[v], other)] += 0.5;
         }
     }
     std::vector<Matrix3> means(sums.size());
@@ -221,7 +122,7 @@ std::vector<Matrix3> TurnRelations::follow(const std::vector<Matrix3>& between,
             const auto& [patch, from, pair] = tree_[end];
             if (patch != from)
                 found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].transpose());
-            sum += sizes_[patch] * in_space[patch] * found[patch].transpose();
+            sum += patches_.sizes[patch] * in_space[patch] * found[patch].transpose();
             ++end;
         } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
         const Matrix3 whole = closest_rotation(sum);
@@ -258,9 +159,9 @@ std::vector<double> TurnRelations::weights_of_patches(const ShapeWeights& weight
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<double> result(patch_count_ * count, 0.0);
     for (Index v = 0; v < layout_.vertex_count(); ++v) {
-        if (patch_of_[v] < 0) continue;
+        if (patches_.of[v] < 0) continue;
         for (std::size_t k = 0; k < count; ++k)
-            result[patch_of_[v] * count + k] += weights.of(v)[k] / sizes_[patch_of_[v]];
+            result[patches_.of[v] * count + k] += weights.of(v)[k] / patches_.sizes[patches_.of[v]];
     }
     return result;
 }
@@ -319,16 +220,16 @@ void TurnRelations::correct(const ShapeWeights& weights, const std::vector<Matri
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             Vector3 sum = Vector3::Zero();
-            for (Index k = share_start_[v]; k < share_start_[v + 1]; ++k)
-                sum += shares_[k].share * corrections[shares_[k].patch];
+            for (Index k = patches_.share_start[v]; k < patches_.share_start[v + 1]; ++k)
+                sum += patches_.shares[k].share * corrections[patches_.shares[k].patch];
             rotations[v] = rotation_by(sum) * rotations[v];
         }
     });
 }
 
 std::size_t TurnRelations::bytes() const {
-    return bytes_of(patch_of_) + bytes_of(sizes_) + bytes_of(turns_) + bytes_of(pairs_) + bytes_of(relative_) +
-           bytes_of(tree_) + bytes_of(share_start_) + bytes_of(shares_) + factor_.bytes();
+    return patches_.bytes() + bytes_of(turns_) + bytes_of(pairs_) + bytes_of(relative_) + bytes_of(tree_) +
+           factor_.bytes();
 }
 
 }  // namespace meanvalue

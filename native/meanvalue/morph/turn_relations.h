@@ -7,6 +7,7 @@
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/shape_weights.h"
 #include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/morph/cell_patches.h"
 
 namespace meanvalue {
 
@@ -41,13 +42,7 @@ class TurnRelations {
         Index from;        // itself, where a part of the mesh begins
         std::size_t pair;  // of both
     };
-    struct Share {
-        Index patch;
-        double share;
-    };
 
-    void find_patches(const Execution& execution);
-    void spread_shares(const Execution& execution);
     void relate(const std::vector<Vector3>& turns, const Execution& execution);
     void factorise(const Execution& execution);
     void connect(const Execution& execution);
@@ -58,15 +53,12 @@ class TurnRelations {
 
     const Encoding& layout_;
     Index shape_count_;
-    Index patch_count_ = 0;
-    std::vector<Index> patch_of_;     // n: -1 for vertices without a ring
-    std::vector<Index> sizes_;        // of the patches
-    std::vector<Vector3> turns_;      // patches x k
-    std::vector<Pair> pairs_;         // a < b, ascending
-    std::vector<Vector3> relative_;   // pairs x k: of b against a, in the frame of a
-    std::vector<Step> tree_;          // every patch once, after the one that it is reached from
-    std::vector<Index> share_start_;  // n + 1
-    std::vector<Share> shares_;       // of patches in the cells
+    CellPatches patches_;
+    Index patch_count_;
+    std::vector<Vector3> turns_;     // patches x k
+    std::vector<Pair> pairs_;        // a < b, ascending
+    std::vector<Vector3> relative_;  // pairs x k: of b against a, in the frame of a
+    std::vector<Step> tree_;         // every patch once, after the one that it is reached from
     SupernodalFactor factor_;
 };
 

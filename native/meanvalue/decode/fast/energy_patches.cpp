@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 
-#include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/encoding/predictor.h"
+#include "meanvalue/decode/fast/row_filler.h"
 
 namespace meanvalue {
 namespace {
@@ -17,110 +15,8 @@ namespace {
 // limbs turn about their anchors. docs/decisions/0007-rigidity.md has what was measured.
 constexpr double kLoneAnchorWeight = 70.0;
 
-// How many times rigidity counts in a row: the least, where the shape is flat at rest; what is added for each unit of
-// its mean curvature at rest, (1/r1 + 1/r2) D; and the most, reached by limbs of radius D/100. The thinner a limb,
-// the less its strain costs beside its curvature, and it rolls about its axis: docs/decisions/0007-rigidity.md.
-constexpr double kLeastRigidity = 0.8;
-constexpr double kRigidityByCurvature = 0.016;
-constexpr double kMostRigidity = 2.4;
-
-// Of the sums of norms that find_stiff_spokes() looks at: below this a row is left alone; of what is above, its bound
-// counts by the second number, since norms are large and signs differ. docs/decisions/0011-constant-matrix.md.
-constexpr double kLeastStiffness = 0.4;
-constexpr double kShareOfBound = 0.3;
-// A sum counts as no more than this: the factor in single precision must still tell what such springs do not hold.
-constexpr double kMostStiffness = 100.0;
-
-// Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
-constexpr double kShortestEdge = 1e-9;
 // Rows of a patch: the more, the fewer points are in several patches, and the fewer lanes are left over.
 constexpr std::size_t kPatchRows = 2048;
-
-/// A weight, of which the share of all weights is given: 1 at none of it, itself at all.
-double share_of(double weight, double by_length) {
-    return by_length == 1.0 ? weight : power(weight, by_length);
-}
-
-/// How many times rigidity counts in a row. @param spokes `valence` of them.
-double rigidity_of(const Spoke* spokes, Index valence, double size) {
-    Vector3 area = Vector3::Zero();
-    Vector3 sum = Vector3::Zero();
-    double squares = 0.0;
-    for (Index k = 0; k < valence; ++k) {
-        area += spokes[k].rest.cross(spokes[k + 1 == valence ? 0 : k + 1].rest);
-        sum += spokes[k].rest;
-        squares += spokes[k].rest.squaredNorm();
-    }
-    // A sphere's vertex lies |e|^2 / 2r over a neighbour: their sum is that of the squares times (1/r1 + 1/r2) / 4.
-    const double scale = area.norm() * squares;
-    const double curvature = scale > 0.0 ? 4.0 * std::abs(area.dot(sum)) / scale : 0.0;
-    return std::min(kLeastRigidity + kRigidityByCurvature * curvature * size, kMostRigidity);
-}
-
-/// Writes what rows have of an encoding and of cells to where they are in the patches.
-class RowFiller {
-  public:
-    RowFiller(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
-              double by_length, EnergyPatches& result)
-        : encoding_(encoding),
-          unknowns_(unknowns),
-          cells_(cells),
-          size_(size),
-          by_length_(by_length),
-          result_(result) {}
-
-    void fill(RowBatch& batch) {
-        spokes_.resize(batch.valence);
-        for (int lane = 0; lane < kRowLanes; ++lane) {
-            const bool left_over = batch.row[lane] < 0;
-            const std::size_t row = batch.row[left_over ? 0 : lane];
-            const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
-            measure(row, ring, spokes_.data());  // of a lane left over: the first row's again
-            batch.softening.value[lane] = ring.softening;
-            for (Index k = 0; k < batch.valence; ++k) {
-                BendingLanes& bending = result_.bending_lanes[batch.first + k];
-                bending.weight.value[lane] = ring.weights[k];
-                bending.height.value[lane] = ring.heights[k];
-                StretchingLanes& stretching = result_.stretching_lanes[batch.first + k];
-                stretching.spoke.value[lane] = left_over ? 0.0 : spokes_[k].spoke;
-                stretching.rim.value[lane] = left_over ? 0.0 : spokes_[k].rim;
-                EdgeLanes& edge = result_.edge_lanes[batch.first + k];
-                const Vector3& rest = spokes_[k].rest;
-                edge.x.value[lane] = rest.x();
-                edge.y.value[lane] = rest.y();
-                edge.z.value[lane] = rest.z();
-            }
-        }
-    }
-
-    void fill(const SingleRow& single) {
-        const EncodedRing ring = encoding_.ring_of(unknowns_.rows[single.row]);
-        measure(single.row, ring, result_.single_spokes.data() + single.first_spoke);
-    }
-
-  private:
-    /// Its spokes, by the rigidity of the row, and 1 / h_i^2 into the row's bending.
-    void measure(std::size_t row, const EncodedRing& ring, Spoke* spokes) {
-        const double length =
-            measure_spokes(cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]], ring.valence, spokes);
-        const double mean = std::max(length, kShortestEdge * size_);
-        result_.bending[row] = 1.0 / (mean * mean);
-        if (by_length_ == 0.0) return;
-        const double rigidity = share_of(rigidity_of(spokes, ring.valence, size_), by_length_);
-        for (Index k = 0; k < ring.valence; ++k) {
-            spokes[k].spoke *= rigidity;
-            spokes[k].rim *= rigidity;
-        }
-    }
-
-    const Encoding& encoding_;
-    const Unknowns& unknowns_;
-    const RestCells& cells_;
-    double size_;
-    double by_length_;  // 0: all rows count alike
-    EnergyPatches& result_;
-    std::vector<Spoke> spokes_;
-};
 
 class PatchBuilder {
   public:
@@ -310,44 +206,6 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     }
 }
 
-/// Rows whose prediction changes far more with their ring than its weights say: next to sharp tips and in slivers the
-/// ring's normal turns, or lengths change, with every small move. The constant matrix knows the weights alone,
-/// (I - W), and some dozen such rows in a model would shorten every step of the whole. With N_k = dF_i/dv_k - w_k I,
-/// which sum to zero, |sum_k N_k (u_k - u_i)|^2 <= (sum_k |N_k|) sum_k |N_k| |u_k - u_i|^2: as many springs along the
-/// spokes. Rows with a small sum have none: it would only make turning them as stiff.
-void find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                       const Execution& execution, EnergyPatches& rows) {
-    std::vector<Matrix3> blocks;
-    std::vector<double> norms;
-    std::vector<Index> numbers;
-    Positions around;  // the vertex: its ring
-    for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
-        execution.check_every(row);
-        EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
-        blocks.resize(ring.valence);
-        norms.resize(ring.valence);
-        const Vector3* const edges = cells.edges.data() + encoding.ring_offsets[unknowns.rows[row]];
-        if (around.rows() < ring.valence) around.resize(ring.valence, 3);
-        for (Index k = 0; k < ring.valence; ++k)
-            around.row(k) = -edges[k];
-        while (numbers.size() < static_cast<std::size_t>(ring.valence))
-            numbers.push_back(static_cast<Index>(numbers.size()));
-        ring.ring = numbers.data();
-        predict_with_jacobian(ring, around, blocks.data());
-        double sum = 0.0;
-        for (Index k = 0; k < ring.valence; ++k) {
-            norms[k] = (blocks[k] - ring.weights[k] * Matrix3::Identity()).norm();
-            sum += norms[k];
-        }
-        if (!(sum > kLeastStiffness) || !std::isfinite(sum)) continue;
-        const double counted = std::min(sum, kMostStiffness);
-        const double excess = (counted - kLeastStiffness * kLeastStiffness / counted) * counted / sum;
-        for (Index k = 0; k < ring.valence; ++k)
-            rows.stiff_spokes.push_back(
-                {static_cast<Index>(row), k, kShareOfBound * rows.bending[row] * excess * norms[k]});
-    }
-}
-
 template <typename T>
 std::size_t bytes_of(const std::vector<T>& items) {
     return items.capacity() * sizeof(T);
@@ -367,7 +225,7 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
     }
     builder.begin_patch();
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
-    find_stiff_spokes(encoding, unknowns, cells, execution, result);
+    result.stiff_spokes = find_stiff_spokes(encoding, unknowns, cells, result.bending, execution);
     execution.check();
     result.points.shrink_to_fit();
     return result;

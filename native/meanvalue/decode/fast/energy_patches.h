@@ -8,6 +8,7 @@
 #include "meanvalue/decode/fast/energy_kernels.h"
 #include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/decode/fast/row_energy.h"
+#include "meanvalue/decode/fast/stiff_spokes.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/optimise/unknowns.h"
 
@@ -26,13 +27,6 @@ struct SingleRow {
     Index row;
     Index centre;              ///< point of the patch
     std::int64_t first_spoke;  ///< in single_spokes and single_points
-};
-
-/// A spoke of a row that resists by more than the smooth part of its prediction: see find_stiff_spokes().
-struct StiffSpoke {
-    Index row;
-    Index place;  ///< in the ring
-    double stiffness;
 };
 
 /// Memory is about 6 x 60 bytes for each row of six neighbours, 40 for the row, and 4 for each point.

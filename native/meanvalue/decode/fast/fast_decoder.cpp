@@ -82,7 +82,7 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
                                      energy_unit(encoding_, unknowns, fine_cells, execution);
                 soft = coarse_soft_anchors(soft_, hierarchy_, level, region_.is_fixed.size(), scale);
             }
-            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, {}, execution);
+            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, false, execution);
         };
         // A level that could not be made coarse is factored twice and not four times.
         if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2)
@@ -93,9 +93,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
-    const std::vector<Index> order = slots_in_order(shape_->elimination_order, unknowns);
     std::unique_ptr<FastLevel> fine =
-        make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, order, execution);
+        make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, true, execution);
     const auto couple_fixed = [&](const FastLevel& level, FastStage& stage) {
         stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
     };
@@ -108,8 +107,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
 
 std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, const RestCells& cells,
                                                    Unknowns unknowns, std::vector<SoftAnchor> soft,
-                                                   const std::vector<double>& rigidities,
-                                                   const std::vector<Index>& order, Execution& execution) const {
+                                                   const std::vector<double>& rigidities, bool is_whole,
+                                                   Execution& execution) const {
     auto level = std::make_unique<FastLevel>();
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
@@ -128,7 +127,10 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         stage.rigidity = rigidity;
         if (level->stages.empty()) {
             stage.factor = SupernodalFactor(instructions_);
-            stage.factor.analyse(hessian, execution, threads_, order);
+            const RegionOrder& whole = shape_->elimination_order;
+            stage.factor.analyse(hessian, execution, threads_,
+                                 is_whole ? slots_in_order(whole.vertices, level->unknowns)
+                                          : order_along(whole, hessian, level->unknowns, threads_, execution));
         } else {
             stage.factor = level->stages.front().factor.of_same_pattern();  // it does not depend on rigidity
         }

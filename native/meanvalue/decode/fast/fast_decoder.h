@@ -54,7 +54,7 @@ class FastDecoder : public Decoder {
 
     std::unique_ptr<FastLevel> make_level(const Encoding& encoding, const RestCells& cells, Unknowns unknowns,
                                           std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
-                                          const std::vector<Index>& order, Execution& execution) const;
+                                          bool is_whole, Execution& execution) const;
 
     double rigidity_;
     double size_;

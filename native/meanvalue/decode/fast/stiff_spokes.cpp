@@ -1,0 +1,59 @@
+#include "meanvalue/decode/fast/stiff_spokes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "meanvalue/encoding/predictor.h"
+
+namespace meanvalue {
+namespace {
+
+// Of the sums of norms that find_stiff_spokes() looks at: below this a row is left alone; of what is above, its bound
+// counts by the second number, since norms are large and signs differ. docs/decisions/0011-constant-matrix.md.
+constexpr double kLeastStiffness = 0.4;
+constexpr double kShareOfBound = 0.3;
+// A sum counts as no more than this: the factor in single precision must still tell what such springs do not hold.
+constexpr double kMostStiffness = 100.0;
+
+}  // namespace
+
+/// Next to sharp tips and in slivers the
+/// ring's normal turns, or lengths change, with every small move. The constant matrix knows the weights alone,
+/// (I - W), and some dozen such rows in a model would shorten every step of the whole. With N_k = dF_i/dv_k - w_k I,
+/// which sum to zero, |sum_k N_k (u_k - u_i)|^2 <= (sum_k |N_k|) sum_k |N_k| |u_k - u_i|^2: as many springs along the
+/// spokes. Rows with a small sum have none: it would only make turning them as stiff.
+std::vector<StiffSpoke> find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
+                                          const std::vector<double>& bending, const Execution& execution) {
+    std::vector<StiffSpoke> springs;
+    std::vector<Matrix3> blocks;
+    std::vector<double> norms;
+    std::vector<Index> numbers;
+    Positions around;  // the vertex: its ring
+    for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
+        execution.check_every(row);
+        EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
+        blocks.resize(ring.valence);
+        norms.resize(ring.valence);
+        const Vector3* const edges = cells.edges.data() + encoding.ring_offsets[unknowns.rows[row]];
+        if (around.rows() < ring.valence) around.resize(ring.valence, 3);
+        for (Index k = 0; k < ring.valence; ++k)
+            around.row(k) = -edges[k];
+        while (numbers.size() < static_cast<std::size_t>(ring.valence))
+            numbers.push_back(static_cast<Index>(numbers.size()));
+        ring.ring = numbers.data();
+        predict_with_jacobian(ring, around, blocks.data());
+        double sum = 0.0;
+        for (Index k = 0; k < ring.valence; ++k) {
+            norms[k] = (blocks[k] - ring.weights[k] * Matrix3::Identity()).norm();
+            sum += norms[k];
+        }
+        if (!(sum > kLeastStiffness) || !std::isfinite(sum)) continue;
+        const double counted = std::min(sum, kMostStiffness);
+        const double excess = (counted - kLeastStiffness * kLeastStiffness / counted) * counted / sum;
+        for (Index k = 0; k < ring.valence; ++k)
+            springs.push_back({static_cast<Index>(row), k, kShareOfBound * bending[row] * excess * norms[k]});
+    }
+    return springs;
+}
+
+}  // namespace meanvalue

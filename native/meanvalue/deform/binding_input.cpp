@@ -1,0 +1,96 @@
+#include "meanvalue/deform/binding_input.h"
+
+#include <cmath>
+
+#include "meanvalue/common/errors.h"
+
+namespace meanvalue {
+namespace {
+
+constexpr double kMostRigidity = 1e9;  // beyond, single precision ends
+constexpr double kMostStrength = 1e9;
+
+}  // namespace
+
+double rigidity_of(const Binding& binding) {
+    if (!binding.rigidity) return binding.method == Method::kFast ? kDefaultRigidity : 0.0;
+    if (!(*binding.rigidity >= 0.0) || !std::isfinite(*binding.rigidity)) {
+        throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give 0 or a positive number"));
+    }
+    if (*binding.rigidity > 0.0 && binding.method != Method::kFast) {
+        throw InvalidInput(
+            message("rigidity is ", *binding.rigidity, "; only method 'fast' has one: give 0 or None to the others"));
+    }
+    if (*binding.rigidity > kMostRigidity) {
+        throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give at most ", kMostRigidity));
+    }
+    return *binding.rigidity;
+}
+
+std::vector<Index> handles_of_region(const Binding& binding, const Region& region) {
+    if (binding.handles.empty()) return {};
+    if (binding.handles.size() != binding.anchors.size()) {
+        throw InvalidInput(message("handles has ", binding.handles.size(), " numbers, but there are ",
+                                   binding.anchors.size(), " anchors; give one number for each"));
+    }
+    std::vector<Index> of_mesh(binding.vertices.rows(), -1);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
+        if (binding.handles[k] < 0) {
+            throw InvalidInput(message("handles[", k, "] is ", binding.handles[k], "; give numbers from 0"));
+        }
+        of_mesh[binding.anchors[k]] = binding.handles[k];
+    }
+    std::vector<Index> result;
+    for (const Index v : region.vertices)
+        result.push_back(of_mesh[v]);
+    return result;
+}
+
+std::vector<char> soft_flags(const Binding& binding) {
+    if (binding.strengths.empty()) return {};
+    if (binding.strengths.size() != binding.anchors.size()) {
+        throw InvalidInput(message("strengths has ", binding.strengths.size(), " numbers, but there are ",
+                                   binding.anchors.size(), " anchors; give one number for each"));
+    }
+    std::vector<char> flags;
+    for (std::size_t k = 0; k < binding.strengths.size(); ++k) {
+        const double strength = binding.strengths[k];
+        const Index v = binding.anchors[k];
+        const auto refuse = [&](const auto&... why) {
+            throw InvalidInput(message("strengths[", k, "], of vertex ", v, ", is ", strength, why...));
+        };
+        if (!(strength > 0.0)) refuse("; give a positive number, or infinity for an anchor that is met exactly");
+        if (std::isinf(strength)) continue;
+        if (binding.method != Method::kFast) {
+            refuse("; only method 'fast' has soft anchors: use it, or give infinity or None");
+        }
+        if (strength > kMostStrength) {
+            refuse("; give at most ", kMostStrength, ", or infinity for an anchor that is met exactly");
+        }
+        if (binding.roi && !(*binding.roi)[v]) {
+            refuse(
+                ", but lies outside the region of influence, where nothing is free; take it into the region, or give "
+                "infinity for an anchor that is met exactly");
+        }
+        flags.resize(binding.vertices.rows(), 0);
+        flags[v] = 1;
+    }
+    return flags;
+}
+
+std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
+                                               const Region& region) {
+    if (is_soft.empty()) return {};
+    std::vector<Index> anchor_of(is_soft.size(), -1);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k)
+        anchor_of[binding.anchors[k]] = static_cast<Index>(k);
+    std::vector<SoftAnchor> result;
+    for (std::size_t v = 0; v < region.vertices.size(); ++v) {
+        if (!is_soft[region.vertices[v]]) continue;
+        const Index k = anchor_of[region.vertices[v]];
+        result.push_back({static_cast<Index>(v), k, binding.strengths[k]});
+    }
+    return result;
+}
+
+}  // namespace meanvalue

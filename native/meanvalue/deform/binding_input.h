@@ -1,0 +1,26 @@
+// What a Binding says of anchors and settings, looked at and in the form that decoders take.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/decode/fast/soft_constraints.h"
+#include "meanvalue/deform/bound_mesh.h"
+#include "meanvalue/mesh/region.h"
+
+namespace meanvalue {
+
+/// What the method has for it where none is given. @throws InvalidInput.
+double rigidity_of(const Binding& binding);
+
+/// Of the region's vertices: the handle of each anchor, -1 for the others; empty where none are given.
+/// @throws InvalidInput.
+std::vector<Index> handles_of_region(const Binding& binding, const Region& region);
+
+/// n flags, empty where all anchors are hard. @throws InvalidInput.
+std::vector<char> soft_flags(const Binding& binding);
+
+/// In the region's vertex numbers. @param is_soft soft_flags().
+std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
+                                               const Region& region);
+
+}  // namespace meanvalue

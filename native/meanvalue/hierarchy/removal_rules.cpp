@@ -1,0 +1,50 @@
+#include "meanvalue/hierarchy/removal_rules.h"
+
+#include "meanvalue/encoding/ring_extension.h"
+
+namespace meanvalue {
+
+RemovalRules::RemovalRules(const RingMesh& mesh, const OneRings& rings, const PositionsView& positions,
+                           const std::vector<char>& is_fixed, const CoarseningOptions& options)
+    : mesh_(mesh), positions_(positions), is_fixed_(is_fixed), encoder_(positions) {
+    if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
+    if (!options.is_soft.empty()) soft_parts_ = find_fixed_parts(rings, positions, options.is_soft, options.handles);
+}
+
+bool RemovalRules::is_removable(Index vertex) const {
+    if (!mesh_.is_manifold(vertex)) return false;
+    if (is_soft(vertex)) return !soft_parts_.is_extreme[vertex];
+    return !is_fixed_[vertex] || (!parts_.part.empty() && !parts_.is_extreme[vertex]);
+}
+
+bool RemovalRules::may_become(Index vertex, Index to) const {
+    if (is_soft(vertex)) return soft_parts_.part[vertex] == soft_parts_.part[to];
+    return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to];
+}
+
+Collapse RemovalRules::cheapest(Index vertex, double limit, CollapseCost& cost) const {
+    cost.look_at(vertex, mesh_.ring(vertex));
+    return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
+}
+
+bool RemovalRules::has_good_stencil(Index vertex) {
+    const RingView ring = mesh_.ring(vertex);
+    if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
+    return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
+}
+
+std::vector<char> RemovalRules::held_otherwise(const RemovalLog& earlier) const {
+    std::vector<char> result = changed_members(earlier.fixed_parts, parts_, is_fixed_.size());
+    const std::vector<char> by_soft_part = changed_members(earlier.soft_parts, soft_parts_, is_fixed_.size());
+    for (std::size_t v = 0; v < result.size(); ++v) {
+        if (by_soft_part[v] != 0 || (is_fixed_[v] != 0) != (earlier.is_fixed[v] != 0)) result[v] = 1;
+    }
+    return result;
+}
+
+std::size_t RemovalLog::bytes() const {
+    return turns.capacity() * sizeof(Turn) + is_fixed.capacity() +
+           (fixed_parts.part.capacity() + soft_parts.part.capacity()) * (sizeof(Index) + 1);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,50 @@
+// What a vertex may be merged into, by how it is held and by the shape around it.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/types.h"
+#include "meanvalue/encoding/ring_encoder.h"
+#include "meanvalue/hierarchy/collapse_cost.h"
+#include "meanvalue/hierarchy/fixed_parts.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/mesh/ring_mesh.h"
+
+namespace meanvalue {
+
+/// Of a mesh that is being coarsened. @pre all that it is made with outlives it.
+class RemovalRules {
+  public:
+    RemovalRules(const RingMesh& mesh, const OneRings& rings, const PositionsView& positions,
+                 const std::vector<char>& is_fixed, const CoarseningOptions& options);
+
+    bool is_fixed(Index vertex) const { return is_fixed_[vertex] != 0; }
+    bool is_soft(Index vertex) const { return !soft_parts_.part.empty() && soft_parts_.part[vertex] >= 0; }
+    bool is_removable(Index vertex) const;
+    /// Whether it can have a collapse at all. Looking at longer rings, at each change of one, would be cubic in the
+    /// valence; such a vertex is looked at once its ring has shrunk.
+    bool is_short(Index vertex) const { return mesh_.ring(vertex).valence <= RingMesh::kLongestRemovable; }
+    /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones. The same
+    /// holds for soft ones.
+    bool may_become(Index vertex, Index to) const;
+    /// The cheapest collapse below `limit`, or one of that cost that leads nowhere.
+    Collapse cheapest(Index vertex, double limit, CollapseCost& cost) const;
+    /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
+    bool has_good_stencil(Index vertex);
+
+    /// n flags: those that are held in another way than in an earlier coarsening.
+    std::vector<char> held_otherwise(const RemovalLog& earlier) const;
+    RemovalLog log_of(std::vector<RemovalLog::Turn> turns) const {
+        return {std::move(turns), is_fixed_, parts_, soft_parts_};
+    }
+
+  private:
+    const RingMesh& mesh_;
+    const PositionsView& positions_;
+    const std::vector<char>& is_fixed_;
+    RingEncoder encoder_;
+    FixedParts parts_;       // empty where no fixed vertex may be removed
+    FixedParts soft_parts_;  // the same of soft vertices; empty where there are none
+};
+
+}  // namespace meanvalue

@@ -1,0 +1,115 @@
+#include "meanvalue/morph/cell_patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace meanvalue {
+namespace {
+
+// Enough patches for every finger, few enough for a millisecond.
+constexpr Index kPatches = 1200;
+// Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
+constexpr double kSpreads = 1.5;
+constexpr double kLeastShare = 1e-2;
+
+}  // namespace
+
+CellPatches::CellPatches(const Encoding& layout, const Execution& execution) {
+    grow(layout, execution);
+    spread(layout, execution);
+}
+
+/// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
+void CellPatches::grow(const Encoding& layout, const Execution& execution) {
+    const Index vertices = layout.vertex_count();
+    const Index most = std::max<Index>(1, (vertices + kPatches - 1) / kPatches);
+    of.assign(vertices, -1);
+    std::vector<Index> seeds;
+    std::vector<char> is_seed(vertices, 0);
+    std::vector<Index> members;
+    for (Index first = 0; first < vertices; ++first) {
+        execution.check_every(first);
+        if (of[first] >= 0 || !layout.predictable(first)) continue;
+        seeds.assign(1, first);
+        for (std::size_t next = 0; next < seeds.size(); ++next) {  // a part of the mesh, patch after patch outwards
+            if (of[seeds[next]] >= 0) continue;
+            const Index current = count();
+            members.assign(1, seeds[next]);
+            of[seeds[next]] = current;
+            Index neighbour = -1;
+            for (std::size_t k = 0; k < members.size(); ++k) {
+                for (Index place = layout.ring_offsets[members[k]]; place < layout.ring_offsets[members[k] + 1];
+                     ++place) {
+                    const Index v = layout.ring[place];
+                    if (!layout.predictable(v)) continue;
+                    if (of[v] >= 0) {
+                        if (of[v] != current) neighbour = of[v];
+                    } else if (static_cast<Index>(members.size()) < most) {
+                        of[v] = current;
+                        members.push_back(v);
+                    } else if (!is_seed[v]) {
+                        is_seed[v] = 1;
+                        seeds.push_back(v);
+                    }
+                }
+            }
+            if (neighbour >= 0 && static_cast<Index>(members.size()) * 3 < most) {
+                for (const Index v : members)
+                    of[v] = neighbour;
+                sizes[neighbour] += static_cast<Index>(members.size());
+            } else {
+                sizes.push_back(static_cast<Index>(members.size()));
+            }
+        }
+    }
+}
+
+void CellPatches::spread(const Encoding& layout, const Execution& execution) {
+    const Index vertices = layout.vertex_count();
+    std::vector<std::vector<Share>> known(vertices);
+    for (Index v = 0; v < vertices; ++v) {
+        if (of[v] >= 0) known[v] = {{of[v], 1.0}};
+    }
+    const double across = std::sqrt(static_cast<double>(vertices) / std::max<Index>(1, count()));
+    const int rounds = across < 1.5 ? 0 : static_cast<int>(kSpreads * across + 0.5);
+    std::vector<double> sums(count(), 0.0);
+    std::vector<Index> seen;
+    for (int round = 0; round < rounds; ++round) {
+        std::vector<std::vector<Share>> next(vertices);
+        for (Index v = 0; v < vertices; ++v) {
+            execution.check_every(v);
+            seen.clear();
+            const auto add = [&](Index from, double factor) {
+                for (const Share& share : known[from]) {
+                    if (sums[share.patch] == 0.0) seen.push_back(share.patch);
+                    sums[share.patch] += factor * share.share;
+                }
+            };
+            const Index begin = layout.ring_offsets[v];
+            const Index end = layout.ring_offsets[v + 1];
+            if (begin < end) add(v, 1.0);
+            for (Index place = begin; place < end; ++place)
+                add(layout.ring[place], 1.0 / (end - begin));
+            std::sort(seen.begin(), seen.end());
+            double kept = 0.0;
+            for (const Index patch : seen) {
+                if (sums[patch] > 2.0 * kLeastShare) {
+                    next[v].push_back({patch, sums[patch]});
+                    kept += sums[patch];
+                }
+                sums[patch] = 0.0;
+            }
+            for (Share& share : next[v])
+                share.share /= kept;
+        }
+        known = std::move(next);
+    }
+    share_start.assign(1, 0);
+    for (Index v = 0; v < vertices; ++v) {
+        shares.insert(shares.end(), known[v].begin(), known[v].end());
+        share_start.push_back(static_cast<Index>(shares.size()));
+    }
+}
+
+}  // namespace meanvalue
