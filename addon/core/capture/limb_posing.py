@@ -30,7 +30,9 @@ def pose_limbs(markers, landmarks, vertices, triangles):
 
 
 def posed_and_actor(markers, landmarks, vertices, triangles):
-    """(posed, actor), (m, 3) each. Posed: the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
+    """(posed, actor), (m, 3) each.
+
+    Posed: the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
 
     Arms are stretched out. Each limb is tried in all directions about that of the end of its skin, the farthest from
     the shoulder or the lowest on its side, and rolled about that; the best one is refined by ICP, first for the whole

@@ -17,8 +17,8 @@ class Carried:
     """A mesh that was moved through f frames.
 
     shapes (f, n, 3) float32 as Blender plays them; anchors (m,) vertices; targets (f, m, 3) where they were to go, NaN
-    where they were free; balls (f, m, 3) where the markers are, NaN where they were not seen; captured (f, m, 3) the same
-    as the file has them, in their own space and size; matched (m,) metres from marker to surface in the reference;
+    where they were free; balls (f, m, 3) where the markers are, NaN where they were not seen; captured (f, m, 3) as
+    the file has them, in their own space and size; matched (m,) metres from marker to surface in the reference;
     seconds {stage: seconds}; all else in world space.
     """
 
