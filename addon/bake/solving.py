@@ -9,10 +9,10 @@ from .. import session
 
 #: The solver's `chunk` and `overlap`: a row's bits depend on them, on the whole clip and on nothing else.
 RUN_FRAMES = 48
-OVERLAP_FRAMES = 8
+OVERLAP_FRAMES = 12
 #: Raised by one when the solver makes other shapes of the same clip: those of a bake that was stopped are then not
 #: gone on with.
-REVISION = 2
+REVISION = 3
 
 #: What is told of each row, see core.bake_report.
 REPORTED = ("distances", "energies", "iterations", "converged", "errors")

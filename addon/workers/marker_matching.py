@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core import fixed_points, wording
 from ..core.capture import alignment, filtering, gaps, landmarks, marker_sets, matching, retargeting, skin
-from ..core.capture.limb_posing import pose_limbs
+from ..core.capture.limb_posing import posed_and_actor
 from ..core.capture.surface import Surface
 from ..core.steps import result_of
 from ..errors import SceneError
@@ -62,13 +62,14 @@ class Matched:
 @dataclass(frozen=True, eq=False)
 class Markers:
     """A mended take: m labels and their landmarks (or None), path (f, m, 3), how (f, m) as gaps.fill_gaps() tells,
-    reference (m, 3)."""
+    reference (m, 3), and actor (m, 3): the same with the lengths of the one who was captured, or None: these it has."""
 
     labels: list
     landmarks: tuple
     path: np.ndarray
     how: np.ndarray
     reference: np.ndarray
+    actor: np.ndarray | None = None
 
 
 def find(given, only=None):
@@ -93,8 +94,8 @@ def steps(given, only=None):
     if given.pose_limbs:
         yield "posing limbs", 0.4
         surface = given.surface
-        posed = pose_limbs(aligned.reference, aligned.landmarks, surface.vertices, surface.triangles)
-        aligned = replace(aligned, reference=posed)
+        posed, actor = posed_and_actor(aligned.reference, aligned.landmarks, surface.vertices, surface.triangles)
+        aligned = replace(aligned, reference=posed, actor=actor)
     laid = aligned.reference
     yield "matching", 0.5
     match = _match(given, aligned)
@@ -231,7 +232,8 @@ def _retargeted(given, markers, match):
     normals = Surface(surface.vertices, surface.triangles).normals()[match.vertex]
     character = np.where(picked[:, None], surface.vertices[match.vertex] + usual * normals, markers.reference)
     rate = given.recording.rate_hz
-    path = retargeting.retarget(markers.path, markers.reference, character, rate, markers.landmarks)
+    actor = markers.reference if markers.actor is None else markers.actor
+    path = retargeting.retarget(markers.path, actor, character, rate, markers.landmarks)
     return replace(markers, path=path, reference=character), _with_markers_at(match, surface, character)
 
 

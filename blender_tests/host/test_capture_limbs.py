@@ -10,6 +10,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.core.capture import facing, marker_sets, proportions, readers
+from addon.core.capture.limb_posing import posed_and_actor
 from addon.core.capture.matching import align_to_mesh, match_to_surface, pose_limbs
 from addon.core.capture.skin import skin_targets
 from addon.core.capture.surface import Surface, along_from, outward
@@ -182,6 +183,21 @@ def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(leg
     off = [np.sqrt(((points - right)[trunk] ** 2).sum(axis=1).mean()) for points in (aligned, posed)]
     assert off[1] < 0.035, "metres"
     assert legs == 1.0 or off[1] < 0.5 * off[0]
+
+
+@pytest.mark.parametrize("legs", [0.7, 1.0, 1.3])
+def test_the_actor_keeps_the_lengths_that_were_captured(legs):
+    names = marker_sets.recognise(walking_figure.LABELS).landmarks
+    vertices, triangles, _ = body_mesh.body(legs)
+    captured = walking_figure.t_pose().clean[0] * np.ptp(vertices[:, 2]) / walking_figure.HEIGHT
+    posed, actor = posed_and_actor(captured, names, vertices, triangles)
+    for side in "LR":
+        for ends in (("KneeOut", "AnkleOut"), ("Thigh", "KneeOut"), ("ElbowOut", "WristOut")):
+            first, second = (walking_figure.LABELS.index(side + name) for name in ends)
+            lengths = [np.linalg.norm(points[first] - points[second]) for points in (captured, posed, actor)]
+            assert abs(lengths[2] / lengths[0] - 1.0) < 0.01, (side, ends, lengths)
+            is_stretched = legs != 1.0 and ends[1] != "WristOut"
+            assert (abs(lengths[1] / lengths[0] - 1.0) > 0.1) == is_stretched, (side, ends, lengths)
 
 
 def test_the_crotch_is_found_where_legs_part_and_nowhere_else():

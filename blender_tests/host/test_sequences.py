@@ -336,6 +336,28 @@ def bind(soft, strength=1.0, without=()):
     return meanvalue.Deformer(points, faces, chosen[kept], strengths=np.full(len(kept), strength)), kept
 
 
+def test_a_handle_of_which_a_vertex_is_free_turns_as_far_as_a_whole_one():
+    """A bar is twisted by 150 degrees: further than a shape finds by itself, so that the handle's way is followed."""
+    points, faces = stress.bar(2600)
+    points = np.asarray(points, np.float64)
+    along = points[:, 2] / points[:, 2].max()
+    anchors = np.flatnonzero((along < 0.1) | (along > 0.9)).astype(np.int32)
+    is_end = along[anchors] > 0.9
+    strengths = np.where(is_end, 100.0, np.inf)
+    deformer = meanvalue.Deformer(points, faces, anchors, handles=is_end.astype(np.int32), strengths=strengths)
+    angle = np.radians(150.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    targets = points[anchors].copy()
+    targets[is_end] = points.mean(axis=0) + (targets[is_end] - points.mean(axis=0)) @ turn.T
+    whole = deformer.solve(targets, tolerance=1e-6)
+    weights = np.ones(len(anchors))
+    weights[np.flatnonzero(is_end)[0]] = 0.0
+    holed = np.where(weights[:, None] > 0.0, targets, np.nan)
+    shape = deformer.solve(holed, weights=weights, tolerance=1e-6)
+    assert shape.energy < 1.01 * whole.energy
+    assert np.abs(shape.vertices - whole.vertices).max() < 0.01 * diagonal(points)
+
+
 @pytest.mark.parametrize("strength", [0.1, 1.0, 100.0])
 def test_an_anchor_of_weight_0_is_as_if_it_were_none(soft, strength):
     points, _, chosen, targets = soft

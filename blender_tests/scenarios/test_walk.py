@@ -88,3 +88,17 @@ def test_feet_of_another_figure_stand_still(tmp_path, part, legs):
             stance = paths[begin:end, column, :2]
             slide = np.linalg.norm(stance - stance[0], axis=1).max()
             assert slide < 0.01 * height, (name, begin, end, slide / height)
+
+
+def test_legs_of_another_figure_keep_their_lengths(tmp_path):
+    obj, _bones = set_up(tmp_path, 0.7)
+    obj.meanvalue.capture.mode = 'RETARGET'
+    assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+    pairs = obj.meanvalue.capture.pairs
+    names = [pair.name for pair in pairs]
+    rest = np.array([obj.data.vertices[pair.vertex].co for pair in pairs])
+    paths = np.array([controls_at(obj, sample) for sample in range(0, FRAMES, 10)])
+    for side in "LR":
+        knee, ankle = (names.index(f"{side}{name}") for name in ("KneeOut", "AnkleOut"))
+        lengths = np.linalg.norm(paths[:, knee] - paths[:, ankle], axis=1) / np.linalg.norm(rest[knee] - rest[ankle])
+        assert np.abs(lengths - 1.0).max() < 0.05, (side, lengths)

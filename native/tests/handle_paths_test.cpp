@@ -158,6 +158,28 @@ TEST(HandlePaths, ThoseThatAreNotRigidGoStraight) {
     EXPECT_LT(largest_distance(positions, ends.mesh.vertices + 0.25 * (placed - ends.mesh.vertices)), 1e-12);
 }
 
+TEST(HandlePaths, VerticesWithoutAPlaceGoAlongWithTheirPiece) {
+    const TwoEnds ends;
+    const Motion motion({0, 1, 0}, 2.5, {1, 0, 3});
+    Positions placed = ends.placed(motion);
+    std::vector<char> is_free(54, 0);
+    for (const Index v : {ends.right[0], ends.right[5]}) {
+        is_free[v] = 1;
+        placed.row(v) = Eigen::RowVector3d(4, 5, 6);
+    }
+    const HandlePaths pieces = ends.pieces();
+    EXPECT_EQ(pieces.path_to(placed).largest_angle_rad(), 0.0) << "a vertex off its place makes a piece bend";
+    const HandlePaths::Path path = pieces.path_to(placed, is_free);
+    EXPECT_NEAR(path.largest_angle_rad(), 2.5, 1e-9);
+    Positions positions = ends.mesh.vertices;
+    path.place(0.5, positions);
+    const ScrewMotion screw = screw_of(motion.rotation, motion.translation);
+    for (const Index v : ends.right)
+        EXPECT_LT((Vector3(positions.row(v)) - screw.apply(ends.mesh.vertices.row(v), 0.5)).norm(), 1e-9) << v;
+    path.place(1.0, positions);
+    EXPECT_LT(largest_distance(positions, ends.placed(motion)), 1e-9);
+}
+
 TEST(HandlePaths, AHandleHoldsVerticesFarApartTogether) {
     // Single vertices have no turn of their own; as one handle they have.
     TwoEnds ends;

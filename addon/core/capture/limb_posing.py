@@ -8,7 +8,7 @@ from .hip_centres import with_hips
 from .landmarks import has_joints, side_of
 from .limb import Limb
 from .medial import medial_points
-from .proportions import with_heights_of
+from .proportions import proportions_of
 from .surface import Surface, along_from, outward
 
 ARM = (("upper_arm", "elbow"), ("forearm", "wrist", "hand"), "elbow")
@@ -25,7 +25,14 @@ BETTER = 0.7
 
 
 def pose_limbs(markers, landmarks, vertices, triangles):
-    """(m, 3): the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
+    """(m, 3): the first of `posed_and_actor()`."""
+    return posed_and_actor(markers, landmarks, vertices, triangles)[0]
+
+
+def posed_and_actor(markers, landmarks, vertices, triangles):
+    """(posed, actor), (m, 3) each.
+
+    Posed: the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
 
     Arms are stretched out. Each limb is tried in all directions about that of the end of its skin, the farthest from
     the shoulder or the lowest on its side, and rolled about that; the best one is refined by ICP, first for the whole
@@ -35,7 +42,9 @@ def pose_limbs(markers, landmarks, vertices, triangles):
     its skin is left alone. Feet are turned about the upright axis alone, unless they are tilted: soles stay on the
     ground. Before that, markers go to the heights of a body with such legs (proportions.py), where these are unusual.
     Joints of a skeleton look for the middle of the limb in place of its skin.
-    What comes out takes the place of the reference everywhere: in `match_to_surface()`, `skin_targets()`, `retarget()`.
+    What comes out takes the place of the reference everywhere: in `match_to_surface()`, `skin_targets()`, and as the
+    character of `retarget()`.
+    Actor: the same pose with the lengths of the actor, which is the reference that `retarget()` needs.
 
     markers  (m, 3) aligned with the mesh, NaN where missing; landmarks  m names or None; vertices  (n, 3); triangles
     (t, 3). Arms need markers (or joints) of shoulder and elbow, legs of knee and pelvis or hip, or they are left alone.
@@ -47,7 +56,8 @@ def pose_limbs(markers, landmarks, vertices, triangles):
     body = _Body(Surface(vertices, triangles), has_joints(landmarks))
     known = np.flatnonzero(~np.isnan(markers[:, 0]))
     looks = facing.forward(markers[known], [landmarks[k] for k in known])
-    markers = with_heights_of(markers, landmarks, body.skin, body.normals)
+    proportions = proportions_of(body.skin, body.normals)
+    markers = proportions.of_mesh(markers, landmarks)
     hips = _hips(markers, landmarks)
     result = markers.copy()
     for number, side in enumerate("LR"):
@@ -59,7 +69,7 @@ def pose_limbs(markers, landmarks, vertices, triangles):
             out = _level(hips[number] - hips[1 - number])
             is_leg = ((body.points - hips.mean(axis=0)) @ out > 0.0) & (body.above < LEGS)
             _pose_leg(result, landmarks, side, hips[number], body, is_leg, looks)
-    return result
+    return result, proportions.of_actor(result, landmarks)
 
 
 class _Body:

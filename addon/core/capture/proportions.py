@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bodies whose legs are a larger or smaller share of them than those of grown-ups: markers at the heights of such."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .landmarks import side_of
@@ -25,26 +27,48 @@ def crotch_of(points, normals):
     return float(np.quantile(found, 0.1)) if len(found) >= LEAST else None
 
 
-def with_heights_of(markers, landmarks, points, normals):
-    """(m, 3): markers (m, 3), aligned by the whole height, raised or lowered to where a body with such legs has them.
+@dataclass(frozen=True)
+class Proportions:
+    """Of an upright mesh that stands on `ground` and is `height` high: what share of that its `crotch` is at."""
 
-    Below and above the crotch heights are stretched, each in one piece; arms go along with their shoulder. Bodies of
-    usual proportions, and those whose crotch is not found, leave the markers as they are. landmarks  m names or None.
-    points, normals  (n, 3) samples of the mesh.
-    """
+    ground: float
+    height: float
+    crotch: float
+
+    def of_mesh(self, markers, landmarks):
+        """(m, 3): markers (m, 3), aligned by the whole height, raised or lowered to where a body with such legs has
+        them.
+
+        Below and above the crotch heights are stretched, each in one piece; arms go along with their shoulder.
+        landmarks  m names or None.
+        """
+        return self._moved(markers, landmarks, CROTCH, self.crotch)
+
+    def of_actor(self, markers, landmarks):
+        """(m, 3): the other way round: what of_mesh() did is taken back."""
+        return self._moved(markers, landmarks, self.crotch, CROTCH)
+
+    def _moved(self, markers, landmarks, before, after):
+        if before == after:
+            return markers
+        above = (markers[:, 2] - self.ground) / self.height
+        moved = np.where(above < before, above / before * after, 1.0 - (1.0 - above) / (1.0 - before) * (1.0 - after))
+        result = markers.copy()
+        result[:, 2] = self.ground + self.height * moved
+        for side in "LR":
+            on_side = [k for k, name in enumerate(landmarks) if side_of(name) == side and not np.isnan(markers[k, 2])]
+            shoulder, arm = (
+                [k for k in on_side if landmarks[k].split(".")[0] in names] for names in (("shoulder",), ARM)
+            )
+            if shoulder and arm:
+                result[arm, 2] = markers[arm, 2] + (result - markers)[shoulder, 2].mean()
+        return result
+
+
+def proportions_of(points, normals):
+    """The Proportions of the mesh that points, normals (n, 3) are samples of; those of grown-ups where they are usual
+    or the crotch is not found."""
     crotch = crotch_of(points, normals)
     if crotch is None or abs(crotch - CROTCH) < UNUSUAL:
-        return markers
-    ground, height = points[:, 2].min(), np.ptp(points[:, 2])
-    above = (markers[:, 2] - ground) / height
-    moved = above + np.where(
-        above < CROTCH, above / CROTCH * (crotch - CROTCH), (1.0 - above) / (1.0 - CROTCH) * (crotch - CROTCH)
-    )
-    result = markers.copy()
-    result[:, 2] = ground + height * moved
-    for side in "LR":
-        on_side = [k for k, name in enumerate(landmarks) if side_of(name) == side and not np.isnan(markers[k, 2])]
-        shoulder, arm = ([k for k in on_side if landmarks[k].split(".")[0] in names] for names in (("shoulder",), ARM))
-        if shoulder and arm:
-            result[arm, 2] = markers[arm, 2] + (result - markers)[shoulder, 2].mean()
-    return result
+        crotch = CROTCH
+    return Proportions(float(points[:, 2].min()), float(np.ptp(points[:, 2])), crotch)

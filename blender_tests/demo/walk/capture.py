@@ -17,8 +17,9 @@ class Carried:
     """A mesh that was moved through f frames.
 
     shapes (f, n, 3) float32 as Blender plays them; anchors (m,) vertices; targets (f, m, 3) where they were to go, NaN
-    where they were free; balls (f, m, 3) where the markers are, NaN where they were not seen; matched (m,) metres from
-    marker to surface in the reference; seconds {stage: seconds}; all in world space.
+    where they were free; balls (f, m, 3) where the markers are, NaN where they were not seen; captured (f, m, 3) as
+    the file has them, in their own space and size; matched (m,) metres from marker to surface in the reference;
+    seconds {stage: seconds}; all else in world space.
     """
 
     names: list
@@ -26,6 +27,7 @@ class Carried:
     anchors: np.ndarray
     targets: np.ndarray
     balls: np.ndarray
+    captured: np.ndarray
     matched: np.ndarray
     seconds: dict
 
@@ -76,18 +78,19 @@ def play(obj, seconds):
     pairs = [pair for pair in capture.pairs if pair.control]
     empties = {empty.meanvalue.marker: empty for empty in capture.take.objects}
     alignment = np.array(obj.matrix_world) @ np.array(capture.alignment).reshape(4, 4)
-    shapes, targets, balls = [], [], []
+    shapes, targets, captured = [], [], []
     for frame in range(scene.frame_start, scene.frame_end + 1):
         scene.frame_set(frame)
         shapes.append(pose_shown(obj))
         targets.append([place(pair.control) for pair in pairs])
-        balls.append([place(empties[pair.name]) for pair in pairs])
-    targets, balls = np.array(targets), np.array(balls)
+        captured.append([place(empties[pair.name]) for pair in pairs])
+    targets, captured = np.array(targets), np.array(captured)
     # What was captured is not where a character of other proportions is.
-    balls = targets if capture.mode == "RETARGET" else balls @ alignment[:3, :3].T + alignment[:3, 3]
+    balls = targets if capture.mode == "RETARGET" else captured @ alignment[:3, :3].T + alignment[:3, 3]
     anchors = np.array([pair.vertex for pair in pairs])
     matched = np.array([pair.distance for pair in pairs])
-    return Carried([pair.name for pair in pairs], np.stack(shapes), anchors, targets, balls, matched, seconds)
+    names = [pair.name for pair in pairs]
+    return Carried(names, np.stack(shapes), anchors, targets, balls, captured, matched, seconds)
 
 
 def place(empty):

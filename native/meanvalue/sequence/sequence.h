@@ -25,7 +25,7 @@ struct SequenceOptions {
     /// Each run but the first begins so many frames earlier, and over these the one before it fades into it: where
     /// two runs came to different minima, nothing jumps. At most `chunk`. Where a minimum changes inside a run, the
     /// jump is spread over so many frames to either side (PathSmoother).
-    Index overlap = 8;
+    Index overlap = 12;
     int threads = 0;  ///< 0: every core; results do not depend on it
     /// What this call makes of the progress that is told: from and to which share.
     std::pair<double, double> progress = {0.0, 1.0};

@@ -80,11 +80,15 @@ std::vector<double> FastSolve::hold_of_anchors() const {
 void FastSolve::start_from_rest(Positions& positions) {
     const Positions carried = carry_parts(bound_.components_, bound_.region_.positions, positions, hold_of_anchors());
     execution_.check();
+    std::vector<char> is_freed(options_.weights != nullptr ? bound_.region_.is_fixed.size() : 0, 0);
     for (std::size_t k = 0; k < bound_.soft_.size(); ++k) {
-        if (is_free(k)) positions.row(bound_.soft_[k].vertex) = carried.row(bound_.soft_[k].vertex);
+        const Index v = bound_.soft_[k].vertex;
+        if (!is_free(k)) continue;
+        positions.row(v) = carried.row(v);
+        is_freed[v] = 1;
     }
     pull_free_anchors_to(carried);
-    const HandlePaths::Path path = bound_.pieces_->path_to(positions);
+    const HandlePaths::Path path = bound_.pieces_->path_to(positions, is_freed);
     execution_.check();
     for (std::size_t v = 0; v < bound_.region_.is_fixed.size(); ++v) {
         if (!bound_.region_.is_fixed[v]) positions.row(v) = carried.row(v);

@@ -28,6 +28,13 @@ Similarity rigid_fit(const Positions& from, const Positions& to) {
     return fit;
 }
 
+Positions rows(const Positions& of, const std::vector<std::size_t>& numbers) {
+    Positions result(static_cast<Eigen::Index>(numbers.size()), 3);
+    for (std::size_t k = 0; k < numbers.size(); ++k)
+        result.row(static_cast<Eigen::Index>(k)) = of.row(static_cast<Eigen::Index>(numbers[k]));
+    return result;
+}
+
 }  // namespace
 
 Vector3 ScrewMotion::apply(const Vector3& point, double fraction) const {
@@ -101,27 +108,29 @@ Positions HandlePaths::rows_of(const PositionsView& positions) const {
     return rows;
 }
 
-HandlePaths::Path HandlePaths::path_to(const PositionsView& placed) const {
-    return path_of(rest_, rows_of(placed));
+HandlePaths::Path HandlePaths::path_to(const PositionsView& placed, const std::vector<char>& is_free) const {
+    return path_of(rest_, rows_of(placed), is_free);
 }
 
 HandlePaths::Path HandlePaths::path_between(const PositionsView& from, const PositionsView& to) const {
-    return path_of(rows_of(from), rows_of(to));
+    return path_of(rows_of(from), rows_of(to), {});
 }
 
-HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends) const {
+HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends, const std::vector<char>& is_free) const {
     Path path;
     path.pieces_ = this;
     path.begins_ = std::move(begins);
     path.ends_ = std::move(ends);
     for (std::size_t piece = 0; piece + 1 < starts_.size(); ++piece) {
-        const auto first = static_cast<Eigen::Index>(starts_[piece]);
-        const auto length = static_cast<Eigen::Index>(starts_[piece + 1]) - first;
+        std::vector<std::size_t> placed;
+        std::vector<std::size_t> free;
+        for (std::size_t k = starts_[piece]; k < starts_[piece + 1]; ++k)
+            (is_free.empty() || !is_free[vertices_[k]] ? placed : free).push_back(k);
         ScrewMotion motion;
         bool rigid = false;
-        if (length >= static_cast<Eigen::Index>(kFewestForTurn)) {
-            const Positions from = path.begins_.middleRows(first, length);
-            const Positions to = path.ends_.middleRows(first, length);
+        if (placed.size() >= kFewestForTurn) {
+            const Positions from = rows(path.begins_, placed);
+            const Positions to = rows(path.ends_, placed);
             const Similarity fit = rigid_fit(from, to);
             // About its middle: where the mesh is far from the origin, the axis would be lost in rounding.
             const Vector3 middle = from.colwise().mean();
@@ -129,6 +138,9 @@ HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends) const {
             motion.centre += middle;
             const Positions missed = to - ((from * fit.rotation.transpose()).rowwise() + fit.translation.transpose());
             rigid = missed.rowwise().norm().maxCoeff() < kRigid * size_;
+            for (const std::size_t k : free) {
+                if (rigid) path.ends_.row(k) = fit.apply(path.begins_.row(k)).transpose();
+            }
         }
         path.is_rigid_.push_back(rigid);
         path.motions_.push_back(motion);

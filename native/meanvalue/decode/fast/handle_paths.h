@@ -51,12 +51,13 @@ class HandlePaths {
         double largest_angle_rad_ = 0.0;
     };
     Path path_between(const PositionsView& from, const PositionsView& to) const;
-    /// From rest.
-    Path path_to(const PositionsView& placed) const;
+    /// From rest. @param is_free n flags, or empty: those that have no place go along with their piece where that is
+    ///        rigid, else to where they are in `placed`.
+    Path path_to(const PositionsView& placed, const std::vector<char>& is_free = {}) const;
 
   private:
     Positions rows_of(const PositionsView& positions) const;
-    Path path_of(Positions begins, Positions ends) const;
+    Path path_of(Positions begins, Positions ends, const std::vector<char>& is_free) const;
 
     Positions rest_;  // of the fixed vertices, piece by piece
     std::vector<Index> vertices_;
