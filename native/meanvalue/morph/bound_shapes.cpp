@@ -168,7 +168,9 @@ void Morpher::Bound::factorise(Execution& execution) {
     Encoding encoding = encodings->layout();
     encodings->fill(even, threads, execution, encoding);
     RestCells mean;
-    cells->fill_edges(even, cells->common_sizes(even.mean()), threads, execution, mean);
+    std::vector<Quaternion> rotations;
+    cells->fill(even, cells->common_sizes(even.mean()), {}, Quaternion::Identity(), threads, execution, rotations,
+                mean);
     const double size = TurnedCells::geometric_mean(diagonals, even.mean().data());
     all = find_unknowns(encodings->layout(), std::vector<char>(vertices, 0));
     factor_of_all = SupernodalFactor(instructions);
@@ -265,7 +267,7 @@ Morpher::Bound::Overlay Morpher::Bound::graft(const ShapeWeights& weights, const
         }
         result.places.push_back(place);
         result.sizes.push_back(place.scale);
-        result.frames.push_back(result.turn.transpose() * place.rotation * cells->whole(k));
+        result.frames.push_back(result.turn.conjugate() * quaternion_of(place.rotation) * cells->whole(k));
     }
     for (Index v = 0; v < layout.vertex_count(); ++v)
         result.counts.push_back(std::max(weights.of(v)[most], kLeastCount));
@@ -315,7 +317,8 @@ Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)
     : encoding(bound.encodings->layout()), minimiser(bound.unknowns, bound.diagonals[0], bound.instructions) {
     const auto count = static_cast<Index>(bound.shapes.size());
     const ShapeWeights even(std::vector<double>(count, 1.0), count, encoding.vertex_count());
-    bound.cells->fill_edges(even, bound.cells->common_sizes(even.mean()), bound.threads, execution, cells);
+    bound.cells->fill(even, bound.cells->common_sizes(even.mean()), {}, Quaternion::Identity(), bound.threads,
+                      execution, rotations, cells);
     energy = std::make_unique<DeformationEnergy>(
         bound.energy_of(encoding, cells, bound.unknowns, bound.springs, bound.diagonals[0], execution));
     energy_room = energy->make_workspace();

@@ -30,9 +30,9 @@ struct Morpher::Bound {
     /// over into another.
     struct Overlay {
         std::vector<Similarity> places;  ///< of each shape
-        std::vector<double> sizes;       ///< see TurnedCells::fill_edges()
-        std::vector<Matrix3> frames;     ///< see TurnedCells::fill_rotations()
-        Matrix3 turn;                    ///< of the whole
+        std::vector<double> sizes;       ///< see TurnedCells::fill()
+        std::vector<Quaternion> frames;  ///< see TurnedCells::fill()
+        Quaternion turn;                 ///< of the whole
         std::vector<double> counts;      ///< n: what each vertex counts when the result is placed; or empty
     };
     Overlay overlay(const ShapeWeights& weights, const Execution& execution) const;
@@ -94,7 +94,7 @@ struct Morpher::Workspace {
 
     Encoding encoding;
     RestCells cells;
-    std::vector<Matrix3> rotations;
+    std::vector<Quaternion> rotations;
     CellAssembly::Workspace assembly;
     std::unique_ptr<DeformationEnergy> energy;  // of `encoding` and `cells`
     DeformationEnergy::Workspace energy_room;

@@ -66,7 +66,7 @@ Vector3 CellAssembly::pull_of(Index row, const RestCells& cells, const Matrix3& 
     return pull;
 }
 
-void CellAssembly::solve(const RestCells& cells, const std::vector<Matrix3>& rotations, int threads,
+void CellAssembly::solve(const RestCells& cells, const std::vector<Quaternion>& rotations, int threads,
                          const Execution& execution, Workspace& workspace, Positions& positions) const {
     const Index vertices = layout_.vertex_count();
     workspace.shares.resize(layout_.ring.size());
@@ -75,7 +75,7 @@ void CellAssembly::solve(const RestCells& cells, const std::vector<Matrix3>& rot
         parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
             std::vector<Vector3> missing;
             for (Index v = begin; v < end; ++v) {
-                workspace.sums.row(v) = pull_of(v, cells, rotations[v], positions, missing,
+                workspace.sums.row(v) = pull_of(v, cells, rotations[v].toRotationMatrix(), positions, missing,
                                                 workspace.shares.data() + layout_.ring_offsets[v])
                                             .transpose();
             }

@@ -8,6 +8,7 @@
 #include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
 
@@ -31,7 +32,7 @@ class CellAssembly {
 
     /// @param cells with their edges; @param rotations the R_i, n; @param positions n x 3, any start; receives the
     /// result. The same bits for any `threads`. @throws Cancelled.
-    void solve(const RestCells& cells, const std::vector<Matrix3>& rotations, int threads, const Execution& execution,
+    void solve(const RestCells& cells, const std::vector<Quaternion>& rotations, int threads, const Execution& execution,
                Workspace& workspace, Positions& positions) const;
 
     std::size_t bytes() const;
