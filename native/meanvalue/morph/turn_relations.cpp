@@ -16,8 +16,8 @@
 namespace meanvalue {
 namespace {
 
-// Enough patches for every finger, few enough for a millisecond.
-constexpr Index kPatches = 1200;
+// Enough for every finger. Finer ones follow strains, which tilt the axes that neighbours are turned about.
+constexpr Index kPatches = 600;
 constexpr int kMostSteps = 4;
 constexpr double kStepTolerance = 1e-3;  // radians; the next step is far below
 // Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.

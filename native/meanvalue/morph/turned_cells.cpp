@@ -7,6 +7,7 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/fast/row_energy.h"
 #include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/morph/rotation_vectors.h"
 
@@ -47,6 +48,38 @@ Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count) {
         }
     }
     return factor;
+}
+
+/// Turns the edges of one cell in all shapes onto their mean. They count as in the energy: with cotangent weights the
+/// turn of a cell is that of the surface, however its edges lie.
+/// @param edges `valence` x `count`, which are turned.
+void align(Index valence, Vector3* edges, Index count) {
+    std::vector<Vector3> means(valence);
+    std::vector<Spoke> spokes(valence);
+    std::vector<Matrix3> covariances(count);
+    for (int round = 0; round < kAlignRounds && count > 1 && valence > 0; ++round) {
+        for (Index place = 0; place < valence; ++place) {
+            means[place].setZero();
+            for (Index k = 0; k < count; ++k)
+                means[place] += edges[place * count + k] / count;
+        }
+        measure_spokes(means.data(), valence, spokes.data());
+        std::fill(covariances.begin(), covariances.end(), Matrix3::Zero());
+        for (Index place = 0; place < valence; ++place) {
+            const Index next = place + 1 == valence ? 0 : place + 1;
+            const Vector3 spoke = spokes[place].spoke * means[place];
+            const Vector3 rim = spokes[place].rim * (means[place] - means[next]);
+            for (Index k = 0; k < count; ++k) {
+                const Vector3& edge = edges[place * count + k];
+                covariances[k] += spoke * edge.transpose() + rim * (edge - edges[next * count + k]).transpose();
+            }
+        }
+        for (Index k = 0; k < count; ++k) {
+            const Matrix3 turn = closest_rotation(covariances[k]);
+            for (Index place = 0; place < valence; ++place)
+                edges[place * count + k] = turn * edges[place * count + k];
+        }
+    }
 }
 
 /// From a cell's frame to one half-way to a neighbour's. Beyond a quarter of a turn between them it goes back to the
@@ -100,21 +133,7 @@ TurnedCells::Turns TurnedCells::align_cells(const std::vector<PositionsView>& sh
         for (Index v = begin; v < end; ++v) {
             const std::size_t first = layout_.ring_offsets[v];
             const std::size_t last = layout_.ring_offsets[v + 1];
-            for (int round = 0; round < kAlignRounds && count > 1; ++round) {
-                std::vector<Matrix3> covariances(count, Matrix3::Zero());
-                for (std::size_t place = first; place < last; ++place) {
-                    Vector3 mean = Vector3::Zero();
-                    for (std::size_t k = 0; k < count; ++k)
-                        mean += edges_[place * count + k];
-                    for (std::size_t k = 0; k < count; ++k)
-                        covariances[k] += mean * edges_[place * count + k].transpose();
-                }
-                for (std::size_t k = 0; k < count; ++k) {
-                    const Matrix3 turn = closest_rotation(covariances[k]);
-                    for (std::size_t place = first; place < last; ++place)
-                        edges_[place * count + k] = turn * edges_[place * count + k];
-                }
-            }
+            align(layout_.ring_offsets[v + 1] - layout_.ring_offsets[v], edges_.data() + first * count, shape_count_);
             for (std::size_t k = 0; k < count; ++k) {
                 Matrix3 covariance = Matrix3::Zero();
                 for (std::size_t place = first; place < last; ++place) {
