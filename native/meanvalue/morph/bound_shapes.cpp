@@ -25,9 +25,9 @@ constexpr double kLeastDiagonal = 1e-9;
 // What a part's own turn counts beside the fit: enough that the whole does not turn over where average positions cancel
 // each other, as those of a straight limb and of one that is curled up do.
 constexpr double kTurnShare = 0.25;
-// Vertices stay that move less than this share of the diagonal, or than this share of all vertices do.
-constexpr double kStays = 0.01;
-constexpr double kStill = 0.25;
+// Vertices stay that move less than this share of the diagonal; what others count beside them when the whole is placed.
+constexpr double kStays = 0.02;
+constexpr double kMoves = 1e-3;
 // What a vertex without a weight counts when a graft is placed.
 constexpr double kLeastCount = 1e-3;
 
@@ -164,27 +164,22 @@ void Morpher::Bound::find_parts(const Execution& execution) {
     }
 }
 
-/// The body is not to rock because an arm swings.
+/// The body is not to rock because an arm swings. Where nothing stays, all vertices count alike.
 void Morpher::Bound::find_what_stays(const Execution& execution) {
     const auto vertices = static_cast<std::size_t>(shapes[0].rows());
-    stays.assign(vertices, 0.0);  // first, how far it moves
+    const double even = 1.0 / static_cast<double>(shapes.size());
+    const double size = TurnedCells::geometric_mean(diagonals, std::vector<double>(shapes.size(), even).data());
+    stays.assign(vertices, 0.0);
     for (std::size_t v = 0; v < vertices; ++v) {
         execution.check_every(v);
         Vector3 mean = Vector3::Zero();
         for (const Positions& shape : shapes)
-            mean += shape.row(v).transpose() / static_cast<double>(shapes.size());
+            mean += even * shape.row(v).transpose();
+        double moves = 0.0;  // squared, in units of what is little
         for (const Positions& shape : shapes)
-            stays[v] += (Vector3(shape.row(v)) - mean).squaredNorm() / static_cast<double>(shapes.size());
-        stays[v] = std::sqrt(stays[v]);
+            moves += even * (Vector3(shape.row(v)) - mean).squaredNorm() / (kStays * kStays * size * size);
+        stays[v] = kMoves + std::max(0.0, 1.0 - moves) * std::max(0.0, 1.0 - moves);
     }
-    std::vector<double> moves = stays;
-    const auto still = moves.begin() + static_cast<std::ptrdiff_t>(kStill * static_cast<double>(vertices));
-    std::nth_element(moves.begin(), still, moves.end());
-    const double even = 1.0 / static_cast<double>(shapes.size());
-    const double size = TurnedCells::geometric_mean(diagonals, std::vector<double>(shapes.size(), even).data());
-    const double little = *still + kStays * size;
-    for (double& each : stays)
-        each = 1.0 / (1.0 + each * each / (little * little));
 }
 
 void Morpher::Bound::factorise(Execution& execution) {

@@ -17,7 +17,7 @@ namespace {
 // Rounds of turning all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
 constexpr int kAlignRounds = 3;
 // Of the turn of the whole and the mean turns of cells, each in terms of the other.
-constexpr int kWholeRounds = 2;
+constexpr int kWholeRounds = 6;
 constexpr int kMeanRounds = 8;
 constexpr double kMeanTolerance = 1e-9;
 
