@@ -5,6 +5,7 @@ import bpy
 
 from ..bridge import in_between_keys, mix_layers
 from ..core import wording
+from ..core.mixing import leja
 from ..errors import SceneError
 from ..workers.mixing import InBetweenSearch
 from .background import BackgroundOperator
@@ -55,10 +56,23 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         if found.error > prepared.tolerance:
             warnings.append(
                 f"The tolerance of {settings.tolerance_share:g}% is not reached with "
-                f"{wording.counted(len(made), 'key')}: allow more of them, raise the tolerance, or bake the animation "
-                "to a point cache"
+                f"{wording.counted(len(made), 'key')}: {_advice(prepared.bind_input, found, settings)}"
             )
         return f"'{obj.name}' has {settings.note}, driven by its sliders", warnings
+
+
+def _advice(mix_input, found, settings):
+    """What helps where the tolerance is not reached."""
+    others = "raise the tolerance, or bake the animation to a point cache"
+    if found.used_up:
+        names = wording.listed([f"'{mix_input.layers[slider].name}'" for slider in found.used_up])
+        return (
+            f"all {leja.MOST} places along {names} are used up, since the mix goes unevenly there. More keys would not "
+            f"help; narrow the slider's range, {others}"
+        )
+    if len(found.nodes) >= settings.most_keys:
+        return f"allow more of them, {others}"
+    return f"no key that could be added brings the mix nearer. More keys would not help; {others}"
 
 
 def _without_any(obj, share):

@@ -101,12 +101,14 @@ def test_no_more_keys_than_allowed_and_the_error_is_told():
     found, _asked = search(corrections([3.0, 3.0]), [(0.0, 1.0)] * 2, 1e-6, most=5)
     assert len(found.nodes) <= 5
     assert found.error > 1e-6
+    assert found.used_up == ()  # more keys would help
 
 
 def test_a_jump_ends_with_its_error_told():
     """What is no smooth motion cannot be met by polynomials: it must end."""
     found, _asked = search(lambda values: np.full(ARM.shape, 0.1 * (values[0] > 0.3)), [(0.0, 1.0)], 1e-3)
     assert found.error > 1e-3
+    assert found.used_up == (0,)  # nothing would
 
 
 def test_expressions_say_what_the_polynomials_are():

@@ -75,6 +75,40 @@ def test_turns_beyond_half_a_turn_are_followed(deform, angle):
     assert rms(half, truth) < 0.12 * rms(0.5 * (shapes[0] + shapes[1]), truth)
 
 
+def second_differences(morpher, steps):
+    """The largest of all vertices, while a slider goes from one shape to the other in `steps`."""
+    shapes = np.array([morpher.solve([1 - share, share]).vertices for share in np.linspace(0, 1, steps + 1)])
+    return np.linalg.norm(shapes[2:] - 2 * shapes[1:-1] + shapes[:-2], axis=2).max()
+
+
+@pytest.mark.parametrize("angle", [150, 300, 360])
+@pytest.mark.parametrize("joints", [range(8), range(8, 20)], ids=["all", "tip"])
+def test_paths_are_smooth_however_far_a_tentacle_curls(joints, angle):
+    """Second differences fall with the square of the step; at a kink they would be halved, at a jump stay."""
+    vertices, faces = tube(radius=0.5)
+    heights = np.linspace(1.0 if joints[0] == 0 else 4.0, 9.5, len(joints))
+    end = posed(vertices, [(height, (1, 0, 0), angle / len(joints)) for height in heights], width=1.0)
+    morpher = meanvalue.Morpher([vertices, end], faces)
+    coarse, fine = (second_differences(morpher, steps) for steps in (32, 64))
+    assert fine < 0.4 * coarse
+    back = meanvalue.Morpher([end, vertices], faces)
+    for share in (0.27, 0.5, 0.73):
+        there = morpher.solve([1 - share, share]).vertices
+        assert largest_move(back.solve([share, 1 - share]).vertices, there) < 1e-6
+    assert largest_move(morpher.solve([0, 1]).vertices, end) < 1e-6
+    assert largest_move(morpher.solve([1, 0]).vertices, vertices) < 1e-6
+
+
+def test_what_does_not_move_stays_where_an_arm_bends():
+    vertices, faces = tube(radius=0.5)
+    shapes = [vertices, posed(vertices, [(7, (1, 0, 0), 120)])]
+    half = meanvalue.Morpher(shapes, faces).solve([0.5, 0.5]).vertices
+    still = vertices[:, 2] < 4.0
+    assert np.array_equal(*(shape[still] for shape in shapes))
+    assert largest_move(half[still], vertices[still]) < 0.005
+    assert largest_move(half[~still], vertices[~still]) > 0.2
+
+
 LIMBS = {
     "elbow": [(5, (1, 0, 0), 140)],
     "two joints": [(3, (1, 0, 0), 70), (7, (1, 0, 0), 70)],

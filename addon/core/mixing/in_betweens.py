@@ -37,10 +37,14 @@ class InBetween:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """nodes: tuple of InBetween; error: the largest distance of a vertex from the mix, at CHECKS settings."""
+    """nodes: tuple of InBetween; error: the largest distance of a vertex from the mix, at CHECKS settings.
+
+    used_up: the numbers of the sliders on which there is no place left for another node, where that ended the search.
+    """
 
     nodes: tuple
     error: float
+    used_up: tuple = ()
 
 
 class Interpolation:
@@ -95,8 +99,9 @@ def found(ranges, shape, tolerance, most, may_join=lambda _first, _second: True)
         if error <= tolerance or len(search.sum.nodes) >= most or not search.has_candidates:
             break
         goal *= 0.5
+    used_up = search.used_up if error > tolerance and len(search.sum.nodes) < most else ()
     nodes = _thinned(search.sum, checks, tolerance)
-    return Found(tuple(nodes), max((_height(t - search.sum.at(v)) for v, t in checks), default=0.0))
+    return Found(tuple(nodes), max((_height(t - search.sum.at(v)) for v, t in checks), default=0.0), used_up)
 
 
 class _Search:
@@ -113,6 +118,11 @@ class _Search:
     @property
     def has_candidates(self):
         return bool(self._candidates or self._must_look)
+
+    @property
+    def used_up(self):
+        """The sliders that have a node at each of their places."""
+        return tuple(slider for slider in self._sliders if ((slider, leja.MOST - 1),) in self._taken)
 
     def refine(self, goal, most):
         """Takes the candidate that adds most until none adds more than `goal`."""

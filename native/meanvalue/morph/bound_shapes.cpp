@@ -19,6 +19,10 @@ namespace {
 constexpr double kMostRigidity = 1e9;
 // On the diagonal of the constant matrix, as a share of itself: as in FastDecoder.
 constexpr double kLeastDiagonal = 1e-9;
+// Vertices stay that move less than this share of the diagonal; what others count beside them when the whole is
+// placed.
+constexpr double kStays = 0.02;
+constexpr double kMoves = 1e-3;
 
 double rigidity_of(const MorphBinding& binding) {
     const double rigidity = binding.rigidity.value_or(kDefaultRigidity);
@@ -97,6 +101,7 @@ Morpher::Bound::Bound(const MorphBinding& binding, Execution& execution)
     is_fixed = fixed_flags(static_cast<Index>(shapes[0].rows()), anchors, {});
     encode_shapes(binding, execution);
     find_parts(execution);
+    find_what_stays(execution);
     factorise(execution);
 }
 
@@ -152,6 +157,24 @@ void Morpher::Bound::find_parts(const Execution& execution) {
     }
 }
 
+/// The body is not to rock because an arm swings. Where nothing stays, all vertices count alike.
+void Morpher::Bound::find_what_stays(const Execution& execution) {
+    const auto vertices = static_cast<std::size_t>(shapes[0].rows());
+    const double even = 1.0 / static_cast<double>(shapes.size());
+    const double size = TurnedCells::geometric_mean(diagonals, std::vector<double>(shapes.size(), even).data());
+    stays.assign(vertices, 0.0);
+    for (std::size_t v = 0; v < vertices; ++v) {
+        execution.check_every(v);
+        Vector3 mean = Vector3::Zero();
+        for (const Positions& shape : shapes)
+            mean += even * shape.row(v).transpose();
+        double moves = 0.0;  // squared, in units of what is little
+        for (const Positions& shape : shapes)
+            moves += even * (Vector3(shape.row(v)) - mean).squaredNorm() / (kStays * kStays * size * size);
+        stays[v] = kMoves + std::max(0.0, 1.0 - moves) * std::max(0.0, 1.0 - moves);
+    }
+}
+
 void Morpher::Bound::factorise(Execution& execution) {
     const StageTimer timer(timings, "factor");
     execution.begin_stage("factor");
@@ -161,16 +184,12 @@ void Morpher::Bound::factorise(Execution& execution) {
     Encoding encoding = encodings->layout();
     encodings->fill(even, threads, execution, encoding);
     RestCells mean;
-    cells->fill_edges(even, cells->common_sizes(even.mean()), threads, execution, mean);
+    std::vector<Quaternion> rotations;
+    cells->fill(even, cells->common_sizes(even.mean()), {}, Quaternion::Identity(), threads, execution, rotations,
+                mean);
     const double size = TurnedCells::geometric_mean(diagonals, even.mean().data());
-    all = find_unknowns(encodings->layout(), std::vector<char>(vertices, 0));
-    factor_of_all = SupernodalFactor(instructions);
-    {
-        const DeformationEnergy energy = energy_of(encoding, mean, all, {}, size, execution);
-        factorise(energy, all, factor_of_all, execution);
-        assembly = std::make_unique<CellAssembly>(encodings->layout(), energy.quadratic_rows(rigidity, execution),
-                                                  factor_of_all, execution);
-    }
+    assembly =
+        std::make_unique<CellAssembly>(encodings->layout(), mean, parts.members, instructions, threads, execution);
     unknowns = find_unknowns(encodings->layout(), is_fixed);
     if (unknowns.free.empty()) return;
     if (hold > 0.0) {
@@ -178,55 +197,53 @@ void Morpher::Bound::factorise(Execution& execution) {
         for (std::size_t k = 0; k < unknowns.free.size(); ++k)
             springs.push_back({unknowns.free[k], static_cast<Index>(k), share * share});
     }
-    factor = anchors.empty() ? factor_of_all.of_same_pattern() : SupernodalFactor(instructions);
-    factorise(energy_of(encoding, mean, unknowns, springs, size, execution), unknowns, factor, execution);
+    factorise(energy_of(encoding, mean, size, execution), execution);
 }
 
-DeformationEnergy Morpher::Bound::energy_of(const Encoding& encoding, const RestCells& of_cells, const Unknowns& of,
-                                            std::vector<SoftAnchor> soft, double size,
+DeformationEnergy Morpher::Bound::energy_of(const Encoding& encoding, const RestCells& of_cells, double size,
                                             const Execution& execution) const {
     return {encoding,
-            of,
+            unknowns,
             of_cells,
             size,
             DeformationEnergy::weights_for(rigidity),
             execution,
             instructions == InstructionSet::kFastest ? DeformationEnergy::Kernel::kFastest
                                                      : DeformationEnergy::Kernel::kPortable,
-            SoftConstraints(std::move(soft), of)};
+            SoftConstraints(springs, unknowns)};
 }
 
 /// Without springs a vertex of each part that has no fixed one is held, which only decides where the part is.
-void Morpher::Bound::factorise(const DeformationEnergy& energy, const Unknowns& of, SupernodalFactor& result,
-                               Execution& execution) const {
+void Morpher::Bound::factorise(const DeformationEnergy& energy, Execution& execution) {
     SparseMatrix hessian = energy.constant_hessian(rigidity, threads, execution);
-    std::vector<char> is_pinned(of.free.size(), 0);
+    std::vector<char> is_pinned(unknowns.free.size(), 0);
     for (const std::vector<Index>& part : parts.members) {
-        const bool is_held = !energy.soft_constraints().empty() ||
-                             std::any_of(part.begin(), part.end(), [&](Index v) { return of.slot[v] < 0; });
-        if (!is_held) is_pinned[of.slot[part.front()]] = 1;
+        const bool is_held =
+            !springs.empty() || std::any_of(part.begin(), part.end(), [&](Index v) { return unknowns.slot[v] < 0; });
+        if (!is_held) is_pinned[unknowns.slot[part.front()]] = 1;
     }
     for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
         double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
         diagonal = diagonal > 0.0 ? diagonal * ((is_pinned[k] ? 2.0 : 1.0) + kLeastDiagonal) : 1.0;
     }
-    if (!result.analysed()) result.analyse(hessian, execution, threads);
-    if (!result.factorise(hessian, execution, threads))
+    factor = SupernodalFactor(instructions);
+    factor.analyse(hessian, execution, threads);
+    if (!factor.factorise(hessian, execution, threads))
         throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
 }
 
 std::size_t Morpher::Bound::bytes() const {
     return shapes.size() * static_cast<std::size_t>(shapes[0].size()) * sizeof(double) + encodings->bytes() +
-           cells->bytes() + assembly->bytes() + factor_of_all.bytes() + factor.bytes();
+           cells->bytes() + assembly->bytes() + factor.bytes();
 }
 
 Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)
     : encoding(bound.encodings->layout()), minimiser(bound.unknowns, bound.diagonals[0], bound.instructions) {
     const auto count = static_cast<Index>(bound.shapes.size());
     const ShapeWeights even(std::vector<double>(count, 1.0), count, encoding.vertex_count());
-    bound.cells->fill_edges(even, bound.cells->common_sizes(even.mean()), bound.threads, execution, cells);
-    energy = std::make_unique<DeformationEnergy>(
-        bound.energy_of(encoding, cells, bound.unknowns, bound.springs, bound.diagonals[0], execution));
+    bound.cells->fill(even, bound.cells->common_sizes(even.mean()), {}, Quaternion::Identity(), bound.threads,
+                      execution, rotations, cells);
+    energy = std::make_unique<DeformationEnergy>(bound.energy_of(encoding, cells, bound.diagonals[0], execution));
     energy_room = energy->make_workspace();
     gradient.resize(static_cast<Eigen::Index>(bound.unknowns.free.size()), 3);
 }

@@ -30,10 +30,10 @@ struct Morpher::Bound {
     /// over into another.
     struct Overlay {
         std::vector<Similarity> places;  ///< of each shape
-        std::vector<double> sizes;       ///< see TurnedCells::fill_edges()
-        std::vector<Matrix3> frames;     ///< see TurnedCells::fill_rotations()
-        Matrix3 turn;                    ///< of the whole
-        std::vector<double> counts;      ///< n: what each vertex counts when the result is placed; or empty
+        std::vector<double> sizes;       ///< see TurnedCells::fill()
+        std::vector<Quaternion> frames;  ///< see TurnedCells::fill()
+        Quaternion turn;                 ///< of the whole
+        std::vector<double> counts;      ///< n: what each vertex counts when the result is placed
     };
     Overlay overlay(const ShapeWeights& weights, const Execution& execution) const;
     /// The average shape by positions alone. @return n x 3.
@@ -58,25 +58,23 @@ struct Morpher::Bound {
     std::unique_ptr<EncodingBlend> encodings;
     std::unique_ptr<TurnedCells> cells;
     RingParts parts;
-    // With all vertices free, the constant matrix of the energy without springs for the average of all shapes.
-    Unknowns all;
-    SupernodalFactor factor_of_all;
+    std::vector<double> stays;  // n: how much of each vertex stays where it is from shape to shape, above 0 to 1
     std::unique_ptr<CellAssembly> assembly;
     // What is solved for: all but the anchors, on springs.
     Unknowns unknowns;
     std::vector<SoftAnchor> springs;
     SupernodalFactor factor;
 
-    DeformationEnergy energy_of(const Encoding& encoding, const RestCells& of_cells, const Unknowns& of,
-                                std::vector<SoftAnchor> soft, double size, const Execution& execution) const;
+    DeformationEnergy energy_of(const Encoding& encoding, const RestCells& of_cells, double size,
+                                const Execution& execution) const;
 
   private:
     Overlay graft(const ShapeWeights& weights, const Execution& execution) const;
     void encode_shapes(const MorphBinding& binding, Execution& execution);
     void find_parts(const Execution& execution);
+    void find_what_stays(const Execution& execution);
     void factorise(Execution& execution);
-    void factorise(const DeformationEnergy& energy, const Unknowns& of, SupernodalFactor& result,
-                   Execution& execution) const;
+    void factorise(const DeformationEnergy& energy, Execution& execution);
 };
 
 /// What a draft goes on from: from one frame of a drag to the next, what the cells lack changes little.
@@ -94,7 +92,7 @@ struct Morpher::Workspace {
 
     Encoding encoding;
     RestCells cells;
-    std::vector<Matrix3> rotations;
+    std::vector<Quaternion> rotations;
     CellAssembly::Workspace assembly;
     std::unique_ptr<DeformationEnergy> energy;  // of `encoding` and `cells`
     DeformationEnergy::Workspace energy_room;

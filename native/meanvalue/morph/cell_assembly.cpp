@@ -1,9 +1,10 @@
 #include "meanvalue/morph/cell_assembly.h"
 
 #include <algorithm>
-#include <utility>
 
+#include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/fast/row_energy.h"
 
 namespace meanvalue {
 namespace {
@@ -18,10 +19,64 @@ std::size_t bytes_of(const std::vector<T>& items) {
 
 }  // namespace
 
-CellAssembly::CellAssembly(const Encoding& layout, QuadraticRows rows, const SupernodalFactor& factor,
+CellAssembly::CellAssembly(const Encoding& layout, const RestCells& cells,
+                           const std::vector<std::vector<Index>>& parts, InstructionSet instructions, int threads,
                            const Execution& execution)
-    : layout_(layout), rows_(std::move(rows)), factor_(factor) {
+    : layout_(layout), factor_(instructions) {
+    measure(cells, threads, execution);
     index_uses(execution);
+    const SparseMatrix lower = matrix(parts, execution);
+    factor_.analyse(lower, execution, threads);
+    if (!factor_.factorise(lower, execution, threads))
+        throw SolverFailure(message("the Laplacian of ", lower.rows(), " vertices is not positive definite"));
+}
+
+void CellAssembly::measure(const RestCells& cells, int threads, const Execution& execution) {
+    spokes_.resize(layout_.ring.size());
+    rims_.resize(layout_.ring.size());
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        std::vector<Spoke> spokes;
+        for (Index v = begin; v < end; ++v) {
+            const Index first = layout_.ring_offsets[v];
+            const Index valence = layout_.ring_offsets[v + 1] - first;
+            if (valence == 0) continue;
+            spokes.resize(valence);
+            measure_spokes(cells.edges.data() + first, valence, spokes.data());
+            for (Index k = 0; k < valence; ++k) {
+                spokes_[first + k] = spokes[k].spoke;
+                rims_[first + k] = spokes[k].rim;
+            }
+        }
+    });
+}
+
+/// Lower triangle. The first vertex of each part is held, which only decides where the part is.
+SparseMatrix CellAssembly::matrix(const std::vector<std::vector<Index>>& parts, const Execution& execution) const {
+    const Index vertices = layout_.vertex_count();
+    std::vector<double> diagonal(vertices, 0.0);
+    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
+    entries.reserve(2 * layout_.ring.size() + vertices);
+    const auto add = [&](Index a, Index b, double weight) {
+        diagonal[a] += weight;
+        diagonal[b] += weight;
+        entries.emplace_back(std::max(a, b), std::min(a, b), -weight);
+    };
+    for (Index v = 0; v < vertices; ++v) {
+        execution.check_every(v);
+        const Index first = layout_.ring_offsets[v];
+        const Index last = layout_.ring_offsets[v + 1];
+        for (Index k = first; k < last; ++k) {
+            add(v, layout_.ring[k], spokes_[k]);
+            add(layout_.ring[k], layout_.ring[k + 1 == last ? first : k + 1], rims_[k]);
+        }
+    }
+    for (const std::vector<Index>& part : parts)
+        diagonal[part.front()] *= 2.0;
+    for (Index v = 0; v < vertices; ++v)
+        entries.emplace_back(v, v, diagonal[v] > 0.0 ? diagonal[v] : 1.0);
+    SparseMatrix lower(vertices, vertices);
+    lower.setFromTriplets(entries.begin(), entries.end());
+    return lower;
 }
 
 void CellAssembly::index_uses(const Execution& execution) {
@@ -47,26 +102,23 @@ Vector3 CellAssembly::pull_of(Index row, const RestCells& cells, const Matrix3& 
     const Index valence = layout_.ring_offsets[row + 1] - first;
     const Vector3 own = positions.row(row);
     missing.resize(valence);
-    Vector3 bend = Vector3::Zero();
     for (Index k = 0; k < valence; ++k) {
         const Vector3 edge = own - Vector3(positions.row(layout_.ring[first + k]));
         missing[k] = rotation * cells.edges[first + k] - edge;
-        bend += rows_.weights[first + k] * missing[k];
     }
-    bend *= rows_.bending[row];
-    Vector3 pull = bend;
+    Vector3 pull = Vector3::Zero();
     for (Index k = 0; k < valence; ++k) {
         const Index before = k == 0 ? valence - 1 : k - 1;
         const Index after = k + 1 == valence ? 0 : k + 1;
-        const Vector3 spoke = rows_.spokes[first + k] * missing[k];
+        const Vector3 spoke = spokes_[first + k] * missing[k];
         pull += spoke;
-        shares[k] = -spoke - rows_.weights[first + k] * bend - rows_.rims[first + k] * (missing[k] - missing[after]) -
-                    rows_.rims[first + before] * (missing[k] - missing[before]);
+        shares[k] = -spoke - rims_[first + k] * (missing[k] - missing[after]) -
+                    rims_[first + before] * (missing[k] - missing[before]);
     }
     return pull;
 }
 
-void CellAssembly::solve(const RestCells& cells, const std::vector<Matrix3>& rotations, int threads,
+void CellAssembly::solve(const RestCells& cells, const std::vector<Quaternion>& rotations, int threads,
                          const Execution& execution, Workspace& workspace, Positions& positions) const {
     const Index vertices = layout_.vertex_count();
     workspace.shares.resize(layout_.ring.size());
@@ -75,7 +127,7 @@ void CellAssembly::solve(const RestCells& cells, const std::vector<Matrix3>& rot
         parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
             std::vector<Vector3> missing;
             for (Index v = begin; v < end; ++v) {
-                workspace.sums.row(v) = pull_of(v, cells, rotations[v], positions, missing,
+                workspace.sums.row(v) = pull_of(v, cells, rotations[v].toRotationMatrix(), positions, missing,
                                                 workspace.shares.data() + layout_.ring_offsets[v])
                                             .transpose();
             }
@@ -94,7 +146,7 @@ void CellAssembly::solve(const RestCells& cells, const std::vector<Matrix3>& rot
 }
 
 std::size_t CellAssembly::bytes() const {
-    return rows_.bytes() + bytes_of(use_start_) + bytes_of(uses_);
+    return bytes_of(spokes_) + bytes_of(rims_) + bytes_of(use_start_) + bytes_of(uses_) + factor_.bytes();
 }
 
 }  // namespace meanvalue

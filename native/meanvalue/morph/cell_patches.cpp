@@ -7,8 +7,8 @@
 namespace meanvalue {
 namespace {
 
-// Enough patches for every finger, few enough for a millisecond.
-constexpr Index kPatches = 1200;
+// Enough for every finger. Finer ones follow strains, which tilt the axes that neighbours are turned about.
+constexpr Index kPatches = 600;
 // Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
 constexpr double kSpreads = 1.5;
 constexpr double kLeastShare = 1e-2;

@@ -61,7 +61,7 @@ class Morpher::Solve {
         {
             const StageTimer timer(solution.timings, "total");
             blend(solution.timings);
-            Positions guess = turn_cells(solution.timings);
+            Positions guess = assemble(solution.timings);
             solution.vertices = guess;
             follows_ = !start && options_.is_draft && work_.last.is_near(weights_);
             work_.last.weights.clear();  // of a cancelled solve nothing is kept
@@ -86,15 +86,13 @@ class Morpher::Solve {
         const StageTimer timer(timings, "blend");
         execution_.begin_stage("blend");
         bound_.encodings->fill(weights_, threads_, execution_, work_.encoding);
-        bound_.cells->fill_edges(weights_, overlay_.sizes, threads_, execution_, work_.cells);
+        bound_.cells->fill(weights_, overlay_.sizes, overlay_.frames, overlay_.turn, threads_, execution_,
+                           work_.rotations, work_.cells);
     }
 
-    /// All cells at the average of their turns, put together and placed.
-    Positions turn_cells(Timings& timings) {
-        const StageTimer timer(timings, "turn");
-        bound_.cells->fill_rotations(weights_, overlay_.frames, threads_, execution_, work_.rotations);
-        for (Matrix3& rotation : work_.rotations)
-            rotation = overlay_.turn * rotation;
+    /// The turned cells put together and placed.
+    Positions assemble(Timings& timings) {
+        const StageTimer timer(timings, "assemble");
         const Positions linear = bound_.linear_blend(weights_, overlay_, threads_, execution_);
         Positions positions = linear;
         bound_.assembly->solve(work_.cells, work_.rotations, threads_, execution_, work_.assembly, positions);

@@ -14,7 +14,7 @@
 namespace meanvalue {
 
 /// What none stands for in MorphBinding::hold.
-constexpr double kDefaultHold = 100.0;
+constexpr double kDefaultHold = 1000.0;
 
 /// What a Morpher is bound to.
 struct MorphBinding {

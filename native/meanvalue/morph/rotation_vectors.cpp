@@ -1,9 +1,7 @@
 #include "meanvalue/morph/rotation_vectors.h"
 
-#include <algorithm>
 #include <cmath>
 
-#include "meanvalue/common/cross_matrix.h"
 #include "meanvalue/common/elementary.h"
 
 namespace meanvalue {
@@ -13,10 +11,26 @@ constexpr double kTurn = 6.28318530717958647692;
 // Of the sine and the cosine of half the angle: less tells no axis, or no angle.
 constexpr double kNothing = 1e-12;
 
-/// The unit quaternion of a rotation, (w, x, y, z), by its largest entry (Shepperd 1978).
-Eigen::Vector4d quaternion_of(const Matrix3& r) {
+}  // namespace
+
+Quaternion quaternion_by(const Vector3& vector) {
+    const double angle = vector.norm();
+    if (angle == 0.0) return Quaternion::Identity();
+    const SineCosine half = sine_cosine(0.5 * angle);
+    Quaternion result;
+    result.w() = half.cosine;
+    result.vec() = half.sine / angle * vector;
+    return result;
+}
+
+Matrix3 rotation_by(const Vector3& vector) {
+    return quaternion_by(vector).toRotationMatrix();
+}
+
+/// By its largest entry (Shepperd 1978).
+Quaternion quaternion_of(const Matrix3& r) {
     const double trace = r.trace();
-    Eigen::Vector4d q;
+    Eigen::Vector4d q;  // w, x, y, z
     if (trace >= r.diagonal().maxCoeff()) {
         q << 1.0 + trace, r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1);
     } else {
@@ -29,28 +43,19 @@ Eigen::Vector4d quaternion_of(const Matrix3& r) {
         q(1 + j) = r(j, i) + r(i, j);
         q(1 + k) = r(k, i) + r(i, k);
     }
-    return q / q.norm();
-}
-
-}  // namespace
-
-Matrix3 rotation_by(const Vector3& vector) {
-    const double angle = vector.norm();
-    if (angle == 0.0) return Matrix3::Identity();
-    const SineCosine half = sine_cosine(0.5 * angle);
-    // sin(a) / a and (1 - cos(a)) / a^2 without cancellation.
-    const double first = 2.0 * half.sine * half.cosine / angle;
-    const double second = 2.0 * half.sine * half.sine / (angle * angle);
-    const Matrix3 cross = cross_matrix(vector);
-    return Matrix3::Identity() + first * cross + second * cross * cross;
+    q /= q.norm();
+    return {q(0), q(1), q(2), q(3)};
 }
 
 Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near) {
-    Eigen::Vector4d q = quaternion_of(rotation);
-    if (q(0) < 0.0) q = -q;
-    const Vector3 imaginary = q.tail<3>();
+    return rotation_vector(quaternion_of(rotation), near);
+}
+
+Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
+    const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;
+    const Vector3 imaginary = sign * rotation.vec();
     const double sine = imaginary.norm();
-    const double angle = 2.0 * arc_tangent(sine, q(0));
+    const double angle = 2.0 * arc_tangent(sine, sign * rotation.w());
     const double near_length = near.norm();
     Vector3 axis = Vector3::Zero();
     if (sine > kNothing) {
@@ -63,14 +68,15 @@ Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near) {
     return (angle + turns * kTurn) * axis;
 }
 
-Matrix3 average_turn(const Vector3* vectors, const std::vector<Matrix3>& frames, const double* weights, Index count) {
+Quaternion average_turn(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
+                        Index count) {
     Vector3 sum = Vector3::Zero();
     for (Index k = 0; k < count; ++k) {
         if (weights[k] == 0.0) continue;
         sum += weights[k] *
-               (frames.empty() ? vectors[k] : rotation_vector(frames[k] * rotation_by(vectors[k]), vectors[k]));
+               (frames.empty() ? vectors[k] : rotation_vector(frames[k] * quaternion_by(vectors[k]), vectors[k]));
     }
-    return rotation_by(sum);
+    return quaternion_by(sum);
 }
 
 }  // namespace meanvalue

@@ -7,14 +7,22 @@
 
 namespace meanvalue {
 
-/// The rotation by |vector| about it (Rodrigues). Any length. The same bits on every processor.
+/// Of length 1; q and -q are the same rotation.
+using Quaternion = Eigen::Quaterniond;
+
+/// The rotation by |vector| about it. Any length. The same bits on every processor.
+Quaternion quaternion_by(const Vector3& vector);
 Matrix3 rotation_by(const Vector3& vector);
 
-/// The vector of a rotation that is nearest to `near`: its angle may be beyond half a turn, or several turns.
 /// @param rotation orthogonal to rounding, determinant 1.
+Quaternion quaternion_of(const Matrix3& rotation);
+
+/// The vector of a rotation that is nearest to `near`: its angle may be beyond half a turn, or several turns.
+Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near = Vector3::Zero());
 Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::Zero());
 
 /// The rotation by the average of `count` vectors. @param frames a rotation for each, which comes after it; or none.
-Matrix3 average_turn(const Vector3* vectors, const std::vector<Matrix3>& frames, const double* weights, Index count);
+Quaternion average_turn(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
+                        Index count);
 
 }  // namespace meanvalue

@@ -10,8 +10,9 @@
 namespace meanvalue {
 namespace {
 
-// What a part's own turn counts beside the fit: it decides where average positions cancel each other.
-constexpr double kTurnShare = 1e-4;
+// What a part's own turn counts beside the fit: enough that the whole does not turn over where average positions
+// cancel each other, as those of a straight limb and of one that is curled up do.
+constexpr double kTurnShare = 0.25;
 // What a vertex without a weight counts when a graft is placed.
 constexpr double kLeastCount = 1e-3;
 
@@ -31,6 +32,7 @@ Morpher::Bound::Overlay Morpher::Bound::overlay(const ShapeWeights& weights, con
         place.translation = middle - place.scale * Vector3(shapes[k].colwise().mean());
         result.places.push_back(place);
     }
+    result.counts = stays;
     return result;
 }
 
@@ -60,7 +62,7 @@ Morpher::Bound::Overlay Morpher::Bound::graft(const ShapeWeights& weights, const
         }
         result.places.push_back(place);
         result.sizes.push_back(place.scale);
-        result.frames.push_back(result.turn.transpose() * place.rotation * cells->whole(k));
+        result.frames.push_back(result.turn.conjugate() * quaternion_of(place.rotation) * cells->whole(k));
     }
     for (Index v = 0; v < layout.vertex_count(); ++v)
         result.counts.push_back(std::max(weights.of(v)[most], kLeastCount));

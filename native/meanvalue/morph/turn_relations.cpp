@@ -12,17 +12,16 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/mesh/disjoint_sets.h"
-#include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
 namespace {
 
 constexpr int kMostSteps = 4;
-constexpr double kStepTolerance = 1e-2;  // radians; the next step is far below
+constexpr double kStepTolerance = 1e-3;  // radians; the next step is far below
 
 /// The vector of a rotation by a small angle, times the sine of that over itself.
-Vector3 small_turn(const Matrix3& r) {
-    return 0.5 * Vector3(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));
+Vector3 small_turn(const Quaternion& q) {
+    return 2.0 * q.w() * q.vec();
 }
 
 template <typename T>
@@ -33,9 +32,10 @@ std::size_t bytes_of(const std::vector<T>& items) {
 }  // namespace
 
 TurnRelations::TurnRelations(const Encoding& layout, const std::vector<Vector3>& turns, Index shape_count,
-                             const Execution& execution)
+                             int threads, const Execution& execution)
     : layout_(layout), shape_count_(shape_count), patches_(layout, execution), patch_count_(patches_.count()) {
     relate(turns, execution);
+    turn_against_patches(turns, threads, execution);
     factorise(execution);
     connect(execution);
 }
@@ -58,17 +58,42 @@ void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& e
             if (other >= 0 && other != patches_.of[v]) edges[std::minmax(patches_.of[v], other)] += 0.5;
         }
     }
-    std::vector<Matrix3> means(sums.size());
+    means_.resize(sums.size());
     for (std::size_t k = 0; k < sums.size(); ++k) {
-        means[k] = closest_rotation(sums[k]);
-        turns_[k] = rotation_vector(means[k], turns_[k]);
+        means_[k] = quaternion_of(closest_rotation(sums[k]));
+        turns_[k] = rotation_vector(means_[k], turns_[k]);
     }
     for (const auto& [ends, weight] : edges) {
         pairs_.push_back({ends.first, ends.second, weight});
         for (std::size_t k = 0; k < count; ++k)
             relative_.push_back(
-                rotation_vector(means[ends.first * count + k].transpose() * means[ends.second * count + k]));
+                rotation_vector(means_[ends.first * count + k].conjugate() * means_[ends.second * count + k]));
     }
+}
+
+/// The rotation that the patches about a cell have in the mean, each as much as its share. @param patches one for
+/// each, `stride` apart.
+Quaternion TurnRelations::mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (Index k = patches_.share_start[vertex]; k < patches_.share_start[vertex + 1]; ++k) {
+        const Eigen::Vector4d each = patches[patches_.shares[k].patch * stride].coeffs();
+        sum += (sum.dot(each) < 0.0 ? -patches_.shares[k].share : patches_.shares[k].share) * each;
+    }
+    const double length = sum.norm();
+    return length > 0.0 ? Quaternion(Eigen::Vector4d(sum / length)) : Quaternion::Identity();
+}
+
+void TurnRelations::turn_against_patches(const std::vector<Vector3>& turns, int threads, const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    own_turns_.resize(turns.size());
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            for (std::size_t k = 0; k < count; ++k) {
+                const Quaternion mean = mean_of_patches(v, means_.data() + k, count);
+                own_turns_[v * count + k] = rotation_vector(mean.conjugate() * quaternion_by(turns[v * count + k]));
+            }
+        }
+    });
 }
 
 /// From patch to patch over the neighbours that are turned the most alike, beginning where least is turned.
@@ -112,22 +137,22 @@ void TurnRelations::connect(const Execution& execution) {
 
 /// The rotations that have all turns between neighbours of the tree, each part of the mesh turned as a whole to what
 /// its patches are in space. From there to the best is not far, however far limbs are turned.
-std::vector<Matrix3> TurnRelations::follow(const std::vector<Matrix3>& between,
-                                           const std::vector<Matrix3>& in_space) const {
-    std::vector<Matrix3> found = in_space;
+std::vector<Quaternion> TurnRelations::follow(const std::vector<Quaternion>& between,
+                                              const std::vector<Quaternion>& in_space) const {
+    std::vector<Quaternion> found = in_space;
     for (std::size_t begin = 0; begin < tree_.size();) {
         std::size_t end = begin;
         Matrix3 sum = Matrix3::Zero();
         do {
             const auto& [patch, from, pair] = tree_[end];
             if (patch != from)
-                found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].transpose());
-            sum += patches_.sizes[patch] * in_space[patch] * found[patch].transpose();
+                found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].conjugate());
+            sum += patches_.sizes[patch] * (in_space[patch] * found[patch].conjugate()).toRotationMatrix();
             ++end;
         } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
-        const Matrix3 whole = closest_rotation(sum);
+        const Quaternion whole = quaternion_of(closest_rotation(sum));
         for (; begin < end; ++begin)
-            found[tree_[begin].patch] = whole * found[tree_[begin].patch];
+            found[tree_[begin].patch] = (whole * found[tree_[begin].patch]).normalized();
     }
     return found;
 }
@@ -158,6 +183,11 @@ void TurnRelations::factorise(const Execution& execution) {
 std::vector<double> TurnRelations::weights_of_patches(const ShapeWeights& weights) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<double> result(patch_count_ * count, 0.0);
+    if (weights.is_uniform()) {
+        for (std::size_t k = 0; k < result.size(); ++k)
+            result[k] = weights.of(0)[k % count];
+        return result;
+    }
     for (Index v = 0; v < layout_.vertex_count(); ++v) {
         if (patches_.of[v] < 0) continue;
         for (std::size_t k = 0; k < count; ++k)
@@ -167,13 +197,13 @@ std::vector<double> TurnRelations::weights_of_patches(const ShapeWeights& weight
 }
 
 /// One Gauss-Newton step. @return the largest turn.
-double TurnRelations::step(const std::vector<Matrix3>& between, std::vector<Matrix3>& rotations,
+double TurnRelations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                            const Execution& execution) const {
     Positions sums = Positions::Zero(patch_count_, 3);
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         const auto& [a, b, weight] = pairs_[pair];
         // What b has to be turned by in space to agree with a.
-        const Vector3 missing = weight * small_turn(rotations[a] * between[pair] * rotations[b].transpose());
+        const Vector3 missing = weight * small_turn(rotations[a] * between[pair] * rotations[b].conjugate());
         sums.row(b) += missing.transpose();
         sums.row(a) -= missing.transpose();
     }
@@ -185,51 +215,72 @@ double TurnRelations::step(const std::vector<Matrix3>& between, std::vector<Matr
     for (Index patch = 0; patch < patch_count_; ++patch) {
         const Vector3 turn = sums.row(patch);
         largest = std::max(largest, turn.norm());
-        rotations[patch] = rotation_by(turn) * rotations[patch];
+        rotations[patch] = (quaternion_by(turn) * rotations[patch]).normalized();
     }
     return largest;
 }
 
-void TurnRelations::correct(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
-                            const Execution& execution, std::vector<Matrix3>& rotations) const {
-    if (patch_count_ == 0) return;
+/// @param shares patches x k: their weights.
+std::vector<Quaternion> TurnRelations::find_patches_between(const std::vector<double>& shares,
+                                                            const std::vector<Quaternion>& frames,
+                                                            const Execution& execution) const {
     const auto count = static_cast<std::size_t>(shape_count_);
-    const std::vector<double> shares = weights_of_patches(weights);
-    std::vector<Matrix3> in_space(patch_count_);
+    std::vector<Quaternion> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {
         const std::size_t first = patch * count;
         in_space[patch] = average_turn(turns_.data() + first, frames, shares.data() + first, shape_count_);
     }
-    std::vector<Matrix3> between(pairs_.size());
+    std::vector<Quaternion> between(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         Vector3 sum = Vector3::Zero();
         for (std::size_t k = 0; k < count; ++k) {
             const double share = 0.5 * (shares[pairs_[pair].a * count + k] + shares[pairs_[pair].b * count + k]);
             sum += share * relative_[pair * count + k];
         }
-        between[pair] = rotation_by(sum);
+        between[pair] = quaternion_by(sum);
     }
-    std::vector<Matrix3> found = follow(between, in_space);
+    std::vector<Quaternion> found = follow(between, in_space);
     for (int round = 0; round < kMostSteps && step(between, found, execution) > kStepTolerance; ++round) {
     }
-    // Each on the branch that is nearest to its neighbour's: beyond half a turn they would cancel in between.
-    std::vector<Vector3> corrections(patch_count_, Vector3::Zero());
-    for (const Step& each : tree_)
-        corrections[each.patch] =
-            rotation_vector(found[each.patch] * in_space[each.patch].transpose(), corrections[each.from]);
+    return found;
+}
+
+/// What a vertex is turned further where its weights are not those of its patches.
+/// @param mean of these in between.
+Quaternion TurnRelations::own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
+                                      const std::vector<Quaternion>& frames, const Quaternion& mean) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t k = 0; k < count; ++k) {
+        double more = weights[k];
+        for (Index place = patches_.share_start[vertex]; place < patches_.share_start[vertex + 1]; ++place)
+            more -= patches_.shares[place].share * shares[patches_.shares[place].patch * count + k];
+        if (more == 0.0) continue;
+        const Quaternion own = mean_of_patches(vertex, means_.data() + k, count);
+        sum += more * rotation_vector(mean.conjugate() * (frames.empty() ? own : frames[k] * own));
+    }
+    return quaternion_by(sum);
+}
+
+void TurnRelations::fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& turn,
+                         int threads, const Execution& execution, std::vector<Quaternion>& rotations) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    const std::vector<double> shares = weights_of_patches(weights);
+    const std::vector<Quaternion> patches = find_patches_between(shares, frames, execution);
+    rotations.resize(layout_.vertex_count());
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
-            Vector3 sum = Vector3::Zero();
-            for (Index k = patches_.share_start[v]; k < patches_.share_start[v + 1]; ++k)
-                sum += patches_.shares[k].share * corrections[patches_.shares[k].patch];
-            rotations[v] = rotation_by(sum) * rotations[v];
+            const double* const of = weights.of(v);
+            rotations[v] = mean_of_patches(v, patches.data(), 1);
+            if (!weights.is_uniform()) rotations[v] *= own_weights(v, of, shares, frames, rotations[v]);
+            rotations[v] = turn * rotations[v] * average_turn(own_turns_.data() + v * count, {}, of, shape_count_);
         }
     });
 }
 
 std::size_t TurnRelations::bytes() const {
-    return patches_.bytes() + bytes_of(turns_) + bytes_of(pairs_) + bytes_of(relative_) + bytes_of(tree_) +
-           factor_.bytes();
+    return patches_.bytes() + bytes_of(turns_) + bytes_of(means_) + bytes_of(own_turns_) + bytes_of(pairs_) +
+           bytes_of(relative_) + bytes_of(tree_) + factor_.bytes();
 }
 
 }  // namespace meanvalue

@@ -8,26 +8,29 @@
 #include "meanvalue/encoding/shape_weights.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/morph/cell_patches.h"
+#include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
 
 /// Averages of rotation vectors turn every cell about an axis of its own in space: a forearm does not bend about the
 /// elbow then, but about what is between the axes of elbow and shoulder. Averages of the turns of each part against
-/// its neighbours do. Parts are patches of some dozen cells; the rotations of all patches are found that agree best
-/// with the average turns between neighbours (least squares, by Gauss and Newton), and what they differ by from the
-/// averages in space goes smoothly over to the cells. docs/algorithm.md, "Blending".
+/// its neighbours do. Parts are patches of some dozen cells, whose rotations go smoothly over into each other from
+/// cell to cell; each cell is turned against that. Such turns are small, so that none of them is ambiguous, however
+/// far a limb is turned in all. In between, the rotations of all patches are found that agree best with the average
+/// turns between neighbours (least squares, by Gauss and Newton), and the cells' own turns are averaged on top.
+/// docs/algorithm.md, "Blending".
 class TurnRelations {
   public:
     /// @param layout the rings, n. @param turns n x k rotation vectors, vertex after vertex: TurnedCells.
-    /// @pre layout outlives it. @throws Cancelled, SolverFailure. Cost: linear.
-    TurnRelations(const Encoding& layout, const std::vector<Vector3>& turns, Index shape_count,
+    /// The same bits for any `threads`. @pre layout outlives it. @throws Cancelled, SolverFailure. Cost: linear.
+    TurnRelations(const Encoding& layout, const std::vector<Vector3>& turns, Index shape_count, int threads,
                   const Execution& execution);
 
-    /// Corrects averages in space. Where one shape has all the weight nothing changes.
-    /// @param frames as of TurnedCells::fill_rotations(). @param rotations n, of the cells. The same bits for any
-    /// `threads`. @throws Cancelled.
-    void correct(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
-                 const Execution& execution, std::vector<Matrix3>& rotations) const;
+    /// The rotations of all cells in between. Where one shape has all the weight they are its own.
+    /// @param frames, turn as of TurnedCells::fill(). @param rotations receives n. The same bits for any `threads`.
+    /// @throws Cancelled.
+    void fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& turn, int threads,
+              const Execution& execution, std::vector<Quaternion>& rotations) const;
 
     std::size_t bytes() const;
 
@@ -44,21 +47,31 @@ class TurnRelations {
     };
 
     void relate(const std::vector<Vector3>& turns, const Execution& execution);
+    void turn_against_patches(const std::vector<Vector3>& turns, int threads, const Execution& execution);
     void factorise(const Execution& execution);
     void connect(const Execution& execution);
     std::vector<double> weights_of_patches(const ShapeWeights& weights) const;
-    std::vector<Matrix3> follow(const std::vector<Matrix3>& between, const std::vector<Matrix3>& in_space) const;
-    double step(const std::vector<Matrix3>& between, std::vector<Matrix3>& rotations,
+    std::vector<Quaternion> find_patches_between(const std::vector<double>& shares,
+                                                 const std::vector<Quaternion>& frames,
+                                                 const Execution& execution) const;
+    std::vector<Quaternion> follow(const std::vector<Quaternion>& between,
+                                   const std::vector<Quaternion>& in_space) const;
+    double step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                 const Execution& execution) const;
+    Quaternion mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const;
+    Quaternion own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
+                           const std::vector<Quaternion>& frames, const Quaternion& mean) const;
 
     const Encoding& layout_;
     Index shape_count_;
     CellPatches patches_;
     Index patch_count_;
-    std::vector<Vector3> turns_;     // patches x k
-    std::vector<Pair> pairs_;        // a < b, ascending
-    std::vector<Vector3> relative_;  // pairs x k: of b against a, in the frame of a
-    std::vector<Step> tree_;         // every patch once, after the one that it is reached from
+    std::vector<Vector3> turns_;      // patches x k, in space
+    std::vector<Quaternion> means_;   // these as rotations
+    std::vector<Vector3> own_turns_;  // n x k: of cells against the mean of their patches, in its frame
+    std::vector<Pair> pairs_;         // a < b, ascending
+    std::vector<Vector3> relative_;   // pairs x k: of b against a, in the frame of a
+    std::vector<Step> tree_;          // every patch once, after the one that it is reached from
     SupernodalFactor factor_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/fast/row_energy.h"
 #include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/morph/rotation_vectors.h"
 
@@ -16,7 +17,7 @@ namespace {
 // Rounds of turning all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
 constexpr int kAlignRounds = 3;
 // Of the turn of the whole and the mean turns of cells, each in terms of the other.
-constexpr int kWholeRounds = 2;
+constexpr int kWholeRounds = 6;
 constexpr int kMeanRounds = 8;
 constexpr double kMeanTolerance = 1e-9;
 
@@ -49,11 +50,54 @@ Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count) {
     return factor;
 }
 
+/// Turns the edges of one cell in all shapes onto their mean. They count as in the energy: with cotangent weights the
+/// turn of a cell is that of the surface, however its edges lie.
+/// @param edges `valence` x `count`, which are turned.
+void align(Index valence, Vector3* edges, Index count) {
+    std::vector<Vector3> means(valence);
+    std::vector<Spoke> spokes(valence);
+    std::vector<Matrix3> covariances(count);
+    for (int round = 0; round < kAlignRounds && count > 1 && valence > 0; ++round) {
+        for (Index place = 0; place < valence; ++place) {
+            means[place].setZero();
+            for (Index k = 0; k < count; ++k)
+                means[place] += edges[place * count + k] / count;
+        }
+        measure_spokes(means.data(), valence, spokes.data());
+        std::fill(covariances.begin(), covariances.end(), Matrix3::Zero());
+        for (Index place = 0; place < valence; ++place) {
+            const Index next = place + 1 == valence ? 0 : place + 1;
+            const Vector3 spoke = spokes[place].spoke * means[place];
+            const Vector3 rim = spokes[place].rim * (means[place] - means[next]);
+            for (Index k = 0; k < count; ++k) {
+                const Vector3& edge = edges[place * count + k];
+                covariances[k] += spoke * edge.transpose() + rim * (edge - edges[next * count + k]).transpose();
+            }
+        }
+        for (Index k = 0; k < count; ++k) {
+            const Matrix3 turn = closest_rotation(covariances[k]);
+            for (Index place = 0; place < valence; ++place)
+                edges[place * count + k] = turn * edges[place * count + k];
+        }
+    }
+}
+
+/// From a cell's frame to one half-way to a neighbour's. Beyond a quarter of a turn between them it goes back to the
+/// cell's own, so that it is smooth also where half-way is ambiguous.
+Quaternion half_way(const Quaternion& own, const Quaternion& other) {
+    Quaternion relative = own.conjugate() * other;
+    const double cosine = relative.w();
+    relative.vec() *= cosine;
+    relative.w() = 1.0 + cosine * cosine;
+    return relative.normalized();
+}
+
 }  // namespace
 
 struct TurnedCells::Turns {
-    std::vector<Matrix3> of_cells;  // n x k: from e_ijk to the edges of shape k
-    std::vector<Matrix3> means;     // n: what the edges e_ijk of a cell have to be turned by
+    std::vector<Matrix3> of_cells;  // n x k: from the aligned edges to those of shape k
+    std::vector<Matrix3> means;     // n: what the aligned edges of a cell have to be turned by
+    std::vector<Vector3> vectors;   // n x k: of_cells after that, as rotation vectors
 };
 
 TurnedCells::TurnedCells(const Encoding& layout, const std::vector<PositionsView>& shapes, int threads,
@@ -61,15 +105,8 @@ TurnedCells::TurnedCells(const Encoding& layout, const std::vector<PositionsView
     : shape_count_(static_cast<Index>(shapes.size())), layout_(layout) {
     Turns turns = align_cells(shapes, threads, execution);
     find_turns(turns, threads, execution);
-    relations_.emplace(layout_, turns_, shape_count_, execution);
-    const auto count = static_cast<std::size_t>(shape_count_);
-    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
-        for (Index v = begin; v < end; ++v) {
-            for (std::size_t edge = layout_.ring_offsets[v] * count; edge < layout_.ring_offsets[v + 1] * count;
-                 ++edge)
-                edges_[edge] = turns.means[v] * edges_[edge];
-        }
-    });
+    relations_.emplace(layout_, turns.vectors, shape_count_, threads, execution);
+    bend_back(turns, threads, execution);
 }
 
 /// Turns the edges of each cell onto each other, at size 1.
@@ -96,21 +133,7 @@ TurnedCells::Turns TurnedCells::align_cells(const std::vector<PositionsView>& sh
         for (Index v = begin; v < end; ++v) {
             const std::size_t first = layout_.ring_offsets[v];
             const std::size_t last = layout_.ring_offsets[v + 1];
-            for (int round = 0; round < kAlignRounds && count > 1; ++round) {
-                std::vector<Matrix3> covariances(count, Matrix3::Zero());
-                for (std::size_t place = first; place < last; ++place) {
-                    Vector3 mean = Vector3::Zero();
-                    for (std::size_t k = 0; k < count; ++k)
-                        mean += edges_[place * count + k];
-                    for (std::size_t k = 0; k < count; ++k)
-                        covariances[k] += mean * edges_[place * count + k].transpose();
-                }
-                for (std::size_t k = 0; k < count; ++k) {
-                    const Matrix3 turn = closest_rotation(covariances[k]);
-                    for (std::size_t place = first; place < last; ++place)
-                        edges_[place * count + k] = turn * edges_[place * count + k];
-                }
-            }
+            align(layout_.ring_offsets[v + 1] - layout_.ring_offsets[v], edges_.data() + first * count, shape_count_);
             for (std::size_t k = 0; k < count; ++k) {
                 Matrix3 covariance = Matrix3::Zero();
                 for (std::size_t place = first; place < last; ++place) {
@@ -127,8 +150,8 @@ TurnedCells::Turns TurnedCells::align_cells(const std::vector<PositionsView>& sh
 void TurnedCells::find_turns(Turns& turns, int threads, const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     const Index vertices = layout_.vertex_count();
-    turns_.assign(vertices * count, Vector3::Zero());
-    wholes_.assign(count, Matrix3::Identity());
+    turns.vectors.assign(vertices * count, Vector3::Zero());
+    wholes_.assign(count, Quaternion::Identity());
     for (Index v = 0; v < vertices; ++v)
         turns.means[v] = turns.of_cells[v * count];
     const std::vector<Matrix3> of_cells = turns.of_cells;
@@ -139,17 +162,17 @@ void TurnedCells::find_turns(Turns& turns, int threads, const Execution& executi
                 execution.check_every(v);
                 sum += of_cells[v * count + k] * turns.means[v].transpose();
             }
-            wholes_[k] = closest_rotation(sum);
+            wholes_[k] = quaternion_of(closest_rotation(sum));
         }
-        for (Index v = 0; v < vertices; ++v) {
-            for (std::size_t k = 0; k < count; ++k)
-                turns.of_cells[v * count + k] =
-                    wholes_[k].transpose() * of_cells[v * count + k] * turns.means[v].transpose();
+        for (std::size_t k = 0; k < count; ++k) {
+            const Matrix3 back = wholes_[k].toRotationMatrix().transpose();
+            for (Index v = 0; v < vertices; ++v)
+                turns.of_cells[v * count + k] = back * of_cells[v * count + k] * turns.means[v].transpose();
         }
         if (round == 0) follow_turns(turns, execution);
         parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
             for (Index v = begin; v < end; ++v) {
-                Vector3* const vectors = turns_.data() + v * count;
+                Vector3* const vectors = turns.vectors.data() + v * count;
                 Matrix3* const rotations = turns.of_cells.data() + v * count;
                 for (std::size_t k = 0; k < count; ++k)
                     vectors[k] = rotation_vector(rotations[k], vectors[k]);
@@ -161,7 +184,7 @@ void TurnedCells::find_turns(Turns& turns, int threads, const Execution& executi
 
 /// The branches of all rotation vectors: from the cell that is turned least on, each from the neighbour that is
 /// turned the most alike.
-void TurnedCells::follow_turns(const Turns& turns, const Execution& execution) {
+void TurnedCells::follow_turns(Turns& turns, const Execution& execution) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     const Index vertices = layout_.vertex_count();
     const auto rotation = [&](Index v, std::size_t k) -> const Matrix3& { return turns.of_cells[v * count + k]; };
@@ -187,7 +210,7 @@ void TurnedCells::follow_turns(const Turns& turns, const Execution& execution) {
     const auto settle = [&](Index v, Index from) {
         is_known[v] = 1;
         for (std::size_t k = 0; k < count; ++k)
-            turns_[v * count + k] = rotation_vector(rotation(v, k), turns_[from * count + k]);
+            turns.vectors[v * count + k] = rotation_vector(rotation(v, k), turns.vectors[from * count + k]);
         for (Index place = layout_.ring_offsets[v]; place < layout_.ring_offsets[v + 1]; ++place) {
             const Index next = layout_.ring[place];
             if (is_known[next]) continue;
@@ -210,8 +233,31 @@ void TurnedCells::follow_turns(const Turns& turns, const Execution& execution) {
     }
 }
 
-void TurnedCells::fill_edges(const ShapeWeights& weights, const std::vector<double>& sizes, int threads,
-                             const Execution& execution, RestCells& cells) const {
+/// Takes the turn of each edge's middle against its cell out of the edges.
+void TurnedCells::bend_back(const Turns& turns, int threads, const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    std::vector<Quaternion> rotations(turns.vectors.size());
+    for (std::size_t k = 0; k < rotations.size(); ++k)
+        rotations[k] = quaternion_by(turns.vectors[k]);
+    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            for (std::size_t place = layout_.ring_offsets[v]; place < std::size_t(layout_.ring_offsets[v + 1]);
+                 ++place) {
+                for (std::size_t k = 0; k < count; ++k) {
+                    const Quaternion bend =
+                        half_way(rotations[v * count + k], rotations[layout_.ring[place] * count + k]);
+                    Vector3& edge = edges_[place * count + k];
+                    edge = bend.conjugate() * (turns.means[v] * edge);
+                }
+            }
+        }
+    });
+}
+
+void TurnedCells::fill(const ShapeWeights& weights, const std::vector<double>& sizes,
+                       const std::vector<Quaternion>& frames, const Quaternion& turn, int threads,
+                       const Execution& execution, std::vector<Quaternion>& rotations, RestCells& cells) const {
+    relations_->fill(weights, frames, turn, threads, execution, rotations);
     const auto count = static_cast<std::size_t>(shape_count_);
     cells.edges.resize(layout_.ring.size());
     std::vector<double> factors(count);
@@ -225,21 +271,10 @@ void TurnedCells::fill_edges(const ShapeWeights& weights, const std::vector<doub
                 Vector3 sum = Vector3::Zero();
                 for (std::size_t k = 0; k < count; ++k)
                     sum += (of[k] * factors[k]) * edges_[place * count + k];
-                cells.edges[place] = sum;
+                cells.edges[place] = half_way(rotations[v], rotations[layout_.ring[place]]) * sum;
             }
         }
     });
-}
-
-void TurnedCells::fill_rotations(const ShapeWeights& weights, const std::vector<Matrix3>& frames, int threads,
-                                 const Execution& execution, std::vector<Matrix3>& rotations) const {
-    const auto count = static_cast<std::size_t>(shape_count_);
-    rotations.resize(layout_.vertex_count());
-    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
-        for (Index v = begin; v < end; ++v)
-            rotations[v] = average_turn(turns_.data() + v * count, frames, weights.of(v), shape_count_);
-    });
-    relations_->correct(weights, frames, threads, execution, rotations);
 }
 
 std::vector<double> TurnedCells::common_sizes(const std::vector<double>& weights) const {
@@ -250,19 +285,19 @@ std::vector<double> TurnedCells::common_sizes(const std::vector<double>& weights
     return result;
 }
 
-Matrix3 TurnedCells::whole_turn(const std::vector<double>& weights) const {
-    std::vector<Matrix3> rotations = wholes_;
-    std::vector<Vector3> vectors(wholes_.size(), Vector3::Zero());
-    const Matrix3 first = wholes_.front();
-    for (std::size_t k = 0; k < vectors.size(); ++k) {
-        rotations[k] = wholes_[k] * first.transpose();
-        vectors[k] = rotation_vector(rotations[k]);
+Quaternion TurnedCells::whole_turn(const std::vector<double>& weights) const {
+    std::vector<Matrix3> rotations;
+    std::vector<Vector3> vectors;
+    const Matrix3 first = wholes_.front().toRotationMatrix();
+    for (const Quaternion& whole : wholes_) {
+        rotations.emplace_back(whole.toRotationMatrix() * first.transpose());
+        vectors.push_back(rotation_vector(rotations.back()));
     }
     const Matrix3 mean = centre_turns(rotations.data(), vectors.data(), shape_count_) * first;
     Vector3 sum = Vector3::Zero();
     for (std::size_t k = 0; k < vectors.size(); ++k)
         sum += weights[k] * vectors[k];
-    return rotation_by(sum) * mean;
+    return quaternion_by(sum) * quaternion_of(mean);
 }
 
 double TurnedCells::geometric_mean(const std::vector<double>& values, const double* weights) {
@@ -273,7 +308,7 @@ double TurnedCells::geometric_mean(const std::vector<double>& values, const doub
 }
 
 std::size_t TurnedCells::bytes() const {
-    return (edges_.capacity() + turns_.capacity()) * sizeof(Vector3);
+    return edges_.capacity() * sizeof(Vector3) + relations_->bytes();
 }
 
 }  // namespace meanvalue

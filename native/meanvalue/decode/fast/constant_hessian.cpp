@@ -77,25 +77,6 @@ class HessianAssembly {
         std::vector<Index> found;
     };
 
-    QuadraticRows rows() const {
-        QuadraticRows result;
-        result.bending.assign(unknowns_.slot.size(), 0.0);
-        result.weights = encoding_.weights;
-        result.spokes.assign(encoding_.ring.size(), 0.0);
-        result.rims.assign(encoding_.ring.size(), 0.0);
-        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-            execution_.check_every(row);
-            const Index vertex = unknowns_.rows[row];
-            result.bending[vertex] = energy_.bending[row];
-            for (std::int64_t k = row_start_[row]; k < row_start_[row + 1]; ++k) {
-                const std::int64_t place = encoding_.ring_offsets[vertex] + k - row_start_[row];
-                result.spokes[place] = edges_[k].spoke;
-                result.rims[place] = edges_[k].rim;
-            }
-        }
-        return result;
-    }
-
     /// Columns [begin, end), lower triangle with the diagonal. @param sizes receives the number of entries of each.
     Columns columns(Index begin, Index end, std::int64_t* sizes, Scratch& scratch) const {
         Columns result;
@@ -281,10 +262,6 @@ SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, c
     });
     soft_constraints_.add_hessian(hessian);
     return hessian;
-}
-
-QuadraticRows DeformationEnergy::quadratic_rows(double rigidity, const Execution& execution) const {
-    return HessianAssembly(encoding_, unknowns_, rows_, rigidity * rows_.stretching, execution).rows();
 }
 
 FixedCoupling DeformationEnergy::fixed_coupling(double rigidity, const Execution& execution) const {

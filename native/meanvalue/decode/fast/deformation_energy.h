@@ -26,19 +26,6 @@ struct FixedCoupling {
     }
 };
 
-/// What the constant matrix of DeformationEnergy is made of: for each vertex its row, for each half-edge of the
-/// encoding what it gives to that. All zero for vertices without a row.
-struct QuadraticRows {
-    std::vector<double> bending;  ///< n: a_i
-    std::vector<double> weights;  ///< |Encoding::ring|: w_ik
-    std::vector<double> spokes;   ///< |Encoding::ring|: of |v_i - v_k|^2
-    std::vector<double> rims;     ///< |Encoding::ring|: of |v_k - v_l|^2, l the next in the ring
-
-    std::size_t bytes() const {
-        return (bending.capacity() + weights.capacity() + spokes.capacity() + rims.capacity()) * sizeof(double);
-    }
-};
-
 /// E = 1/2 sum_i a_i |v_i - F_i(V)|^2 + rigidity/2 (h/D)^2 sum_i sum_(j,k) c_jk |(v_j - v_k) - R_i (p_j - p_k)|^2
 ///     + sum_k s_k |v_k - t_k|^2
 ///
@@ -97,9 +84,6 @@ class DeformationEnergy {
     /// bits for any number of threads.
     /// @throws Cancelled.
     SparseMatrix constant_hessian(double rigidity, int threads, const Execution& execution) const;
-
-    /// That matrix row by row, but for soft anchors. @throws Cancelled.
-    QuadraticRows quadratic_rows(double rigidity, const Execution& execution) const;
 
     /// The rest of that matrix: how the gradient at each free vertex changes with each fixed one.
     /// @throws Cancelled.

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mix below an armature: the armature poses the mixed shape, live and baked."""
+
+import bpy
+import numpy as np
+import pytest
+from support import bent_limb
+from test_shape_mix import DIAGONAL, bake, bending, rest, set_value, shown
+
+TURN = np.radians(70.0)
+SHIFT = (2.0, -1.0, 3.0)
+
+
+@pytest.fixture
+def rigged():
+    """(object, pose bone, bone): the upper half of the limb follows the bone, with a soft border."""
+    obj = bending()
+    rig = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+    bpy.context.collection.objects.link(rig)
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode='EDIT')
+    bone = rig.data.edit_bones.new("Bone")
+    bone.head, bone.tail = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    bpy.ops.object.mode_set(mode='OBJECT')
+    bpy.context.view_layer.objects.active = obj
+    group = obj.vertex_groups.new(name="Bone")
+    for index, weight in enumerate(weights()):
+        group.add([index], float(weight), 'REPLACE')
+    modifier = obj.modifiers.new("Armature", 'ARMATURE')
+    modifier.object = rig
+    return obj, rig.pose.bones["Bone"]
+
+
+def weights():
+    along = np.abs(rest()).argmax(axis=1)
+    longest = np.bincount(along, minlength=3).argmax()
+    share = rest()[:, longest] / bent_limb.LENGTH
+    return np.clip(4.0 * (share - share.min()) / np.ptp(share) - 1.5, 0.0, 1.0)
+
+
+def pose(bone):
+    bone.rotation_mode = 'XYZ'
+    bone.rotation_euler = (0.0, TURN, 0.3)
+    bone.location = SHIFT
+    bpy.context.view_layer.update()
+
+
+def posed(obj, bone, shape):
+    """(n, 3): by linear-blend skinning, of the shape that the armature is given."""
+    matrix = np.array(bone.matrix @ bone.bone.matrix_local.inverted())
+    share = np.array([vertex.groups[0].weight for vertex in obj.data.vertices])[:, None]
+    return (1.0 - share) * shape + share * (shape @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def set_turned_on(obj, value):
+    obj.meanvalue.mix.is_on = value
+    bpy.context.view_layer.update()
+
+
+@pytest.mark.parametrize("is_baked", [False, True], ids=["live", "baked"])
+def test_an_armature_poses_the_mixed_shape(rigged, is_baked):
+    obj, bone = rigged
+    set_turned_on(obj, True)
+    if is_baked:
+        bake(obj)
+    set_value(obj, "Bend", 0.5)
+    mixed = shown(obj)
+    pose(bone)
+    np.testing.assert_allclose(shown(obj), posed(obj, bone, mixed), atol=1e-5 * DIAGONAL)
+    assert np.abs(shown(obj) - mixed).max() > 0.1 * DIAGONAL
+
+
+def test_what_is_mixed_while_posed_is_what_is_posed_when_mixed(rigged):
+    obj, bone = rigged
+    pose(bone)
+    set_turned_on(obj, True)
+    set_value(obj, "Bend", 0.5)
+    first = shown(obj)
+    set_value(obj, "Bend", 0.0)
+    bone.rotation_euler, bone.location = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    set_value(obj, "Bend", 0.5)
+    pose(bone)
+    np.testing.assert_allclose(shown(obj), first, atol=1e-4 * DIAGONAL)
