@@ -135,8 +135,8 @@ class Following(Telling):
             if looks or self.LOOKS_ALWAYS:
                 self._look(obj)
             self._collect_finished(obj)
-            can_wait = looks and self.state is State.CHECKING  # for a tick: a handler is part of every step of a rig
-            if self._job is None and starts and not can_wait:
+            has_time = not (looks and self.is_resting) or self._is_finishing  # doubts wait for tick()
+            if self._job is None and starts and has_time:
                 self._start_next(obj)
                 if self._job is not None and patience and self._job.wait(patience):
                     self._collect_finished(obj)

@@ -36,6 +36,28 @@ def test_bone_steps_read_nothing(part, reads):
     assert len(set(revisions)) == 11 and revisions == sorted(revisions)
 
 
+def test_a_doubt_is_not_looked_into_while_bones_move(part, reads):
+    """As the interface has it: handlers only follow, the timer reads when all is quiet."""
+    obj, rig = rigged.tube()
+    follower = part("live.follower").Follower(obj, hears_itself=True)
+    while not follower.is_resting:
+        follower.tick(obj)
+    while follower.tick(obj) is not None:
+        pass
+    model = part("bridge.object_model").of(obj)
+    model.doubt()
+    reads.clear()
+    for step in range(10):
+        rigged.bend(rig, 5.0 * step + 5.0)
+        update()
+        follower.follow(obj)
+    assert reads == [] and model.is_doubtful
+    while follower.tick(obj) is not None:
+        pass
+    assert reads != [] and not model.is_doubtful
+    follower.stop()
+
+
 def test_moving_the_object_reads_nothing(part, reads):
     obj, _control = handles.tube()
     reads.clear()

@@ -136,9 +136,9 @@ class Scene:
         return 1e3 * np.array([sum(spent), whole - sum(spent)])
 
     def settle(self):
-        while not self.follower.is_resting:
+        """Goes on as Blender's timer does until there is nothing left to do."""
+        while self.follower.tick(self.obj) is not None:
             time.sleep(self.parts["live.states"].TICK_SECONDS)
-            self.follower.tick(self.obj)
 
     def _watch(self):
         """Stopwatches around the calls that write and solve."""
