@@ -141,7 +141,7 @@ def seen(obj, space, shape):
     if space.is_affine:
         return space.first_order(shape)
     with evaluating(obj) as evaluate:
-        return evaluate(shape)
+        return space.first_order(shape) if evaluate is None else evaluate(shape)
 
 
 @contextlib.contextmanager

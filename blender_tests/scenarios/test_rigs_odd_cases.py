@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 from support import meshes, rigs, steps
-from support.posed_rigs import all_at_once, linear
+from support.posed_rigs import all_at_once, linear, other_keys
 from support.rigs import BOTTOM, MIDDLE, TOP, update
 
 RESULT = "Mean-Value"
@@ -142,3 +142,30 @@ def test_what_is_not_seen_through_is_told_by_name(part):
     bpy.ops.meanvalue.bind()
     steps.solve()
     assert "Move 'Follow' above 'Subdivision'" in part("bridge.rig_space").note(obj)
+
+
+def test_what_a_pinned_key_shows_counts(part):
+    obj, _ = other_keys()
+    rest = steps.key_positions(obj, "Basis")
+    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Thick")
+    obj.show_only_shape_key = True
+    update()
+    space = part("bridge.rig_space").measure(obj)
+    assert np.abs(space.seen - rest * (1.3, 1.0, 1.0)).max() < 1e-5
+    assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
+
+
+def test_whether_the_result_is_shown_does_not_matter(part):
+    obj, _armature = all_at_once()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.move_in_world(rigs.handle(obj, "Part", MIDDLE), OFFSET)
+    measure = part("bridge.rig_space").measure
+    obj.meanvalue.live = False
+    update()
+    shown = measure(obj)
+    for name, value in (("mute", True), ("value", 0.3), ("value", 0.0)):
+        setattr(obj.data.shape_keys.key_blocks[RESULT], name, value)
+        update()
+        hidden = measure(obj)
+        assert np.abs(hidden.seen - shown.seen).max() < 1e-5
+        assert np.abs(hidden.jacobians - shown.jacobians).max() < 1e-4

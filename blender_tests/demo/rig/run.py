@@ -19,7 +19,7 @@ REACH, GRIP, PUSH = 0.55, 0.11, 0.07
 
 DESCRIPTION = """\
 Correctives on a posed rig: an elbow and a shoulder that skinning has collapsed are pushed out where they are seen, by
-the add-on's operators. Pictures of skinning alone, of the corrective, and of both arms at rest with the corrective."""
+the add-on's operators. Pictures of skinning alone, of the corrective, and of the arm at rest with the corrective."""
 
 
 def options(argv):
