@@ -9,12 +9,13 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import mix_session, session
-from .bridge import controls, marker_pairs, object_model, object_status, overlay_data, shared_readings, views
+from .bridge import carriers, controls, marker_pairs, object_model, object_status, overlay_data, shared_readings, views
 from .live import engine
 
 
 @persistent
 def meanvalue_scene_updated(_scene, depsgraph):
+    carriers.note(depsgraph)
     _note_active_object()
     if engine.scene_updated(depsgraph):
         _draw_again_when_quiet()
@@ -85,6 +86,7 @@ def _note_active_object():
 
 
 def _forget_what_was_read():
+    carriers.forget()
     shared_readings.stop()
     object_model.clear()
     object_status.clear()

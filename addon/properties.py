@@ -15,7 +15,7 @@ from bpy.props import (
 )
 
 from . import bake_settings, ids, properties_capture, properties_mix, properties_wrap
-from .bridge import controls, targets
+from .bridge import carriers, controls, targets
 from .declarations import aside
 from .errors import SceneError
 
@@ -30,6 +30,7 @@ def _tell(group, _context):
 def _take_hold(group, _context):
     """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
     group.made_control = False
+    carriers.forget()
     if controls.is_choosing or group.control is None:
         return
     shown = controls.shown_move(group.id_data, group)
@@ -179,7 +180,9 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     )
     roi_group: StringProperty(
         name="Region",
-        description="Vertex group of the vertices that may move. Without one, the whole mesh may move",
+        description="Vertex group of the vertices that may move. Weights between 0 and 1 are a falloff: springs hold "
+        "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is "
+        "free). Without a group, the whole mesh may move",
         maxlen=ids.NAME_LENGTH,
         update=_tell,
     )

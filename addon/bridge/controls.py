@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 
+from .. import compat
 from ..core import motion
 from ..errors import SceneError
 from . import actions, control_places, rig_space, selection, shape_keys, vertex_groups, views
@@ -211,7 +212,7 @@ def is_selected(group):
     """Whether the artist has selected what carries the handle; a bone counts in Pose Mode, with its armature else."""
     carrier = mover(group)
     if isinstance(carrier, bpy.types.PoseBone) and group.control.mode == 'POSE':
-        return carrier.bone.select
+        return compat.is_bone_selected(carrier)
     return group.control.select_get()
 
 
@@ -237,8 +238,10 @@ def depth(group):
 
 
 def reset(obj, groups):
-    """Puts controls back to where their handles are in the rest shape. Those that Add Handle made take the scale that the
-    object has now: a turn of them would shear else. Returns those of `groups` that are not at rest then."""
+    """Puts controls back to where their handles are in the rest shape. Returns those of `groups` that are elsewhere.
+
+    Those that Add Handle made take the scale that the object has now: a turn of them would shear else.
+    """
     for group in groups:
         if control_places.goes_along(obj, group):
             control_places.take_frame(group, control_places.unscaled(obj))
@@ -274,5 +277,3 @@ def _size(obj, points):
     extent = np.ptp(points, axis=0)
     whole = float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
     return float(np.clip(SIZE_OVER_PART * 0.5 * extent.max(), SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
-
-

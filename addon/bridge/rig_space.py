@@ -41,7 +41,7 @@ DEFORMING = {
     'WAVE',
 }
 
-#: Those of them that are tied to the vertices that they were given: behind one that makes vertices they do nothing here.
+#: Those of them that are tied to the vertices that they were given: behind what makes some they do nothing here.
 TIED = {'LAPLACIANDEFORM', 'MESH_DEFORM', 'SURFACE_DEFORM'}
 
 #: Modifiers that leave vertices alone.
@@ -146,7 +146,7 @@ def seen(obj, space, shape):
 
 @contextlib.contextmanager
 def evaluating(obj):
-    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen; None if Blender does not evaluate `obj`."""
+    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen; None if `obj` is not evaluated."""
     evaluated, carriers = _evaluated(obj)
     if evaluated is None:
         yield None
@@ -163,16 +163,20 @@ def evaluating(obj):
         return _run(evaluated, depsgraph)
 
     try:
-        for kinds in (DEFORMING, DEFORMING - {'NODES'}):  # nodes may make vertices, which only trying tells
-            used = [_deforms(obj, each) and each.type in kinds for each in obj.modifiers]
+        used = [_deforms(obj, each) for each in obj.modifiers]
+        evaluated.modifiers.foreach_set("show_viewport", used)
+        if _has_nodes(obj) and len(evaluate(rest)) != len(rest):  # they make vertices, which only trying tells
+            used = [each.type != 'NODES' and is_used for each, is_used in zip(obj.modifiers, used, strict=True)]
             evaluated.modifiers.foreach_set("show_viewport", used)
-            if len(evaluate(rest)) == len(rest):
-                break
         yield evaluate
     finally:
         for (store, name, _), shape in zip(carriers, former, strict=True):
             store.foreach_set(name, shape.ravel())
         evaluated.modifiers.foreach_set("show_viewport", switches)
+
+
+def _has_nodes(obj):
+    return any(modifier.type == 'NODES' and _deforms(obj, modifier) for modifier in obj.modifiers)
 
 
 def _evaluated(obj):
@@ -203,11 +207,16 @@ def _carriers(obj, depsgraph):
     if not copy.is_evaluated or copy.key_blocks.keys() != keys.key_blocks.keys():
         return None
     own = _pose_keys(obj)
+    shown = [key.name for key in copy.key_blocks[1:] if key.name in own and _counts(obj, key)]
+    is_alone = keys.use_relative and shown == [obj.meanvalue.result_key]
+    is_enough = is_alone and shape_keys.why_result_is_hidden(obj) is None
     found = []
     for key in copy.key_blocks:
         is_always_there = key == copy.reference_key or not keys.use_relative
+        is_at_rest = is_always_there or key.name in own
+        if is_enough and key.name not in own:  # what moves the one that counts fully moves all
+            continue
         if is_always_there or _counts(obj, key):
-            is_at_rest = is_always_there or key.name in own
             # The scene's own key: the copy may be of before the last edit.
             shape = rest if is_at_rest else shape_keys.positions(keys.key_blocks[key.name])
             found.append((*compat.key_store(key), shape))

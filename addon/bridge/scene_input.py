@@ -5,7 +5,7 @@ from .. import ids
 from ..core import mirroring, springs, wording
 from ..core.bind_input import BindInput, anchor_layout, region_weights, soft_border
 from ..errors import SceneError
-from . import controls, marker_pairs, mirrors, shape_keys, targets, vertex_groups
+from . import carriers, marker_pairs, mirrors, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
 
 
@@ -15,7 +15,7 @@ def subject(context):
     active = context.object
     if active is None or active.type == 'MESH':
         return active
-    return controls.carried_by(active) or marker_pairs.mesh_of_marker(active) or active
+    return carriers.carried_by(active) or marker_pairs.mesh_of_marker(active) or active
 
 
 def object_problem(obj):
@@ -25,10 +25,26 @@ def object_problem(obj):
     if obj.type != 'MESH':
         return f"'{obj.name}' is not a mesh. Click a mesh object"
     if obj.library is not None:
-        return f"'{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local)"
+        return (
+            f"'{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local), or pose it in "
+            "that file"
+        )
+    if obj.override_library is not None or obj.data.override_library is not None:
+        return _override_problem(obj)
     if obj.data.library is not None:
         return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local)"
     return None
+
+
+def _override_problem(obj):
+    """Blender saves neither new shape keys nor our settings of what is an override."""
+    linked = (obj.override_library or obj.data.override_library).reference.library
+    return (
+        f"'{obj.name}' is a library override, of which handles and new shape keys are not saved. Pose it in the file "
+        f"that it comes from{f' ({linked.filepath})' if linked else ''}: its keys then arrive here too. To pose it "
+        "here alone, Object > Relations > Make Local > Selected Objects and Data ends the override: changes of that "
+        "file no longer arrive"
+    )
 
 
 def mode_problem(obj):

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads what the panel and the overlay show of objects in slices between redraws, if the mesh is big."""
 
+import contextlib
 import math
 
 import bpy
 
 from .. import compat
+from ..errors import SceneError
 from . import object_model, views
 
 #: How long is read at a time, and how long Blender is left alone between.
@@ -20,6 +22,9 @@ def finished(obj):
     """
     model = object_model.of(obj)
     if model.read_on(obj, math.inf if bpy.app.background else SLICE_SECONDS):
+        if model.is_doubtful:
+            with contextlib.suppress(SceneError):  # told by whoever needs the handles
+                model.confirm(obj)
         return model.reading
     model.is_awaited = True
     if not bpy.app.timers.is_registered(_go_on):

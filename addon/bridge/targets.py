@@ -134,7 +134,10 @@ def _members(obj, bind_input, follows):
 
 
 def _in_key(obj, bind_input, space, is_moved, wanted):
-    """Where the key has to have the anchors of the mask `is_moved` for them to be seen at `wanted`. @throws SceneError."""
+    """Where the key has to have the anchors of the mask `is_moved` for them to be seen at `wanted`.
+
+    @throws SceneError.
+    """
     anchors = bind_input.anchors[is_moved]
     _require_depth(obj, bind_input, space, is_moved)
     if space.is_affine:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What 3D Views show: has Blender draw when it has no reason of its own to."""
 
+import textwrap
+
 import bpy
 
 
@@ -31,3 +33,18 @@ def is_visible(obj, space):
     depsgraph = bpy.context.view_layer.depsgraph
     evaluated = obj if depsgraph is None else obj.evaluated_get(depsgraph)
     return obj.visible_get(viewport=space) and evaluated.visible_in_viewport_get(space)
+
+
+def pop_up(title, text):
+    """A popup with `text` under the mouse, from where there is no context, as in timers."""
+    manager = bpy.context.window_manager
+    if not manager.windows:
+        return
+    lines = textwrap.wrap(text, 80)
+
+    def draw(popup, _context):
+        for line in lines:
+            popup.layout.label(text=line)
+
+    with bpy.context.temp_override(window=manager.windows[0]):
+        manager.popup_menu(draw, title=title, icon='ERROR')

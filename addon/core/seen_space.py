@@ -95,7 +95,7 @@ class SeenSpace:
         if self.is_affine or evaluate is None:
             return result
         shape = self.rest.copy()
-        former = None
+        step = former = None
         for _ in range(MOST_ROUNDS):
             shape[members] = result
             missing = wanted - evaluate(shape)[members]

@@ -11,10 +11,13 @@ import bpy
 
 from ..bridge import object_model, scene_input, views
 from ..core import wording
-from . import updates
+from . import render_notes, updates
 from .follower import Follower, identity
 from .mix_follower import MixFollower
 from .states import TICK_SECONDS
+
+#: How often it is looked whether there is anything to tell, while nothing is to be done: a render cannot call a timer.
+REST_SECONDS = 0.5
 
 _followers = {}  # identity of the object: Follower or MixFollower
 _must_search = True  # for live objects: the add-on may be enabled in a file that has some
@@ -38,6 +41,9 @@ def scene_updated(depsgraph):
 
 def frame_changed(depsgraph):
     if depsgraph.mode == 'RENDER':
+        for obj, follower in _live_objects() if _is_rendering else ():
+            with _reporting(follower):
+                render_notes.look(identity(obj), obj, depsgraph)
         return
     _notice_end_of_rendering()
     _take_note(depsgraph)
@@ -90,6 +96,7 @@ def render_started():
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
+    render_notes.begin([(key, follower.name) for key, follower in _followers.items() if follower.has_more_to_do])
 
 
 def render_ended():
@@ -120,6 +127,7 @@ def forget():
     for follower in _followers.values():
         follower.stop()
     _followers.clear()
+    render_notes.forget()
 
 
 def another_file():
@@ -152,7 +160,7 @@ def look_again(obj):
 def is_settled(obj):
     """Whether the mesh shows the settled answer to where the controls are, or live posing has no say in it."""
     follower = follower_of(obj)
-    return follower is None or follower.problem is not None or follower.is_settled(obj)
+    return follower is None or follower.is_settled(obj)
 
 
 def status(obj):
@@ -160,6 +168,9 @@ def status(obj):
     follower = follower_of(obj)
     if follower is None:
         return None
+    note = render_notes.of(identity(obj))
+    if note and not obj.meanvalue.baked.target:
+        return wording.sentence(note), True
     hidden = follower.why_hidden(obj)
     if hidden and not follower.problem:
         return wording.sentence(hidden), True
@@ -191,8 +202,9 @@ def _search():
                 follower = kind(obj, hears_itself=not bpy.app.background)
             follower.name = obj.name
             _followers[identity(obj)] = follower
-    for follower in known.values():
+    for key, follower in known.items():
         follower.stop()
+        render_notes.forget(key)
 
 
 def _live_objects():
@@ -246,7 +258,7 @@ def _keep_ticking():
     if not _followers or bpy.app.background:
         return
     is_registered = bpy.app.timers.is_registered(_tick)
-    if is_registered and any(follower.is_working for follower in _followers.values()):
+    if is_registered and any(follower.has_more_to_do for follower in _followers.values()):
         bpy.app.timers.unregister(_tick)
         is_registered = False
     if not is_registered:
@@ -256,14 +268,16 @@ def _keep_ticking():
 def _tick():
     """Timer: None ends it, a number calls it again after so many seconds."""
     _notice_end_of_rendering()
+    for note in render_notes.take_untold():
+        views.pop_up("Mean-Value", wording.sentence(note))
     if _is_rendering or _is_held:
-        return 0.5
+        return REST_SECONDS
     waits = []
     for obj, follower in _objects_in_charge():
         with _reporting(follower):
             waits.append(follower.tick(obj))
     _draw_status_again()
-    return min((seconds for seconds in waits if seconds is not None), default=None)
+    return min((seconds for seconds in waits if seconds is not None), default=REST_SECONDS if waits else None)
 
 
 def _draw_status_again():

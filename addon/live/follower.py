@@ -8,8 +8,9 @@ from ..bridge import bound_record, mesh_arrays, object_model, scene_input, shape
 from ..core import fingerprint, result
 from ..errors import SceneError, StaleBindingError
 from . import states
-from .following import Following, NotReadyError
+from .following import Following
 from .live_targets import LiveTargets
+from .states import NotReadyError
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver
 #: (its own tolerance is 1e-4): a shape that was reopened or undone is not written again.
@@ -74,7 +75,10 @@ class Follower(Following):
         return self._seen != model.stamp
 
     def _has_doubts(self, obj):
-        return self._targets.is_outdated(obj) or (not self._is_finishing and object_model.of(obj).is_doubtful)
+        return self._targets.is_outdated(obj) or self._must_confirm(obj)
+
+    def _must_confirm(self, obj):
+        return not self._is_finishing and object_model.of(obj).is_doubtful
 
     def _require_ready(self, obj):
         rig, self._rig = self._rig, object_model.rig_revision(obj)
@@ -122,13 +126,13 @@ class Follower(Following):
             self._targets.catch_up(obj, self._input)
             if compat.tells_of_copies():
                 self._expect_echo(obj)
-        if object_model.of(obj).is_doubtful:
+        if self._must_confirm(obj):
             object_model.of(obj).doubt()
 
     def _check_on(self, obj, seconds):
-        model = object_model.of(obj)
-        if not model.is_doubtful:
+        if not self._must_confirm(obj):
             return True
+        model = object_model.of(obj)
         if not model.read_on(obj, seconds):
             return False
         if not model.confirm(obj):  # else it is another one, and read from what was read just now

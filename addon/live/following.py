@@ -13,14 +13,14 @@ import contextlib
 import numpy as np
 
 from ..bridge import object_model
-from ..core import wording
 from ..errors import CancelledError, MeanValueError
 from ..workers.job import Job
 from . import states
-from .states import State
+from .states import NotReadyError, State
+from .telling import Telling
 
 
-class Following:
+class Following(Telling):
     """Use on the main thread only. Knows of the object only its name; the object is handed in with each call.
 
     problem        says in words why the mesh does not follow, or is None
@@ -28,11 +28,11 @@ class Following:
     hears_itself   whether Blender tells of what tick() writes, as its interface does. What is written in its own
                    handlers, by follow(), it evaluates without telling.
 
-    Subclasses say what is read and solved, in the methods at the end.
+    Subclasses define why_hidden() and what is called here and begins with an underscore and is not defined here.
     """
 
-    #: States in which the mesh shows where the controls are.
-    CAUGHT_UP = frozenset({State.SHOWN, State.SETTLING, State.SETTLED, State.CHECKING})
+    #: Whether what is wanted is so quick to read that it is read with every tick.
+    LOOKS_ALWAYS = False
 
     def __init__(self, obj, hears_itself):
         self.name = obj.name
@@ -52,7 +52,7 @@ class Following:
         self._seen = None  # stamp of the object's model that _input is of
         self._input = None
         self._nothing_known()
-        self._enter(State.READING)
+        self.state = State.READING
 
     def _nothing_known(self):
         self._binding = None
@@ -79,7 +79,7 @@ class Following:
     def _give_up(self, problem, state):
         self.look_again()
         self.problem = problem
-        self._enter(state)
+        self.state = state
 
     def follow(self, obj):
         """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
@@ -89,7 +89,8 @@ class Following:
 
     def tick(self, obj):
         """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
-        self._advance(obj)
+        if self._job is None or self._job.is_finished or self.state is State.READING:
+            self._advance(obj)
         if self.state in {State.READING, State.CHECKING}:
             return states.TICK_SECONDS
         if self._job is not None:
@@ -117,41 +118,9 @@ class Following:
             self._advance(obj, looks=True, starts=False)
         finally:
             self._is_finishing = False
-        return self.problem is not None or self.state in {State.SETTLED, State.CHECKING}
-
-    @property
-    def is_caught_up(self):
-        """Whether the mesh shows where the controls are, or something is in the way."""
-        return self.problem is not None or self.state in self.CAUGHT_UP
-
-    @property
-    def is_working(self):
-        return self._job is not None or self.state in {State.READING, State.CHECKING}
-
-    @property
-    def is_reading(self):
-        """Whether it has to read the mesh before anything else."""
-        return self.state is State.READING
-
-    @property
-    def text(self):
-        """For the panel."""
-        if self.problem:
-            return wording.sentence(f"{self.NAME} is waiting: {self.problem}")
-        if self.state is State.READING:
-            return f"{self.NAME}: reading {self.WHAT_IS_READ}"
-        if self.state is State.BINDING:
-            stage, share = self._job.progress if self._job is not None else ("", 0.0)
-            return f"{self.NAME}: binding, {wording.stage(stage)}, {share:.0%}"
-        if self.state is State.SOLVING:
-            return f"{self.NAME}: solving"
-        speed = f"{self.NAME}: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else self.NAME
-        return " ".join(wording.sentence(each) for each in (speed, *self._notes()))
+        return self.problem is not None or self.is_resting
 
     # From state to state
-
-    def _enter(self, state):
-        self.state = state
 
     def _advance(self, obj, looks=False, patience=0.0, starts=True):
         """looks: take the controls where they are; patience: wait so long for a job; starts: begin new jobs."""
@@ -180,7 +149,7 @@ class Following:
                 return False
             self.look_again()
         elif self.state is not State.READING and self._must_read(obj, model):
-            self._enter(State.READING)
+            self.state = State.READING
         return True
 
     def _read(self, obj):
@@ -216,10 +185,10 @@ class Following:
         self._changed_at = states.clock()
         if self.state is State.SETTLING:
             self._job.cancel()
-        self._enter(State.BINDING if self._binding is None else State.SOLVING)
+        self.state = State.BINDING if self._binding is None else State.SOLVING
 
     def _resume(self):
-        self._enter(self._where_it_is())
+        self.state = self._where_it_is()
         self.problem = self._failure if self.state is State.BLOCKED else None
 
     def _where_it_is(self):
@@ -241,14 +210,14 @@ class Following:
             self._start(*self._solving(obj))
         elif self.state is State.SHOWN and self._is_quiet():
             self._start(*self._settling(obj))
-            self._enter(State.SETTLING)
+            self.state = State.SETTLING
         elif self.state is State.SETTLED and self._has_doubts(obj) and self._is_quiet():
             self._start_check(obj)
-            self._enter(State.CHECKING)
+            self.state = State.CHECKING
         elif self.state is State.CHECKING and self._check_on(
             obj, np.inf if self._is_finishing else states.SLICE_SECONDS
         ):
-            self._enter(State.SETTLED)
+            self.state = State.SETTLED
             self._look(obj)
 
     def _start(self, work, collect):
@@ -273,7 +242,7 @@ class Following:
         else:
             collect(obj, outcome)
         if self.state is not State.BLOCKED:
-            self._enter(self._where_it_is())
+            self.state = self._where_it_is()
 
     def _is_quiet(self):
         return self._is_finishing or states.clock() >= self._changed_at + states.QUIET_SECONDS
@@ -304,20 +273,4 @@ class Following:
                 self.give_up(str(error))
             else:
                 self.problem = str(error)
-                self._enter(State.BLOCKED)
-
-    # What subclasses say
-
-    NAME = "Live"
-    WHAT_IS_READ = "the mesh"
-
-    #: Whether what is wanted is so quick to read that it is read with every tick.
-    LOOKS_ALWAYS = False
-
-    def _notes(self):
-        """What the artist may not expect of what is shown, in sentences."""
-        return ()
-
-
-class NotReadyError(MeanValueError):
-    """The object is in the way itself (its mode): all is read again once it is not."""
+                self.state = State.BLOCKED

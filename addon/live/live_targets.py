@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where live posing wants the anchors of one object, behind a rig that may move at any time.
 
-What the rig does is measured when the rig is quiet, or right before a solve that needs it; never at each step of a drag.
-A handle whose control stays where it was beside the rig keeps its targets, so that a rig that moves changes no key.
+What the rig does is measured when it is quiet, or right before a solve that needs it; never at each step of a drag. A
+handle whose control stays where it was beside the rig keeps its targets, so that a rig that moves changes no key.
 """
 
 from ..bridge import object_model, rig_space, targets

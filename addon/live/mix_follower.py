@@ -9,8 +9,8 @@ import numpy as np
 
 from .. import mix_session
 from ..bridge import mix_layers, object_model, scene_input
-from .following import Following, NotReadyError
-from .states import State
+from .following import Following
+from .states import NotReadyError, State
 
 
 class MixFollower(Following):

@@ -4,6 +4,8 @@
 import enum
 import time
 
+from ..errors import MeanValueError
+
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
 FRAME_SECONDS = 1.0 / 30.0
 
@@ -51,3 +53,7 @@ TRANSITIONS = {
 def may_follow(before, after):
     """Whether `after` may come next after `before`."""
     return after in TRANSITIONS[before] or after in {State.READING, State.BLOCKED, State.WAITING}
+
+
+class NotReadyError(MeanValueError):
+    """The object is in the way itself (its mode, a bake): all is read again once it is not."""

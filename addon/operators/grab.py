@@ -10,6 +10,7 @@ from ..bridge import controls, handle_lines, scene_input
 from ..bridge.grip import Grip, radius
 from ..errors import MeanValueError, SceneError
 from ..live import engine
+from . import keyframe_handles
 from .drag_circle import DragCircle
 from .pressing import FIRST_SIZE, LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex
 
@@ -106,7 +107,8 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             self._show(context, obj)
         except MeanValueError as error:
             self._end(context)
-            return self.warn(error)
+            self.warn(error)
+            return {'CANCELLED'} if self._grip is None else {'FINISHED'}  # what was made can be undone
         except BaseException:
             self._end(context)
             raise
@@ -159,7 +161,10 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         self._take_size(obj)
         line = self._grip.line(obj)
         controls.select(line)
-        return self.tell(*_outcome(obj, self._grip))
+        message, notes = _outcome(obj, self._grip)
+        if context.scene.tool_settings.use_keyframe_insert_auto:
+            keyframe_handles.insert(controls.mover(line), notes)
+        return self.tell(message, notes)
 
     def _click(self, obj):
         index = obj.meanvalue.anchor_groups.find(self.handle)

@@ -39,13 +39,13 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
             raise SceneError(notes[0])
         movers = {controls.mover(line) for line in chosen}
         for mover in movers:
-            _insert(mover, notes)
+            insert(mover, notes)
         frame = bpy.context.scene.frame_current
         return f"Keyframes on {wording.counted(len(movers), 'control')} at frame {frame}", notes
 
 
-def _insert(mover, notes):
-    """mover: an object or a pose bone."""
+def insert(mover, notes):
+    """Keys an object or a pose bone at the current frame; what is in the way goes to `notes`."""
     is_bone = isinstance(mover, bpy.types.PoseBone)
     group = mover.name if is_bone else "Object Transforms"
     for channel in ("location", ROTATIONS.get(mover.rotation_mode, "rotation_euler"), "scale"):

@@ -15,10 +15,10 @@ class SettledOperator(BackgroundOperator):
     doing = "Settling"
 
     def start_reading(self, obj):
-        return None if engine.is_settled(obj) else super().start_reading(obj)
+        return None if _is_settled(obj) else super().start_reading(obj)
 
     def prepare(self, obj, reading):
-        return _NothingToDo() if engine.is_settled(obj) else Posing.to_settle(obj, reading)
+        return _NothingToDo() if _is_settled(obj) else Posing.to_settle(obj, reading)
 
     def finish(self, obj, prepared, outcome):
         if outcome is not None:
@@ -41,5 +41,10 @@ class _NothingToDo:
         yield  # nothing: no steps
 
     def require_unchanged(self, obj, _reading):
-        if not engine.is_settled(obj):
+        if not _is_settled(obj):
             raise SceneError(f"'{obj.name}' was posed anew meanwhile. Try again")
+
+
+def _is_settled(obj):
+    """A mix of shape keys has no say in the pose."""
+    return not obj.meanvalue.live or engine.is_settled(obj)

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import bound_record, scene_input, shape_keys
+from ..bridge import bound_record, rig_space, scene_input, shape_keys
 from ..core import result
 from ..errors import SceneError
 from ..workers.posing import Posing
@@ -34,6 +34,8 @@ class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
             *summary.notes(),
             *result.pose_warnings(posing.bind_input, targets.positions, None if result_is_pose else targets.pose),
         ]
+        if rig_space.note(obj):
+            warnings.append(rig_space.note(obj))
         composed = result.compose(posing.bind_input, targets.positions, solved)
         notes = shape_keys.write_result(obj, composed, targets.pose_key)
         posing.keep()

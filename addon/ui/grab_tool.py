@@ -22,7 +22,7 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
         "Press on a mesh and drag: what is under the mouse becomes a handle, and its surroundings follow, as far as "
         "Size (the wheel) says. Shift-click pins. A click on a handle selects it"
     )
-    bl_icon = "brush.sculpt.elastic_deform"
+    bl_icon = "brush.uv_sculpt.grab"  # of those that Blender has from 3.4 to 5.x
     bl_cursor = 'CROSSHAIR'
     bl_keymap = (
         (MEANVALUE_OT_grab.bl_idname, {"type": 'LEFTMOUSE', "value": 'PRESS'}, None),

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import handles, meshes, posed_rigs, rigs, steps
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 31
@@ -310,3 +310,19 @@ def test_a_line_made_of_a_group_follows_a_control():
     assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
     line = obj.meanvalue.anchor_groups["Top"]
     assert line.follows == 'CONTROL' and line.control.parent == obj and not line.made_group
+
+
+# On rigs
+
+
+@pytest.mark.parametrize("make", [posed_rigs.linear, posed_rigs.lattice, posed_rigs.other_keys, posed_rigs.all_at_once])
+def test_what_is_seen_goes_where_it_is_dragged(make):
+    obj, _ = make()
+    before = rigs.seen(obj)
+    vertex = rigs.TOP[0]
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.grab(vertex=vertex, offset=(0.3, -0.2, 0.4)) == {'FINISHED'}
+    handles.update()
+    moved = rigs.seen(obj) - before
+    assert np.abs(moved[vertex] - (0.3, -0.2, 0.4)).max() < 1e-4 * rigs.size(obj)
+    assert np.abs(moved[rigs.BOTTOM]).max() < 1e-4 * rigs.size(obj)

@@ -181,3 +181,125 @@ def test_the_object_behind_an_active_control_is_found_without_going_through_all(
     assert controls.carried_by(lone) == obj
     meshes.activate(obj)
     steps.add_group(obj, "Middle", range(64, 72))
+
+
+def test_a_shape_key_that_live_posing_mutes_is_told(status):
+    """Selecting a key makes it the one whose vertices are followed."""
+    obj, _control = handles.tube()
+    smile = obj.shape_key_add(name="Smile", from_mix=False)
+    smile.value = 1.0
+    pose = obj.shape_key_add(name="Pose", from_mix=False)
+    pose.value = 1.0
+    steps.move(obj, TOP, (0.5, 0.0, 0.0), smile)
+    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Pose")
+    obj.meanvalue.anchor_groups["Bottom"].follows = 'SHAPE'
+    obj.meanvalue.anchor_groups["Top"].follows = 'SHAPE'
+    update()
+    assert not smile.mute
+    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Smile")
+    update()
+    assert smile.mute
+    text, is_problem = status(obj)
+    assert "'Smile'" in text and "muted" in text and not is_problem
+
+
+def render_scene(tmp_path, last=3):
+    scene = bpy.context.scene
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.render.engine = 'BLENDER_WORKBENCH'
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.render.filepath = str(tmp_path / "frame_")
+    scene.frame_start, scene.frame_end = 1, last
+    return scene
+
+
+@pytest.mark.parametrize("is_animated", [True, False])
+def test_rendering_an_animation_of_a_live_mesh_is_told(status, tmp_path, capfd, is_animated):
+    obj, control = handles.tube()
+    control.keyframe_insert("location", frame=1)
+    control.location.x += 4.0 if is_animated else 0.0
+    control.keyframe_insert("location", frame=3)
+    scene = render_scene(tmp_path)
+    scene.frame_set(1)
+    control.parent.keyframe_insert("location", frame=1)  # the object itself may be moved
+    control.parent.location.x += 2.0
+    control.parent.keyframe_insert("location", frame=3)
+    scene.frame_set(1)
+    bpy.ops.render.render(animation=True)
+    text, is_problem = status(obj)
+    assert is_problem == is_animated
+    assert ("Bake" in text and "'Tube'" in text) == is_animated
+    assert ("Press Bake" in capfd.readouterr().out.replace("press Bake", "Press Bake")) == is_animated
+    scene.frame_start = scene.frame_end = scene.frame_current
+    bpy.ops.render.render(animation=True)
+    assert not status(obj)[1], "the last render had one frame alone"
+
+
+def test_rendering_animated_sliders_of_a_live_mix_is_told(status, tmp_path):
+    obj, _control = handles.tube(live=False)
+    obj.shape_key_add(name="Basis", from_mix=False)
+    bend = obj.shape_key_add(name="Bend", from_mix=False)
+    steps.move(obj, TOP, (2.0, 0.0, 0.0), bend)
+    obj.meanvalue.mix.is_on = True
+    for frame, value in ((1, 0.0), (3, 1.0)):
+        bend.value = value
+        bend.keyframe_insert("value", frame=frame)
+    scene = render_scene(tmp_path)
+    scene.frame_set(1)
+    assert not status(obj)[1], status(obj)
+    bpy.ops.render.render(animation=True)
+    text, is_problem = status(obj)
+    assert is_problem and "shape keys of 'Tube'" in text
+
+
+def test_a_render_right_after_a_drag_is_told(part, monkeypatch, status):
+    """It shows a draft of a mix, or a pose that is not settled."""
+    obj, control = handles.tube()
+    engine, states = part("live.engine"), part("live.states")
+    now = [0.0]
+    monkeypatch.setattr(states, "clock", lambda: now[0])
+    follower = part("live.follower").Follower(obj, hears_itself=True)
+    monkeypatch.setitem(engine._followers, part("live.follower").identity(obj), follower)
+    monkeypatch.setattr(engine, "follow_all", lambda: None)
+    while not follower.is_resting:
+        now[0] += 1.0
+        follower.tick(obj)
+    engine.render_started()
+    assert not status(obj)[1]
+    move(control, (1.0, 0.0, 0.0))
+    follower.follow(obj)
+    while not follower.is_caught_up:
+        follower.tick(obj)
+    assert not engine.is_settled(obj)
+    engine.render_started()
+    engine.render_ended()
+    text, is_problem = status(obj)
+    assert is_problem and "render again" in text
+
+
+def test_polls_with_another_object_active_go_through_the_scene_once(part, monkeypatch):
+    obj, _control = handles.tube(live=False)
+    lone = bpy.data.objects.new("Lone", None)
+    bpy.context.collection.objects.link(lone)
+    meshes.activate(lone)
+    update()
+    controls, looked = part("bridge.controls"), []
+    carried_by = controls.carried_by
+    monkeypatch.setattr(controls, "carried_by", lambda control: looked.append(1) or carried_by(control))
+    subject = part("bridge.scene_input").subject
+    for step in range(20):
+        assert subject(bpy.context) == lone
+        lone.location.x = step
+        update()
+    assert len(looked) <= 2  # a new object is told of by the first
+    obj.meanvalue.anchor_groups["Top"].control = lone
+    assert subject(bpy.context) == obj
+    assert len(looked) <= 3
+    obj.meanvalue.anchor_groups["Top"].control = None
+    assert subject(bpy.context) == lone
+    obj.meanvalue.anchor_groups["Top"].control = lone
+    update()
+    bpy.data.objects.remove(obj)
+    update()
+    assert subject(bpy.context) == lone

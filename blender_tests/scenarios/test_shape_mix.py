@@ -85,11 +85,12 @@ def test_a_dragged_slider_settles_to_what_its_value_alone_says(monkeypatch, part
         while follower.is_working:
             follower.tick(obj)
         drafts.append(shown(obj))
-    assert not follower.is_caught_up
+    assert not follower.is_caught_up and not part("live.engine").is_settled(obj)
     assert np.abs(drafts[-1] - expected).max() <= 2e-3 * DIAGONAL
     now[0] += 10.0
     while not follower.is_caught_up:
         follower.tick(obj)
+    assert part("live.engine").is_settled(obj)
     assert np.abs(drafts[-1] - shown(obj)).max() > 0.0
     assert np.array_equal(shown(obj), expected)
 

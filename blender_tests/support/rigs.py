@@ -63,7 +63,8 @@ def skinned(obj, armature, points, volume=False):
     share = lower_share(obj)[:, None]
     if not volume:
         return (1.0 - share) * points + share * (points @ turn[:3, :3].T + turn[:3, 3])
-    return np.array([_by_dual_quaternions(turn, float(each), point) for each, point in zip(share, points, strict=True)])
+    pairs = zip(share[:, 0], points, strict=True)
+    return np.array([_by_dual_quaternions(turn, float(each), point) for each, point in pairs])
 
 
 def _by_dual_quaternions(turn, share, point):

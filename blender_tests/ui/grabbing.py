@@ -238,7 +238,7 @@ def a_press_beside_the_mesh_leaves_all_as_it_is(ui):
 
 
 def picture_of_the_guide(ui):
-    """A head whose brow is pulled, with quads, loose parts and a modifier that makes vertices."""
+    """A head whose ear is pulled, with quads, loose parts and a modifier that makes vertices."""
     bpy.ops.mesh.primitive_monkey_add(size=4.0)
     obj = bpy.context.object
     obj.name = "Ball"
@@ -258,7 +258,7 @@ def picture_of_the_guide(ui):
     pinned = ui.project((0.0, -1.5, -1.4))
     yield from ui.click(*pinned, shift=True)
     start = ui.project((2.55, 0.0, 0.75))
-    yield from _drag_open(ui, start, (start[0] + 75, start[1] + 85))
+    yield from _drag_open(ui, start, (start[0] + 20, start[1] + 120))
     yield from ui.wait_until(_settled, "the ear has followed")
     yield from ui.screenshot("grab_9_guide")
     during = _seen()

@@ -186,7 +186,8 @@ class Object3D:
 
     def __init__(self, **changes):
         self.name, self.type, self.mode, self.library = "Thing", 'MESH', 'OBJECT', None
-        self.data = types.SimpleNamespace(library=None)
+        self.override_library = None
+        self.data = types.SimpleNamespace(library=None, override_library=None)
         self.meanvalue = types.SimpleNamespace(show_overlay=True)
         self.is_visible = self.is_in_local_view = True
         vars(self).update(changes)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What has to be told of renders: nothing follows while one runs, so animated controls and sliders have no effect.
+
+Frames are rendered on a thread of their own, where handlers may look and not write. They note here what they see; it is
+told by the console at once, and by the panel and a popup as soon as Blender calls a timer.
+"""
+
+import numpy as np
+
+from ..bridge import controls, mix_layers, targets
+from ..core import wording
+
+_at_first = {}  # identity of an object: where its controls and sliders were in the first frame
+_notes = {}  # identity of an object: what is to be told
+_untold = []  # notes that no popup has shown
+
+
+def begin(unsettled):
+    """A render begins. unsettled: [(identity, name)] of objects whose mesh does not show the settled answer yet."""
+    _at_first.clear()
+    _notes.clear()
+    _untold.clear()
+    for identity, name in unsettled:
+        _tell(
+            identity,
+            f"'{name}' was still being solved when the render began, which shows what was there. Wait until the panel "
+            "tells of no more work, and render again",
+        )
+
+
+def look(identity, obj, depsgraph):
+    """A frame is about to be rendered of what `depsgraph` has evaluated."""
+    if identity in _notes or obj.meanvalue.baked.target:
+        return
+    now = _places(obj, depsgraph)
+    first = _at_first.setdefault(identity, now)
+    if len(first) == len(now) and np.allclose(first, now, rtol=0.0, atol=1e-6):
+        return
+    what = "shape keys" if obj.meanvalue.mix.is_on else "controls"
+    _tell(
+        identity,
+        f"The {what} of '{obj.name}' are animated, but nothing follows them while Blender renders: every frame shows "
+        "the mesh as it was when the render began. Stop the render, press Bake in Mean-Value > Bake, and render again",
+    )
+
+
+def of(identity):
+    """What the panel has to tell of an object since the last render, or None."""
+    return _notes.get(identity)
+
+
+def take_untold():
+    """What no popup has shown yet."""
+    untold, _untold[:] = list(_untold), []
+    return untold
+
+
+def forget(identity=None):
+    """identity: of the object to forget; all if None."""
+    for known in (_at_first, _notes):
+        if identity is None:
+            known.clear()
+        else:
+            known.pop(identity, None)
+    if identity is None:
+        _untold.clear()
+
+
+def _tell(identity, note):
+    _notes[identity] = note
+    _untold.append(note)
+    print("Mean-Value:", wording.sentence(note))
+
+
+def _places(obj, depsgraph):
+    """Where the controls are in the object's space, or the sliders, as numbers to be compared."""
+    if obj.meanvalue.mix.is_on:
+        keys = obj.data.shape_keys.evaluated_get(depsgraph) if obj.data.shape_keys else None
+        names = {key.name for key in mix_layers.taking_part(obj)} if keys else ()
+        return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
+    world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
+    found = []
+    for line in targets.enabled_groups(obj):
+        if line.follows == 'CONTROL' and controls.problem(obj, line) is None:
+            control = line.control.evaluated_get(depsgraph)
+            place = world @ control.matrix_world
+            if line.control.type == 'ARMATURE' and line.bone in control.pose.bones:
+                place = place @ control.pose.bones[line.bone].matrix
+            found.append(np.array(place).ravel())
+    return np.concatenate(found) if found else np.empty(0)

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a follower tells of itself."""
+
+from ..core import wording
+from .states import State
+
+
+class Telling:
+    """Mix-in of Following."""
+
+    NAME = "Live"
+    WHAT_IS_READ = "the mesh"
+
+    #: States in which the mesh shows where the controls are.
+    CAUGHT_UP = frozenset({State.SHOWN, State.SETTLING, State.SETTLED, State.CHECKING})
+
+    @property
+    def is_caught_up(self):
+        """Whether the mesh shows where the controls are, or something is in the way."""
+        return self.problem is not None or self.state in self.CAUGHT_UP
+
+    @property
+    def is_resting(self):
+        """Whether the mesh shows the settled answer, as far as is known."""
+        return self.state in {State.SETTLED, State.CHECKING}
+
+    @property
+    def has_more_to_do(self):
+        """Whether tick() is to be called soon."""
+        return self.is_working or (self.problem is None and not self.is_resting)
+
+    @property
+    def is_working(self):
+        return self._job is not None or self.state in {State.READING, State.CHECKING}
+
+    @property
+    def is_reading(self):
+        """Whether it has to read the mesh before anything else."""
+        return self.state is State.READING
+
+    @property
+    def text(self):
+        """For the panel."""
+        if self.problem:
+            return wording.sentence(f"{self.NAME} is waiting: {self.problem}")
+        if self.state is State.READING:
+            return f"{self.NAME}: reading {self.WHAT_IS_READ}"
+        if self.state is State.BINDING:
+            stage, share = self._job.progress if self._job is not None else ("", 0.0)
+            return f"{self.NAME}: binding, {wording.stage(stage)}, {share:.0%}"
+        if self.state is State.SOLVING:
+            return f"{self.NAME}: solving"
+        speed = f"{self.NAME}: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else self.NAME
+        return " ".join(wording.sentence(each) for each in (speed, *self._notes()))
+
+    def _notes(self):
+        """What the artist may not expect of what is shown, in sentences."""
+        return ()

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line of `./dev demo rig`, and its report."""
+
+import time
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from support import mesh_files
+
+from .. import common_options, pictures, pose, scene_mesh, stage
+from . import figures
+
+BODY_COLOUR = (0.60, 0.42, 0.33)
+MAKERS = {"walker": figures.walker, "makehuman": figures.makehuman}
+
+#: Of the length of the upper arm: how far around a joint the mesh may change, how big a handle is, how far it is moved.
+REACH, GRIP, PUSH = 0.55, 0.11, 0.07
+
+DESCRIPTION = """\
+Correctives on a posed rig: an elbow and a shoulder that skinning has collapsed are pushed out where they are seen, by
+the add-on's operators. Pictures of skinning alone, of the corrective, and of both arms at rest with the corrective."""
+
+
+def options(argv):
+    """The command line after `rig`."""
+    parser = common_options.parser("rig", DESCRIPTION, MAKERS, "just one of the bodies")
+    return common_options.parse(parser, argv)
+
+
+def blocks(words, empty_scene):
+    """The report's lines for each body; makes the files."""
+    found = []
+    for name, make in MAKERS.items():
+        if words.only not in (None, name):
+            continue
+        if name == "makehuman" and not (mesh_files.DATA / "makehuman").is_dir():
+            found.append([f"{name}: left out, {mesh_files.DATA / 'makehuman'} is not there", ""])
+        else:
+            found.append(one(make(), words, empty_scene))
+    return found
+
+
+def text(version, found):
+    """The report."""
+    return "\n".join(
+        [f"Correctives on posed rigs, add-on {version}, Blender {bpy.app.version_string}", ""]
+        + [line for block in found for line in block]
+    )
+
+
+def one(figure, words, empty_scene):
+    """Poses, corrects, draws and measures one body; returns its lines of the report."""
+    empty_scene()
+    obj, armature = add_body(figure)
+    for bone, axis, degrees in figure.turns:
+        turn(armature, bone, axis, degrees)
+    skinned = seen(obj)
+    began = time.perf_counter()
+    missed = correct(figure, obj, skinned)
+    seconds = time.perf_counter() - began
+    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"rig_{figure.stem}.blend"), check_existing=False)
+    path = words.output / f"rig_{figure.stem}.png"
+    draw(path, figure, obj, armature, words)
+    return [
+        figure.title,
+        f"  vertices, bones:           {len(figure.vertices):,}, {len(figure.bones)}",
+        f"  handles off their controls: at most {missed:.1e} of the size",
+        f"  seconds:                   {seconds:.2f}",
+        f"  files:                     {path.name}, rig_{figure.stem}.blend",
+        "",
+    ]
+
+
+def add_body(figure):
+    """(mesh object, armature object) with the figure's skin."""
+    obj = scene_mesh.new_object("Body", figure.vertices, figure.polygons)
+    scene_mesh.shade_smooth(obj)
+    obj.data.materials.append(scene_mesh.plain_material("Skin", BODY_COLOUR, 0.45))
+    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+    bpy.context.scene.collection.objects.link(armature)
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode='EDIT')
+    for name, (head, tail, parent) in figure.bones.items():
+        bone = armature.data.edit_bones.new(name)
+        bone.head, bone.tail = head, tail
+        bone.parent = armature.data.edit_bones[parent] if parent else None
+    bpy.ops.object.mode_set(mode='OBJECT')
+    armature.hide_render = True
+    for bone, (indices, weights) in figure.weights.items():
+        group = obj.vertex_groups.new(name=bone)
+        for index, weight in zip(indices, weights, strict=True):
+            group.add([int(index)], float(weight), 'REPLACE')
+    obj.modifiers.new("Armature", 'ARMATURE').object = armature
+    bpy.context.view_layer.objects.active = obj
+    bpy.context.view_layer.update()
+    return obj, armature
+
+
+def turn(armature, bone, axis, degrees):
+    """Turns a bone about its head, about an axis of the world."""
+    posed = armature.pose.bones[bone]
+    head = Matrix.Translation(posed.head)
+    posed.matrix = head @ Matrix.Rotation(np.radians(degrees), 4, axis) @ head.inverted() @ posed.matrix
+    bpy.context.view_layer.update()
+
+
+def correct(figure, obj, skinned):
+    """Pushes elbow and shoulder out by handles; returns how far they are off then, over the body's size."""
+    shoulder, elbow = (np.array(joint) for joint in figure.arm)
+    length = float(np.linalg.norm(elbow - shoulder))
+    near = [np.linalg.norm(figure.vertices - joint, axis=1) < REACH * length for joint in (shoulder, elbow)]
+    scene_mesh.add_vertex_group(obj, "Joints", np.flatnonzero(near[0] | near[1]))
+    obj.meanvalue.roi_group = "Joints"
+    tip, top = grip(figure, elbow, (0.0, 1.0, 0.0), length), grip(figure, shoulder, (0.0, 0.0, 1.0), length)
+    parts = {
+        "Elbow": (tip, PUSH * length * out_of_bend(figure, skinned, tip)),
+        "Shoulder": (top, PUSH * length * np.array((0.0, 0.0, 1.0))),
+    }
+    for name, (members, _) in parts.items():
+        scene_mesh.add_vertex_group(obj, name, members)
+        bpy.context.view_layer.objects.active = obj
+        pose.call(bpy.ops.meanvalue.add_handle, group=name)
+        bpy.context.view_layer.update()
+    for name, (_, push) in parts.items():
+        control = obj.meanvalue.anchor_groups[name].control
+        control.matrix_world = Matrix.Translation(push) @ control.matrix_world
+        bpy.context.view_layer.update()
+    size = float(np.linalg.norm(np.ptp(figure.vertices, axis=0)))
+    after = seen(obj)
+    return max(np.abs(after[members] - skinned[members] - push).max() for members, push in parts.values()) / size
+
+
+def grip(figure, joint, side, length):
+    """The vertices at a joint on one of its sides, in the rest pose."""
+    tip = np.linalg.norm(figure.vertices - (joint + 0.2 * length * np.array(side)), axis=1).argmin()
+    return np.flatnonzero(np.linalg.norm(figure.vertices - figure.vertices[tip], axis=1) < GRIP * length)
+
+
+def out_of_bend(figure, skinned, members):
+    """The direction, as seen, in which the outside of the elbow points."""
+    carried = [figure.weights[bone] for bone, _, _ in figure.turns]
+    ends = [np.average(skinned[indices], axis=0, weights=weights) for indices, weights in carried]
+    out = skinned[members].mean(axis=0) - 0.5 * (ends[0] + ends[1])
+    return out / np.linalg.norm(out)
+
+
+def seen(obj):
+    """(n, 3) as seen, in the object's space."""
+    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    points = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", points)
+    return points.reshape(-1, 3).astype(float)
+
+
+def draw(path, figure, obj, armature, words):
+    """Skinning alone, the corrective, and the corrective with the arm at rest, side by side."""
+    obj.meanvalue.live = False
+    for each in bpy.data.objects:
+        each.hide_render = each.type != 'MESH'
+    key = obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]
+    arm = np.linalg.norm(figure.vertices - np.array(figure.arm[1]), axis=1) < 1.3 * np.linalg.norm(
+        np.array(figure.arm[1]) - np.array(figure.arm[0])
+    )
+    rest = [posed.matrix_basis.copy() for posed in armature.pose.bones]
+    picture = stage.Picture(720, 720, words.samples, words.engine)
+    shots = []
+    stage.set_stage(seen(obj)[arm], picture, 25.0, 12.0, margin=0.02)
+    for value, is_posed in ((0.0, True), (1.0, True), (1.0, False)):
+        key.value = value
+        for posed, basis in zip(armature.pose.bones, rest, strict=True):
+            posed.matrix_basis = basis if is_posed else Matrix.Identity(4)
+        bpy.context.view_layer.update()
+        stage.render(path)
+        shots.append(pictures.over_backdrop(pictures.read_png(path)))
+    pictures.write_png(path, pictures.side_by_side(pictures.side_by_side(shots[0], shots[1]), shots[2]))

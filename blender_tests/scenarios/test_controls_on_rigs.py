@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Controls of meshes on rigs: reset, chosen, bones that deform; and on objects that are scaled."""
+
+import math
+
+import bpy
+import numpy as np
+from support import meshes, rigs, steps
+from support.posed_rigs import linear
+from support.rigs import BOTTOM, MIDDLE, TOP, update
+
+RESULT = "Mean-Value"
+OFFSET = (0.7, -0.4, 0.9)
+
+#: Of the mesh's size.
+NEAR = 1e-4
+
+
+def test_reset_puts_the_control_to_where_the_handle_is_seen():
+    obj, _ = linear()
+    before = rigs.seen(obj)
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    rigs.move_in_world(control, OFFSET)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    update()
+    assert np.allclose(control.matrix_world.translation, before[MIDDLE].mean(axis=0), atol=1e-4)
+    assert np.abs(rigs.seen(obj) - before).max() < 1e-3
+
+
+def test_another_control_takes_a_posed_handle_over_where_it_is_seen():
+    obj, _armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.move_in_world(rigs.handle(obj, "Part", MIDDLE), OFFSET)
+    before = rigs.seen(obj)
+    other = bpy.data.objects.new("Other", None)
+    bpy.context.collection.objects.link(other)
+    other.location = (3.0, 2.0, 1.0)
+    update()
+    obj.meanvalue.anchor_groups["Part"].control = other
+    update()
+    assert np.abs(rigs.seen(obj) - before).max() < 1e-3
+    rigs.move_in_world(other, OFFSET)
+    assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < 3.0 * NEAR * rigs.size(obj)
+
+
+def test_apply_pose_keeps_what_is_seen():
+    obj, _armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    rigs.move_in_world(control, OFFSET)
+    before = rigs.seen(obj)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
+    update()
+    update()
+    assert np.abs(rigs.seen(obj) - before).max() < 1e-3
+    rigs.move_in_world(control, OFFSET)
+    assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < NEAR * rigs.size(obj)
+
+
+def bone_carries(part):
+    """(object, armature, where the part is seen, n x 3): the bone that deforms the part carries its handle too."""
+    obj, armature = rigs.arm()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.handle(obj, "Part", part)
+    line = obj.meanvalue.anchor_groups["Part"]
+    line.control, line.bone = armature, "Lower"
+    update()
+    return obj, armature, rigs.seen(obj)[part]
+
+
+def test_a_bone_that_deforms_its_handle_moves_it_once():
+    obj, armature, before = bone_carries(TOP)
+    shape = steps.key_positions(obj, RESULT)
+    expected = turned_with_bone(armature, before, 50.0)
+    assert np.abs(rigs.seen(obj)[TOP] - expected).max() < NEAR * rigs.size(obj)
+    assert np.abs(steps.key_positions(obj, RESULT) - shape)[TOP].max() < NEAR * rigs.size(obj)  # the rig does it all
+
+
+def test_a_bone_that_deforms_its_handle_in_part_moves_it_once():
+    obj, armature, before = bone_carries(MIDDLE)
+    expected = turned_with_bone(armature, before, 50.0)
+    after = rigs.seen(obj)[MIDDLE]
+    assert np.abs(after - expected).max() < NEAR * rigs.size(obj)
+
+
+def turned_with_bone(armature, points, degrees):
+    rest = armature.pose.bones["Lower"].matrix.copy()
+    rigs.bend(armature, degrees)
+    turn = np.array(armature.pose.bones["Lower"].matrix @ rest.inverted())
+    return points @ turn[:3, :3].T + turn[:3, 3]
+
+
+def test_a_turn_on_an_object_scaled_unevenly_does_not_shear():
+    obj = meshes.tube(rigs.RINGS, rigs.SEGMENTS, "Arm")
+    obj.scale = (1.0, 3.0, 0.5)
+    obj.rotation_euler = (0.3, 0.2, 0.1)
+    update()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Top", TOP)
+    world = np.array(obj.matrix_world)
+    before = (rigs.seen(obj) @ world[:3, :3].T + world[:3, 3])[TOP]
+    control.rotation_mode = 'XYZ'
+    control.rotation_euler = (0.0, 0.0, math.radians(60.0))
+    update()
+    after = (rigs.seen(obj) @ world[:3, :3].T + world[:3, 3])[TOP]
+    lengths = [np.linalg.norm(points[:, None] - points[None], axis=2) for points in (before, after)]
+    assert np.abs(before - after).max() > 1.0
+    assert np.abs(lengths[0] - lengths[1]).max() < NEAR * rigs.size(obj)
+    axes = np.array(control.matrix_world.to_3x3())
+    gram = axes.T @ axes
+    assert np.abs(gram - np.diag(np.diag(gram))).max() < 1e-5  # the control itself is not sheared either
+
+
+def test_a_turn_does_not_shear_after_the_object_was_scaled_and_the_handle_reset():
+    obj, _armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    obj.scale = (1.0, 3.0, 0.5)
+    update()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    update()
+    world = np.array(obj.matrix_world)[:3, :3]
+    before = (rigs.seen(obj) @ world.T)[MIDDLE]
+    control.rotation_mode = 'XYZ'
+    control.rotation_euler = (0.9, 0.0, 0.5)
+    update()
+    after = (rigs.seen(obj) @ world.T)[MIDDLE]
+    lengths = [np.linalg.norm(points[:, None] - points[None], axis=2) for points in (before, after)]
+    assert np.abs(before - after).max() > 0.3
+    assert np.abs(lengths[0] - lengths[1]).max() < 3.0 * NEAR * rigs.size(obj)

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Posing on rigs: other modifiers, bones without a size, undo, files, bakes."""
+
+import math
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from support import meshes, rigs, steps
+from support.posed_rigs import all_at_once, linear
+from support.rigs import BOTTOM, MIDDLE, TOP, update
+
+RESULT = "Mean-Value"
+OFFSET = (0.7, -0.4, 0.9)
+
+#: Of the mesh's size.
+NEAR = 1e-4
+
+
+def test_what_makes_vertices_is_not_in_the_way():
+    obj, armature = linear()
+    obj.modifiers.new("Mirror", 'MIRROR').use_axis = (True, False, False)
+    obj.modifiers.new("Subdivision", 'SUBSURF')
+    bpy.context.view_layer.update()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    rest = steps.key_positions(obj, "Basis").astype(np.float64)
+    rigs.move_in_world(control, OFFSET)
+    shape = steps.key_positions(obj, RESULT).astype(np.float64)
+    moved = rigs.skinned(obj, armature, shape)[MIDDLE] - rigs.skinned(obj, armature, rest)[MIDDLE]
+    assert np.abs(moved - OFFSET).max() < NEAR * rigs.size(obj)
+
+
+def test_bones_scaled_to_nothing_are_told():
+    obj, armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Top", TOP, live=False)
+    armature.pose.bones["Lower"].scale = (0.0, 0.0, 0.0)
+    update()
+    rigs.move_in_world(control, OFFSET)
+    meshes.activate(obj)
+    bpy.ops.meanvalue.bind()
+    with steps.refused("'Armature'", "8 vertices", "'Top'", "Give the bones"):
+        bpy.ops.meanvalue.solve()
+
+
+def test_measuring_leaves_the_scene_alone(part):
+    obj, _armature = all_at_once()
+    before = rigs.seen(obj)
+    original = {key.name: steps.key_positions(obj, key.name) for key in obj.data.shape_keys.key_blocks}
+    assert part("bridge.rig_space").measure(obj) is not None
+    assert all(np.array_equal(steps.key_positions(obj, name), shape) for name, shape in original.items())
+    assert [modifier.show_viewport for modifier in obj.modifiers] == [True, True]
+    assert np.array_equal(rigs.seen(obj), before)
+    obj.update_tag()
+    update()
+    assert np.array_equal(rigs.seen(obj), before)
+
+
+def test_without_a_rig_nothing_is_measured(part):
+    obj = meshes.tube(rigs.RINGS, rigs.SEGMENTS, "Arm")
+    obj.modifiers.new("Subdivision", 'SUBSURF')
+    obj.modifiers.new("Armature", 'ARMATURE').show_viewport = False
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Top", TOP)
+    assert not part("bridge.rig_space").is_there(obj)
+    rigs.move_in_world(control, OFFSET)
+    assert control.matrix_parent_inverse == Matrix.Identity(4)
+
+
+def test_saved_and_loaded_it_goes_on(tmp_path):
+    obj, _armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.move_in_world(rigs.handle(obj, "Part", MIDDLE), OFFSET)
+    shape, before = steps.key_positions(obj, RESULT), rigs.seen(obj)
+    path = str(tmp_path / "rig.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    obj = bpy.data.objects["Arm"]
+    update()
+    assert np.abs(steps.key_positions(obj, RESULT) - shape).max() < NEAR * rigs.size(obj)
+    rigs.move_in_world(obj.meanvalue.anchor_groups["Part"].control, OFFSET)
+    assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < 2.0 * NEAR * rigs.size(obj)
+
+
+def test_undo_takes_a_move_on_a_rig_back():
+    obj, _armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    bpy.ops.ed.undo_push(message="Before")
+    before = rigs.seen(obj)
+    rigs.move_in_world(control, OFFSET)
+    bpy.ops.ed.undo_push(message="Moved")
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Arm"]
+    update()
+    assert np.abs(rigs.seen(obj) - before).max() < 1e-3
+    bpy.ops.ed.redo()
+    obj = bpy.data.objects["Arm"]
+    update()
+    assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < NEAR * rigs.size(obj)
+
+
+def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
+    obj, armature = rigs.arm()
+    rigs.bend(armature, 90.0)
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE, live=False)
+    rigs.move_in_world(control, OFFSET)
+    place = np.array(control.matrix_world.translation)
+    other = bpy.data.objects.new("Other", None)  # stays in the world, whatever the rig does
+    bpy.context.collection.objects.link(other)
+    other.location = place
+    update()
+    obj.meanvalue.anchor_groups["Part"].control = other
+    rest = armature.pose.bones["Lower"]
+    for frame, degrees in ((1, 90.0), (4, 30.0)):
+        rest.rotation_euler = (math.radians(degrees), 0.0, 0.0)
+        rest.keyframe_insert("rotation_euler", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 4
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "rig.blend"))
+    bpy.context.scene.frame_set(1)
+    before = rigs.seen(obj)[MIDDLE]
+    other.location.z += 0.5
+    update()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bake() == {'FINISHED'}
+    for frame in (1, 2, 3, 4):
+        bpy.context.scene.frame_set(frame)
+        moved = rigs.seen(obj)[MIDDLE] - before
+        assert np.abs(moved - (0.0, 0.0, 0.5)).max() < 3.0 * NEAR * rigs.size(obj), frame
+
+
+def test_what_is_not_seen_through_is_told_by_name(part):
+    obj, _armature = linear()
+    obj.modifiers.new("Subdivision", 'SUBSURF')
+    obj.modifiers.new("Follow", 'SURFACE_DEFORM')
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.handle(obj, "Part", MIDDLE, live=False)
+    meshes.activate(obj)
+    bpy.ops.meanvalue.bind()
+    steps.solve()
+    assert "Move 'Follow' above 'Subdivision'" in part("bridge.rig_space").note(obj)

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mesh on a bent arm: its controls are where it is seen, go along with the bones, and move what is seen."""
+
+import sys
+
+import bpy
+import numpy as np
+from support import rigs
+from support.rigs import BOTTOM, MIDDLE, TOP
+
+
+def arm():
+    return bpy.data.objects["Arm"]
+
+
+def control(name):
+    return arm().meanvalue.anchor_groups[name].control
+
+
+def _settled():
+    engine = sys.modules["meanvalue_deform.live.engine"]
+    follower = engine.follower_of(arm())
+    return follower is not None and follower.tick(arm()) is None and follower.is_caught_up
+
+
+def _is_where_seen(name, indices):
+    place = np.array(control(name).matrix_world.translation)
+    return np.abs(place - rigs.seen(arm())[indices].mean(axis=0)).max() < 1e-3
+
+
+def _measured(counted):
+    module = sys.modules["meanvalue_deform.bridge.rig_space"]
+    measure = module.measure
+    module.measure = lambda obj: counted.append(1) or measure(obj)
+    return lambda: setattr(module, "measure", measure)
+
+
+def a_corrective_at_a_bent_elbow(ui):
+    obj, _armature = rigs.arm()
+    ui.remember()
+    yield from ui.open_tab("Mean-Value")
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.handle(obj, "Top", TOP)
+    rigs.handle(obj, "Elbow", MIDDLE)
+    yield from ui.key('NUMPAD_3')
+    ui.frame_all()
+    yield from ui.wait_until(_settled, "the mesh is bound")
+    counted = []
+    put_back = _measured(counted)
+    try:
+        for step in range(1, 10):
+            rigs.bend(bpy.data.objects["Rig"], 10.0 * step)
+            yield
+        assert len(counted) <= 3, counted  # not at every step of the bone
+        yield from ui.wait_until(lambda: _is_where_seen("Top", TOP), "the control has gone along")
+        yield from ui.wait_until(_settled, "the rig is quiet")
+        seen_once = len(counted)
+        yield from ui.pause(1.0)
+        assert len(counted) == seen_once, counted  # and nothing goes on by itself
+    finally:
+        put_back()
+    assert _is_where_seen("Elbow", MIDDLE)
+    ui.frame_all()
+    yield from ui.screenshot("rig_1_bent")
+    ui.remember()
+    before = rigs.seen(arm())[MIDDLE]
+    place = np.array(control("Elbow").matrix_world.translation)
+    counted.clear()
+    put_back = _measured(counted)
+    try:
+        yield from ui.drag_by_keys('G', 60, -60)
+    finally:
+        put_back()
+    assert counted == []  # nor at the steps of a drag
+    yield from ui.wait_until(_settled, "the drag is settled")
+    moved = np.array(control("Elbow").matrix_world.translation) - place
+    assert np.linalg.norm(moved) > 0.1
+    assert np.abs(rigs.seen(arm())[MIDDLE] - before - moved).max() < 1e-3
+    yield from ui.screenshot("rig_2_corrected")
+    yield from ui.undo()
+    yield from ui.wait_until(_settled, "the undo is settled")
+    assert np.abs(rigs.seen(arm())[MIDDLE] - before).max() < 2e-3
+    yield from ui.redo()
+    yield from ui.wait_until(_settled, "the redo is settled")
+    assert np.abs(rigs.seen(arm())[MIDDLE] - before - moved).max() < 2e-3
+    rigs.bend(bpy.data.objects["Rig"], 0.0)
+    yield from ui.wait_until(_settled, "the arm is straight")
+    yield from ui.screenshot("rig_3_straight")

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""bridge/object_model.py, the one place that knows whether an object has changed, and what it depends on."""
+
+import bpy
+import numpy as np
+import pytest
+from bpy.props import BoolProperty, CollectionProperty, FloatProperty, FloatVectorProperty, PointerProperty
+from support import handles, meshes, steps
+from support.handles import update
+
+
+@pytest.fixture
+def declarations(part):
+    return part("declarations")
+
+
+@pytest.fixture
+def object_model(part):
+    return part("bridge.object_model")
+
+
+def other_value(group, name):
+    """Another value than `group` has, for settings of any kind."""
+    setting, value = group.bl_rna.properties[name], getattr(group, name)
+    if setting.type == 'BOOLEAN':
+        return not value
+    if setting.type == 'ENUM':
+        return next(item.identifier for item in setting.enum_items if item.identifier != value)
+    if setting.type == 'STRING':
+        return value + "x"
+    return [0.25 + each for each in value] if getattr(setting, "is_array", False) else value + 0.25
+
+
+def test_every_setting_counts_or_is_declared_aside(part, declarations, object_model):
+    """Of all that is declared: a new setting counts without another edit."""
+    obj = meshes.grid()
+    steps.list_anchors(obj, A=[0, 4, 20])
+    line = obj.meanvalue.anchor_groups["A"]
+    aside = {"color", "rest_relation", "made_group", "made_control", "marker", "bone"}
+    aside |= {"show_overlay", "former_result", "influence"}
+    seen = set()
+    for group in (obj.meanvalue, line):
+        counted = declarations.names(type(group))
+        for setting in group.bl_rna.properties:
+            if setting.identifier not in type(group).__annotations__:  # Blender's own
+                continue
+            if setting.identifier in {"control", "live", "active_anchor_group", "marker_number"}:
+                continue
+            if setting.type in {'COLLECTION', 'POINTER'}:
+                continue
+            before = object_model.of(obj).stamp
+            setattr(group, setting.identifier, other_value(group, setting.identifier))
+            is_noticed = object_model.of(obj).stamp.settings != before.settings
+            assert is_noticed == (setting.identifier in counted), setting.identifier
+            assert is_noticed != (setting.identifier in aside), setting.identifier
+            seen.add(setting.identifier)
+    assert {"method", "rigidity", "roi_group", "is_soft", "strength", "follows", "is_enabled"} <= seen
+
+
+def test_a_setting_that_nobody_knows_of_counts(declarations):
+    class MEANVALUE_PG_inner(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
+        place: FloatVectorProperty(size=3)
+        note: declarations.aside(BoolProperty)()
+
+    class MEANVALUE_PG_dummy(bpy.types.PropertyGroup):  # noqa: N801
+        strength: FloatProperty()
+        color: declarations.aside(FloatProperty)()
+        parts: CollectionProperty(type=MEANVALUE_PG_inner)
+        inner: PointerProperty(type=MEANVALUE_PG_inner)
+        other: PointerProperty(type=bpy.types.Object)
+
+    classes = (MEANVALUE_PG_inner, MEANVALUE_PG_dummy)
+    for cls in classes:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.meanvalue_dummy = PointerProperty(type=MEANVALUE_PG_dummy)
+    try:
+        obj = meshes.grid()
+        dummy = obj.meanvalue_dummy
+        said = [declarations.values(dummy)]
+
+        def note():
+            said.append(declarations.values(dummy))
+            return said[-1] != said[-2]
+
+        assert not note()
+        dummy.strength = 2.0
+        assert note()
+        dummy.color = 2.0
+        assert not note()
+        dummy.parts.add()
+        assert note()
+        dummy.parts[0].place[1] = 3.0
+        assert note()
+        dummy.parts[0].note = True
+        assert not note()
+        dummy.inner.place[0] = 1.0
+        assert note()
+        dummy.other = obj
+        assert note()
+    finally:
+        del bpy.types.Object.meanvalue_dummy
+        for cls in reversed(classes):
+            bpy.utils.unregister_class(cls)
+
+
+def test_what_is_known_ends_with_an_edit_and_not_with_our_writing(object_model, part):
+    obj, _control = handles.tube(live=False)
+    part("bridge.targets").prepare_result(obj)
+    update()
+    model = object_model.of(obj)
+    assert model.read_on(obj)
+    bind_input, before = model.bind_input(obj), model.stamp
+    keys = part("bridge.shape_keys")
+    result = keys.result_positions(obj)
+    result[3] += 1.0
+    keys.write_positions(obj.data, obj.data.shape_keys.key_blocks["Mean-Value"], result)
+    model.wrote()
+    update()
+    assert model.stamp == before and model.is_doubtful
+    assert model.read_on(obj) and not model.confirm(obj)
+    assert model.bind_input(obj) is bind_input and model.stamp == before
+    obj.data.update_tag()
+    update()
+    assert model.stamp != before
+
+
+def test_a_doubt_that_was_right_is_an_edit(object_model):
+    obj, _control = handles.tube(live=False)
+    model = object_model.of(obj)
+    assert model.read_on(obj)
+    model.bind_input(obj)
+    before = model.stamp
+    obj.vertex_groups["Top"].remove([handles.TOP[0]])
+    model.doubt()
+    assert model.read_on(obj) and model.confirm(obj)
+    assert model.stamp != before and len(model.bind_input(obj).anchors) == 15
+
+
+def test_numbers_of_revisions_never_come_back(object_model):
+    """What somebody remembers from before undo must not fit afterwards."""
+    obj = meshes.grid()
+    before = object_model.of(obj).stamp
+    object_model.clear()
+    after = object_model.of(obj).stamp
+    assert not set(before) & set(after)
+
+
+def test_panel_and_live_share_what_was_read(object_model, part, monkeypatch):
+    obj, control = handles.tube(live=False)
+    update()
+    assert part("bridge.object_status").status(obj).state.name == "UNBOUND"
+    module = part("bridge.vertex_groups").Reading
+    calls, go_on = [], module.go_on
+    monkeypatch.setattr(module, "go_on", lambda *arguments: calls.append(1) or go_on(*arguments))
+    follower = part("live.follower").Follower(obj, hears_itself=True)
+    part("bridge.targets").prepare_result(obj)
+    follower.follow(obj)
+    while not follower.is_caught_up:
+        follower.tick(obj)
+    assert calls == []
+    handles.move(control, (1.0, 0.0, 0.0))
+    assert np.isfinite(handles.shown(obj)).all()
