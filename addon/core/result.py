@@ -56,7 +56,7 @@ def torn_notes(bind_input, targets):
     kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
     if kept_back:
         yield (
-            f"Mirroring keeps {wording.counted(kept_back, 'anchor')} from where {'its' if kept_back == 1 else 'their'} "
+            f"Mirroring keeps {wording.vertices(kept_back)} from where {'its' if kept_back == 1 else 'their'} "
             "handle is: a handle across the mirror plane goes along it and turns in it, and of two handles on mirrored "
             "places the upper one in the list leads"
         )
