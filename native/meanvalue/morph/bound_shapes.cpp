@@ -22,10 +22,11 @@ namespace {
 constexpr double kMostRigidity = 1e9;
 // On the diagonal of the constant matrix, as a share of itself: as in FastDecoder.
 constexpr double kLeastDiagonal = 1e-9;
-// What a part's own turn counts beside the fit: enough that the whole does not turn over where average positions cancel
-// each other, as those of a straight limb and of one that is curled up do.
+// What a part's own turn counts beside the fit: enough that the whole does not turn over where average positions
+// cancel each other, as those of a straight limb and of one that is curled up do.
 constexpr double kTurnShare = 0.25;
-// Vertices stay that move less than this share of the diagonal; what others count beside them when the whole is placed.
+// Vertices stay that move less than this share of the diagonal; what others count beside them when the whole is
+// placed.
 constexpr double kStays = 0.02;
 constexpr double kMoves = 1e-3;
 // What a vertex without a weight counts when a graft is placed.
@@ -195,8 +196,8 @@ void Morpher::Bound::factorise(Execution& execution) {
     cells->fill(even, cells->common_sizes(even.mean()), {}, Quaternion::Identity(), threads, execution, rotations,
                 mean);
     const double size = TurnedCells::geometric_mean(diagonals, even.mean().data());
-    assembly = std::make_unique<CellAssembly>(encodings->layout(), mean, parts.members, instructions, threads,
-                                              execution);
+    assembly =
+        std::make_unique<CellAssembly>(encodings->layout(), mean, parts.members, instructions, threads, execution);
     unknowns = find_unknowns(encodings->layout(), is_fixed);
     if (unknowns.free.empty()) return;
     if (hold > 0.0) {
@@ -225,8 +226,8 @@ void Morpher::Bound::factorise(const DeformationEnergy& energy, Execution& execu
     SparseMatrix hessian = energy.constant_hessian(rigidity, threads, execution);
     std::vector<char> is_pinned(unknowns.free.size(), 0);
     for (const std::vector<Index>& part : parts.members) {
-        const bool is_held = !springs.empty() ||
-                             std::any_of(part.begin(), part.end(), [&](Index v) { return unknowns.slot[v] < 0; });
+        const bool is_held =
+            !springs.empty() || std::any_of(part.begin(), part.end(), [&](Index v) { return unknowns.slot[v] < 0; });
         if (!is_held) is_pinned[unknowns.slot[part.front()]] = 1;
     }
     for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
@@ -335,8 +336,7 @@ Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)
     const ShapeWeights even(std::vector<double>(count, 1.0), count, encoding.vertex_count());
     bound.cells->fill(even, bound.cells->common_sizes(even.mean()), {}, Quaternion::Identity(), bound.threads,
                       execution, rotations, cells);
-    energy = std::make_unique<DeformationEnergy>(
-        bound.energy_of(encoding, cells, bound.diagonals[0], execution));
+    energy = std::make_unique<DeformationEnergy>(bound.energy_of(encoding, cells, bound.diagonals[0], execution));
     energy_room = energy->make_workspace();
     gradient.resize(static_cast<Eigen::Index>(bound.unknowns.free.size()), 3);
 }

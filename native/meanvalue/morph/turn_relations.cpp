@@ -170,8 +170,8 @@ void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& e
     }
 }
 
-/// The rotation that the patches about a cell have in the mean, each as much as its share. @param patches one for each,
-/// `stride` apart.
+/// The rotation that the patches about a cell have in the mean, each as much as its share. @param patches one for
+/// each, `stride` apart.
 Quaternion TurnRelations::mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const {
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
     for (Index k = share_start_[vertex]; k < share_start_[vertex + 1]; ++k) {
@@ -189,8 +189,7 @@ void TurnRelations::turn_against_patches(const std::vector<Vector3>& turns, int 
         for (Index v = begin; v < end; ++v) {
             for (std::size_t k = 0; k < count; ++k) {
                 const Quaternion mean = mean_of_patches(v, means_.data() + k, count);
-                own_turns_[v * count + k] =
-                    rotation_vector(mean.conjugate() * quaternion_by(turns[v * count + k]));
+                own_turns_[v * count + k] = rotation_vector(mean.conjugate() * quaternion_by(turns[v * count + k]));
             }
         }
     });
@@ -379,8 +378,9 @@ void TurnRelations::fill(const ShapeWeights& weights, const std::vector<Quaterni
 }
 
 std::size_t TurnRelations::bytes() const {
-    return bytes_of(patch_of_) + bytes_of(sizes_) + bytes_of(turns_) + bytes_of(means_) + bytes_of(own_turns_) + bytes_of(pairs_) + bytes_of(relative_) +
-           bytes_of(tree_) + bytes_of(share_start_) + bytes_of(shares_) + factor_.bytes();
+    return bytes_of(patch_of_) + bytes_of(sizes_) + bytes_of(turns_) + bytes_of(means_) + bytes_of(own_turns_) +
+           bytes_of(pairs_) + bytes_of(relative_) + bytes_of(tree_) + bytes_of(share_start_) + bytes_of(shares_) +
+           factor_.bytes();
 }
 
 }  // namespace meanvalue
