@@ -17,7 +17,9 @@ namespace {
 // Rounds of turning all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
 constexpr int kAlignRounds = 3;
 // Of the turn of the whole and the mean turns of cells, each in terms of the other.
+// Its mean is of so many cells, evenly drawn.
 constexpr int kWholeRounds = 6;
+constexpr Index kSample = 2000;
 constexpr int kMeanRounds = 8;
 constexpr double kMeanTolerance = 1e-9;
 
@@ -156,9 +158,12 @@ void TurnedCells::find_turns(Turns& turns, int threads, const Execution& executi
         turns.means[v] = turns.of_cells[v * count];
     const std::vector<Matrix3> of_cells = turns.of_cells;
     for (int round = 0; round < kWholeRounds; ++round) {
+        const bool is_of_all = round == 0 || round + 1 == kWholeRounds;
+        const Index sample = std::max<Index>(1, vertices / kSample);
+        const Index stride = is_of_all ? 1 : sample;
         for (std::size_t k = 0; k < count; ++k) {
             Matrix3 sum = Matrix3::Zero();
-            for (Index v = 0; v < vertices; ++v) {
+            for (Index v = 0; v < vertices; v += sample) {
                 execution.check_every(v);
                 sum += of_cells[v * count + k] * turns.means[v].transpose();
             }
@@ -166,12 +171,12 @@ void TurnedCells::find_turns(Turns& turns, int threads, const Execution& executi
         }
         for (std::size_t k = 0; k < count; ++k) {
             const Matrix3 back = wholes_[k].toRotationMatrix().transpose();
-            for (Index v = 0; v < vertices; ++v)
+            for (Index v = 0; v < vertices; v += stride)
                 turns.of_cells[v * count + k] = back * of_cells[v * count + k] * turns.means[v].transpose();
         }
         if (round == 0) follow_turns(turns, execution);
-        parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
-            for (Index v = begin; v < end; ++v) {
+        parallel_for((vertices + stride - 1) / stride, threads, execution, [&](Index begin, Index end) {
+            for (Index v = begin * stride; v < std::min(end * stride, vertices); v += stride) {
                 Vector3* const vectors = turns.vectors.data() + v * count;
                 Matrix3* const rotations = turns.of_cells.data() + v * count;
                 for (std::size_t k = 0; k < count; ++k)
