@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import fixed_points, mirroring, twins, wording
+from ..core import fixed_points, mirror_planes, twins, wording
 from ..errors import SceneError
 from . import rig_space
 
@@ -48,7 +48,7 @@ def image_points(obj, points):
     """Of p x 3 object-space `points` the m x p x 3 where mirrors show them too: for the overlay."""
     planes = [plane.row for plane in _read(obj)[0]]
     symmetric = _symmetry(obj, planes)
-    return mirroring.images(planes if symmetric is None else [*planes, symmetric], points)
+    return mirror_planes.images(planes if symmetric is None else [*planes, symmetric], points)
 
 
 def gather(obj, rest, corners, starts):
@@ -59,7 +59,7 @@ def gather(obj, rest, corners, starts):
     for plane in _read(obj)[0]:
         apart = np.abs(rest.astype(np.float64) @ plane.normal - plane.distance)
         seam = apart <= max(plane.reach, in_plane)
-        if mirroring.is_a_border(seam, corners, starts):
+        if mirror_planes.is_a_border(seam, corners, starts):
             planes.append(plane.row)
             joined.append(np.where(seam, numbers, np.int32(-1)))
     symmetric = _symmetry(obj, planes)

@@ -2,7 +2,7 @@
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
 from .. import ids
-from ..core import mirroring, springs, wording
+from ..core import mirror_planes, springs, wording
 from ..core.bind_input import BindInput, anchor_layout, region_weights, soft_border
 from ..errors import SceneError
 from . import carriers, marker_pairs, mirrors, shape_keys, targets, vertex_groups
@@ -95,7 +95,7 @@ def gather(obj, reading=None):
     )
     freedom = mirrors.on_both_sides(obj, freedom, twins)
     roi = freedom > 0.0
-    planes, twins = mirroring.needed(planes, twins, roi, anchors)
+    planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
     soft = [group.strength if group.is_soft else None for group in groups]

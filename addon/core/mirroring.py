@@ -16,52 +16,12 @@ import numpy as np
 
 from . import fixed_points
 from .agreed_motion import agreed
+from .mirror_planes import reflection
 
 
 def of(bind_input):
     """What of `bind_input` (a BindInput) goes to the solver, and back: an AsItIs or a Mirrored."""
     return AsItIs(bind_input) if bind_input.planes is None else Mirrored(bind_input)
-
-
-def reflection(plane):
-    """(3 x 3, 3 numbers): x goes to matrix x + vector. plane: unit normal and distance from the origin along it."""
-    normal = np.asarray(plane[:3], np.float64)
-    return np.eye(3) - 2.0 * np.outer(normal, normal), 2.0 * plane[3] * normal
-
-
-def images(planes, points):
-    """Of n x 3 `points` the m x n x 3 images in p x 4 `planes`, in single ones and in several after one another."""
-    found = [np.asarray(points, np.float64)]
-    for plane in planes:
-        matrix, shift = reflection(plane)
-        found += [each @ matrix.T + shift for each in found]
-    return np.array(found[1:]).reshape(-1, len(points), 3)
-
-
-def is_a_border(seam, face_corners, face_starts):
-    """Whether the mesh ends at the vertices of n bool `seam`: a half does. One that goes on beyond the plane, or does
-    not reach it, has nothing to be joined to there."""
-    if not seam.any():
-        return False
-    following = np.append(face_corners[1:], face_corners[:1])
-    ends = np.append(face_starts[1:], len(face_corners)) - 1
-    following[ends] = face_corners[face_starts]
-    lies_in = seam[face_corners] & seam[following]
-    edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
-    if len(edges) == 0:
-        return True  # single vertices touch the plane
-    faces = np.unique(edges, axis=0, return_counts=True)[1]
-    return bool(2 * np.count_nonzero(faces == 1) >= len(faces))
-
-
-def needed(planes, twins, roi, anchors):
-    """(planes, twins) of a BindInput without the planes whose seam nothing moves; (None, None) for none."""
-    if planes is None:
-        return None, None
-    moves = roi.copy()
-    moves[anchors] = True
-    is_needed = [bool(moves[twin >= 0].any()) for twin in twins]
-    return (planes[is_needed], twins[is_needed]) if any(is_needed) else (None, None)
 
 
 def _turned(vectors, matrix):

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from . import fixed_points, mirroring
+from . import fixed_points, mirror_planes
 from .fingerprint import digest
 
 #: A vertex is the mirror image of another if it is no farther from it than this share of the mesh's size. Nearly all
@@ -34,7 +34,7 @@ def find(rest, face_corners, face_starts, plane):
 def _found(points, corners, starts, plane):
     size = fixed_points.bounding_box_diagonal(points)
     middles = _middles_around(points, corners, starts)
-    matrix, shift = mirroring.reflection(plane)
+    matrix, shift = mirror_planes.reflection(plane)
     images, image_middles = points @ matrix.T + shift, middles @ matrix.T + shift
     twins = np.full(len(points), -1, np.int32)
     for tolerance in TOLERANCES:

@@ -12,7 +12,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import meanvalue
 from support.mirrored_bodies import body, part
 
-from addon.core import mirroring, springs, twins
+from addon.core import mirror_planes, springs, twins
 from addon.core.bind_input import BindInput, soft_border
 from addon.errors import SceneError
 
@@ -432,9 +432,9 @@ def test_planes_whose_seam_nothing_moves_are_left_out():
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
     seam = given.twins[0] >= 0
     away = np.flatnonzero(given.rest[:, 0] > 0.5)
-    assert mirroring.needed(given.planes, given.twins, ~seam, away) == (None, None)
+    assert mirror_planes.needed(given.planes, given.twins, ~seam, away) == (None, None)
     for roi, anchors in ((np.ones(len(seam), bool), away), (~seam, np.flatnonzero(seam)[:1])):
-        planes, joined = mirroring.needed(given.planes, given.twins, roi, anchors)
+        planes, joined = mirror_planes.needed(given.planes, given.twins, roi, anchors)
         assert np.array_equal(planes, given.planes) and np.array_equal(joined, given.twins)
 
 
@@ -450,21 +450,21 @@ def test_what_holds_the_images_counts():
 
 def test_images_of_points():
     points = np.array([(1.0, 2.0, 3.0)])
-    assert mirroring.images(rows([0]), points).tolist() == [[[-1.0, 2.0, 3.0]]]
-    assert len(mirroring.images(rows([0, 1, 2]), points)) == 7
-    assert mirroring.images([(0.0, 0.0, 1.0, 2.0)], points).tolist() == [[[1.0, 2.0, 1.0]]]
+    assert mirror_planes.images(rows([0]), points).tolist() == [[[-1.0, 2.0, 3.0]]]
+    assert len(mirror_planes.images(rows([0, 1, 2]), points)) == 7
+    assert mirror_planes.images([(0.0, 0.0, 1.0, 2.0)], points).tolist() == [[[1.0, 2.0, 1.0]]]
 
 
 def test_only_a_border_is_a_seam():
     vertices, triangles = body()
     middle = np.abs(vertices[:, 0]) < 1e-6
-    assert not mirroring.is_a_border(middle, *faces(triangles))
+    assert not mirror_planes.is_a_border(middle, *faces(triangles))
     numbers, own = part(vertices, triangles, (0,))
-    assert mirroring.is_a_border(middle[numbers], *faces(own))
-    assert not mirroring.is_a_border(np.zeros(len(numbers), bool), *faces(own))
+    assert mirror_planes.is_a_border(middle[numbers], *faces(own))
+    assert not mirror_planes.is_a_border(np.zeros(len(numbers), bool), *faces(own))
     one = np.zeros(len(numbers), bool)
     one[5] = True
-    assert mirroring.is_a_border(one, *faces(own))
+    assert mirror_planes.is_a_border(one, *faces(own))
 
 
 def test_a_soft_border_is_that_of_the_body():
