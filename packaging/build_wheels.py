@@ -56,6 +56,7 @@ class Archive:
             "Dir::State::lists": self._work / "lists",
             "Dir::Cache": self._work / "cache",
             "Debug::NoLocking": "true",
+            "APT::Sandbox::User": "root",  # its own user may not read this folder
         }
         for name, value in settings.items():
             self._options += ["-o", f"{name}={value}"]
@@ -134,8 +135,11 @@ def build(work, output, tools, toolchain, version):
     """Compiles for a Python, retags and checks. Returns the wheel's path in `output`."""
     raw = work / f"raw-{version}"
     shutil.rmtree(raw, ignore_errors=True)
-    arguments = [f"-Cbuild-dir={work}/cmake-{version}"]
-    arguments += [f"-Ccmake.define.{name}={value}" for name, value in cmake_options(work, toolchain, version).items()]
+    arguments = [f"--config-settings=build-dir={work}/cmake-{version}"]
+    arguments += [
+        f"--config-settings=cmake.define.{name}={value}"
+        for name, value in cmake_options(work, toolchain, version).items()
+    ]
     run(tools / "pip", "wheel", "-q", ROOT, "--no-build-isolation", "--no-deps", "-w", raw, *arguments)
     tag = f"cp{version.replace('.', '')}"
     # scikit-build-core names the Python that it runs in, which need not be the one compiled for.
