@@ -163,7 +163,7 @@ py::array_t<double> solution_vertices(const py::object& self) {
 }
 
 void bind_reports(py::module_& module) {
-    py::class_<Component>(module, "Component", "One connected part of a bound mesh.")
+    py::class_<Component>(module, "Component", py::module_local(), "One connected part of a bound mesh.")
         .def_readonly("vertex_count", &Component::vertex_count)
         .def_readonly("free_count", &Component::free_count)
         .def_readonly("fixed_count", &Component::fixed_count)
@@ -174,7 +174,7 @@ void bind_reports(py::module_& module) {
                       "leave open, 7, 4, 1 or 0.\n"
                       "Along those, its free vertices stay as near as can be to where a solve starts.");
 
-    py::class_<BindReport>(module, "BindReport", "What bind found, and what it cost.")
+    py::class_<BindReport>(module, "BindReport", py::module_local(), "What bind found, and what it cost.")
         .def_readonly("vertex_count", &BindReport::vertex_count)
         .def_readonly("free_count", &BindReport::free_count)
         .def_readonly("anchor_count", &BindReport::anchor_count)
@@ -191,7 +191,8 @@ void bind_reports(py::module_& module) {
         .def_readonly("bytes", &BindReport::bytes,
                       "int: held by the bound mesh, and about what one solve at a time adds.");
 
-    py::class_<Solution, std::shared_ptr<Solution>>(module, "Solution", "The result of one solve.")
+    py::class_<Solution, std::shared_ptr<Solution>>(module, "Solution", py::module_local(),
+                                                    "The result of one solve.")
         .def_property_readonly(
             "vertices", &solution_vertices,
             "(n, 3) float64, read-only: anchors exactly at their targets but for soft ones, fixed vertices exactly\n"
@@ -235,7 +236,7 @@ void bind_deformer(py::module_& module) {
     bind_reports(module);
     const SolveOptions defaults;
     py::class_<Deformer, std::shared_ptr<Deformer>> deformer(
-        module, "Deformer",
+        module, "Deformer", py::module_local(),
         "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.");
     deformer
         .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),

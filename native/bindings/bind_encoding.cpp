@@ -73,7 +73,7 @@ auto viewer(std::vector<T> Encoding::*items) {
 
 void bind_encoding(py::module_& module) {
     py::class_<Encoding, std::shared_ptr<Encoding>>(
-        module, "Encoding",
+        module, "Encoding", py::module_local(),
         "Mean-value encoding of a mesh (paper, section 2): n vertices, h half-edges.\n\n"
         "Invariant under rotation, translation and uniform scale, not under reflection.")
         .def_property_readonly("ring_offsets", viewer(&Encoding::ring_offsets),

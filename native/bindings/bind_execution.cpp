@@ -5,12 +5,12 @@
 namespace meanvalue::bindings {
 
 void bind_execution(py::module_& module) {
-    py::register_exception<InvalidInput>(module, "InvalidInput", PyExc_ValueError);
-    py::register_exception<SolverFailure>(module, "SolverFailure", PyExc_RuntimeError);
-    py::register_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError);
+    py::register_local_exception<InvalidInput>(module, "InvalidInput", PyExc_ValueError);
+    py::register_local_exception<SolverFailure>(module, "SolverFailure", PyExc_RuntimeError);
+    py::register_local_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError);
 
     py::class_<Execution, std::shared_ptr<Execution>>(
-        module, "Execution",
+        module, "Execution", py::module_local(),
         "Cancel and progress of one long operation; every member may be used from any thread.\n\n"
         "Make a new one for each operation: once cancelled, it stays cancelled.")
         .def(py::init<>())

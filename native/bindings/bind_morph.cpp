@@ -214,7 +214,8 @@ constexpr const char* kBindArguments =
 }  // namespace
 
 void bind_morph(py::module_& module) {
-    py::class_<MorphReport>(module, "MorphReport", "What binding several shapes found, and what it cost.")
+    py::class_<MorphReport>(module, "MorphReport", py::module_local(),
+                            "What binding several shapes found, and what it cost.")
         .def_readonly("shape_count", &MorphReport::shape_count)
         .def_readonly("vertex_count", &MorphReport::vertex_count)
         .def_readonly("component_count", &MorphReport::component_count, "int: parts of the mesh; each is placed.")
@@ -225,7 +226,7 @@ void bind_morph(py::module_& module) {
 
     const MorphOptions defaults;
     py::class_<Morpher, std::shared_ptr<Morpher>>(
-        module, "Morpher",
+        module, "Morpher", py::module_local(),
         "Several shapes of one mesh, to be mixed by weights (paper, section 4.3): expensive to make, cheap to "
         "solve.\n\n"
         "In-between shapes turn where linear ones shrink: encodings and the lengths of cells are averaged, and the\n"

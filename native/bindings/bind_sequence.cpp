@@ -134,7 +134,8 @@ py::array_t<float> sequence_vertices(const py::object& self) {
 }  // namespace
 
 void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Deformer>>& deformer) {
-    py::class_<Sequence, std::shared_ptr<Sequence>>(module, "Sequence", "The result of solving many frames.")
+    py::class_<Sequence, std::shared_ptr<Sequence>>(module, "Sequence", py::module_local(),
+                                                    "The result of solving many frames.")
         .def_readonly("first", &Sequence::first, "int: number of the first frame in the clip.")
         .def_property_readonly("vertices", &sequence_vertices,
                                "(f, n, 3) float32, read-only: a view that keeps the sequence alive. No frames where\n"

@@ -109,7 +109,7 @@ void cancel_tasks() {
 
 void bind_task(py::module_& module) {
     py::class_<Task>(
-        module, "Task",
+        module, "Task", py::module_local(),
         "Work that runs beside the interpreter, on a thread that never touches it.\n\n"
         "Given by start_bind() and Deformer.start_solve(). Dropping it does not stop the work: cancel the\n"
         "Execution that it was given.")

@@ -8,14 +8,12 @@ enum class InstructionSet {
     kPortable  ///< what all processors of an architecture have: the same bits on each of them
 };
 
+/// Whether this processor has AVX2 and FMA and the system keeps their registers. Asked of the processor once.
+bool has_avx2_and_fma();
+
 /// Whether the form with AVX2 and FMA is to be used.
-inline bool use_avx2_and_fma([[maybe_unused]] InstructionSet instructions) {
-#if defined(__x86_64__)
-    return instructions == InstructionSet::kFastest && __builtin_cpu_supports("avx2") &&
-           __builtin_cpu_supports("fma");
-#else
-    return false;
-#endif
+inline bool use_avx2_and_fma(InstructionSet instructions) {
+    return instructions == InstructionSet::kFastest && has_avx2_and_fma();
 }
 
 }  // namespace meanvalue

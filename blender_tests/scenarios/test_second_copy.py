@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The same add-on installed twice, as an extension beside a legacy copy."""
+
+import pathlib
+import shutil
+import sys
+
+import bpy
+import pytest
+from support import meshes, steps
+
+FIRST = "meanvalue_deform"
+SECOND = "meanvalue_copy"
+
+
+@pytest.fixture
+def second():
+    """Another copy of the installed add-on, under another name; off."""
+    addons = pathlib.Path(sys.modules[FIRST].__file__).resolve().parents[1]
+    shutil.copytree(addons / FIRST, addons / SECOND)
+    yield SECOND
+    bpy.ops.preferences.addon_disable(module=SECOND)
+    shutil.rmtree(addons / SECOND)
+    for name in [name for name in sys.modules if name.split(".")[0] == SECOND]:
+        del sys.modules[name]
+
+
+def registered():
+    return {name: getattr(bpy.types, name).__module__ for name in dir(bpy.types) if name.startswith("MEANVALUE_")}
+
+
+def test_the_second_copy_does_nothing_and_says_why(second, capfd):
+    before = registered()
+    assert bpy.ops.preferences.addon_enable(module=second) == {'FINISHED'}
+    assert f"Another copy is on ({FIRST})" in capfd.readouterr().out
+    left = registered()
+    assert left.pop("MEANVALUE_AP_second_copy", f"{second}.second_copy") == f"{second}.second_copy"
+    assert left == before
+    steps.posed_grid(meshes.grid())
+    steps.solve()
+
+
+def test_turning_the_second_off_leaves_the_first(second):
+    before = registered()
+    bpy.ops.preferences.addon_enable(module=second)
+    assert bpy.ops.preferences.addon_disable(module=second) == {'FINISHED'}
+    assert registered() == before
+    steps.posed_grid(meshes.grid())
+    steps.solve()
+
+
+def test_turning_the_first_off_and_the_second_on_again(second):
+    bpy.ops.preferences.addon_enable(module=second)
+    assert bpy.ops.preferences.addon_disable(module=FIRST) == {'FINISHED'}
+    bpy.ops.preferences.addon_disable(module=second)
+    bpy.ops.preferences.addon_enable(module=second)
+    assert {module.split(".")[0] for module in registered().values()} == {second}
+    steps.posed_grid(meshes.grid())
+    steps.solve()
+    bpy.ops.preferences.addon_disable(module=second)
+    assert registered() == {}
+    assert bpy.ops.preferences.addon_enable(module=FIRST) == {'FINISHED'}

@@ -1,0 +1,318 @@
+"""Types of the compiled module; what each is and does is told by its docstring, help(meanvalue)."""
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import baselines as baselines
+
+__version__: str
+
+class BindReport:
+    @property
+    def anchor_count(self) -> int: ...
+    @property
+    def bytes(self) -> int: ...
+    @property
+    def components(self) -> list[Component]: ...
+    @property
+    def detached_triangle_count(self) -> int: ...
+    @property
+    def free_count(self) -> int: ...
+    @property
+    def guarded(self) -> list[int]: ...
+    @property
+    def guarded_reasons(self) -> dict[str, int]: ...
+    @property
+    def level_sizes(self) -> list[int]: ...
+    @property
+    def longest_ring(self) -> int: ...
+    @property
+    def row_count(self) -> int: ...
+    @property
+    def timings(self) -> dict[str, float]: ...
+    @property
+    def vertex_count(self) -> int: ...
+
+class Cancelled(RuntimeError): ...
+
+class Component:
+    @property
+    def first_vertex(self) -> int: ...
+    @property
+    def fixed_count(self) -> int: ...
+    @property
+    def free_count(self) -> int: ...
+    @property
+    def soft_count(self) -> int: ...
+    @property
+    def undetermined(self) -> int: ...
+    @property
+    def vertex_count(self) -> int: ...
+
+class Deformer:
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        anchors: ArrayLike,
+        *,
+        roi: ArrayLike | None = None,
+        handles: ArrayLike | None = None,
+        rigidity: float | None = None,
+        strengths: ArrayLike | None = None,
+        method: Literal['fast', 'paper', 'full'] = 'fast',
+        threads: int = 0,
+        portable: bool = False,
+        execution: Execution | None = None,
+    ) -> None: ...
+    def rebind(
+        self,
+        anchors: ArrayLike,
+        *,
+        handles: ArrayLike | None = None,
+        rigidity: float | None = None,
+        strengths: ArrayLike | None = None,
+        execution: Execution | None = None,
+    ) -> Deformer: ...
+    @property
+    def report(self) -> BindReport: ...
+    def solve(
+        self,
+        targets: ArrayLike,
+        *,
+        start: ArrayLike | None = None,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        settle: bool = False,
+        weights: ArrayLike | None = None,
+        execution: Execution | None = None,
+    ) -> Solution: ...
+    def solve_sequence(
+        self,
+        targets: ArrayLike,
+        *,
+        weights: ArrayLike | None = None,
+        frames: tuple[int, int] | None = None,
+        chunk: int = 48,
+        overlap: int = 8,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        on_frame: Callable[[int, NDArray[np.float32]], object] | None = None,
+        threads: int = 0,
+        execution: Execution | None = None,
+    ) -> Sequence: ...
+    def start_rebind(
+        self,
+        anchors: ArrayLike,
+        *,
+        handles: ArrayLike | None = None,
+        rigidity: float | None = None,
+        strengths: ArrayLike | None = None,
+        execution: Execution | None = None,
+    ) -> Task: ...
+    def start_solve(
+        self,
+        targets: ArrayLike,
+        *,
+        start: ArrayLike | None = None,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        settle: bool = False,
+        weights: ArrayLike | None = None,
+        execution: Execution | None = None,
+    ) -> Task: ...
+    def start_solve_sequence(
+        self,
+        targets: ArrayLike,
+        *,
+        weights: ArrayLike | None = None,
+        frames: tuple[int, int] | None = None,
+        chunk: int = 48,
+        overlap: int = 8,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        threads: int = 0,
+        execution: Execution | None = None,
+    ) -> Task: ...
+
+class Encoding:
+    @property
+    def cotangents(self) -> NDArray[np.float64]: ...
+    def energy(self, vertices: ArrayLike, *, threads: int = 0, execution: Execution | None = None) -> float: ...
+    @property
+    def guarded(self) -> NDArray[np.int32]: ...
+    @property
+    def guarded_by(self) -> dict[str, NDArray[np.int32]]: ...
+    def predict(
+        self,
+        vertices: ArrayLike,
+        *,
+        threads: int = 0,
+        execution: Execution | None = None,
+    ) -> NDArray[np.float64]: ...
+    @property
+    def ring(self) -> NDArray[np.int32]: ...
+    @property
+    def ring_offsets(self) -> NDArray[np.int32]: ...
+    @property
+    def vertex_count(self) -> int: ...
+    @property
+    def weights(self) -> NDArray[np.float64]: ...
+
+class Execution:
+    def __init__(self) -> None: ...
+    def cancel(self) -> None: ...
+    @property
+    def cancelled(self) -> bool: ...
+    @property
+    def progress(self) -> float: ...
+    @property
+    def stage(self) -> str: ...
+
+class InvalidInput(ValueError): ...
+
+class MorphReport:
+    @property
+    def bytes(self) -> int: ...
+    @property
+    def component_count(self) -> int: ...
+    @property
+    def guarded(self) -> list[int]: ...
+    @property
+    def shape_count(self) -> int: ...
+    @property
+    def timings(self) -> dict[str, float]: ...
+    @property
+    def vertex_count(self) -> int: ...
+
+class Morpher:
+    def __init__(
+        self,
+        shapes: ArrayLike,
+        faces: ArrayLike,
+        anchors: ArrayLike | None = None,
+        *,
+        rigidity: float | None = None,
+        hold: float | None = None,
+        threads: int = 0,
+        portable: bool = False,
+        execution: Execution | None = None,
+    ) -> None: ...
+    @property
+    def report(self) -> MorphReport: ...
+    def solve(
+        self,
+        weights: ArrayLike,
+        *,
+        start: ArrayLike | None = None,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        draft: bool = False,
+        execution: Execution | None = None,
+    ) -> Solution: ...
+    def start_solve(
+        self,
+        weights: ArrayLike,
+        *,
+        start: ArrayLike | None = None,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        draft: bool = False,
+        execution: Execution | None = None,
+    ) -> Task: ...
+
+class Sequence:
+    @property
+    def converged(self) -> NDArray[np.bool_]: ...
+    @property
+    def energies(self) -> NDArray[np.float64]: ...
+    @property
+    def errors(self) -> tuple[tuple[int, str], ...]: ...
+    @property
+    def first(self) -> int: ...
+    @property
+    def iterations(self) -> NDArray[np.int32]: ...
+    @property
+    def vertices(self) -> NDArray[np.float32]: ...
+
+class Solution:
+    @property
+    def all_iterations(self) -> int: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def energies(self) -> list[float]: ...
+    @property
+    def energy(self) -> float: ...
+    @property
+    def gradient(self) -> float: ...
+    @property
+    def initial_energy(self) -> float: ...
+    @property
+    def initial_gradient(self) -> float: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def stop_reason(self) -> str: ...
+    @property
+    def timings(self) -> dict[str, float]: ...
+    @property
+    def vertices(self) -> NDArray[np.float64]: ...
+
+class SolverFailure(RuntimeError): ...
+
+class Task:
+    @property
+    def finished(self) -> bool: ...
+    def result(self) -> Any: ...
+    def wait(self, seconds: float | None = None) -> bool: ...
+
+def blend(
+    encodings: list[Encoding],
+    weights: ArrayLike,
+    *,
+    threads: int = 0,
+    execution: Execution | None = None,
+) -> Encoding: ...
+def encode(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    threads: int = 0,
+    execution: Execution | None = None,
+) -> Encoding: ...
+def encode_alike(
+    shapes: ArrayLike,
+    faces: ArrayLike,
+    *,
+    threads: int = 0,
+    execution: Execution | None = None,
+) -> list[Encoding]: ...
+def start_bind(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    anchors: ArrayLike,
+    *,
+    roi: ArrayLike | None = None,
+    handles: ArrayLike | None = None,
+    rigidity: float | None = None,
+    strengths: ArrayLike | None = None,
+    method: Literal['fast', 'paper', 'full'] = 'fast',
+    threads: int = 0,
+    portable: bool = False,
+    execution: Execution | None = None,
+) -> Task: ...
+def start_bind_morph(
+    shapes: ArrayLike,
+    faces: ArrayLike,
+    anchors: ArrayLike | None = None,
+    *,
+    rigidity: float | None = None,
+    hold: float | None = None,
+    threads: int = 0,
+    portable: bool = False,
+    execution: Execution | None = None,
+) -> Task: ...

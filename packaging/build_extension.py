@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes the extension's zip (Blender 4.2 and later) of addon/, the manifest beside this file, and wheels.
+
+build_extension.py OUTPUT_FOLDER WHEEL...
+"""
+
+import pathlib
+import re
+import sys
+import zipfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+#: What Blender calls a platform, by how its wheels' platform tags end.
+PLATFORMS = {
+    "_x86_64": {"linux": "linux-x64", "manylinux": "linux-x64", "macosx": "macos-x64"},
+    "_arm64": {"macosx": "macos-arm64"},
+    "_aarch64": {"linux": "linux-arm64", "manylinux": "linux-arm64"},
+    "win_amd64": {"win": "windows-x64"},
+}
+
+
+def version():
+    return re.search(r"project\(meanvalue VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
+
+
+def platform(wheel):
+    """Blender's name of the platform that a wheel is for. @throws ValueError if it has none."""
+    tag = wheel.stem.split("-")[-1].split(".")[-1]
+    for end, systems in PLATFORMS.items():
+        if tag.endswith(end) and (found := systems.get(re.match("[a-z]+", tag).group())):
+            return found
+    raise ValueError(f"{wheel.name} is for a platform that Blender does not have")
+
+
+def check(wheels):
+    """@throws ValueError unless all are wheels of this version, one for each Python and platform."""
+    if not wheels:
+        raise ValueError("an extension without a wheel would have no solver")
+    targets = set()
+    for wheel in wheels:
+        name, wheel_version, python, *_ = wheel.stem.split("-")
+        if (name, wheel_version) != ("meanvalue", version()):
+            raise ValueError(f"{wheel.name} is not a wheel of meanvalue {version()}")
+        if (python, platform(wheel)) in targets:
+            raise ValueError(f"two wheels for {python} on {platform(wheel)}")
+        targets.add((python, platform(wheel)))
+
+
+def manifest(wheels):
+    """Text of the manifest with the parts that depend on what is packed, which stand before its first table."""
+    head, table, rest = (ROOT / "packaging/blender_manifest.toml").read_text().partition("\n[permissions]")
+    lines = [
+        f'version = "{version()}"',
+        f"platforms = {sorted({platform(wheel) for wheel in wheels})}".replace("'", '"'),
+        "wheels = [",
+        *(f'  "./wheels/{wheel.name}",' for wheel in sorted(wheels)),
+        "]",
+    ]
+    head = "\n".join(line for line in head.splitlines() if not line.startswith("#"))
+    return head + "\n" + "\n".join(lines) + "\n" + table + rest
+
+
+def build(folder, wheels):
+    """Writes the zip into `folder` and returns its path. @throws ValueError, see check()."""
+    check(wheels)
+    path = folder / f"meanvalue-{version()}-extension.zip"
+    folder.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("blender_manifest.toml", manifest(wheels))
+        for file in sorted((ROOT / "addon").rglob("*")):
+            if file.is_file() and "__pycache__" not in file.parts:
+                archive.write(file, file.relative_to(ROOT / "addon"))
+        for name in ("LICENSE", "NOTICE"):
+            archive.write(ROOT / name, name)
+        for wheel in sorted(wheels):
+            archive.write(wheel, f"wheels/{wheel.name}")
+    return path
+
+
+if __name__ == "__main__":
+    try:
+        print(build(pathlib.Path(sys.argv[1]), [pathlib.Path(name) for name in sys.argv[2:]]))
+    except ValueError as error:
+        sys.exit(f"build_extension.py: {error}")

@@ -1,0 +1,194 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes wheels for any Linux with glibc 2.28 or later: docs/decisions/0022-packaging.md.
+
+    build_wheels.py BUILD_FOLDER [PYTHON_VERSION ...]      3.11 and 3.13 without one
+
+All is taken from Debian's archive and the Python package registry and kept in BUILD_FOLDER/portable; the wheels are put
+into BUILD_FOLDER/wheels. The compiler is Zig's Clang, which brings libraries and headers for older glibc versions and
+its own libc++; of the system nothing but Eigen's headers is used.
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tarfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+GLIBC = "2.28"
+MIRROR = "http://deb.debian.org/debian"
+KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
+#: The Debian release that has the headers of a Python.
+SUITES = {"3.11": "bookworm", "3.13": "trixie"}
+TOOLS = ("ziglang==0.17.*", "scikit-build-core>=0.11", "pybind11==3.1.*", "auditwheel==6.*", "wheel")
+LARGEST = 8 * 2**20  # bytes of a wheel
+
+
+def run(*command, **options):
+    subprocess.run([str(part) for part in command], check=True, **options)
+
+
+def install_tools(work):
+    """A virtual environment with compiler and packers; returns its bin folder."""
+    tools = work / "tools"
+    if not (tools / "ready").exists():
+        run(sys.executable, "-m", "venv", "--clear", tools)
+        run(tools / "bin/pip", "install", "-q", *TOOLS)
+        (tools / "ready").touch()
+    return tools / "bin"
+
+
+class Archive:
+    """Debian's archive in the suites given, read by apt with lists of its own: the machine's stay as they are."""
+
+    def __init__(self, work):
+        self._work = work / "apt"
+        self._options = []
+        for name in ("lists/partial", "cache/archives/partial"):
+            (self._work / name).mkdir(parents=True, exist_ok=True)
+        sources = [f"deb [signed-by={KEYS}] {MIRROR} {suite} main" for suite in SUITES.values()]
+        sources.append(f"deb-src [signed-by={KEYS}] {MIRROR} bookworm main")
+        (self._work / "sources.list").write_text("\n".join(sources) + "\n")
+        settings = {
+            "Dir::Etc::sourcelist": self._work / "sources.list",
+            "Dir::Etc::sourceparts": "-",
+            "Dir::State::lists": self._work / "lists",
+            "Dir::Cache": self._work / "cache",
+            "Debug::NoLocking": "true",
+            "APT::Sandbox::User": "root",  # its own user may not read this folder
+        }
+        for name, value in settings.items():
+            self._options += ["-o", f"{name}={value}"]
+        self._apt("update", "-q")
+
+    def _apt(self, *arguments):
+        run("apt-get", *self._options, *arguments, cwd=self._work, stdout=subprocess.DEVNULL)
+
+    def sources(self, package):
+        self._apt("source", "--download-only", package)
+        return next(self._work.glob(f"{package}_*.orig.tar.*"))
+
+    def package(self, name, suite):
+        self._apt("download", f"{name}/{suite}")
+        return max(self._work.glob(f"{name}_*.deb"))
+
+
+def fetch(work, versions):
+    """OpenMesh's sources and the headers of each Python, where they are missing."""
+    missing = [version for version in versions if not (work / f"python{version}").exists()]
+    openmesh = work / "openmesh"
+    if not missing and openmesh.exists():
+        return
+    archive = Archive(work)
+    if not openmesh.exists():
+        unpacked = work / "openmesh-unpacking"
+        shutil.rmtree(unpacked, ignore_errors=True)
+        with tarfile.open(archive.sources("openmesh")) as sources:
+            sources.extractall(unpacked)
+        next(unpacked.iterdir()).rename(openmesh)
+        unpacked.rmdir()
+    for version in missing:
+        unpacked = work / f"python{version}-unpacking"
+        run("dpkg", "-x", archive.package(f"libpython{version}-dev", SUITES[version]), unpacked)
+        unpacked.rename(work / f"python{version}")
+
+
+def write_toolchain(work, tools):
+    """A file for CMake, and the compiler's parts as commands of one word. Returns its path."""
+    zig = subprocess.run(
+        [tools / "python", "-c", "import ziglang; print(ziglang.__path__[0] + '/zig')"],
+        check=True, capture_output=True, text=True,
+    ).stdout.strip()  # fmt: skip
+    commands = {"ar": "ar", "ranlib": "ranlib"}
+    commands |= {name: f"{name} -target x86_64-linux-gnu.{GLIBC}" for name in ("cc", "c++")}
+    for name, call in commands.items():
+        path = work / f"zig-{name}"
+        path.write_text(f'#!/bin/sh\nexec "{zig}" {call} "$@"\n')
+        path.chmod(0o755)
+    toolchain = work / "toolchain.cmake"
+    toolchain.write_text(
+        "set(CMAKE_SYSTEM_NAME Linux)\n"
+        "set(CMAKE_SYSTEM_PROCESSOR x86_64)\n"
+        f'set(CMAKE_C_COMPILER "{work}/zig-cc")\n'
+        f'set(CMAKE_CXX_COMPILER "{work}/zig-c++")\n'
+        f'set(CMAKE_AR "{work}/zig-ar" CACHE FILEPATH "")\n'
+        f'set(CMAKE_RANLIB "{work}/zig-ranlib" CACHE FILEPATH "")\n'
+    )
+    return toolchain
+
+
+def cmake_options(work, toolchain, version):
+    include = work / f"python{version}/usr/include"
+    return {
+        "CMAKE_TOOLCHAIN_FILE": toolchain,
+        "CMAKE_INTERPROCEDURAL_OPTIMIZATION": "OFF",
+        # Debian's pyconfig.h includes <x86_64-linux-gnu/python3.x/pyconfig.h>; /usr/include itself is glibc's.
+        "CMAKE_CXX_FLAGS": f"-I{include}",
+        "MEANVALUE_OPENMESH_SOURCE": work / "openmesh",
+        "Python_INCLUDE_DIR": include / f"python{version}",
+        "Python_SOABI": f"cpython-{version.replace('.', '')}-x86_64-linux-gnu",
+    }
+
+
+def build(work, output, tools, toolchain, version):
+    """Compiles for a Python, retags and checks. Returns the wheel's path in `output`."""
+    raw = work / f"raw-{version}"
+    shutil.rmtree(raw, ignore_errors=True)
+    arguments = [f"--config-settings=build-dir={work}/cmake-{version}"]
+    arguments += [
+        f"--config-settings=cmake.define.{name}={value}"
+        for name, value in cmake_options(work, toolchain, version).items()
+    ]
+    run(tools / "pip", "wheel", "-q", ROOT, "--no-build-isolation", "--no-deps", "-w", raw, *arguments)
+    tag = f"cp{version.replace('.', '')}"
+    # scikit-build-core names the Python that it runs in, which need not be the one compiled for.
+    run(
+        tools / "wheel",
+        "tags",
+        "--remove",
+        "--python-tag",
+        tag,
+        "--abi-tag",
+        tag,
+        next(raw.iterdir()),
+        stdout=subprocess.DEVNULL,
+    )
+    platform = f"manylinux_{GLIBC.replace('.', '_')}_x86_64"
+    # Fails where a symbol is newer than that, or a library is needed that is not on every system.
+    run(
+        tools / "auditwheel",
+        "repair",
+        "--plat",
+        platform,
+        "--only-plat",
+        "-w",
+        raw / "repaired",
+        next(raw.glob("*.whl")),
+    )
+    wheel = next((raw / "repaired").iterdir())
+    if wheel.stat().st_size > LARGEST:
+        raise SystemExit(f"{wheel.name} has {wheel.stat().st_size} bytes; {LARGEST} are the most")
+    output.mkdir(parents=True, exist_ok=True)
+    for old in output.glob(f"*-{tag}-*.whl"):
+        old.unlink()
+    return pathlib.Path(shutil.move(wheel, output / wheel.name))
+
+
+def main(arguments):
+    build_folder, *versions = arguments
+    versions = versions or list(SUITES)
+    for version in versions:
+        if version not in SUITES:
+            raise SystemExit(f"no Debian release is known for Python {version}; there are: {', '.join(SUITES)}")
+    work = pathlib.Path(build_folder).resolve() / "portable"
+    work.mkdir(parents=True, exist_ok=True)
+    tools = install_tools(work)
+    fetch(work, versions)
+    toolchain = write_toolchain(work, tools)
+    for version in versions:
+        print(build(work, work.parent / "wheels", tools, toolchain, version))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
