@@ -19,7 +19,7 @@ bool ask_processor() {
     if (__get_cpuid(1, &a, &b, &c, &d) == 0 || (c & needed) != needed) return false;
     unsigned low = 0;
     unsigned high = 0;
-    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    __asm__ __volatile__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
     const unsigned sse_and_avx_registers = 6;
     if ((low & sse_and_avx_registers) != sse_and_avx_registers) return false;
     return __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && (b & bit_AVX2) != 0;

@@ -200,6 +200,7 @@ void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int 
 }
 
 std::size_t SupernodalFactor::bytes() const {
+    if (!analysis_) return 0;
     std::size_t bytes = analysis_->value_count * sizeof(Lanes) + analysis_->supernodes.size() * sizeof(Supernode) +
                         (analysis_->pattern.order.size() + analysis_->below.size()) * sizeof(Index);
     for (const UpdateRows& updates : analysis_->update_rows)
@@ -208,6 +209,7 @@ std::size_t SupernodalFactor::bytes() const {
 }
 
 std::size_t SupernodalFactor::workspace_bytes() const {
+    if (!analysis_) return 0;
     return static_cast<std::size_t>(analysis_->row_count) * kStride * sizeof(float) +
            3 * static_cast<std::size_t>(analysis_->most_blocks) * sizeof(Lanes);
 }

@@ -75,7 +75,9 @@ SparseMatrix CellAssembly::matrix(const std::vector<std::vector<Index>>& parts, 
     for (Index v = 0; v < vertices; ++v)
         entries.emplace_back(v, v, diagonal[v] > 0.0 ? diagonal[v] : 1.0);
     SparseMatrix lower(vertices, vertices);
+    execution.check();
     lower.setFromTriplets(entries.begin(), entries.end());
+    execution.check();
     return lower;
 }
 

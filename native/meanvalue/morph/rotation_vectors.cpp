@@ -1,5 +1,6 @@
 #include "meanvalue/morph/rotation_vectors.h"
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "meanvalue/common/elementary.h"
@@ -10,6 +11,20 @@ namespace {
 constexpr double kTurn = 6.28318530717958647692;
 // Of the sine and the cosine of half the angle: less tells no axis, or no angle.
 constexpr double kNothing = 1e-12;
+constexpr int kMeanRounds = 8;
+constexpr double kMeanTolerance = 1e-9;
+constexpr double kFarStep = 1.0;  // radians; slopes are singular not far beyond
+constexpr double kSmallAngle = 1e-6;
+
+/// How the vector of R exp(-s) falls with s, but for what cancels where vectors sum to zero.
+Matrix3 slope_of(const Vector3& vector) {
+    const double angle = vector.norm();
+    if (angle < kSmallAngle) return Matrix3::Identity();
+    const SineCosine half = sine_cosine(0.5 * angle);
+    const double across = 0.5 * angle * half.cosine / half.sine;
+    const Vector3 axis = vector / angle;
+    return across * Matrix3::Identity() + (1.0 - across) * axis * axis.transpose();
+}
 
 }  // namespace
 
@@ -77,6 +92,28 @@ Quaternion average_turn(const Vector3* vectors, const std::vector<Quaternion>& f
                (frames.empty() ? vectors[k] : rotation_vector(frames[k] * quaternion_by(vectors[k]), vectors[k]));
     }
     return quaternion_by(sum);
+}
+
+Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count) {
+    Matrix3 factor = Matrix3::Identity();
+    for (int round = 0; round < kMeanRounds; ++round) {
+        Vector3 mean = Vector3::Zero();
+        Matrix3 slope = Matrix3::Zero();
+        for (Index k = 0; k < count; ++k) {
+            mean += vectors[k] / count;
+            slope += slope_of(vectors[k]) / count;
+        }
+        if (mean.norm() < kMeanTolerance) break;
+        const Vector3 newton = slope.inverse() * mean;
+        const Matrix3 step =
+            rotation_by(newton.norm() < kFarStep ? newton : mean);  // the mean also if it is no number
+        factor = step * factor;
+        for (Index k = 0; k < count; ++k) {
+            rotations[k] = rotations[k] * step.transpose();
+            vectors[k] = rotation_vector(rotations[k], vectors[k] - mean);
+        }
+    }
+    return factor;
 }
 
 }  // namespace meanvalue

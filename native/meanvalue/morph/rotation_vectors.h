@@ -25,4 +25,8 @@ Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::
 Quaternion average_turn(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
                         Index count);
 
+/// Makes rotation vectors sum to zero: multiplies what they turn from, and returns that factor. By Newton's method.
+/// @param rotations `count`, which change with it; @param vectors theirs, kept on their branches.
+Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count);
+
 }  // namespace meanvalue

@@ -209,8 +209,17 @@ double TurnRelations::step(const std::vector<Quaternion>& between, std::vector<Q
     }
     SupernodalFactor::Workspace workspace;
     factor_.solve(sums, sums, 1, execution, workspace);
-    // Only differences count: the whole stays as it is.
-    sums.rowwise() -= sums.colwise().mean();
+    // Only differences count: each part of the mesh stays as it is, as a whole.
+    for (std::size_t begin = 0; begin < tree_.size();) {
+        std::size_t end = begin;
+        Vector3 mean = Vector3::Zero();
+        do {
+            mean += Vector3(sums.row(tree_[end++].patch));
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
+        mean /= static_cast<double>(end - begin);
+        for (; begin < end; ++begin)
+            sums.row(tree_[begin].patch) -= mean.transpose();
+    }
     double largest = 0.0;
     for (Index patch = 0; patch < patch_count_; ++patch) {
         const Vector3 turn = sums.row(patch);
@@ -224,6 +233,7 @@ double TurnRelations::step(const std::vector<Quaternion>& between, std::vector<Q
 std::vector<Quaternion> TurnRelations::find_patches_between(const std::vector<double>& shares,
                                                             const std::vector<Quaternion>& frames,
                                                             const Execution& execution) const {
+    if (patch_count_ == 0) return {};  // no vertex has a ring
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<Quaternion> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {

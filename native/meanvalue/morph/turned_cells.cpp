@@ -2,26 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <queue>
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/row_energy.h"
 #include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/morph/rotation_vectors.h"
+#include "meanvalue/morph/turn_branches.h"
 
 namespace meanvalue {
 namespace {
 
 // Rounds of turning all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
 constexpr int kAlignRounds = 3;
-// Of the turn of the whole and the mean turns of cells, each in terms of the other.
-// Its mean is of so many cells, evenly drawn.
+// Of the turns of the wholes and the mean turns of cells, each in terms of the other, on so many cells, evenly drawn.
 constexpr int kWholeRounds = 6;
 constexpr Index kSample = 2000;
-constexpr int kMeanRounds = 8;
-constexpr double kMeanTolerance = 1e-9;
 
 /// base^exponent for any exponent of moderate size.
 double any_power(double base, double exponent) {
@@ -31,25 +27,6 @@ double any_power(double base, double exponent) {
     for (int k = 0; k < static_cast<int>(parts); ++k)
         result *= part;
     return result;
-}
-
-/// Makes rotation vectors sum to zero: multiplies what they turn from, and returns that factor.
-/// @param rotations `count`, which change with it; @param vectors theirs, kept on their branches.
-Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count) {
-    Matrix3 factor = Matrix3::Identity();
-    for (int round = 0; round < kMeanRounds; ++round) {
-        Vector3 mean = Vector3::Zero();
-        for (Index k = 0; k < count; ++k)
-            mean += vectors[k] / count;
-        if (mean.norm() < kMeanTolerance) break;
-        const Matrix3 step = rotation_by(mean);
-        factor = step * factor;
-        for (Index k = 0; k < count; ++k) {
-            rotations[k] = rotations[k] * step.transpose();
-            vectors[k] = rotation_vector(rotations[k], vectors[k] - mean);
-        }
-    }
-    return factor;
 }
 
 /// Turns the edges of one cell in all shapes onto their mean. They count as in the energy: with cotangent weights the
@@ -99,7 +76,7 @@ Quaternion half_way(const Quaternion& own, const Quaternion& other) {
 struct TurnedCells::Turns {
     std::vector<Matrix3> of_cells;  // n x k: from the aligned edges to those of shape k
     std::vector<Matrix3> means;     // n: what the aligned edges of a cell have to be turned by
-    std::vector<Vector3> vectors;   // n x k: of_cells after that, as rotation vectors
+    std::vector<Vector3> vectors;   // n x k: turn_of(), as rotation vectors
 };
 
 TurnedCells::TurnedCells(const Encoding& layout, const std::vector<PositionsView>& shapes, int threads,
@@ -149,93 +126,92 @@ TurnedCells::Turns TurnedCells::align_cells(const std::vector<PositionsView>& sh
     return turns;
 }
 
+/// The shape that agrees best with all others, each turned onto it as a whole: whatever the order of shapes is.
+std::size_t TurnedCells::middle_of(const Turns& turns, Index stride, const Execution& execution) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    std::vector<Matrix3> sums(count * count, Matrix3::Zero());
+    for (Index v = 0; v < layout_.vertex_count(); v += stride) {
+        execution.check_every(v);
+        if (!layout_.predictable(v)) continue;
+        const Matrix3* const of = turns.of_cells.data() + v * count;
+        for (std::size_t a = 0; a < count; ++a) {
+            for (std::size_t b = 0; b < count; ++b)
+                sums[a * count + b] += of[b] * of[a].transpose();
+        }
+    }
+    std::vector<double> agreement(count, 0.0);
+    for (std::size_t pair = 0; pair < sums.size(); ++pair)
+        agreement[pair / count] += closest_rotation(sums[pair]).cwiseProduct(sums[pair]).sum();
+    return std::max_element(agreement.begin(), agreement.end()) - agreement.begin();
+}
+
+void TurnedCells::find_wholes(const Turns& turns, Index stride, const Execution& execution) {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    std::vector<Matrix3> sums(count, Matrix3::Zero());
+    for (Index v = 0; v < layout_.vertex_count(); v += stride) {
+        execution.check_every(v);
+        if (!layout_.predictable(v)) continue;
+        for (std::size_t k = 0; k < count; ++k)
+            sums[k] += turns.of_cells[v * count + k] * turns.means[v].transpose();
+    }
+    for (std::size_t k = 0; k < count; ++k)
+        wholes_[k] = quaternion_of(closest_rotation(sums[k]));
+}
+
+/// What turns the mean of a cell to shape k, less the whole.
+Matrix3 TurnedCells::turn_of(const Turns& turns, Index vertex, std::size_t shape) const {
+    return wholes_[shape].toRotationMatrix().transpose() * turns.of_cells[vertex * wholes_.size() + shape] *
+           turns.means[vertex].transpose();
+}
+
+void TurnedCells::centre_cells(Turns& turns, Index stride, int threads, const Execution& execution) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    const Index cells = (layout_.vertex_count() + stride - 1) / stride;
+    parallel_for(cells, threads, execution, [&](Index begin, Index end) {
+        std::vector<Matrix3> rotations(count);
+        for (Index cell = begin; cell < end; ++cell) {
+            const Index v = cell * stride;
+            Vector3* const vectors = turns.vectors.data() + v * count;
+            for (std::size_t k = 0; k < count; ++k) {
+                rotations[k] = turn_of(turns, v, k);
+                vectors[k] = rotation_vector(rotations[k], vectors[k]);
+            }
+            turns.means[v] = centre_turns(rotations.data(), vectors, shape_count_) * turns.means[v];
+        }
+    });
+}
+
+/// The wholes and the means of cells, each in terms of the other, on a sample; then all cells by these wholes. It
+/// begins from the turns of one shape, since a start has to be smooth over the mesh for branches to be followed.
 void TurnedCells::find_turns(Turns& turns, int threads, const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     const Index vertices = layout_.vertex_count();
-    turns.vectors.assign(vertices * count, Vector3::Zero());
-    wholes_.assign(count, Quaternion::Identity());
+    const Index stride = std::max<Index>(1, vertices / kSample);
+    const std::size_t middle = middle_of(turns, stride, execution);
     for (Index v = 0; v < vertices; ++v)
-        turns.means[v] = turns.of_cells[v * count];
-    const std::vector<Matrix3> of_cells = turns.of_cells;
-    for (int round = 0; round < kWholeRounds; ++round) {
-        const bool is_of_all = round == 0 || round + 1 == kWholeRounds;
-        const Index sample = std::max<Index>(1, vertices / kSample);
-        const Index stride = is_of_all ? 1 : sample;
-        for (std::size_t k = 0; k < count; ++k) {
-            Matrix3 sum = Matrix3::Zero();
-            for (Index v = 0; v < vertices; v += sample) {
-                execution.check_every(v);
-                sum += of_cells[v * count + k] * turns.means[v].transpose();
-            }
-            wholes_[k] = quaternion_of(closest_rotation(sum));
-        }
-        for (std::size_t k = 0; k < count; ++k) {
-            const Matrix3 back = wholes_[k].toRotationMatrix().transpose();
-            for (Index v = 0; v < vertices; v += stride)
-                turns.of_cells[v * count + k] = back * of_cells[v * count + k] * turns.means[v].transpose();
-        }
-        if (round == 0) follow_turns(turns, execution);
-        parallel_for((vertices + stride - 1) / stride, threads, execution, [&](Index begin, Index end) {
-            for (Index v = begin * stride; v < std::min(end * stride, vertices); v += stride) {
-                Vector3* const vectors = turns.vectors.data() + v * count;
-                Matrix3* const rotations = turns.of_cells.data() + v * count;
+        turns.means[v] = turns.of_cells[v * count + middle];
+    wholes_.assign(count, Quaternion::Identity());
+    find_wholes(turns, stride, execution);
+    {
+        std::vector<Matrix3> rotations(turns.of_cells.size());
+        parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
+            for (Index v = begin; v < end; ++v) {
                 for (std::size_t k = 0; k < count; ++k)
-                    vectors[k] = rotation_vector(rotations[k], vectors[k]);
-                turns.means[v] = centre_turns(rotations, vectors, shape_count_) * turns.means[v];
+                    rotations[v * count + k] = turn_of(turns, v, k);
             }
         });
+        turns.vectors = follow_turns(layout_, rotations, shape_count_, execution);
     }
+    for (int round = 1; round < kWholeRounds; ++round) {
+        centre_cells(turns, stride, threads, execution);
+        find_wholes(turns, stride, execution);
+    }
+    centre_cells(turns, 1, threads, execution);
 }
 
-/// The branches of all rotation vectors: from the cell that is turned least on, each from the neighbour that is
-/// turned the most alike.
-void TurnedCells::follow_turns(Turns& turns, const Execution& execution) const {
-    const auto count = static_cast<std::size_t>(shape_count_);
-    const Index vertices = layout_.vertex_count();
-    const auto rotation = [&](Index v, std::size_t k) -> const Matrix3& { return turns.of_cells[v * count + k]; };
-    std::vector<double> turned(vertices, 0.0);
-    for (Index v = 0; v < vertices; ++v) {
-        for (std::size_t k = 0; k < count; ++k)
-            turned[v] = std::max(turned[v], 3.0 - rotation(v, k).trace());
-    }
-    std::vector<Index> starts(vertices);
-    std::iota(starts.begin(), starts.end(), 0);
-    std::stable_sort(starts.begin(), starts.end(), [&](Index a, Index b) { return turned[a] < turned[b]; });
-
-    struct Step {
-        double cost;
-        Index from;
-        Index to;
-        bool operator>(const Step& other) const {
-            return cost != other.cost ? cost > other.cost : to != other.to ? to > other.to : from > other.from;
-        }
-    };
-    std::vector<char> is_known(vertices, 0);
-    std::priority_queue<Step, std::vector<Step>, std::greater<>> queue;
-    const auto settle = [&](Index v, Index from) {
-        is_known[v] = 1;
-        for (std::size_t k = 0; k < count; ++k)
-            turns.vectors[v * count + k] = rotation_vector(rotation(v, k), turns.vectors[from * count + k]);
-        for (Index place = layout_.ring_offsets[v]; place < layout_.ring_offsets[v + 1]; ++place) {
-            const Index next = layout_.ring[place];
-            if (is_known[next]) continue;
-            double cost = 0.0;
-            for (std::size_t k = 0; k < count; ++k)
-                cost = std::max(cost, 3.0 - rotation(v, k).cwiseProduct(rotation(next, k)).sum());
-            queue.push({cost, v, next});
-        }
-    };
-    for (std::size_t number = 0; number < starts.size(); ++number) {
-        execution.check_every(number);
-        if (is_known[starts[number]]) continue;
-        settle(starts[number], starts[number]);
-        for (std::size_t round = 0; !queue.empty(); ++round) {
-            execution.check_every(round);
-            const Step step = queue.top();
-            queue.pop();
-            if (!is_known[step.to]) settle(step.to, step.from);
-        }
-    }
+/// Which cell an edge goes half-way to: its own where the neighbour has no ring, and so no turn.
+Index TurnedCells::turned_to(Index vertex, Index neighbour) const {
+    return layout_.predictable(neighbour) ? neighbour : vertex;
 }
 
 /// Takes the turn of each edge's middle against its cell out of the edges.
@@ -248,9 +224,9 @@ void TurnedCells::bend_back(const Turns& turns, int threads, const Execution& ex
         for (Index v = begin; v < end; ++v) {
             for (std::size_t place = layout_.ring_offsets[v]; place < std::size_t(layout_.ring_offsets[v + 1]);
                  ++place) {
+                const Index to = turned_to(v, layout_.ring[place]);
                 for (std::size_t k = 0; k < count; ++k) {
-                    const Quaternion bend =
-                        half_way(rotations[v * count + k], rotations[layout_.ring[place] * count + k]);
+                    const Quaternion bend = half_way(rotations[v * count + k], rotations[to * count + k]);
                     Vector3& edge = edges_[place * count + k];
                     edge = bend.conjugate() * (turns.means[v] * edge);
                 }
@@ -276,7 +252,7 @@ void TurnedCells::fill(const ShapeWeights& weights, const std::vector<double>& s
                 Vector3 sum = Vector3::Zero();
                 for (std::size_t k = 0; k < count; ++k)
                     sum += (of[k] * factors[k]) * edges_[place * count + k];
-                cells.edges[place] = half_way(rotations[v], rotations[layout_.ring[place]]) * sum;
+                cells.edges[place] = half_way(rotations[v], rotations[turned_to(v, layout_.ring[place])]) * sum;
             }
         }
     });
@@ -293,7 +269,16 @@ std::vector<double> TurnedCells::common_sizes(const std::vector<double>& weights
 Quaternion TurnedCells::whole_turn(const std::vector<double>& weights) const {
     std::vector<Matrix3> rotations;
     std::vector<Vector3> vectors;
-    const Matrix3 first = wholes_.front().toRotationMatrix();
+    // About the one that the others are turned least against: another might lead to another branch.
+    Matrix3 sum_of_all = Matrix3::Zero();
+    for (const Quaternion& whole : wholes_)
+        sum_of_all += whole.toRotationMatrix();
+    const auto agreement = [&](const Quaternion& whole) {
+        return whole.toRotationMatrix().cwiseProduct(sum_of_all).sum();
+    };
+    const Matrix3 first = std::max_element(wholes_.begin(), wholes_.end(), [&](const auto& a, const auto& b) {
+                              return agreement(a) < agreement(b);
+                          })->toRotationMatrix();
     for (const Quaternion& whole : wholes_) {
         rotations.emplace_back(whole.toRotationMatrix() * first.transpose());
         vectors.push_back(rotation_vector(rotations.back()));

@@ -53,7 +53,11 @@ class TurnedCells {
 
     Turns align_cells(const std::vector<PositionsView>& shapes, int threads, const Execution& execution);
     void find_turns(Turns& turns, int threads, const Execution& execution);
-    void follow_turns(Turns& turns, const Execution& execution) const;
+    std::size_t middle_of(const Turns& turns, Index stride, const Execution& execution) const;
+    void find_wholes(const Turns& turns, Index stride, const Execution& execution);
+    Matrix3 turn_of(const Turns& turns, Index vertex, std::size_t shape) const;
+    void centre_cells(Turns& turns, Index stride, int threads, const Execution& execution) const;
+    Index turned_to(Index vertex, Index neighbour) const;
     void bend_back(const Turns& turns, int threads, const Execution& execution);
 
     Index shape_count_;

@@ -86,6 +86,7 @@ std::vector<Index> slots_in_order(const std::vector<Index>& order, const Unknown
 
 std::vector<Index> order_along(const RegionOrder& whole, const SparseMatrix& lower, const Unknowns& unknowns,
                                int threads, const Execution& execution) {
+    if (whole.vertices.empty()) return {};  // the factor then finds one of its own
     std::vector<Index> places(unknowns.free.size());
     for (std::size_t k = 0; k < whole.vertices.size(); ++k) {
         const Index slot = unknowns.slot[whole.vertices[k]];

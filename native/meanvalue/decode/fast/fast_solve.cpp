@@ -25,6 +25,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     if (bound_.fine_->unknowns.free.empty()) return report;
     execution_.begin_stage("solve");
     const std::vector<double> former_weights = work_.fine.energy.soft_weights;
+    former_soft_targets_ = work_.fine.energy.soft_targets;
     set_soft_targets();
     if (work_.fine.energy.soft_weights != former_weights) {  // another energy: what was learnt does not hold
         work_.predictor.forget();

@@ -87,6 +87,7 @@ class FastSolve {
     Timings timings_;
     double highest_start_ = std::numeric_limits<double>::infinity();  // of the whole mesh: see LbfgsOptions
     int all_iterations_ = 0;
+    Positions former_soft_targets_;  // of the solve that this workspace did before, if any
 };
 
 }  // namespace meanvalue

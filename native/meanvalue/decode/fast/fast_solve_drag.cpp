@@ -44,6 +44,7 @@ void FastSolve::put_balanced_targets(const Positions& previous, Positions& posit
     if (bound_.soft_.empty()) return;
     const FastLevel& level = *bound_.fine_;
     const Positions targets = work_.fine.energy.soft_targets;
+    const bool knows_former = work_.predictor.goes_on_from(previous) && former_soft_targets_.rows() == targets.rows();
     work_.fine.energy.soft_targets = level.energy->soft_constraints().rows_of(previous);
     Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
     level.energy->evaluate(previous, bound_.rigidity_, gradient, threads_, execution_, work_.fine.energy);
@@ -53,7 +54,8 @@ void FastSolve::put_balanced_targets(const Positions& previous, Positions& posit
         const Index v = anchor.vertex;
         positions.row(v) = previous.row(v);
         if (is_free(k)) continue;
-        if (targets.row(k) == bound_.region_.positions.row(v)) {
+        const auto rest = bound_.region_.positions.row(v);
+        if (targets.row(k) == rest && (!knows_former || former_soft_targets_.row(k) == rest)) {
             positions.row(v) = targets.row(k);
             continue;
         }
