@@ -44,6 +44,9 @@ DEFORMING = {
 #: Those of them that are tied to the vertices that they were given: behind what makes some they do nothing here.
 TIED = {'LAPLACIANDEFORM', 'MESH_DEFORM', 'SURFACE_DEFORM'}
 
+#: And those where a vertex depends on its neighbours: what one does when it moves alone is not what the whole does.
+NEIGHBOURLY = {'CORRECTIVE_SMOOTH', 'LAPLACIANDEFORM', 'LAPLACIANSMOOTH', 'NODES', 'SMOOTH'}
+
 #: Modifiers that leave vertices alone.
 HARMLESS = {
     'COLLISION',
@@ -75,6 +78,11 @@ def is_there(obj):
     if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS:
         return True
     return bool(sliders(obj))
+
+
+def looks_at_neighbours(obj):
+    """Whether where a vertex is seen may depend on where the key has others."""
+    return any(modifier.type in NEIGHBOURLY and _deforms(obj, modifier) for modifier in obj.modifiers)
 
 
 def sliders(obj):

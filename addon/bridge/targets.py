@@ -140,7 +140,7 @@ def _in_key(obj, bind_input, space, is_moved, wanted):
     """
     anchors = bind_input.anchors[is_moved]
     _require_depth(obj, bind_input, space, is_moved)
-    if space.is_affine:
+    if space.is_affine or rig_space.looks_at_neighbours(obj):  # mended alone, vertices overshoot what smooths them
         return space.in_key(anchors, wanted)
     with rig_space.evaluating(obj) as evaluate:
         return space.in_key(anchors, wanted, evaluate)

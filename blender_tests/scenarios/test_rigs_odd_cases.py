@@ -5,6 +5,7 @@ import math
 
 import bpy
 import numpy as np
+import pytest
 from mathutils import Matrix
 from support import meshes, rigs, steps
 from support.posed_rigs import all_at_once, linear, other_keys
@@ -130,6 +131,20 @@ def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
         bpy.context.scene.frame_set(frame)
         moved = rigs.seen(obj)[MIDDLE] - before
         assert np.abs(moved - (0.0, 0.0, 0.5)).max() < 3.0 * NEAR * rigs.size(obj), frame
+
+
+@pytest.mark.parametrize("degrees", [30.0, 70.0])
+def test_behind_what_smooths_a_handle_moves_by_about_as_much(degrees):
+    """A vertex that moves alone is held back by its neighbours: who makes up for that overshoots."""
+    obj, armature = rigs.arm()
+    obj.modifiers.new("Smooth", 'CORRECTIVE_SMOOTH')
+    rigs.bend(armature, degrees)
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    before = rigs.seen(obj)[MIDDLE].mean(axis=0)
+    rigs.move_in_world(control, OFFSET)
+    moved = rigs.seen(obj)[MIDDLE].mean(axis=0) - before
+    assert np.linalg.norm(moved - OFFSET) < 0.15 * np.linalg.norm(OFFSET)
 
 
 def test_what_is_not_seen_through_is_told_by_name(part):
