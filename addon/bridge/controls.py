@@ -96,7 +96,8 @@ def hold_as_shown(obj, group, shown):
 
 
 def seats(obj, groups):
-    """Where the controls are, for hold_at_rest(). @throws SceneError."""
+    """Where the controls are, for hold_at_rest(). @throws SceneError, also for what that would fail of."""
+    rig_space.measure(obj)
     return [control_places.seat(obj, group) for group in groups]
 
 

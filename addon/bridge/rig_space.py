@@ -15,6 +15,7 @@ import numpy as np
 from .. import compat
 from ..core import wording
 from ..core.seen_space import SeenSpace
+from ..errors import SceneError
 from . import mesh_arrays, shape_keys
 
 #: Modifiers that only move vertices. Simulations are not asked: that would disturb their caches.
@@ -121,7 +122,8 @@ def note(obj):
 def measure(obj):
     """The SeenSpace of `obj` as it was evaluated last, or None where every vertex is seen where its key has it.
 
-    Takes five evaluations of the modifiers.
+    Takes five evaluations of the modifiers. @throws SceneError where that cannot be told: posed as if there were no
+    rig, the pose would be lost.
     """
     if not is_there(obj):
         return None
@@ -130,16 +132,19 @@ def measure(obj):
     if not (np.isfinite(size) and size > 0.0):
         return None
     with evaluating(obj) as evaluate:
-        if evaluate is None:
-            return None
         seen = evaluate(rest)
+        if len(seen) != len(rest):
+            raise SceneError(
+                f"{named(obj)} shows {len(seen):,} vertices of {len(rest):,}, so handles cannot be posed behind it. "
+                "Turn it off in the viewport while posing"
+            )
         jacobians = np.empty((len(rest), 3, 3))
         for axis in range(3):
             jacobians[:, :, axis] = (evaluate(rest + STEP * size * np.eye(3)[axis]) - seen) / (STEP * size)
         probe = PROBE * size * np.array((1.0, -1.0, 1.0))
         bend = np.abs(evaluate(rest + probe) - seen - jacobians @ probe).max()
     if not (np.isfinite(seen).all() and np.isfinite(jacobians).all()):
-        return None
+        raise SceneError(f"{named(obj)} puts vertices of '{obj.name}' at places that are not numbers. Reset it")
     space = SeenSpace(rest, seen, jacobians, bool(bend <= STRAIGHT * size), size)
     return None if space.is_identity else space
 
@@ -149,16 +154,13 @@ def seen(obj, space, shape):
     if space.is_affine:
         return space.first_order(shape)
     with evaluating(obj) as evaluate:
-        return space.first_order(shape) if evaluate is None else evaluate(shape)
+        return evaluate(shape)
 
 
 @contextlib.contextmanager
 def evaluating(obj):
-    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen; None if `obj` is not evaluated."""
+    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen. @throws SceneError."""
     evaluated, carriers = _evaluated(obj)
-    if evaluated is None:
-        yield None
-        return
     rest = shape_keys.rest_positions(obj.data)
     former = [_read(store, name) for store, name, _ in carriers]
     switches = np.empty(len(evaluated.modifiers), bool)
@@ -188,7 +190,7 @@ def _has_nodes(obj):
 
 
 def _evaluated(obj):
-    """(Blender's evaluated copy of the object, its carriers); (None, None) if it has none that fits."""
+    """(Blender's evaluated copy of the object, its carriers). @throws SceneError if it has none that fits."""
     for ensure in (False, True):  # the copy may be of before the last edit
         if ensure:
             bpy.context.evaluated_depsgraph_get()
@@ -199,7 +201,10 @@ def _evaluated(obj):
         carriers = _carriers(obj, depsgraph)
         if evaluated.is_evaluated and carriers is not None and len(evaluated.modifiers) == len(obj.modifiers):
             return evaluated, carriers
-    return None, None
+    raise SceneError(
+        f"'{obj.name}' is not evaluated in this scene, so what {named(obj)} does to it is not known. Go to the scene "
+        "that has it, and enable it and its collection in viewports"
+    )
 
 
 def _carriers(obj, depsgraph):

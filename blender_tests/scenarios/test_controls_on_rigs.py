@@ -5,6 +5,7 @@ import math
 
 import bpy
 import numpy as np
+import pytest
 from support import meshes, rigs, steps
 from support.posed_rigs import linear
 from support.rigs import BOTTOM, MIDDLE, TOP, update
@@ -58,6 +59,31 @@ def test_apply_pose_keeps_what_is_seen():
     assert np.abs(rigs.seen(obj) - before).max() < 1e-3
     rigs.move_in_world(control, OFFSET)
     assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < NEAR * rigs.size(obj)
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_a_control_of_before_the_bend_goes_along_before_it_is_moved(live):
+    """The rig was bent with Live off."""
+    obj, armature = rigs.arm()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", TOP, live=False)
+    rigs.bend(armature, 90.0)
+    meshes.activate(obj)
+    if live:
+        obj.meanvalue.live = True
+        update()
+        update()
+    else:
+        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        steps.solve()
+    update()
+    before = rigs.seen(obj)[TOP]
+    assert np.allclose(control.matrix_world.translation, before.mean(axis=0), atol=1e-3)
+    assert np.abs(steps.key_positions(obj, RESULT) - steps.key_positions(obj, "Basis")).max() < 1e-3
+    rigs.move_in_world(control, OFFSET)
+    if not live:
+        steps.solve()
+    assert np.abs(rigs.seen(obj)[TOP] - before - OFFSET).max() < NEAR * rigs.size(obj)
 
 
 def bone_carries(part):

@@ -45,6 +45,55 @@ def test_bones_scaled_to_nothing_are_told():
         bpy.ops.meanvalue.solve()
 
 
+def posed():
+    """(object, armature, control, the key): moved in front of a bent arm, with Live on."""
+    obj, armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    rigs.move_in_world(control, OFFSET)
+    return obj, armature, control, steps.key_positions(obj, RESULT)
+
+
+def test_a_rig_that_is_not_evaluated_here_is_not_taken_for_none(part):
+    obj, _armature, control, shape = posed()
+    control.location.x += 1.0
+    scene, other = bpy.context.scene, bpy.data.scenes.new("Other")
+    for each in (obj, control, *(line.control for line in obj.meanvalue.anchor_groups if line.control)):
+        if each.name not in other.collection.objects:
+            other.collection.objects.link(each)
+            scene.collection.objects.unlink(each)
+    update()
+    part("live.engine").look_again(obj)
+    part("live.engine").follow_all()
+    assert np.array_equal(steps.key_positions(obj, RESULT), shape)
+    text, is_problem = part("live.engine").status(obj)
+    assert is_problem and "not evaluated in this scene" in text and "'Armature'" in text
+    for each in (obj, control):
+        scene.collection.objects.link(each)
+    update()
+    part("live.engine").follow_all()
+    assert not part("live.engine").status(obj)[1]
+    assert not np.array_equal(steps.key_positions(obj, RESULT), shape)
+
+
+def test_a_rig_with_places_that_are_not_numbers_is_not_taken_for_none(part):
+    obj, _armature, _control, shape = posed()
+    modifier = obj.modifiers.new("Push", 'DISPLACE')
+    modifier.strength = math.nan
+    update()
+    part("live.engine").look_again(obj)
+    part("live.engine").follow_all()
+    assert np.array_equal(steps.key_positions(obj, RESULT), shape)
+    text, is_problem = part("live.engine").status(obj)
+    assert is_problem and "not numbers" in text and "'Push'" in text
+    lines = len(obj.meanvalue.anchor_groups)
+    steps.add_group(obj, "Other", TOP)
+    meshes.activate(obj)
+    with steps.refused("not numbers"):
+        bpy.ops.meanvalue.add_handle(group="Other")
+    assert len(obj.meanvalue.anchor_groups) == lines
+
+
 def test_measuring_leaves_the_scene_alone(part):
     obj, _armature = all_at_once()
     before = rigs.seen(obj)
