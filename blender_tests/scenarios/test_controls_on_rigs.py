@@ -112,6 +112,18 @@ def test_a_bone_that_deforms_its_handle_in_part_moves_it_once():
     assert np.abs(after - expected).max() < NEAR * rigs.size(obj)
 
 
+def test_a_bone_that_deforms_its_handle_in_part_is_reset():
+    """What is asked of it moves with it."""
+    obj, armature, before = bone_carries(MIDDLE)
+    rest = armature.pose.bones["Lower"].matrix.copy()
+    rigs.bend(armature, 50.0)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    update()
+    assert np.abs(np.array(armature.pose.bones["Lower"].matrix) - np.array(rest)).max() < 1e-4
+    assert np.abs(rigs.seen(obj)[MIDDLE] - before).max() < NEAR * rigs.size(obj)
+
+
 def turned_with_bone(armature, points, degrees):
     rest = armature.pose.bones["Lower"].matrix.copy()
     rigs.bend(armature, degrees)
