@@ -223,13 +223,14 @@ def _carriers(obj, depsgraph):
     shown = [key.name for key in copy.key_blocks[1:] if key.name in own and _counts(obj, key)]
     is_alone = keys.use_relative and shown == [obj.meanvalue.result_key]
     is_enough = is_alone and shape_keys.why_result_is_hidden(obj) is None
+    bases = {key.relative_key.name for key in keys.key_blocks[1:] if _counts(obj, key)}  # subtracted from them
     found = []
     for key in copy.key_blocks:
         is_always_there = key == copy.reference_key or not keys.use_relative
         is_at_rest = is_always_there or key.name in own
         if is_enough and key.name not in own:  # what moves the one that counts fully moves all
             continue
-        if is_always_there or _counts(obj, key):
+        if is_always_there or _counts(obj, key) or key.name in bases:
             # The scene's own key: the copy may be of before the last edit.
             shape = rest if is_at_rest else shape_keys.positions(keys.key_blocks[key.name])
             found.append((*compat.key_store(key), shape))

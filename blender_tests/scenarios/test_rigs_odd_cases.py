@@ -219,6 +219,19 @@ def test_what_a_pinned_key_shows_counts(part):
     assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
 
 
+def test_keys_relative_to_others_count(part):
+    """One that is beside another, which is not shown itself."""
+    obj, _ = other_keys()
+    blocks = obj.data.shape_keys.key_blocks
+    blocks["Long"].relative_key = blocks["Thick"]
+    blocks["Thick"].value = 0.0
+    update()
+    rest = steps.key_positions(obj, "Basis")
+    space = part("bridge.rig_space").measure(obj)
+    assert np.abs(space.seen - rest * (0.85, 1.0, 1.15)).max() < 1e-5
+    assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
+
+
 def test_whether_the_result_is_shown_does_not_matter(part):
     obj, _armature = all_at_once()
     rigs.pin(obj, "Bottom", BOTTOM)
