@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What mirrors an object's mesh: Mirror modifiers, and the switch Symmetric."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,7 +140,8 @@ def _plane(obj, mirror, axis, modifier):
     normal = normal / np.linalg.norm(normal)
     if np.linalg.norm(np.cross(across, normal)) > RIGHT_ANGLE:
         return None
-    step = 1e-6 * max(1e-30, np.abs(np.array([*obj.matrix_world.translation, *mirror.matrix_world.translation])).max())
+    far = np.abs(np.array([*obj.matrix_world.translation, *mirror.matrix_world.translation])).max()
+    step = 2.0 ** math.ceil(math.log2(1e-6 * max(1e-30, far)))  # the same one while they are moved about
     distance = round(float(normal @ to_object[:3, 3]) / step) * step  # noise of the matrices is no new plane
     return Plane(tuple(float(round(each, 6)) for each in normal), distance, reach)
 
