@@ -218,8 +218,10 @@ class Following(Telling):
         elif self.state is State.CHECKING and self._check_on(
             obj, np.inf if self._is_finishing else states.SLICE_SECONDS
         ):
-            self.state = State.SETTLED
+            self._resume()  # what it shows may have been found to be somebody else's
             self._look(obj)
+            if not self.is_resting:
+                self._start_next(obj)
 
     def _start(self, work, collect):
         self._job = Job(work)
