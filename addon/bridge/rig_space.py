@@ -7,6 +7,7 @@ Modifiers that make vertices are left out: what deforms does the same to the ver
 """
 
 import contextlib
+import dataclasses
 import json
 
 import bpy
@@ -145,7 +146,9 @@ def measure(obj):
         bend = np.abs(evaluate(rest + probe) - seen - jacobians @ probe).max()
     if not (np.isfinite(seen).all() and np.isfinite(jacobians).all()):
         raise SceneError(f"{named(obj)} puts vertices of '{obj.name}' at places that are not numbers. Reset it")
-    space = SeenSpace(rest, seen, jacobians, bool(bend <= STRAIGHT * size), size)
+    space = SeenSpace(rest, seen, jacobians, False, size)
+    if bend <= STRAIGHT * space.reach:
+        space = dataclasses.replace(space, is_affine=True)
     return None if space.is_identity else space
 
 

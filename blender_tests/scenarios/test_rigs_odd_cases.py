@@ -232,6 +232,17 @@ def test_keys_relative_to_others_count(part):
     assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
 
 
+def test_far_from_the_origin_an_armature_is_straight_all_the_same(part):
+    """Where float32 tells positions apart no finer than by 6e-5."""
+    obj, armature = rigs.arm()
+    offset = (700.0, 0.0, 0.0)
+    for vertex in obj.data.vertices:
+        vertex.co.x += offset[0]
+    armature.location = offset
+    rigs.bend(armature, 50.0)
+    assert part("bridge.rig_space").measure(obj).is_affine
+
+
 def test_whether_the_result_is_shown_does_not_matter(part):
     obj, _armature = all_at_once()
     rigs.pin(obj, "Bottom", BOTTOM)
