@@ -169,7 +169,7 @@ def status(obj):
     if follower is None:
         return None
     note = render_notes.of(identity(obj))
-    if note and not obj.meanvalue.baked.target:
+    if note and not follower.problem and not obj.meanvalue.baked.target:
         return wording.sentence(note), True
     hidden = follower.why_hidden(obj)
     if hidden and not follower.problem:
