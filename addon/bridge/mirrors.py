@@ -45,13 +45,6 @@ def notes(obj):
     return _read(obj)[1]
 
 
-def image_points(obj, points):
-    """Of p x 3 object-space `points` the m x p x 3 where mirrors show them too: for the overlay."""
-    planes = [plane.row for plane in _read(obj)[0]]
-    symmetric = _symmetry(obj, planes)
-    return mirror_planes.images(planes if symmetric is None else [*planes, symmetric], points)
-
-
 def gather(obj, rest, corners, starts):
     """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError."""
     planes, joined = [], []

@@ -448,13 +448,6 @@ def test_what_holds_the_images_counts():
         bind_input(given.rest, own, two).check()
 
 
-def test_images_of_points():
-    points = np.array([(1.0, 2.0, 3.0)])
-    assert mirror_planes.images(rows([0]), points).tolist() == [[[-1.0, 2.0, 3.0]]]
-    assert len(mirror_planes.images(rows([0, 1, 2]), points)) == 7
-    assert mirror_planes.images([(0.0, 0.0, 1.0, 2.0)], points).tolist() == [[[1.0, 2.0, 1.0]]]
-
-
 def test_only_a_border_is_a_seam():
     vertices, triangles = body()
     middle = np.abs(vertices[:, 0]) < 1e-6
