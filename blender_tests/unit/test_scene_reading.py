@@ -300,11 +300,12 @@ def test_what_somebody_else_wrote_is_written_again_by_a_check(slow_follower, mod
     assert np.abs(handles.shown(obj) - shown).max() < 1e-3
 
 
-def test_esc_at_the_moment_when_a_job_ends(part):
-    """The operator's steps without a window."""
+def test_esc_at_the_moment_when_a_job_ends(part, monkeypatch):
+    """The operator's steps without a window. The job is over before anybody looks at it, as it may be."""
     obj, _control = handles.tube(live=False)
     module = part("operators.bind")
-    steps_of = part("operators.background").BackgroundOperator._all_steps
+    background = part("operators.background")
+    steps_of, job_of = background.BackgroundOperator._all_steps, background.Job
     posing = part("workers.posing").Posing
     compat = part("compat")
 
@@ -325,12 +326,13 @@ def test_esc_at_the_moment_when_a_job_ends(part):
         def finish(self, *_):
             raise AssertionError("it was to be cancelled")
 
-    operator = Operator()
-    stages = steps_of(operator)
-    while operator._job is None:
-        next(stages)
-    operator._job.wait()
-    operator._job.cancel()
+    def cancelled_at_its_end(work):
+        job = job_of(work)
+        job.wait()
+        job.cancel()
+        return job
+
+    monkeypatch.setattr(background, "Job", cancelled_at_its_end)
     with pytest.raises(part("errors").CancelledError):
-        for _ in stages:
+        for _ in steps_of(Operator()):
             pass
