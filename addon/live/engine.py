@@ -107,7 +107,8 @@ def render_started():
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
-    render_notes.begin([(key, follower.name) for key, follower in _followers.items() if follower.has_more_to_do])
+    unsettled = [each for each in _followers.items() if each[1].has_more_to_do and not each[1].is_resting]
+    render_notes.begin([(key, follower.name) for key, follower in unsettled])
 
 
 def render_ended():
