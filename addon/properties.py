@@ -33,11 +33,11 @@ def _take_hold(group, _context):
     carriers.forget()
     if controls.is_choosing or group.control is None:
         return
-    shown = controls.shown_move(group.id_data, group)
-    bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
     try:
+        shown = controls.shown_move(group.id_data, group)
+        bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
         controls.hold_as_shown(group.id_data, group, shown)
-    except SceneError:
+    except (SceneError, np.linalg.LinAlgError):
         controls.take_hold(group, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
     group.id_data.update_tag()
 

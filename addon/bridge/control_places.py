@@ -91,7 +91,7 @@ def goes_along(obj, group):
     """Whether the rig carries the control of `group` along: those that Add Handle made, where Blender's own ways have
     not put them elsewhere."""
     control = group.control
-    if not (group.made_control and control.parent == obj and control.parent_type == 'OBJECT'):
+    if not (group.made_control and control is not None and control.parent == obj and control.parent_type == 'OBJECT'):
         return False
     return motion.same(_parent_inverse(control), np.array(group.control_carried, np.float64).reshape(4, 4))
 

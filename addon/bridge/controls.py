@@ -19,6 +19,9 @@ SIZE_OVER_PART = 1.25
 SMALLEST_SIZE = 0.02
 LARGEST_SIZE = 0.15
 
+#: A bone that deforms its own handle by half has moved it by half of what is missing each time that it is put back.
+MOST_RESETS = 24
+
 
 def problem(obj, group):
     """Why the control of `group` cannot be followed, in words, or None."""
@@ -96,7 +99,8 @@ def hold_as_shown(obj, group, shown):
 
 
 def seats(obj, groups):
-    """Where the controls are, for hold_at_rest(). @throws SceneError."""
+    """Where the controls are, for hold_at_rest(). @throws SceneError, also for what that would fail of."""
+    rig_space.measure(obj)
     return [control_places.seat(obj, group) for group in groups]
 
 
@@ -246,12 +250,34 @@ def reset(obj, groups):
         if control_places.goes_along(obj, group):
             control_places.take_frame(group, control_places.unscaled(obj))
     bpy.context.view_layer.update()
-    carries = dict(zip(groups, control_places.carries(obj, groups), strict=True))
-    for group in sorted(groups, key=depth):
-        control_places.go_along(obj, group, carries[group])
-        _put(group, obj.matrix_world @ control_places.to_blender(carries[group] @ control_places.at_rest(group)))
-        bpy.context.view_layer.update()  # the next may be a child of this one
-    return [group for group in groups if move(obj, group, carries[group]) is not motion.IDENTITY]
+    groups = sorted(groups, key=depth)
+    for _ in range(MOST_RESETS):
+        carries = _go_along(obj, groups)
+        if not _elsewhere(obj, groups, carries):
+            break
+        for group, carry in zip(groups, carries, strict=True):  # all: what is reset takes its children along
+            _put(group, obj.matrix_world @ control_places.to_blender(carry @ control_places.at_rest(group)))
+            bpy.context.view_layer.update()  # the next may be a child of this one
+        if not rig_space.is_there(obj):
+            break
+    return _elsewhere(obj, groups, _go_along(obj, groups))
+
+
+def _go_along(obj, groups):
+    """[4 x 4]: the carries of now, which controls that go along with the rig have followed."""
+    carries = control_places.carries(obj, groups)
+    for group, carry in zip(groups, carries, strict=True):
+        control_places.go_along(obj, group, carry)
+    bpy.context.view_layer.update()
+    return carries
+
+
+def _elsewhere(obj, groups, carries):
+    return [
+        group
+        for group, carry in zip(groups, carries, strict=True)
+        if move(obj, group, carry) is not motion.IDENTITY
+    ]
 
 
 def _put(group, world):

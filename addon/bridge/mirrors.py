@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What mirrors an object's mesh: Mirror modifiers, and the switch Symmetric."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,13 +43,6 @@ def signature(obj):
 def notes(obj):
     """Sentences on mirrors that are not taken into account. Cheap enough for drawing."""
     return _read(obj)[1]
-
-
-def image_points(obj, points):
-    """Of p x 3 object-space `points` the m x p x 3 where mirrors show them too: for the overlay."""
-    planes = [plane.row for plane in _read(obj)[0]]
-    symmetric = _symmetry(obj, planes)
-    return mirror_planes.images(planes if symmetric is None else [*planes, symmetric], points)
 
 
 def gather(obj, rest, corners, starts):
@@ -139,7 +133,8 @@ def _plane(obj, mirror, axis, modifier):
     normal = normal / np.linalg.norm(normal)
     if np.linalg.norm(np.cross(across, normal)) > RIGHT_ANGLE:
         return None
-    step = 1e-6 * max(1e-30, np.abs(np.array([*obj.matrix_world.translation, *mirror.matrix_world.translation])).max())
+    far = np.abs(np.array([*obj.matrix_world.translation, *mirror.matrix_world.translation])).max()
+    step = 2.0 ** math.ceil(math.log2(1e-6 * max(1e-30, far)))  # the same one while they are moved about
     distance = round(float(normal @ to_object[:3, 3]) / step) * step  # noise of the matrices is no new plane
     return Plane(tuple(float(round(each, 6)) for each in normal), distance, reach)
 

@@ -7,6 +7,7 @@ Modifiers that make vertices are left out: what deforms does the same to the ver
 """
 
 import contextlib
+import dataclasses
 import json
 
 import bpy
@@ -15,6 +16,7 @@ import numpy as np
 from .. import compat
 from ..core import wording
 from ..core.seen_space import SeenSpace
+from ..errors import SceneError
 from . import mesh_arrays, shape_keys
 
 #: Modifiers that only move vertices. Simulations are not asked: that would disturb their caches.
@@ -43,6 +45,9 @@ DEFORMING = {
 
 #: Those of them that are tied to the vertices that they were given: behind what makes some they do nothing here.
 TIED = {'LAPLACIANDEFORM', 'MESH_DEFORM', 'SURFACE_DEFORM'}
+
+#: And those where a vertex depends on its neighbours: what one does when it moves alone is not what the whole does.
+NEIGHBOURLY = {'CORRECTIVE_SMOOTH', 'LAPLACIANDEFORM', 'LAPLACIANSMOOTH', 'NODES', 'SMOOTH'}
 
 #: Modifiers that leave vertices alone.
 HARMLESS = {
@@ -75,6 +80,11 @@ def is_there(obj):
     if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS:
         return True
     return bool(sliders(obj))
+
+
+def looks_at_neighbours(obj):
+    """Whether where a vertex is seen may depend on where the key has others."""
+    return any(modifier.type in NEIGHBOURLY and _deforms(obj, modifier) for modifier in obj.modifiers)
 
 
 def sliders(obj):
@@ -113,7 +123,8 @@ def note(obj):
 def measure(obj):
     """The SeenSpace of `obj` as it was evaluated last, or None where every vertex is seen where its key has it.
 
-    Takes five evaluations of the modifiers.
+    Takes five evaluations of the modifiers. @throws SceneError where that cannot be told: posed as if there were no
+    rig, the pose would be lost.
     """
     if not is_there(obj):
         return None
@@ -122,17 +133,22 @@ def measure(obj):
     if not (np.isfinite(size) and size > 0.0):
         return None
     with evaluating(obj) as evaluate:
-        if evaluate is None:
-            return None
         seen = evaluate(rest)
+        if len(seen) != len(rest):
+            raise SceneError(
+                f"{named(obj)} shows {len(seen):,} vertices of {len(rest):,}, so handles cannot be posed behind it. "
+                "Turn it off in the viewport while posing"
+            )
         jacobians = np.empty((len(rest), 3, 3))
         for axis in range(3):
             jacobians[:, :, axis] = (evaluate(rest + STEP * size * np.eye(3)[axis]) - seen) / (STEP * size)
         probe = PROBE * size * np.array((1.0, -1.0, 1.0))
         bend = np.abs(evaluate(rest + probe) - seen - jacobians @ probe).max()
     if not (np.isfinite(seen).all() and np.isfinite(jacobians).all()):
-        return None
-    space = SeenSpace(rest, seen, jacobians, bool(bend <= STRAIGHT * size), size)
+        raise SceneError(f"{named(obj)} puts vertices of '{obj.name}' at places that are not numbers. Reset it")
+    space = SeenSpace(rest, seen, jacobians, False, size)
+    if bend <= STRAIGHT * space.reach:
+        space = dataclasses.replace(space, is_affine=True)
     return None if space.is_identity else space
 
 
@@ -141,16 +157,13 @@ def seen(obj, space, shape):
     if space.is_affine:
         return space.first_order(shape)
     with evaluating(obj) as evaluate:
-        return space.first_order(shape) if evaluate is None else evaluate(shape)
+        return evaluate(shape)
 
 
 @contextlib.contextmanager
 def evaluating(obj):
-    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen; None if `obj` is not evaluated."""
+    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen. @throws SceneError."""
     evaluated, carriers = _evaluated(obj)
-    if evaluated is None:
-        yield None
-        return
     rest = shape_keys.rest_positions(obj.data)
     former = [_read(store, name) for store, name, _ in carriers]
     switches = np.empty(len(evaluated.modifiers), bool)
@@ -180,7 +193,7 @@ def _has_nodes(obj):
 
 
 def _evaluated(obj):
-    """(Blender's evaluated copy of the object, its carriers); (None, None) if it has none that fits."""
+    """(Blender's evaluated copy of the object, its carriers). @throws SceneError if it has none that fits."""
     for ensure in (False, True):  # the copy may be of before the last edit
         if ensure:
             bpy.context.evaluated_depsgraph_get()
@@ -191,7 +204,10 @@ def _evaluated(obj):
         carriers = _carriers(obj, depsgraph)
         if evaluated.is_evaluated and carriers is not None and len(evaluated.modifiers) == len(obj.modifiers):
             return evaluated, carriers
-    return None, None
+    raise SceneError(
+        f"'{obj.name}' is not evaluated in this scene, so what {named(obj)} does to it is not known. Go to the scene "
+        "that has it, and enable it and its collection in viewports"
+    )
 
 
 def _carriers(obj, depsgraph):
@@ -210,13 +226,14 @@ def _carriers(obj, depsgraph):
     shown = [key.name for key in copy.key_blocks[1:] if key.name in own and _counts(obj, key)]
     is_alone = keys.use_relative and shown == [obj.meanvalue.result_key]
     is_enough = is_alone and shape_keys.why_result_is_hidden(obj) is None
+    bases = {key.relative_key.name for key in keys.key_blocks[1:] if _counts(obj, key)}  # subtracted from them
     found = []
     for key in copy.key_blocks:
         is_always_there = key == copy.reference_key or not keys.use_relative
         is_at_rest = is_always_there or key.name in own
         if is_enough and key.name not in own:  # what moves the one that counts fully moves all
             continue
-        if is_always_there or _counts(obj, key):
+        if is_always_there or _counts(obj, key) or key.name in bases:
             # The scene's own key: the copy may be of before the last edit.
             shape = rest if is_at_rest else shape_keys.positions(keys.key_blocks[key.name])
             found.append((*compat.key_store(key), shape))

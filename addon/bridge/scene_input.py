@@ -3,7 +3,7 @@
 
 from .. import ids
 from ..core import mirror_planes, springs, wording
-from ..core.bind_input import BindInput, anchor_layout, region_weights, soft_border
+from ..core.bind_input import BindInput, anchor_layout, region_weights, require_finite, soft_border
 from ..errors import SceneError
 from . import carriers, marker_pairs, mirrors, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
@@ -89,6 +89,7 @@ def gather(obj, reading=None):
     _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
     anchors, pieces = anchor_layout([members[name] for name in names])
     rest = shape_keys.rest_positions(obj.data)
+    require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
     freedom = region_weights(
         len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert

@@ -62,11 +62,16 @@ def pose_key(obj):
 
 
 def gather(obj, bind_input):
-    """The Targets of `obj`, with what its rig does measured now. @throws SceneError."""
+    """The Targets of `obj`, with what its rig does measured now, and controls gone along with it.
+
+    @throws SceneError.
+    """
     found = problem(obj)
     if found:
         raise SceneError(found)
-    return gather_behind(obj, bind_input, rig_space.measure(obj))
+    space = rig_space.measure(obj)
+    go_along(obj, bind_input, space)
+    return gather_behind(obj, bind_input, space)
 
 
 def gather_behind(obj, bind_input, space, known=None):
@@ -140,7 +145,7 @@ def _in_key(obj, bind_input, space, is_moved, wanted):
     """
     anchors = bind_input.anchors[is_moved]
     _require_depth(obj, bind_input, space, is_moved)
-    if space.is_affine:
+    if space.is_affine or rig_space.looks_at_neighbours(obj):  # mended alone, vertices overshoot what smooths them
         return space.in_key(anchors, wanted)
     with rig_space.evaluating(obj) as evaluate:
         return space.in_key(anchors, wanted, evaluate)

@@ -10,15 +10,6 @@ def reflection(plane):
     return np.eye(3) - 2.0 * np.outer(normal, normal), 2.0 * plane[3] * normal
 
 
-def images(planes, points):
-    """Of n x 3 `points` the m x n x 3 images in p x 4 `planes`, in single ones and in several after one another."""
-    found = [np.asarray(points, np.float64)]
-    for plane in planes:
-        matrix, shift = reflection(plane)
-        found += [each @ matrix.T + shift for each in found]
-    return np.array(found[1:]).reshape(-1, len(points), 3)
-
-
 def is_a_border(seam, face_corners, face_starts):
     """Whether the mesh ends at the vertices of n bool `seam`: a half does. One that goes on beyond the plane, or does
     not reach it, has nothing to be joined to there."""

@@ -34,10 +34,15 @@ class SeenSpace:
     size: float
 
     @property
+    def reach(self):
+        """What float32 noise of positions is a share of: the size, or how far from the origin they are."""
+        return float(max(self.size, np.abs(self.seen).max(initial=0.0), np.abs(self.rest).max(initial=0.0)))
+
+    @property
     def is_identity(self):
         """Whether every vertex is seen where its key has it, but for noise of float32."""
         unit = np.abs(self.jacobians - np.eye(3)).max(initial=0.0) <= 1e-4
-        return unit and bool(np.abs(self.seen - self.rest).max(initial=0.0) <= motion.NOISE * self.size)
+        return unit and bool(np.abs(self.seen - self.rest).max(initial=0.0) <= motion.NOISE * self.reach)
 
     def carry(self, members, frame=None):
         """4 x 4: what the rig does to the vertices `members` as a whole: turn, shear, scale and translation.
@@ -96,10 +101,11 @@ class SeenSpace:
             return result
         shape = self.rest.copy()
         step = former = None
+        near = NEAR * self.reach
         for _ in range(MOST_ROUNDS):
             shape[members] = result
             missing = wanted - evaluate(shape)[members]
-            if np.abs(missing).max(initial=0.0) <= NEAR * self.size:
+            if np.abs(missing).max(initial=0.0) <= near:
                 break
             if former is not None:
                 _mend(inverse, step, former - missing)

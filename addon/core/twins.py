@@ -10,6 +10,10 @@ from .fingerprint import digest
 #: meshes are symmetric to rounding: what that pairs is out of the way for the wider search.
 TOLERANCES = (1e-6, 1e-3)
 
+#: Where more vertices than this are so near to one another, which is whose image is not looked for: each would be
+#: compared with all others.
+MOST_TOGETHER = 64
+
 #: Pairs are remembered for so many meshes: a mesh is read again after every edit of anything.
 REMEMBERED = 4
 
@@ -59,7 +63,8 @@ def _middles_around(points, corners, starts):
 
 
 def _nearest(wanted, wanted_middles, points, middles, distance):
-    """m ints: the point at most `distance` from each wanted place whose surroundings are nearest, -1 for none.
+    """m ints: the point at most `distance` from each wanted place whose surroundings are nearest, -1 for none,
+    and where there are more than MOST_TOGETHER.
 
     Points are sorted into cells of twice that: what is near enough is in one of eight.
     """
@@ -75,9 +80,12 @@ def _nearest(wanted, wanted_middles, points, middles, distance):
     own = own[order]
     lowest = ((wanted - corner) / cell - 0.5).astype(np.int64)
     best, found = np.full(len(wanted), np.inf), np.full(len(wanted), -1)
+    is_crowded = np.zeros(len(wanted), bool)
     for number in range(8):
         cells = keys(lowest + np.array([number & 1, number >> 1 & 1, number >> 2]))
         begin, end = np.searchsorted(own, cells, "left"), np.searchsorted(own, cells, "right")
+        is_crowded |= end - begin > MOST_TOGETHER
+        end = np.where(is_crowded, begin, end)
         for step in range(int((end - begin).max(initial=0))):
             asking = np.flatnonzero(begin + step < end)
             candidates = order[begin[asking] + step]
@@ -86,4 +94,5 @@ def _nearest(wanted, wanted_middles, points, middles, distance):
             is_better = (apart <= distance**2) & (unlike < best[asking])
             best[asking[is_better]] = unlike[is_better]
             found[asking[is_better]] = candidates[is_better]
+    found[is_crowded] = -1
     return found

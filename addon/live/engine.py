@@ -25,6 +25,7 @@ _said = None  # what the panels showed last
 _is_rendering = False
 _is_updating = False
 _is_held = False
+_has_missed = False  # an update came while objects were looked at
 
 
 def scene_updated(depsgraph):
@@ -69,20 +70,30 @@ def _take_note(depsgraph):
 
 def follow_all():
     """Every live object takes its controls, or its sliders, where they are."""
-    global _is_updating
+    global _has_missed
+    if _is_updating:
+        _has_missed = True
     if _is_updating or _is_rendering or _is_held:
         return
-    _is_updating = True
-    try:
+    with _updating():
         for obj, follower in _objects_in_charge():
             with _reporting(follower):
                 if bpy.app.background:
                     follower.finish(obj)
                 else:
                     follower.follow(obj)
+    _keep_ticking()
+
+
+@contextlib.contextmanager
+def _updating():
+    """Inside, handlers only take note: measuring a rig may have Blender evaluate the scene, which calls them."""
+    global _is_updating
+    _is_updating = True
+    try:
+        yield
     finally:
         _is_updating = False
-    _keep_ticking()
 
 
 def look_for_live_objects():
@@ -96,7 +107,8 @@ def render_started():
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
-    render_notes.begin([(key, follower.name) for key, follower in _followers.items() if follower.has_more_to_do])
+    unsettled = [each for each in _followers.items() if each[1].has_more_to_do and not each[1].is_resting]
+    render_notes.begin([(key, follower.name) for key, follower in unsettled])
 
 
 def render_ended():
@@ -169,7 +181,7 @@ def status(obj):
     if follower is None:
         return None
     note = render_notes.of(identity(obj))
-    if note and not obj.meanvalue.baked.target:
+    if note and not follower.problem and not obj.meanvalue.baked.target:
         return wording.sentence(note), True
     hidden = follower.why_hidden(obj)
     if hidden and not follower.problem:
@@ -267,15 +279,20 @@ def _keep_ticking():
 
 def _tick():
     """Timer: None ends it, a number calls it again after so many seconds."""
+    global _has_missed
     _notice_end_of_rendering()
     for note in render_notes.take_untold():
         views.pop_up("Mean-Value", wording.sentence(note))
     if _is_rendering or _is_held:
         return REST_SECONDS
     waits = []
-    for obj, follower in _objects_in_charge():
-        with _reporting(follower):
-            waits.append(follower.tick(obj))
+    looks, _has_missed = _has_missed, False
+    with _updating():
+        for obj, follower in _objects_in_charge():
+            with _reporting(follower):
+                waits.append(follower.tick(obj, looks))
+    if _has_missed and waits:
+        waits.append(TICK_SECONDS)
     _draw_status_again()
     return min((seconds for seconds in waits if seconds is not None), default=REST_SECONDS if waits else None)
 

@@ -4,7 +4,7 @@
 import numpy as np
 
 from .. import compat, session
-from ..bridge import bound_record, mesh_arrays, object_model, scene_input, shape_keys, targets
+from ..bridge import bound_record, mesh_arrays, object_model, rig_space, scene_input, shape_keys, targets
 from ..core import fingerprint, result
 from ..errors import SceneError, StaleBindingError
 from . import states
@@ -75,7 +75,7 @@ class Follower(Following):
         return self._seen != model.stamp
 
     def _has_doubts(self, obj):
-        return self._targets.is_outdated(obj) or self._must_confirm(obj)
+        return self._targets.is_behind(obj) or self._must_confirm(obj)
 
     def _must_confirm(self, obj):
         return not self._is_finishing and object_model.of(obj).is_doubtful
@@ -122,9 +122,9 @@ class Follower(Following):
         )
 
     def _start_check(self, obj):
-        if self._targets.is_outdated(obj):
+        if self._targets.is_behind(obj):
             self._targets.catch_up(obj, self._input)
-            if compat.tells_of_copies():
+            if compat.tells_of_copies() and rig_space.is_there(obj):
                 self._expect_echo(obj)
         if self._must_confirm(obj):
             object_model.of(obj).doubt()

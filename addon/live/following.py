@@ -87,10 +87,13 @@ class Following(Telling):
         with self._in_a_handler():
             self._advance(obj, looks=True, patience=patience)
 
-    def tick(self, obj):
-        """Collects what is finished and starts what is next. Returns seconds until the next call, None for never."""
-        if self._job is None or self._job.is_finished or self.state is State.READING:
-            self._advance(obj)
+    def tick(self, obj, looks=False):
+        """Collects what is finished and starts what is next. Returns seconds until the next call, None for never.
+
+        looks: take the controls where they are now, which else follow() does.
+        """
+        if looks or self._job is None or self._job.is_finished or self.state is State.READING:
+            self._advance(obj, looks)
         if self.state in {State.READING, State.CHECKING}:
             return states.TICK_SECONDS
         if self._job is not None:
@@ -218,8 +221,10 @@ class Following(Telling):
         elif self.state is State.CHECKING and self._check_on(
             obj, np.inf if self._is_finishing else states.SLICE_SECONDS
         ):
-            self.state = State.SETTLED
+            self._resume()  # what it shows may have been found to be somebody else's
             self._look(obj)
+            if not self.is_resting:
+                self._start_next(obj)
 
     def _start(self, work, collect):
         self._job = Job(work)

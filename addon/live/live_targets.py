@@ -13,6 +13,7 @@ from ..errors import SceneError
 class LiveTargets:
     def __init__(self):
         self._revision = None  # of the rig, when it was measured
+        self._gone_along = None  # and that for which controls were put to where it has carried their handles
         self._space = None
         self._known = {}  # see targets.positions()
         self._goal = self._fingerprint = None
@@ -20,6 +21,10 @@ class LiveTargets:
     def is_outdated(self, obj):
         """Whether the rig may have moved since it was measured."""
         return self._revision != _revision(obj)
+
+    def is_behind(self, obj):
+        """Whether the rig may have moved since controls that go along with it did so."""
+        return self._gone_along != _revision(obj)
 
     def gather(self, obj, bind_input):
         """The Targets of `obj`. @throws SceneError."""
@@ -40,9 +45,14 @@ class LiveTargets:
         return self._goal
 
     def catch_up(self, obj, bind_input):
-        """Measures what the rig does now, and has the controls that go along with it do so."""
-        self._measure(obj)
+        """Has the controls that go along with the rig do so, and measures what it does if that is not known.
+
+        @throws SceneError.
+        """
+        if self.is_outdated(obj):
+            self._measure(obj)
         targets.go_along(obj, bind_input, self._space)
+        self._gone_along = self._revision
 
     def _measure(self, obj):
         self._space = rig_space.measure(obj)

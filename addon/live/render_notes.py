@@ -79,9 +79,10 @@ def _places(obj, depsgraph):
         names = {key.name for key in mix_layers.taking_part(obj)} if keys else ()
         return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
     world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
+    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
     found = []
     for line in targets.enabled_groups(obj):
-        if line.follows == 'CONTROL' and controls.problem(obj, line) is None:
+        if line.follows == 'CONTROL' and controls.problem(obj, line) is None and line.control not in rigs:
             control = line.control.evaluated_get(depsgraph)
             place = world @ control.matrix_world
             if line.control.type == 'ARMATURE' and line.bone in control.pose.bones:

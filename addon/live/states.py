@@ -44,7 +44,7 @@ TRANSITIONS = {
     State.SHOWN: {State.SOLVING, State.SETTLING},
     State.SETTLING: {State.SETTLED, State.SOLVING, State.SHOWN},
     State.SETTLED: {State.SOLVING, State.CHECKING},
-    State.CHECKING: {State.SETTLED, State.SOLVING},
+    State.CHECKING: {State.SETTLED, State.SOLVING, State.BINDING},
     State.BLOCKED: _ANY - {State.CHECKING},
     State.WAITING: set(),
 }

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from .. import ids
-from ..bridge import handle_lines, region, scene_input, selection, shape_keys, vertex_groups
+from ..bridge import handle_lines, region, rig_space, scene_input, selection, shape_keys, vertex_groups
 from ..bridge.grip import radius
 from ..core import wording
 from ..core.bind_input import require_finite
@@ -73,6 +73,7 @@ class NewAnchors(MeshOperator):
         name, members = self._members(obj)
         self.require_usable(obj, members)
         selection.leave_edit_mode(obj)
+        self.require_seen(obj)
         line = handle_lines.add_line(obj, members, group=name, new_name=self.name or self.new_group_name)
         message = self.equip(obj, line, members)
         notes = self.notes(obj)
@@ -88,6 +89,9 @@ class NewAnchors(MeshOperator):
 
     def require_usable(self, obj, members):
         """@throws SceneError before anything is changed."""
+
+    def require_seen(self, obj):
+        """As require_usable(), in Object Mode."""
 
     def _members(self, obj):
         """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
@@ -152,6 +156,9 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
         shown = shape_keys.result_positions(obj)
         if shown is not None:
             require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
+
+    def require_seen(self, obj):
+        rig_space.measure(obj)
 
     def notes(self, obj):
         return notes_on(obj, region.current_mask(obj)) if self.size > 0.0 else []

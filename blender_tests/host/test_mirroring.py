@@ -448,13 +448,6 @@ def test_what_holds_the_images_counts():
         bind_input(given.rest, own, two).check()
 
 
-def test_images_of_points():
-    points = np.array([(1.0, 2.0, 3.0)])
-    assert mirror_planes.images(rows([0]), points).tolist() == [[[-1.0, 2.0, 3.0]]]
-    assert len(mirror_planes.images(rows([0, 1, 2]), points)) == 7
-    assert mirror_planes.images([(0.0, 0.0, 1.0, 2.0)], points).tolist() == [[[1.0, 2.0, 1.0]]]
-
-
 def test_only_a_border_is_a_seam():
     vertices, triangles = body()
     middle = np.abs(vertices[:, 0]) < 1e-6
@@ -491,3 +484,15 @@ def test_where_a_handle_holds_the_other_side_of_a_soft_border():
     given = symmetric(vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), right], freedom=freedom)
     assert np.isin(given.twins[0][right], given.border).any()
     assert not np.isin(given.twins[0][right], given.whole.border).any()
+
+
+def test_many_vertices_in_one_place_are_told_as_unpaired():
+    """Beside pairs that are found. Each of these would be compared with all others, which takes minutes for many."""
+    random = np.random.default_rng(5)
+    pairs = random.uniform(0.5, 2.0, (50, 3))
+    crowds = [np.array((side, 1.0, 1.0)) + 1e-4 * random.standard_normal((2_000, 3)) for side in (1.0, -1.0)]
+    points = np.concatenate([pairs, pairs * (-1.0, 1.0, 1.0), *crowds])
+    corners, starts = np.empty(0, np.int32), np.empty(0, np.int32)
+    found = twins.find(points.astype(np.float32), corners, starts, (1.0, 0.0, 0.0, 0.0))
+    assert np.array_equal(found[:100], np.roll(np.arange(100), 50))
+    assert (found[100:] == -1).mean() > 0.95  # but for those that are nearest by far

@@ -5,6 +5,7 @@ import math
 
 import bpy
 import numpy as np
+import pytest
 from support import meshes, rigs, steps
 from support.posed_rigs import linear
 from support.rigs import BOTTOM, MIDDLE, TOP, update
@@ -60,6 +61,31 @@ def test_apply_pose_keeps_what_is_seen():
     assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < NEAR * rigs.size(obj)
 
 
+@pytest.mark.parametrize("live", [True, False])
+def test_a_control_of_before_the_bend_goes_along_before_it_is_moved(live):
+    """The rig was bent with Live off."""
+    obj, armature = rigs.arm()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", TOP, live=False)
+    rigs.bend(armature, 90.0)
+    meshes.activate(obj)
+    if live:
+        obj.meanvalue.live = True
+        update()
+        update()
+    else:
+        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        steps.solve()
+    update()
+    before = rigs.seen(obj)[TOP]
+    assert np.allclose(control.matrix_world.translation, before.mean(axis=0), atol=1e-3)
+    assert np.abs(steps.key_positions(obj, RESULT) - steps.key_positions(obj, "Basis")).max() < 1e-3
+    rigs.move_in_world(control, OFFSET)
+    if not live:
+        steps.solve()
+    assert np.abs(rigs.seen(obj)[TOP] - before - OFFSET).max() < NEAR * rigs.size(obj)
+
+
 def bone_carries(part):
     """(object, armature, where the part is seen, n x 3): the bone that deforms the part carries its handle too."""
     obj, armature = rigs.arm()
@@ -84,6 +110,18 @@ def test_a_bone_that_deforms_its_handle_in_part_moves_it_once():
     expected = turned_with_bone(armature, before, 50.0)
     after = rigs.seen(obj)[MIDDLE]
     assert np.abs(after - expected).max() < NEAR * rigs.size(obj)
+
+
+def test_a_bone_that_deforms_its_handle_in_part_is_reset():
+    """What is asked of it moves with it."""
+    obj, armature, before = bone_carries(MIDDLE)
+    rest = armature.pose.bones["Lower"].matrix.copy()
+    rigs.bend(armature, 50.0)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    update()
+    assert np.abs(np.array(armature.pose.bones["Lower"].matrix) - np.array(rest)).max() < 1e-4
+    assert np.abs(rigs.seen(obj)[MIDDLE] - before).max() < NEAR * rigs.size(obj)
 
 
 def turned_with_bone(armature, points, degrees):

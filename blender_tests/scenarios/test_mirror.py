@@ -411,3 +411,17 @@ def test_undo_and_redo():
     assert np.array_equal(shown(obj), second) and opening(obj) < CLOSED
     steps.solve()
     assert np.array_equal(shown(obj), second)
+
+
+def test_moving_object_and_mirror_about_makes_no_new_plane(part):
+    obj, _control = halves.half(live=False)
+    mirror = bpy.data.objects.new("Mirror", None)
+    bpy.context.collection.objects.link(mirror)
+    obj.modifiers["Mirror"].mirror_object = mirror
+    found = set()
+    for step in range(20):
+        obj.location = (5.0 + 0.1 * step, 0.0, 0.0)
+        mirror.location = (5.3 + 0.1 * step, 0.0, 0.0)
+        update()
+        found.add(part("bridge.mirrors").signature(obj))
+    assert len(found) <= 1, found

@@ -5,6 +5,7 @@ import math
 
 import bpy
 import numpy as np
+import pytest
 from mathutils import Matrix
 from support import meshes, rigs, steps
 from support.posed_rigs import all_at_once, linear, other_keys
@@ -42,6 +43,55 @@ def test_bones_scaled_to_nothing_are_told():
     bpy.ops.meanvalue.bind()
     with steps.refused("'Armature'", "8 vertices", "'Top'", "Give the bones"):
         bpy.ops.meanvalue.solve()
+
+
+def posed():
+    """(object, armature, control, the key): moved in front of a bent arm, with Live on."""
+    obj, armature = linear()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    rigs.move_in_world(control, OFFSET)
+    return obj, armature, control, steps.key_positions(obj, RESULT)
+
+
+def test_a_rig_that_is_not_evaluated_here_is_not_taken_for_none(part):
+    obj, _armature, control, shape = posed()
+    control.location.x += 1.0
+    scene, other = bpy.context.scene, bpy.data.scenes.new("Other")
+    for each in (obj, control, *(line.control for line in obj.meanvalue.anchor_groups if line.control)):
+        if each.name not in other.collection.objects:
+            other.collection.objects.link(each)
+            scene.collection.objects.unlink(each)
+    update()
+    part("live.engine").look_again(obj)
+    part("live.engine").follow_all()
+    assert np.array_equal(steps.key_positions(obj, RESULT), shape)
+    text, is_problem = part("live.engine").status(obj)
+    assert is_problem and "not evaluated in this scene" in text and "'Armature'" in text
+    for each in (obj, control):
+        scene.collection.objects.link(each)
+    update()
+    part("live.engine").follow_all()
+    assert not part("live.engine").status(obj)[1]
+    assert not np.array_equal(steps.key_positions(obj, RESULT), shape)
+
+
+def test_a_rig_with_places_that_are_not_numbers_is_not_taken_for_none(part):
+    obj, _armature, _control, shape = posed()
+    modifier = obj.modifiers.new("Push", 'DISPLACE')
+    modifier.strength = math.nan
+    update()
+    part("live.engine").look_again(obj)
+    part("live.engine").follow_all()
+    assert np.array_equal(steps.key_positions(obj, RESULT), shape)
+    text, is_problem = part("live.engine").status(obj)
+    assert is_problem and "not numbers" in text and "'Push'" in text
+    lines = len(obj.meanvalue.anchor_groups)
+    steps.add_group(obj, "Other", TOP)
+    meshes.activate(obj)
+    with steps.refused("not numbers"):
+        bpy.ops.meanvalue.add_handle(group="Other")
+    assert len(obj.meanvalue.anchor_groups) == lines
 
 
 def test_measuring_leaves_the_scene_alone(part):
@@ -132,6 +182,20 @@ def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
         assert np.abs(moved - (0.0, 0.0, 0.5)).max() < 3.0 * NEAR * rigs.size(obj), frame
 
 
+@pytest.mark.parametrize("degrees", [30.0, 70.0])
+def test_behind_what_smooths_a_handle_moves_by_about_as_much(degrees):
+    """A vertex that moves alone is held back by its neighbours: who makes up for that overshoots."""
+    obj, armature = rigs.arm()
+    obj.modifiers.new("Smooth", 'CORRECTIVE_SMOOTH')
+    rigs.bend(armature, degrees)
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = rigs.handle(obj, "Part", MIDDLE)
+    before = rigs.seen(obj)[MIDDLE].mean(axis=0)
+    rigs.move_in_world(control, OFFSET)
+    moved = rigs.seen(obj)[MIDDLE].mean(axis=0) - before
+    assert np.linalg.norm(moved - OFFSET) < 0.15 * np.linalg.norm(OFFSET)
+
+
 def test_what_is_not_seen_through_is_told_by_name(part):
     obj, _armature = linear()
     obj.modifiers.new("Subdivision", 'SUBSURF')
@@ -153,6 +217,30 @@ def test_what_a_pinned_key_shows_counts(part):
     space = part("bridge.rig_space").measure(obj)
     assert np.abs(space.seen - rest * (1.3, 1.0, 1.0)).max() < 1e-5
     assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
+
+
+def test_keys_relative_to_others_count(part):
+    """One that is beside another, which is not shown itself."""
+    obj, _ = other_keys()
+    blocks = obj.data.shape_keys.key_blocks
+    blocks["Long"].relative_key = blocks["Thick"]
+    blocks["Thick"].value = 0.0
+    update()
+    rest = steps.key_positions(obj, "Basis")
+    space = part("bridge.rig_space").measure(obj)
+    assert np.abs(space.seen - rest * (0.85, 1.0, 1.15)).max() < 1e-5
+    assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
+
+
+def test_far_from_the_origin_an_armature_is_straight_all_the_same(part):
+    """Where float32 tells positions apart no finer than by 6e-5."""
+    obj, armature = rigs.arm()
+    offset = (700.0, 0.0, 0.0)
+    for vertex in obj.data.vertices:
+        vertex.co.x += offset[0]
+    armature.location = offset
+    rigs.bend(armature, 50.0)
+    assert part("bridge.rig_space").measure(obj).is_affine
 
 
 def test_whether_the_result_is_shown_does_not_matter(part):

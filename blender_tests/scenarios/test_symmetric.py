@@ -232,14 +232,3 @@ def test_two_symmetric_objects_with_one_mesh_each():
         move(second_control, (0.1, 0.1, 0.1))
     assert asymmetry(first, shown(first), 0) < SAME < asymmetry(first, shown(first), 1)
     assert asymmetry(second, shown(second), 1) < SAME < asymmetry(second, shown(second), 0)
-
-
-def test_where_the_other_side_is_shown(part):
-    obj, _control = halves.whole(live=False)
-    points = np.array([(0.5, 0.25, 1.0)])
-    image_points = part("bridge.mirrors").image_points
-    assert len(image_points(obj, points)) == 0
-    obj.meanvalue.symmetric = 'X'
-    assert image_points(obj, points).tolist() == [[[-0.5, 0.25, 1.0]]]
-    halves.add_mirror(obj, (1,))
-    assert len(image_points(obj, points)) == 3
