@@ -4,7 +4,7 @@
 import numpy as np
 
 from .. import ids
-from ..core import bind_input, region_growth
+from ..core import region_growth
 from ..errors import SceneError
 from . import mesh_arrays, shape_keys, vertex_groups
 
@@ -64,12 +64,7 @@ def weights(obj):
 
 def current_mask(obj):
     """n bool: what may move by the settings; nothing if no region is set or its group is missing."""
-    settings = obj.meanvalue
-    name = settings.roi_group
-    if name not in obj.vertex_groups:
-        return np.zeros(len(obj.data.vertices), bool)
-    members = vertex_groups.members(obj, [name])[name]
-    return bind_input.region_mask(len(obj.data.vertices), members, settings.roi_invert)
+    return weights(obj) > 0.0
 
 
 def handle_members(obj, name):
