@@ -463,3 +463,14 @@ def test_what_is_seen_goes_where_it_is_dragged(make):
     moved = rigs.seen(obj) - before
     assert np.abs(moved[vertex] - (0.3, -0.2, 0.4)).max() < 1e-4 * rigs.size(obj)
     assert np.abs(moved[rigs.BOTTOM]).max() < 1e-4 * rigs.size(obj)
+
+
+# What is pressed
+
+
+def test_a_loose_vertex_is_not_what_was_pressed(part):
+    obj = sheet()
+    obj.data.vertices.add(1)
+    obj.data.vertices[-1].co = place = np.add(obj.data.vertices[MIDDLE].co, (0.0, 0.0, 0.1))
+    handles.update()
+    assert part("operators.under_mouse")._nearest_vertex(obj, place) == MIDDLE
