@@ -27,6 +27,17 @@ def _tell(group, _context):
     group.id_data.update_tag()
 
 
+def _choose_region(settings, context):
+    """A group that the artist chose is not the add-on's to delete."""
+    settings.made_region = ""
+    _tell(settings, context)
+
+
+def _choose_group(group, context):
+    group.made_group = False  # as for the region
+    _tell(group, context)
+
+
 def _take_hold(group, _context):
     """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
     group.made_control = False
@@ -63,7 +74,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
         name="Vertex Group",
         description="Vertex group whose vertices hold and pose the mesh",
         maxlen=ids.NAME_LENGTH,
-        update=_tell,
+        update=_choose_group,
     )
     is_enabled: BoolProperty(
         name="Enabled",
@@ -184,7 +195,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is "
         "free). Without a group, the whole mesh may move",
         maxlen=ids.NAME_LENGTH,
-        update=_tell,
+        update=_choose_region,
     )
     roi_invert: BoolProperty(
         name="Invert",

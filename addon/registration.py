@@ -142,6 +142,7 @@ def register():
 
 def unregister():
     background.end_all()
+    grab.end_all()
     for module in reversed(USER_INTERFACE):
         module.unregister()
     handlers.unregister()

@@ -21,7 +21,7 @@ MIRROR = "http://deb.debian.org/debian"
 KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
 #: The Debian release that has the headers of a Python.
 SUITES = {"3.11": "bookworm", "3.13": "trixie"}
-TOOLS = ("ziglang==0.17.*", "scikit-build-core>=0.11", "pybind11==3.1.*", "auditwheel==6.*", "wheel")
+TOOLS = ("ziglang==0.17.*", "scikit-build-core>=0.11", "pybind11==3.1.*", "auditwheel>=6.8,<7", "wheel")
 LARGEST = 8 * 2**20  # bytes of a wheel
 
 
@@ -155,13 +155,16 @@ def build(work, output, tools, toolchain, version):
         stdout=subprocess.DEVNULL,
     )
     platform = f"manylinux_{GLIBC.replace('.', '_')}_x86_64"
-    # Fails where a symbol is newer than that, or a library is needed that is not on every system.
+    # Fails where a symbol is newer than that, or a library is needed that is not on every system. None is copied into
+    # the wheel, so nothing has to be patched.
     run(
         tools / "auditwheel",
         "repair",
         "--plat",
         platform,
         "--only-plat",
+        "--patcher",
+        "none",
         "-w",
         raw / "repaired",
         next(raw.glob("*.whl")),

@@ -174,23 +174,30 @@ def remove_control(group):
     """Deletes the control, with its animation, if it was made for this object."""
     control = group.control
     if control is not None and group.made_control and owner_of(control) == group.id_data:
+        for child in control.children:  # what the artist hung on it stays where it is
+            world = child.matrix_world.copy()
+            child.parent = None
+            child.matrix_world = world
         actions.remove_action(control)
         bpy.data.objects.remove(control)
 
 
 def remove_handle(obj, index):
-    """Takes a line off the list of handles, with the control and vertex group that were made for it."""
+    """Takes a line off the list of handles, with the control and vertex group that were made for it.
+
+    Returns whether the vertex group was deleted.
+    """
     settings = obj.meanvalue
     line = settings.anchor_groups[index]
-    name, control = line.name, line.control
+    name, made_group, control = line.name, line.made_group, line.control
     if control is not None and bpy.context.view_layer.objects.active == control:
         selection.choose(obj)
     remove_control(line)
-    if line.made_group and name in obj.vertex_groups:
-        obj.vertex_groups.remove(obj.vertex_groups[name])
     settings.anchor_groups.remove(index)
+    was_deleted = made_group and vertex_groups.remove_made(obj, name)
     obj.update_tag()
     settings.active_anchor_group = max(0, min(settings.active_anchor_group, len(settings.anchor_groups) - 1))
+    return was_deleted
 
 
 def select(group):

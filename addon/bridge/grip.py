@@ -8,7 +8,7 @@ from mathutils import Matrix
 from .. import ids
 from ..core import fixed_points
 from ..errors import SceneError
-from . import bound_record, controls, handle_lines, mesh_arrays, region, shape_keys
+from . import bound_record, controls, handle_lines, key_states, mesh_arrays, region, shape_keys, vertex_groups
 
 #: Share of Size over which a new handle itself reaches. The mesh turns with its handle where that is more than a point.
 HANDLE_SHARE = 0.15
@@ -37,6 +37,8 @@ class Grip:
         self.is_new = index is None
         if self.is_new:
             self._require_can_be_posed(obj)
+            rest = shape_keys.rest_positions(obj.data)
+            self._least = LEAST_EDGES * _edge_length(obj, vertex, rest)  # first, as it may throw
             members = near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
             self._takes_region = bool(obj.meanvalue.roi_group) or not _moving_lines(obj)
             line = handle_lines.add_line(obj, members, new_name=ids.HANDLE_GROUP)
@@ -53,6 +55,7 @@ class Grip:
         self.line_name = line.name
         bpy.context.view_layer.update()  # a control that was just made has its place only after this
         self._start = control_world(self.line(obj))
+        self._channels = _channels(self.line(obj))
         if not obj.meanvalue.live:
             obj.meanvalue.live = True
 
@@ -71,9 +74,7 @@ class Grip:
         """Has as much follow as `size` says, besides what the region had before."""
         if not self._takes_region:
             return
-        outer = radius(obj, size)
-        rest = shape_keys.rest_positions(obj.data)
-        outer = max(outer, LEAST_EDGES * _edge_length(obj, self.vertex, rest))
+        outer = max(radius(obj, size), self._least)
         before = self._before.region_weights(obj)
         region.add_falloff(obj, np.array([self.vertex]), HANDLE_SHARE * outer, outer, before)
 
@@ -86,7 +87,9 @@ class Grip:
         if self.is_new:
             self._before.bring_back(obj, self.line_name)
         else:
-            place_control(self.line(obj), self._start)
+            mover = controls.mover(self.line(obj))
+            for channel, value in self._channels.items():
+                setattr(mover, channel, value)
             self._before.bring_back(obj, "")
 
     def notes(self, obj):
@@ -113,13 +116,16 @@ class _Before:
     def __init__(self, obj):
         settings = obj.meanvalue
         self.live, self.mixed = settings.live, settings.mix.is_on
-        self._region = settings.roi_group, settings.roi_invert
+        self._region = settings.roi_group, settings.roi_invert, settings.made_region
         self._had_group = settings.roi_group in obj.vertex_groups
         self._active = settings.active_anchor_group
         self._was_bound = settings.bound.is_bound
         self._weights = None
         self._result = shape_keys.result_positions(obj)
         self._had_keys = obj.data.shape_keys is not None
+        self._keys = key_states.read(obj)
+        self._former_result = settings.former_result
+        self._active_group = vertex_groups.active_name(obj)
 
     def region_weights(self, obj):
         if self._weights is None:  # asked for before anything is written
@@ -143,16 +149,21 @@ class _Before:
         if not self._was_bound:
             bound_record.clear(settings.bound)
         settings.mix.is_on = self.mixed
+        key_states.bring_back(obj, self._keys)
+        settings.former_result = self._former_result
+        vertex_groups.make_active(obj, self._active_group)
         obj.update_tag()
 
     def _bring_region_back(self, obj):
         settings = obj.meanvalue
-        name, is_inverted = self._region
-        if self._had_group:
-            region.write(obj, 1.0 - self._weights if is_inverted else self._weights)
-        elif settings.roi_group in obj.vertex_groups:
-            obj.vertex_groups.remove(obj.vertex_groups[settings.roi_group])
+        name, is_inverted, made_region = self._region
+        if self._had_group and settings.roi_group == name:
+            weights = 1.0 - self._weights if is_inverted else self._weights
+            vertex_groups.replace_weights(obj, obj.vertex_groups[name], weights)
+        else:
+            region.remove_made_group(obj)
         settings.roi_group, settings.roi_invert = name, is_inverted
+        settings.made_region = made_region  # after the region, which says that the artist chose it
 
 
 def radius(obj, size):
@@ -183,6 +194,13 @@ def place_control(line, world):
         bone.matrix = control.matrix_world.inverted_safe() @ world
     else:
         control.matrix_world = world
+
+
+def _channels(line):
+    """{name: value} of what places the control: of a matrix alone, scales come back with other signs."""
+    mover = controls.mover(line)
+    names = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+    return {name: tuple(getattr(mover, name)) for name in names}
 
 
 def _require_control(obj, line):

@@ -50,6 +50,7 @@ def carry(obj, matched, number):
     line.made_control = True  # after choosing one, which says that it is the artist's
     if line.name not in obj.vertex_groups:  # the artist took it away
         line.name = obj.vertex_groups.new(name=name).name
+        line.made_group = True  # after naming one, likewise
     vertex_groups.replace_members(obj, obj.vertex_groups[line.name], np.array([vertex]))
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]

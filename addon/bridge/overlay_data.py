@@ -83,9 +83,11 @@ def _read(obj, stamp, reading):
     members = reading.members
     anchors, pieces = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
     if region in members:
-        mask = bind_input.region_mask(len(obj.data.vertices), members[region], obj.meanvalue.roi_invert)
+        freedom = bind_input.region_weights(
+            len(obj.data.vertices), members[region], reading.region_weights, obj.meanvalue.roi_invert
+        )
         triangles = mesh_arrays.shown_triangles(obj.data)
-        vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, mask)
+        vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, freedom > 0.0)
     else:
         vertices, corners = np.empty(0, np.int32), np.empty((0, 3), np.int32)
     return _Known(stamp, len(obj.data.vertices), anchors, pieces, vertices, corners)

@@ -4,7 +4,7 @@
 import numpy as np
 
 from .. import ids
-from ..core import bind_input, region_growth
+from ..core import region_growth
 from ..errors import SceneError
 from . import mesh_arrays, shape_keys, vertex_groups
 
@@ -25,20 +25,28 @@ def take_group(obj):
     group = obj.vertex_groups.get(settings.roi_group)
     if group is None:
         group = obj.vertex_groups.new(name=settings.roi_group or ids.REGION_GROUP)
-        settings.roi_group = settings.made_region = group.name
+        settings.roi_group = group.name
+        settings.made_region = group.name  # after the region, which says that the artist chose it
     return group
 
 
+def own_group(obj):
+    """As take_group(), never the artist's own group: a new one takes its place in the settings."""
+    settings = obj.meanvalue
+    if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
+        settings.roi_group = obj.vertex_groups.new(name=ids.REGION_GROUP).name
+        settings.made_region = settings.roi_group
+    return take_group(obj)
+
+
 def remove_made_group(obj):
-    """Clears the region, and deletes its vertex group if it was made for it. Returns whether that was so."""
+    """Clears the region, and deletes its vertex group if it was made for it. Returns whether it was deleted."""
     settings = obj.meanvalue
     name = settings.roi_group
-    was_made = name != "" and name == settings.made_region and name in obj.vertex_groups
-    if was_made:
-        obj.vertex_groups.remove(obj.vertex_groups[name])
+    was_deleted = name != "" and name == settings.made_region and vertex_groups.remove_made(obj, name)
     settings.roi_group = settings.made_region = ""
     settings.roi_invert = False
-    return was_made
+    return was_deleted
 
 
 def weights(obj):
@@ -56,12 +64,7 @@ def weights(obj):
 
 def current_mask(obj):
     """n bool: what may move by the settings; nothing if no region is set or its group is missing."""
-    settings = obj.meanvalue
-    name = settings.roi_group
-    if name not in obj.vertex_groups:
-        return np.zeros(len(obj.data.vertices), bool)
-    members = vertex_groups.members(obj, [name])[name]
-    return bind_input.region_mask(len(obj.data.vertices), members, settings.roi_invert)
+    return weights(obj) > 0.0
 
 
 def handle_members(obj, name):
@@ -92,8 +95,8 @@ def distances(obj, seeds, limit):
 
 
 def write(obj, weights):
-    """The region is exactly `weights` (n bool, or n float from 0 to 1) from here on."""
-    vertex_groups.replace_weights(obj, take_group(obj), np.asarray(weights, np.float64))
+    """The region is exactly `weights` (n bool, or n float from 0 to 1) from here on; the artist's own group stays."""
+    vertex_groups.replace_weights(obj, own_group(obj), np.asarray(weights, np.float64))
     obj.meanvalue.roi_invert = False
 
 

@@ -86,14 +86,14 @@ def gather(obj, reading=None):
     groups = targets.enabled_groups(obj)
     names = [group.name for group in groups]
     region_name = settings.roi_group
-    _require_members(names, region_name, settings.roi_invert, members, len(obj.data.vertices))
+    freedom = region_weights(
+        len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert
+    )
+    _require_members(names, members, region_name, settings.roi_invert, freedom)
     anchors, pieces = anchor_layout([members[name] for name in names])
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
-    freedom = region_weights(
-        len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert
-    )
     freedom = mirrors.on_both_sides(obj, freedom, twins)
     roi = freedom > 0.0
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
@@ -139,7 +139,7 @@ def require_groups(obj):
         vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
 
 
-def _require_members(names, region_name, invert, members, vertex_count):
+def _require_members(names, members, region_name, invert, freedom):
     empty = [name for name in names if len(members[name]) == 0]
     if empty:
         raise SceneError(
@@ -147,18 +147,17 @@ def _require_members(names, region_name, invert, members, vertex_count):
             f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
             f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'}"
         )
-    if not region_name:
+    if not region_name or (freedom > 0.0).any():
         return
-    if not invert and len(members[region_name]) == 0:
+    if not invert:
         raise SceneError(
             f"The region '{region_name}' has no vertices with a weight above zero. Assign the vertices that may move, "
             "or clear the field"
         )
-    if invert and len(members[region_name]) == vertex_count:
-        raise SceneError(
-            f"The region is empty: '{region_name}' has every vertex and is inverted. Turn Invert off or choose "
-            "another group"
-        )
+    raise SceneError(
+        f"The region is empty: '{region_name}' has every vertex and is inverted. Turn Invert off or choose "
+        "another group"
+    )
 
 
 def sharing_note(obj):

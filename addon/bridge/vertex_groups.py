@@ -4,6 +4,7 @@
 import math
 import time
 
+import bpy
 import numpy as np
 
 from ..errors import SceneError
@@ -105,6 +106,40 @@ def require(obj, name, role, remedy):
 def require_listed(obj, name):
     """@throws SceneError if the object has no vertex group `name`, which a handle names."""
     require(obj, name, "on the list of handles", "Choose another group in Active Handle, or remove the handle")
+
+
+def active_name(obj):
+    """Of the active group; "" if there is none."""
+    return obj.vertex_groups.active.name if obj.vertex_groups.active is not None else ""
+
+
+def make_active(obj, name):
+    """Makes the group `name` the active one, if it is there."""
+    if name in obj.vertex_groups:
+        obj.vertex_groups.active_index = obj.vertex_groups[name].index
+
+
+def remove_made(obj, name):
+    """Deletes a group that the add-on made. The active one stays active. Returns whether it was deleted.
+
+    Objects with the same mesh share its groups, so one that another of them uses stays.
+    """
+    if name not in obj.vertex_groups or _is_used_by_another(obj, name):
+        return False
+    active = active_name(obj)
+    obj.vertex_groups.remove(obj.vertex_groups[name])
+    make_active(obj, active)
+    return True
+
+
+def _is_used_by_another(obj, name):
+    """Whether another object with the same mesh has the group as a handle or region."""
+    return obj.data.users > 1 and any(
+        other != obj
+        and other.data == obj.data
+        and (name in other.meanvalue.anchor_groups or name == other.meanvalue.roi_group)
+        for other in bpy.data.objects
+    )
 
 
 def replace_members(obj, group, indices):

@@ -164,13 +164,11 @@ def anchor_layout(groups):
     return anchors, numbers[first].astype(np.int32)
 
 
-def region_mask(vertex_count, members, invert):
-    """n bool from the indices of the region's group; None stands for no group, all may move."""
-    return region_weights(vertex_count, members, 1.0, invert) > 0.0
-
-
 def region_weights(vertex_count, members, weights, invert):
-    """n float64, 0 to 1: how freely each vertex moves, from the region's group and its weights; members as above."""
+    """n float64, 0 to 1: how freely each vertex moves, from the indices of the region's group and their weights.
+
+    members is None where there is no group: all may move.
+    """
     if members is None:
         return np.ones(vertex_count)
     result = np.zeros(vertex_count)

@@ -4,7 +4,7 @@
 import bpy
 
 from .. import ids
-from ..bridge import handle_lines, vertex_groups
+from ..bridge import handle_lines, selection, vertex_groups
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -46,8 +46,10 @@ class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
             members = vertex_groups.members(obj, [name])[name]
             if len(members) == 0:
                 raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
+            selection.leave_edit_mode(obj)
             handle_lines.make_handle(obj, handle_lines.add_line(obj, members, group=name), members)
             return f"'{name}' is a handle now: move, turn or scale its control", []
+        selection.leave_edit_mode(obj)
         line = handle_lines.add_line(obj, (), group=name)
         if self.follows == 'REST':
             handle_lines.make_pin(line)

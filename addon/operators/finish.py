@@ -4,8 +4,9 @@
 import bpy
 
 from .. import ids, session
-from ..bridge import bound_record, controls, region, selection, shape_keys, targets
+from ..bridge import bound_record, controls, region, scene_input, selection, shape_keys, targets
 from ..core import wording
+from ..errors import SceneError
 from ..live import engine
 from .settled import SettledOperator
 
@@ -38,10 +39,18 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             problem = shape_keys.BAKE_PLAYS
         return problem
 
+    def prepare(self, obj, reading):
+        if self.keep == 'SHAPE_KEY' and shape_keys.result_positions(obj) is not None:
+            _kept_name(obj, self.name)  # throws before anything is changed
+        return super().prepare(obj, reading)
+
     def use(self, obj):
         engine.look_again(obj)
         kept, notes = self._keep(obj)
         removed = _remove_what_was_made(obj)
+        sharing = scene_input.sharing_note(obj)
+        if sharing:
+            notes.append(sharing)
         return f"{kept}. Removed: {removed}", notes
 
     def _keep(self, obj):
@@ -61,7 +70,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             return "The pose is the rest shape now", notes
         settings.live = False
         key = obj.data.shape_keys.key_blocks[settings.result_key]
-        key.name = self.name.strip() or ids.KEPT_KEY
+        key.name = _kept_name(obj, self.name)
         return f"The pose is shape key '{key.name}'", []
 
     def draw(self, _context):
@@ -72,16 +81,28 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             layout.prop(self, "name")
 
 
+def _kept_name(obj, wanted):
+    """What to call the kept key: `wanted`, numbered if that is taken. @throws SceneError if posing writes that key."""
+    result, wanted = obj.meanvalue.result_key, wanted.strip() or ids.KEPT_KEY
+    if wanted == result and wanted != ids.KEPT_KEY:
+        raise SceneError(
+            f"'{wanted}' is the key that posing writes, so the next pose would overwrite it. Give the kept pose "
+            "another name, or change Result (Advanced)"
+        )
+    names = (wanted, *(f"{wanted[: ids.NAME_LENGTH - 4]}.{number:03}" for number in range(1, 1000)))
+    return next(name for name in names if name not in obj.data.shape_keys.key_blocks)
+
+
 def _remove_what_was_made(obj):
     """Takes away all lines, what was made for them, the region and the binding. Returns what that was, in words."""
     settings = obj.meanvalue
     lines = len(settings.anchor_groups)
     made_controls = sum(line.made_control for line in settings.anchor_groups)
-    made_groups = sum(line.made_group for line in settings.anchor_groups)
+    made_groups = 0
     if bpy.context.object != obj:
         selection.choose(obj)
     for index in reversed(range(lines)):
-        controls.remove_handle(obj, index)
+        made_groups += controls.remove_handle(obj, index)
     made_groups += region.remove_made_group(obj)
     if settings.bound.is_bound:
         session.forget(bound_record.read_fingerprint(settings.bound))

@@ -25,6 +25,15 @@ GROW = {'WHEELUPMOUSE', 'RIGHT_BRACKET', 'NUMPAD_PLUS', 'PAGE_UP'}
 SHRINK = {'WHEELDOWNMOUSE', 'LEFT_BRACKET', 'NUMPAD_MINUS', 'PAGE_DOWN'}
 
 
+#: Drags that go on, to be ended when the add-on is disabled: Blender does not tell them.
+_running = []
+
+
+def end_all():
+    for operator in list(_running):
+        operator.cancel(bpy.context)
+
+
 class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     """Press on the mesh and drag: what is under the mouse becomes a handle, and its surroundings follow"""
 
@@ -85,13 +94,23 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         self._grip = None
         self._size_taken = self.size
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
-        self._circle = DragCircle(context)
-        self._show(context, obj)
         self._timer = context.window_manager.event_timer_add(TICK_SECONDS, window=context.window)
+        self._circle = DragCircle(context)
+        _running.append(self)
+        try:
+            self._whole = radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
+            self._show(context, obj)
+        except MeanValueError as error:
+            self._end(context)
+            return self.warn(error)
+        except BaseException:
+            self._end(context)
+            raise
         context.window_manager.modal_handler_add(self)
         return {'RUNNING_MODAL'}
 
     def modal(self, context, event):
+        is_timer = 'TIMER' in event.type  # it may be another operator's
         try:
             obj = self._object()
             if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
@@ -102,7 +121,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
                 self._drag(context, event, obj)
             elif event.value == 'PRESS' and event.type in GROW | SHRINK:
                 self._resize(context, 1.0 if event.type in GROW else -1.0)
-            elif event.type == 'TIMER':
+            elif is_timer:
                 self._take_size(obj)
             self._show(context, obj)
         except MeanValueError as error:
@@ -112,7 +131,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         except BaseException:
             self._end(context)
             raise
-        return {'RUNNING_MODAL'}
+        return {'PASS_THROUGH'} if is_timer else {'RUNNING_MODAL'}
 
     def cancel(self, context):
         """Blender ends the operator: another file is loaded, or it quits."""
@@ -196,7 +215,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
 
     def _show(self, context, obj):
         pressed = self._pressed
-        length = radius(obj, self.size) * max(obj.matrix_world.to_scale())
+        length = self.size * self._whole * max(obj.matrix_world.to_scale())
         has_size = self._grip is None or self._grip.has_size
         self._circle.show(pressed, self._mouse, length if has_size else 0.0)
         live = engine.status(obj) if self._grip is not None else None
@@ -211,6 +230,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     def _end(self, context):
         if self._timer is None:
             return
+        _running.remove(self)
         self._circle.remove()
         context.window_manager.event_timer_remove(self._timer)
         self._timer = None

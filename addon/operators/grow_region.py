@@ -2,6 +2,7 @@
 """Makes the region of influence by growing it from a handle."""
 
 import bpy
+import numpy as np
 
 from ..bridge import region, shape_keys
 from ..core import fixed_points, wording
@@ -49,10 +50,11 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
             raise SceneError("There is no handle to grow from. Press Add Handle, or click one in the list")
         region.require_own_group(obj)
         name = settings.anchor_groups[settings.active_anchor_group].name
-        mask = self._grown(obj, region.handle_members(obj, name))
+        weights = self._grown(obj, region.handle_members(obj, name)).astype(float)
         if self.extend:
-            mask |= region.current_mask(obj)
-        region.write(obj, mask)
+            weights = np.maximum(weights, region.weights(obj))
+        mask = weights > 0.0
+        region.write(obj, weights)
         message = f"The region '{settings.roi_group}' has {wording.vertices(int(mask.sum()))} around '{name}'"
         return message, notes_on(obj, mask)
 

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import controls
+from ..bridge import controls, selection
 from ..core import wording
 from ..errors import SceneError
 from .base import MeshOperator
@@ -37,6 +37,7 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
             raise SceneError("No control is selected. Select some, or turn Selected Only off")
         if not chosen:
             raise SceneError(notes[0])
+        selection.leave_edit_mode(obj)
         movers = {controls.mover(line) for line in chosen}
         for mover in movers:
             insert(mover, notes)

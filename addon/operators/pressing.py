@@ -43,7 +43,7 @@ class ToolOperator(Reporting):
         The active mesh counts, and its controls first. What is in front of it, or beside it, becomes the active one
         instead.
         """
-        found = under_mouse.view_under(context, event)
+        found = under_mouse.view_pressed(context, event)
         if found is None:
             raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
         region, view, mouse = found

@@ -8,7 +8,7 @@ import numpy as np
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ..bridge import overlay_data, views
+from ..bridge import mesh_arrays, overlay_data, views
 
 #: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
 BEHIND = 1e-5
@@ -39,6 +39,18 @@ def view_under(context, event):
             mouse = event.mouse_x - under[0].x, event.mouse_y - under[0].y
             return under[0], area.spaces.active.region_3d, mouse
     return None
+
+
+def view_pressed(context, event):
+    """As view_under(), for an operator that the press itself has called.
+
+    Blender has found out then whose press it is: toolbar and sidebar let it through where they are transparent.
+    """
+    region, area = context.region, context.area
+    is_sure = region is not None and area is not None and area.type == 'VIEW_3D' and region.type == 'WINDOW'
+    if not is_sure or not _is_in(region, event) or area.spaces.active.region_quadviews:
+        return view_under(context, event)
+    return region, area.spaces.active.region_3d, (event.mouse_x - region.x, event.mouse_y - region.y)
 
 
 def place_under(obj, region, view, mouse):
@@ -82,7 +94,14 @@ def first_object(context, region, view, mouse):
 
 
 def _nearest_vertex(obj, place):
-    return int(np.linalg.norm(overlay_data.shown_positions(obj) - place, axis=1).argmin())
+    """Of those that faces have: what a loose one holds is not what was pressed."""
+    distances = np.linalg.norm(overlay_data.shown_positions(obj) - place, axis=1)
+    corners, _starts = mesh_arrays.faces(obj.data)
+    if len(corners):
+        is_loose = np.ones(len(distances), bool)
+        is_loose[corners] = False
+        distances[is_loose] = np.inf
+    return int(distances.argmin())
 
 
 def _is_in(region, event):

@@ -198,6 +198,9 @@ def _draw_live(layout, obj):
     row.scale_y = 1.4
     row.prop(obj.meanvalue, "live", toggle=True, icon='PLAY')
     row.prop(obj.meanvalue, "show_overlay", text="", toggle=True, icon='OVERLAY')
+    split = layout.split(factor=0.4)
+    split.label(text="Symmetric")
+    split.row(align=True).prop(obj.meanvalue, "symmetric", expand=True)
 
 
 def _draw_handles(layout, obj):

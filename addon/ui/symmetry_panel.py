@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of the sidebar about posing both sides at once."""
+"""The part of the sidebar about mirrors, where there are some. Symmetric itself is below Live."""
 
 import bpy
 
@@ -11,15 +11,18 @@ from .text_box import draw_wrapped
 
 
 class MEANVALUE_PT_symmetry(PanelPart, bpy.types.Panel):
-    """What is posed on both sides at once"""
+    """What has no mirror image, and which mirrors are left out"""
 
     bl_label = "Symmetric"
+
+    @classmethod
+    def poll(cls, context):
+        obj = scene_input.subject(context)
+        return super().poll(context) and (obj.meanvalue.symmetric != 'NONE' or bool(mirrors.notes(obj)))
 
     def draw(self, context):
         layout = self.layout
         obj = scene_input.subject(context)
-        row = layout.row(align=True)
-        row.prop(obj.meanvalue, "symmetric", expand=True)
         if obj.meanvalue.symmetric != 'NONE':
             layout.operator(MEANVALUE_OT_select_unpaired.bl_idname, icon='RESTRICT_SELECT_OFF')
         for note in mirrors.notes(obj):

@@ -12,7 +12,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.core import fingerprint, fixed_points, motion, result, springs, wording
-from addon.core.bind_input import BindInput, anchor_layout, region_mask, require_finite
+from addon.core.bind_input import BindInput, anchor_layout, region_weights, require_finite
 from addon.core.deformer_cache import DeformerCache
 from addon.core.fingerprint import StaleReason
 from addon.errors import SceneError
@@ -164,9 +164,10 @@ def test_anchors_are_sorted_and_belong_to_the_first_group_that_has_them():
 
 
 def test_region_masks():
-    assert region_mask(3, None, False).tolist() == region_mask(3, None, True).tolist() == [True] * 3
-    assert region_mask(3, np.array([1]), False).tolist() == [False, True, False]
-    assert region_mask(3, np.array([1]), True).tolist() == [True, False, True]
+    for invert in (False, True):
+        assert region_weights(3, None, np.empty(0), invert).tolist() == [1.0] * 3
+    assert region_weights(3, np.array([1]), np.array([0.25]), False).tolist() == [0.0, 0.25, 0.0]
+    assert region_weights(3, np.array([1]), np.array([0.25]), True).tolist() == [1.0, 0.75, 1.0]
 
 
 # -- fixed points ----------------------------------------------------------------------------------------------------

@@ -160,6 +160,20 @@ def test_the_order_of_three_shapes_does_not_matter(three):
         assert largest_move(other.solve(weights[order]).vertices, expected) < 1e-6
 
 
+def test_the_order_of_three_shapes_does_not_matter_where_they_turn_far():
+    vertices, faces = tube(1900, radius=0.6)
+    axes = ([1, 0, 0], [0, 1, 0], [1, 1, 0])
+    shapes = [
+        bent(vertices, angle) @ rigid.rotation_about(axis, turn).T
+        for angle, axis, turn in zip((170, 230, 290), axes, (0, 70, 140), strict=True)
+    ]
+    weights = np.array([0.5, 0.2, 0.3])
+    expected = meanvalue.Morpher(shapes, faces).solve(weights).vertices
+    for order in ([1, 2, 0], [2, 1, 0], [0, 2, 1]):
+        other = meanvalue.Morpher([shapes[k] for k in order], faces)
+        assert largest_move(other.solve(weights[order]).vertices, expected) < 1e-6
+
+
 @pytest.mark.parametrize("angle", [60, 120, 180])
 def test_similar_shapes_move_rigidly_and_grow_geometrically(angle):
     vertices, faces = tube()
@@ -260,6 +274,35 @@ def test_parts_of_a_mesh_are_all_placed():
     moved = both + 2 * upwards
     half = meanvalue.Morpher([both, moved], faces).solve([0.5, 0.5]).vertices
     assert largest_move(half, both + upwards) < 1e-6
+
+
+def test_a_mesh_without_any_ring():
+    line = np.arange(12.0)[:, None] * [1, 2, 3] + [[0, 0, 0]]
+    for vertices, faces in (
+        (np.eye(3), np.array([[0, 1, 2]])),
+        (np.eye(3), np.empty((0, 3), int)),
+        (line, np.array([[k, k + 1, k + 2] for k in range(10)])),
+    ):
+        morpher = meanvalue.Morpher([vertices, vertices + [0, 0, 1]], faces)
+        assert np.isfinite(morpher.solve([0.5, 0.5]).vertices).all()
+
+
+def test_all_vertices_are_anchors():
+    vertices, faces = tube(400)
+    morpher = meanvalue.Morpher([vertices, vertices + [0, 0, 1]], faces, anchors=np.arange(len(vertices)))
+    assert largest_move(morpher.solve([0.5, 0.5]).vertices, vertices + [0, 0, 0.5]) < 1e-6
+
+
+def test_a_loose_part_that_is_the_same_in_both_shapes_does_not_turn():
+    vertices, faces = tube(1200)
+    patch, patch_faces = tube(400)
+    patch = 0.2 * patch + [4, 0, 2]
+    faces = np.concatenate([faces, patch_faces + len(vertices)])
+    shapes = [np.concatenate([shape, patch]) for shape in (vertices, twisted(bent(vertices, 150), 200))]
+    half = meanvalue.Morpher(shapes, faces).solve([0.5, 0.5]).vertices[len(vertices) :]
+    centred = [shape - shape.mean(axis=0) for shape in (half, patch)]
+    rotation = rigid.nearest_rotations((centred[0].T @ centred[1])[None])[0]
+    assert np.degrees(np.arccos(min(1.0, 0.5 * (np.trace(rotation) - 1)))) < 0.1
 
 
 ERRORS = {

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Grab tool's operators as scripts call them: handles where the mesh is pressed, pins, and Finish."""
 
+import sys
+
 import bpy
 import numpy as np
 import pytest
@@ -183,6 +185,82 @@ def test_a_painted_region_is_kept_and_grows():
     assert (weights[:100] == 1.0).all() and weights[MIDDLE] == 1.0 and (weights[-100:] == 0.0).all()
 
 
+def test_the_artists_own_group_is_not_written_to():
+    obj = sheet()
+    steps.add_group(obj, "Painted", range(100), 0.5)
+    obj.meanvalue.roi_group, obj.meanvalue.roi_invert = "Painted", True
+    painted = region_weights(obj)
+    grab(size=0.1)
+    assert obj.meanvalue.roi_group == "Region" and not obj.meanvalue.roi_invert
+    assert np.allclose(region_weights(obj)[:100], 0.5, atol=1 / 255) and (region_weights(obj)[100:] == 1.0).all()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    obj.meanvalue.roi_group = "Painted"
+    assert obj.vertex_groups.keys() == ["Painted"] and np.array_equal(region_weights(obj), painted)
+
+
+# Esc
+
+
+def take_hold(obj, vertex=MIDDLE):
+    return sys.modules["meanvalue_deform.bridge.grip"].Grip(obj, vertex, 0.2)
+
+
+@pytest.mark.parametrize("name, is_inverted", [("", False), ("Painted", True), ("Gone", False)])
+def test_taken_back_the_region_is_as_before(name, is_inverted):
+    obj = sheet()
+    steps.add_group(obj, "Painted", range(100))
+    obj.meanvalue.roi_group, obj.meanvalue.roi_invert = name, is_inverted
+    before = snapshot(obj)
+    take_hold(obj).take_back(obj)
+    assert_same(before, snapshot(obj))
+    assert obj.meanvalue.made_region == ""
+    steps.add_group(obj, "Region", [1])
+    obj.meanvalue.roi_group = "Region"
+    bpy.ops.meanvalue.add_pin(group="Painted")
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert "Region" in obj.vertex_groups
+
+
+def test_taken_back_other_shape_keys_and_the_active_group_are_as_before():
+    obj = sheet()
+    steps.add_group(obj, "Last", [1])
+    steps.add_group(obj, "First", [2])
+    obj.vertex_groups.active_index = 0
+    obj.shape_key_add(name="Basis")
+    obj.shape_key_add(name="Smile").value = 0.7
+    key = obj.shape_key_add(name="Mean-Value")
+    key.slider_min, key.slider_max, key.value, key.mute = 0.25, 0.5, 0.375, True
+    key.vertex_group, key.relative_key = "Last", obj.data.shape_keys.key_blocks["Smile"]
+    obj.meanvalue.former_result = "Smile"
+    before = snapshot(obj)
+    take_hold(obj).take_back(obj)
+    assert_same(before, snapshot(obj))
+
+
+def test_taken_back_a_control_has_the_channels_it_had():
+    obj = sheet()
+    grab()
+    control = obj.meanvalue.anchor_groups[0].control
+    control.scale, control.rotation_euler = (-1.0, 1.0, 1.0), (4.0, 0.0, 0.0)
+    handles.update()
+    before = tuple(control.location), tuple(control.rotation_euler), tuple(control.scale)
+    grip = take_hold(obj)
+    grip.move(obj, (0.0, 0.0, 1.0))
+    assert tuple(control.location) != before[0]
+    grip.take_back(obj)
+    assert (tuple(control.location), tuple(control.rotation_euler), tuple(control.scale)) == before
+
+
+def test_a_loose_vertex_is_refused_before_anything_is_made():
+    obj = sheet()
+    obj.data.vertices.add(1)
+    before = snapshot(obj)
+    with steps.refused("has no edges"):
+        bpy.ops.meanvalue.grab(vertex=COLUMNS * COLUMNS, offset=(0.0, 0.0, 1.0))
+    assert_same(before, snapshot(obj))
+
+
 # Finish
 
 
@@ -228,6 +306,16 @@ def test_finish_leaves_the_artists_own_groups_and_objects():
     assert "Own" in bpy.data.objects
 
 
+def test_finish_leaves_a_group_that_was_chosen_for_a_handle_that_was_made():
+    obj = sheet()
+    steps.add_group(obj, "Hand", [MIDDLE])
+    grab(vertex=BESIDE)
+    obj.meanvalue.anchor_groups[0].name = "Hand"
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert "Hand" in obj.vertex_groups
+
+
 def test_finish_and_grab_again_poses_on_top():
     obj = sheet()
     grab()
@@ -235,6 +323,55 @@ def test_finish_and_grab_again_poses_on_top():
     grab(vertex=3 * COLUMNS + 3, size=0.1)
     keys = obj.data.shape_keys.key_blocks
     assert [key.value for key in keys][1:] == [1.0, 1.0] and set(keys.keys()) == {"Basis", "Kept Pose", "Mean-Value"}
+
+
+def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses(capfd):
+    obj = sheet()
+    grab()
+    other = obj.copy()
+    bpy.context.collection.objects.link(other)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert {other.meanvalue.anchor_groups[0].name, other.meanvalue.roi_group} <= set(other.vertex_groups.keys())
+    assert "The mesh is shared with 1 other object" in capfd.readouterr().out
+
+
+def test_what_is_kept_is_not_what_the_next_pose_writes():
+    obj = sheet()
+    grab()
+    meshes.activate(obj)
+    before = snapshot(obj)
+    with steps.refused("'Mean-Value' is the key that posing writes", "another name"):
+        bpy.ops.meanvalue.finish(name="Mean-Value")
+    assert_same(before, snapshot(obj))
+    obj.data.shape_keys.key_blocks["Mean-Value"].name = obj.meanvalue.result_key = "Kept Pose"
+    handles.update()
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert obj.data.shape_keys.key_blocks.keys() == ["Basis", "Kept Pose.001"]
+
+
+def test_what_hangs_on_a_control_stays_where_it_is():
+    obj = sheet()
+    grab()
+    hat = bpy.data.objects.new("Hat", None)
+    bpy.context.collection.objects.link(hat)
+    hat.parent, hat.location = obj.meanvalue.anchor_groups[0].control, (1.0, 2.0, 3.0)
+    handles.update()
+    before = hat.matrix_world.copy()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    handles.update()
+    assert hat.parent is None and np.allclose(hat.matrix_world, before, atol=1e-5)
+
+
+def test_finish_leaves_the_active_group_active():
+    obj = sheet()
+    grab()
+    steps.add_group(obj, "Own", [1])
+    obj.vertex_groups.active_index = obj.vertex_groups["Own"].index
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert obj.vertex_groups.active.name == "Own"
 
 
 def test_nothing_to_finish():
@@ -326,3 +463,14 @@ def test_what_is_seen_goes_where_it_is_dragged(make):
     moved = rigs.seen(obj) - before
     assert np.abs(moved[vertex] - (0.3, -0.2, 0.4)).max() < 1e-4 * rigs.size(obj)
     assert np.abs(moved[rigs.BOTTOM]).max() < 1e-4 * rigs.size(obj)
+
+
+# What is pressed
+
+
+def test_a_loose_vertex_is_not_what_was_pressed(part):
+    obj = sheet()
+    obj.data.vertices.add(1)
+    obj.data.vertices[-1].co = place = np.add(obj.data.vertices[MIDDLE].co, (0.0, 0.0, 0.1))
+    handles.update()
+    assert part("operators.under_mouse")._nearest_vertex(obj, place) == MIDDLE

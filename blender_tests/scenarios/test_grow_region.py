@@ -89,6 +89,17 @@ def test_extend_adds_to_what_may_move():
     assert members(obj, "Region") == AROUND, "the group was inverted, so that nothing could move before"
 
 
+def test_extend_keeps_a_falloff_and_the_artists_own_group():
+    obj = grid_with_handle()
+    steps.add_group(obj, "Soft", [0, MIDDLE], 0.4)
+    obj.meanvalue.roi_group = "Soft"
+    grow(mode='RINGS', rings=1, extend=True)
+    assert obj.meanvalue.roi_group == "Region" and members(obj, "Soft") == [0, MIDDLE]
+    assert members(obj, "Region") == sorted({0, *AROUND})
+    region = obj.vertex_groups["Region"]
+    assert region.weight(0) == pytest.approx(0.4, abs=2 / 255) and region.weight(MIDDLE) == 1.0
+
+
 def test_the_group_in_the_settings_is_used_and_a_stranger_called_region_is_not():
     obj = grid_with_handle()
     steps.add_group(obj, "Region", [3, 4])

@@ -97,6 +97,30 @@ def test_growing_a_region_that_is_there():
     undo_and_redo(bpy.ops.meanvalue.grow_region)
 
 
+def test_a_group_that_is_added_in_edit_mode():
+    obj = meshes.grid()
+    steps.add_group(obj, "A", [12])
+    bpy.ops.object.mode_set(mode='EDIT')
+    remember()
+    press(bpy.ops.meanvalue.add_anchor_group)
+    assert current().mode == 'OBJECT' and [line.name for line in current().meanvalue.anchor_groups] == ["A"]
+    bpy.ops.ed.undo()
+    assert len(current().meanvalue.anchor_groups) == 0 and len(bpy.data.objects) == 1
+
+
+def test_keyframes_that_are_inserted_in_edit_mode():
+    obj = meshes.grid()
+    steps.add_group(obj, "A", [12])
+    bpy.ops.meanvalue.add_anchor_group()
+    meshes.activate(current())
+    bpy.ops.object.mode_set(mode='EDIT')
+    remember()
+    press(bpy.ops.meanvalue.keyframe_handles)
+    assert len(bpy.data.actions) == 1
+    bpy.ops.ed.undo()
+    assert current().meanvalue.anchor_groups[0].control.animation_data is None
+
+
 def test_paint_region():
     steps.list_anchors(meshes.grid(), A=[12])
     undo_and_redo(bpy.ops.meanvalue.paint_region)
