@@ -9,6 +9,8 @@ meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on
 from blender_tests.support.bent_tubes import bent, diagonal, posed, rms, tube, twisted  # noqa: E402
 from native.benchmarks import rigid, shape_metrics  # noqa: E402
 
+UP = np.array([0.0, 0.0, 1.0])
+
 
 def edge_lengths(shape, faces):
     pairs = shape_metrics.unique_edges(faces)
@@ -283,14 +285,14 @@ def test_a_mesh_without_any_ring():
         (np.eye(3), np.empty((0, 3), int)),
         (line, np.array([[k, k + 1, k + 2] for k in range(10)])),
     ):
-        morpher = meanvalue.Morpher([vertices, vertices + [0, 0, 1]], faces)
+        morpher = meanvalue.Morpher([vertices, vertices + UP], faces)
         assert np.isfinite(morpher.solve([0.5, 0.5]).vertices).all()
 
 
 def test_all_vertices_are_anchors():
     vertices, faces = tube(400)
-    morpher = meanvalue.Morpher([vertices, vertices + [0, 0, 1]], faces, anchors=np.arange(len(vertices)))
-    assert largest_move(morpher.solve([0.5, 0.5]).vertices, vertices + [0, 0, 0.5]) < 1e-6
+    morpher = meanvalue.Morpher([vertices, vertices + UP], faces, anchors=np.arange(len(vertices)))
+    assert largest_move(morpher.solve([0.5, 0.5]).vertices, vertices + 0.5 * UP) < 1e-6
 
 
 def test_a_loose_part_that_is_the_same_in_both_shapes_does_not_turn():
