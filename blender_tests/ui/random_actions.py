@@ -18,7 +18,7 @@ from harness import view
 from support import handles, meshes
 from support.handles import SEGMENTS
 
-ROUNDS = 200
+ROUNDS = 80
 SEED = int(os.environ.get("MEANVALUE_UI_SEED", "1"))
 LOG = pathlib.Path(__file__).resolve().parents[2] / "build" / "ui" / "random_actions.log"
 
