@@ -37,7 +37,7 @@ def seat(obj, group):
     world = np.array(obj.matrix_world, np.float64)
     if is_flat(world):
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
-    place = np.linalg.inv(world) @ _control_world(group)
+    place = np.linalg.inv(world) @ world_of(group)
     if not goes_along(obj, group):
         return place, False
     carried = _carried(group)
@@ -135,12 +135,22 @@ def to_4x4(matrix):
     return result
 
 
-def _control_world(group):
+def world_of(group):
+    """4 x 4: the control, object or bone, in the world."""
     control = group.control
     world = np.array(control.matrix_world, np.float64)
     if control.type == 'ARMATURE' and group.bone in control.pose.bones:
         world = world @ np.array(control.pose.bones[group.bone].matrix, np.float64)
     return world
+
+
+def put(group, world):
+    """Puts the control to 4 x 4 `world`."""
+    control, place = group.control, to_blender(world)
+    if control.type == 'ARMATURE' and group.bone in control.pose.bones:
+        control.pose.bones[group.bone].matrix = control.matrix_world.inverted_safe() @ place
+    else:
+        control.matrix_world = place
 
 
 def is_flat(matrix):

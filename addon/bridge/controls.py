@@ -263,7 +263,7 @@ def reset(obj, groups):
         if not _elsewhere(obj, groups, carries):
             break
         for group, carry in zip(groups, carries, strict=True):  # all: what is reset takes its children along
-            _put(group, obj.matrix_world @ control_places.to_blender(carry @ control_places.at_rest(group)))
+            control_places.put(group, np.array(obj.matrix_world) @ carry @ control_places.at_rest(group))
             bpy.context.view_layer.update()  # the next may be a child of this one
         if not rig_space.is_there(obj):
             break
@@ -285,14 +285,6 @@ def _elsewhere(obj, groups, carries):
         for group, carry in zip(groups, carries, strict=True)
         if move(obj, group, carry) is not motion.IDENTITY
     ]
-
-
-def _put(group, world):
-    control = group.control
-    if control.type == 'ARMATURE' and group.bone:
-        control.pose.bones[group.bone].matrix = control.matrix_world.inverted() @ world
-    else:
-        control.matrix_world = world
 
 
 def _hangs_on(control, obj):

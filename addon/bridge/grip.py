@@ -3,12 +3,21 @@
 
 import bpy
 import numpy as np
-from mathutils import Matrix
 
 from .. import ids
 from ..core import fixed_points
 from ..errors import SceneError
-from . import bound_record, controls, handle_lines, key_states, mesh_arrays, region, shape_keys, vertex_groups
+from . import (
+    bound_record,
+    control_places,
+    controls,
+    handle_lines,
+    key_states,
+    mesh_arrays,
+    region,
+    shape_keys,
+    vertex_groups,
+)
 
 #: Share of Size over which a new handle itself reaches. The mesh turns with its handle where that is more than a point.
 HANDLE_SHARE = 0.15
@@ -54,7 +63,7 @@ class Grip:
             self._takes_region = False
         self.line_name = line.name
         bpy.context.view_layer.update()  # a control that was just made has its place only after this
-        self._start = control_world(self.line(obj))
+        self._start = control_places.world_of(self.line(obj))
         self._channels = _channels(self.line(obj))
         if not obj.meanvalue.live:
             obj.meanvalue.live = True
@@ -80,7 +89,9 @@ class Grip:
 
     def move(self, obj, offset):
         """Puts the control so far (3, world) from where it was when it was gripped."""
-        place_control(self.line(obj), Matrix.Translation(offset) @ self._start)
+        world = self._start.copy()
+        world[:3, 3] += offset
+        control_places.put(self.line(obj), world)
 
     def take_back(self, obj):
         """As it was before."""
@@ -177,23 +188,6 @@ def near_vertices(obj, vertex, distance):
     near = np.flatnonzero(distances <= distance).astype(np.int32)
     is_free = [each == vertex or handle_lines.line_at(obj, int(each)) is None for each in near]
     return near[np.array(is_free)]
-
-
-def control_world(line):
-    """4 x 4 in the world: where the control is."""
-    control = line.control
-    bone = control.pose.bones.get(line.bone) if control.type == 'ARMATURE' else None
-    return (control.matrix_world @ bone.matrix if bone is not None else control.matrix_world).copy()
-
-
-def place_control(line, world):
-    """Puts the control to the 4 x 4 `world`."""
-    control = line.control
-    bone = control.pose.bones.get(line.bone) if control.type == 'ARMATURE' else None
-    if bone is not None:
-        bone.matrix = control.matrix_world.inverted_safe() @ world
-    else:
-        control.matrix_world = world
 
 
 def _channels(line):

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import compat
 from ..core import bind_input, tinted_faces
-from . import mesh_arrays, object_model, shape_keys, shared_readings, targets
+from . import mesh_arrays, object_model, rig_space, shape_keys, shared_readings, targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +123,7 @@ def shown_positions(obj):
 _APPENDING = {'SUBSURF', 'MULTIRES'}
 
 #: Modifiers that move vertices, and make and remove none.
-_MOVING = {
-    'ARMATURE', 'CAST', 'CLOTH', 'CORRECTIVE_SMOOTH', 'CURVE', 'DATA_TRANSFER', 'DISPLACE', 'HOOK', 'LAPLACIANDEFORM',
-    'LAPLACIANSMOOTH', 'LATTICE', 'MESH_CACHE', 'MESH_DEFORM', 'NORMAL_EDIT', 'SHRINKWRAP', 'SIMPLE_DEFORM', 'SMOOTH',
-    'SOFT_BODY', 'SURFACE_DEFORM', 'UV_PROJECT', 'UV_WARP', 'VERTEX_WEIGHT_EDIT', 'VERTEX_WEIGHT_MIX',
-    'VERTEX_WEIGHT_PROXIMITY', 'WARP', 'WAVE', 'WEIGHTED_NORMAL',
-}  # fmt: skip
+_MOVING = (rig_space.DEFORMING - {'MESH_SEQUENCE_CACHE', 'NODES'}) | rig_space.HARMLESS | {'CLOTH', 'SOFT_BODY'}
 
 
 def _are_first(obj):

@@ -12,7 +12,7 @@ from ..errors import MeanValueError, SceneError
 from ..live import engine
 from . import keyframe_handles
 from .drag_circle import DragCircle
-from .pressing import FIRST_SIZE, LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex
+from .pressing import LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex, size_property
 
 #: What a notch of the wheel makes of Size.
 WHEEL_STEP = 1.15
@@ -41,15 +41,9 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     bl_label = "Grab"
     bl_options = {'REGISTER', 'UNDO'}
 
-    size: bpy.props.FloatProperty(
-        name="Size",
-        description="How far the surroundings of a new handle follow, as a share of the mesh's size. They follow less "
-        "the farther they are",
-        default=FIRST_SIZE,
-        min=LEAST_SIZE,
-        soft_max=1.0,
-        max=MOST_SIZE,
-        subtype='FACTOR',
+    size: size_property(
+        "How far the surroundings of a new handle follow, as a share of the mesh's size. They follow less the farther "
+        "they are"
     )
     offset: bpy.props.FloatVectorProperty(
         name="Move",

@@ -8,7 +8,7 @@ from ..bridge import controls, handle_lines, region, scene_input, vertex_groups
 from ..bridge.grip import HANDLE_SHARE, near_vertices, radius
 from ..core import wording
 from ..errors import MeanValueError, SceneError
-from .pressing import FIRST_SIZE, LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex
+from .pressing import ToolOperator, require_vertex, size_property
 
 
 class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
@@ -18,15 +18,7 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
     bl_label = "Pin Here"
     bl_options = {'REGISTER', 'UNDO'}
 
-    size: bpy.props.FloatProperty(
-        name="Size",
-        description="As of Grab: the pin holds as much as a new handle of that size",
-        default=FIRST_SIZE,
-        min=LEAST_SIZE,
-        soft_max=1.0,
-        max=MOST_SIZE,
-        subtype='FACTOR',
-    )
+    size: size_property("As of Grab: the pin holds as much as a new handle of that size")
     vertex: bpy.props.IntProperty(
         name="Vertex", description="The vertex to pin", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
     )

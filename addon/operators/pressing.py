@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the operators of the Grab tool share: what is pressed on, and Size."""
 
+import bpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ..bridge import controls, scene_input, selection, views
-from ..bridge.grip import control_world
+from ..bridge import control_places, controls, scene_input, selection, views
 from ..core import wording
 from ..errors import SceneError
 from . import under_mouse
@@ -18,6 +18,18 @@ MOST_SIZE = 3.0
 
 #: A press so near to a control, in pixels at interface scale 1, is meant for it, wherever the surface is.
 CONTROL_PIXELS = 12.0
+
+
+def size_property(description):
+    return bpy.props.FloatProperty(
+        name="Size",
+        description=description,
+        default=FIRST_SIZE,
+        min=LEAST_SIZE,
+        soft_max=1.0,
+        max=MOST_SIZE,
+        subtype='FACTOR',
+    )
 
 
 class ToolOperator(Reporting):
@@ -88,7 +100,7 @@ def _control_under(context, obj, region, view, mouse):
     for line in obj.meanvalue.anchor_groups:
         if not line.is_enabled or line.follows != 'CONTROL' or controls.problem(obj, line) is not None:
             continue
-        place = control_world(line).translation
+        place = Vector(control_places.world_of(line)[:3, 3])
         seen = view3d_utils.location_3d_to_region_2d(region, view, place)
         is_hidden = not views.is_visible(line.control, context.space_data)
         if seen is None or is_hidden or (seen - Vector(mouse)).length > least:

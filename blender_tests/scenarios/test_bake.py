@@ -5,7 +5,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import armatures, handles, meshes, steps
 from support.baking import FRAMES, animated_tube, bake, key_control, played, rest, rows, save, saved_tube, shown
 
 
@@ -182,13 +182,7 @@ def test_a_driver(tmp_path):
 
 def test_a_bone(tmp_path):
     obj, control = handles.tube(live=False)
-    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
-    bpy.context.collection.objects.link(armature)
-    meshes.activate(armature)
-    bpy.ops.object.mode_set(mode='EDIT')
-    bone = armature.data.edit_bones.new("Hand")
-    bone.head, bone.tail = (0.0, 0.0, 9.0), (0.0, 0.0, 10.0)
-    bpy.ops.object.mode_set(mode='OBJECT')
+    armature = armatures.make(Hand=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
     line = obj.meanvalue.anchor_groups["Top"]
     line.control = armature
     line.bone = "Hand"

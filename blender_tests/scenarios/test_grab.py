@@ -6,7 +6,7 @@ import sys
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, posed_rigs, rigs, steps
+from support import armatures, handles, meshes, posed_rigs, rigs, steps
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 31
@@ -411,14 +411,7 @@ def test_keyframes_on_the_selected_control_alone():
 
 def test_keyframes_on_bones():
     obj = sheet()
-    armature = bpy.data.armatures.new("Rig")
-    rig = bpy.data.objects.new("Rig", armature)
-    bpy.context.collection.objects.link(rig)
-    meshes.activate(rig)
-    bpy.ops.object.mode_set(mode='EDIT')
-    bone = armature.edit_bones.new("Bone")
-    bone.tail = (0.0, 0.0, 1.0)
-    bpy.ops.object.mode_set(mode='OBJECT')
+    rig = armatures.make(Bone=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
     meshes.activate(obj)
     steps.add_group(obj, "Hand", [MIDDLE])
     line = obj.meanvalue.anchor_groups.add()

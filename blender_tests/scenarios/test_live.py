@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from support import handles, meshes, steps
+from support import armatures, handles, meshes, steps
 from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
 
 #: Two answers that are both converged differ no more, as a share of the bounding-box diagonal (about 10 here).
@@ -92,12 +92,7 @@ def test_live_off_leaves_the_mesh_alone():
 
 def test_a_bone_carries_a_handle():
     obj, _control = handles.tube()
-    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
-    bpy.context.collection.objects.link(armature)
-    meshes.activate(armature)
-    bpy.ops.object.mode_set(mode='EDIT')
-    bone = armature.data.edit_bones.new("Hand")
-    bone.head, bone.tail = (0.0, 0.0, 9.6), (0.0, 0.0, 11.0)
+    armature = armatures.make(Hand=((0.0, 0.0, 9.6), (0.0, 0.0, 11.0)))
     bpy.ops.object.mode_set(mode='POSE')
     line = obj.meanvalue.anchor_groups["Top"]
     line.control = armature

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import armatures, handles, meshes, steps
 from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
 
 
@@ -312,17 +312,7 @@ def test_a_result_that_is_not_numbers_is_put_right(status):
 def test_reset_of_bones_that_are_parent_and_child():
     obj, _control = handles.tube(live=True)
     steps.add_group(obj, "Middle", range(64, 72))
-    armature = bpy.data.armatures.new("Rig")
-    rig = bpy.data.objects.new("Rig", armature)
-    bpy.context.collection.objects.link(rig)
-    meshes.activate(rig)
-    bpy.ops.object.mode_set(mode='EDIT')
-    parent = armature.edit_bones.new("Parent")
-    parent.head, parent.tail = (0, 0, 0), (0, 0, 4)
-    child = armature.edit_bones.new("Child")
-    child.head, child.tail = (0, 0, 4), (0, 0, 9)
-    child.parent = parent
-    bpy.ops.object.mode_set(mode='OBJECT')
+    rig = armatures.make(Parent=((0, 0, 0), (0, 0, 4)), Child=((0, 0, 4), (0, 0, 9), "Parent"))
     meshes.activate(obj)
     obj.vertex_groups.active_index = obj.vertex_groups["Middle"].index
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}

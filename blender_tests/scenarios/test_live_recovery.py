@@ -6,7 +6,7 @@ import contextlib
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import armatures, handles, meshes, steps
 from support.handles import BOTTOM, TOP, move, rest, shown, three_lines, update
 
 
@@ -79,24 +79,17 @@ def test_it_goes_on_when_the_other_object_with_the_mesh_is_no_longer_live(status
 
 def test_it_goes_on_when_the_bone_is_there_again(status):
     obj, _control = handles.tube()
-    armature = bpy.data.armatures.new("Rig")
-    rig = bpy.data.objects.new("Rig", armature)
-    bpy.context.collection.objects.link(rig)
-    meshes.activate(rig)
-    bpy.ops.object.mode_set(mode='EDIT')
-    bone = armature.edit_bones.new("Bone")
-    bone.tail = (0, 0, 1)
-    bpy.ops.object.mode_set(mode='OBJECT')
+    rig = armatures.make(Bone=((0, 0, 0), (0, 0, 1)))
     line = obj.meanvalue.anchor_groups["Top"]
     line.control = rig
     line.bone = "Bone"
     update()
     assert status(obj)[1] is False
-    armature.bones["Bone"].name = "Renamed"
+    rig.data.bones["Bone"].name = "Renamed"
     update()
     obj.update_tag()
     update()
-    armature.bones["Renamed"].name = "Bone"
+    rig.data.bones["Renamed"].name = "Bone"
     update()
     rig.pose.bones["Bone"].location = (1.0, 0.0, 0.0)
     update()

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import armatures, handles, meshes, steps
 from support.handles import TOP, move, rest, shown, update
 
 
@@ -55,14 +55,7 @@ def test_a_failed_solve_is_told_until_the_control_moves(status, part, monkeypatc
 
 
 def armature_control(obj, line="Top"):
-    data = bpy.data.armatures.new("Rig")
-    rig = bpy.data.objects.new("Rig", data)
-    bpy.context.collection.objects.link(rig)
-    meshes.activate(rig)
-    bpy.ops.object.mode_set(mode='EDIT')
-    bone = data.edit_bones.new("Bone")
-    bone.head, bone.tail = (0.0, 0.0, 9.0), (0.0, 0.0, 10.0)
-    bpy.ops.object.mode_set(mode='OBJECT')
+    rig = armatures.make(Bone=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
     group = obj.meanvalue.anchor_groups[line]
     group.control, group.bone = rig, "Bone"
     update()

@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 import pytest
+from support import armatures, meshes
 from test_shape_mix import DIAGONAL, bake, bending, rest, set_value, shown
 
 TURN = np.radians(70.0)
@@ -14,14 +15,8 @@ SHIFT = (2.0, -1.0, 3.0)
 def rigged():
     """(object, pose bone): half of the limb follows the bone."""
     obj = bending()
-    rig = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
-    bpy.context.collection.objects.link(rig)
-    bpy.context.view_layer.objects.active = rig
-    bpy.ops.object.mode_set(mode='EDIT')
-    bone = rig.data.edit_bones.new("Bone")
-    bone.head, bone.tail = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-    bpy.ops.object.mode_set(mode='OBJECT')
-    bpy.context.view_layer.objects.active = obj
+    rig = armatures.make(Bone=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+    meshes.activate(obj)
     group = obj.vertex_groups.new(name="Bone")
     group.add(np.flatnonzero(follows()).tolist(), 1.0, 'REPLACE')
     modifier = obj.modifiers.new("Armature", 'ARMATURE')

@@ -3,10 +3,9 @@
 
 import math
 
-import bpy
 from mathutils import Quaternion
 
-from . import handles, meshes
+from . import armatures, handles, meshes
 
 LOWER = [vertex for vertex in range(handles.RINGS * handles.SEGMENTS) if vertex < 8 * handles.SEGMENTS]
 UPPER = [vertex for vertex in range(handles.RINGS * handles.SEGMENTS) if vertex >= 8 * handles.SEGMENTS]
@@ -17,16 +16,8 @@ def tube(live=False):
     obj, _control = handles.tube(live=True)
     obj.meanvalue.live = live
     height = max(vertex.co.z for vertex in obj.data.vertices)
-    data = bpy.data.armatures.new("Rig")
-    rig = bpy.data.objects.new("Rig", data)
-    bpy.context.collection.objects.link(rig)
-    meshes.activate(rig)
-    bpy.ops.object.mode_set(mode='EDIT')
-    lower, upper = data.edit_bones.new("Lower"), data.edit_bones.new("Upper")
-    lower.head, lower.tail = (0.0, 0.0, 0.0), (0.0, 0.0, 0.5 * height)
-    upper.head, upper.tail = lower.tail, (0.0, 0.0, height)
-    upper.parent = lower
-    bpy.ops.object.mode_set(mode='OBJECT')
+    middle = (0.0, 0.0, 0.5 * height)
+    rig = armatures.make(Lower=((0.0, 0.0, 0.0), middle), Upper=(middle, (0.0, 0.0, height), "Lower"))
     for name, members in (("Lower", LOWER), ("Upper", UPPER)):
         obj.vertex_groups.new(name=name).add(members, 1.0, 'REPLACE')
     obj.modifiers.new("Armature", 'ARMATURE').object = rig

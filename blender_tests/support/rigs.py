@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy as np
 
-from . import meshes, steps
+from . import armatures, meshes, steps
 
 RINGS, SEGMENTS = 17, 8
 LENGTH, ELBOW = 9.6, 4.8
@@ -20,15 +20,8 @@ MIDDLE = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
 def arm(volume=False, name="Arm"):
     """(mesh object, armature object): a tube along z with a bone in each half; volume: dual quaternions."""
     obj = meshes.tube(RINGS, SEGMENTS, name)
-    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
-    bpy.context.collection.objects.link(armature)
-    meshes.activate(armature)
-    bpy.ops.object.mode_set(mode='EDIT')
-    upper = armature.data.edit_bones.new("Upper")
-    upper.head, upper.tail = (0.0, 0.0, 0.0), (0.0, 0.0, ELBOW)
-    lower = armature.data.edit_bones.new("Lower")
-    lower.head, lower.tail, lower.parent = (0.0, 0.0, ELBOW), (0.0, 0.0, LENGTH), upper
-    bpy.ops.object.mode_set(mode='OBJECT')
+    elbow = (0.0, 0.0, ELBOW)
+    armature = armatures.make(Upper=((0.0, 0.0, 0.0), elbow), Lower=(elbow, (0.0, 0.0, LENGTH), "Upper"))
     meshes.activate(obj)
     share = lower_share(obj)
     for bone, weights in (("Upper", 1.0 - share), ("Lower", share)):

@@ -46,6 +46,11 @@ def _set_up(ui):
     """A fresh ball and a look along y."""
     _make_ball(ui)
     ui.remember()
+    yield from _look_along_y(ui)
+
+
+def _look_along_y(ui):
+    """With the panel open."""
     yield from ui.open_tab("Mean-Value")
     yield from ui.move_mouse(*view.centre())
     yield from ui.key('NUMPAD_1')
@@ -249,11 +254,7 @@ def picture_of_the_guide(ui):
     for polygon in obj.data.polygons:
         polygon.use_smooth = True
     ui.remember()
-    yield from ui.open_tab("Mean-Value")
-    yield from ui.move_mouse(*view.centre())
-    yield from ui.key('NUMPAD_1')
-    ui.frame_all()
-    yield from ui.pause(0.5)
+    yield from _look_along_y(ui)
     _choose_tool()
     pinned = ui.project((0.0, -1.5, -1.4))
     yield from ui.click(*pinned, shift=True)
