@@ -4,6 +4,7 @@
 Real meshes are those of the shared data, skipped where it is missing.
 """
 
+import functools
 import pathlib
 import sys
 
@@ -100,10 +101,15 @@ def files():
     return [pytest.param(None, marks=pytest.mark.skip(reason=f"no meshes in {mesh_files.DATA}"))]
 
 
+@functools.lru_cache(maxsize=1)
+def read(path):
+    return mesh_files.read_triangles(path)
+
+
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("path", files())
 def test_real_meshes_however_they_come(path, variant):
-    vertices, triangles = mesh_files.read_triangles(path)
+    vertices, triangles = read(path)
     triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]  # Blender drops such faces
     vertices, triangles = VARIANTS[variant](vertices, triangles)
     merge = 4e-4 * np.linalg.norm(np.ptp(vertices, axis=0)) if variant == "mirrored" else 0.0
@@ -113,9 +119,9 @@ def test_real_meshes_however_they_come(path, variant):
     hard = bind_input.whole.met(targets)
     assert np.abs(result[bind_input.anchors] - hard).max() < 1e-9 * diagonal
     assert np.array_equal(result[~bind_input.roi], bind_input.rest[~bind_input.roi].astype(np.float64)) or merge
-    # Nothing flies off: what is moved goes at most a few times as far as the handle.
+    # Nothing flies off: a part that only the handle holds turns by its 37 degrees about it.
     farthest = np.linalg.norm(targets - bind_input.anchor_rest, axis=1).max()
-    assert np.linalg.norm(result - bind_input.rest, axis=1).max() < 5.0 * farthest
+    assert np.linalg.norm(result - bind_input.rest, axis=1).max() < farthest + 0.64 * diagonal
     # What nothing holds is told of, follows, and can be selected.
     report = deformer.report
     loose = [k for k, part in enumerate(report.components) if part.undetermined == 7 and part.free_count]
