@@ -5,6 +5,7 @@ import bpy
 
 from . import native_loader
 from .core import wording
+from .operators.copy_system_info import MEANVALUE_OT_copy_system_info
 from .ui import keymap, text_box
 
 
@@ -23,6 +24,7 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
             split = box.split(factor=0.3)
             split.label(text=label)
             split.label(text=value)
+        box.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
         box = self.layout.box()
         box.label(text="Shortcuts")
         keymap.draw(box)

@@ -182,7 +182,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     def _click(self, obj):
         index = obj.meanvalue.anchor_groups.find(self.handle)
         if index < 0:
-            self.report({'INFO'}, "Press and drag to grab the mesh here; Shift-click pins it.")
+            self.say('INFO', "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
         line = obj.meanvalue.anchor_groups[index]
         obj.meanvalue.active_anchor_group = index

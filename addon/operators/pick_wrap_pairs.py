@@ -59,7 +59,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
                 try:
                     self._click(obj, target, found)
                 except MeanValueError as error:  # said, and the artist clicks again
-                    self.report({'WARNING'}, wording.sentence(str(error)))
+                    self.say('WARNING', wording.sentence(str(error)))
                     self.vertex = -1
                 self._tell_next(context)
             return {'RUNNING_MODAL'}
@@ -90,7 +90,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
             return
         place = under_mouse.place_under(target, *view)
         if place is None:
-            self.report({'WARNING'}, f"There is nothing of '{target.name}' under the mouse. Click on its surface.")
+            self.say('WARNING', f"There is nothing of '{target.name}' under the mouse. Click on its surface.")
             return
         self.place = place
         self.run(obj)

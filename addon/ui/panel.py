@@ -13,6 +13,7 @@ from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
 from ..operators.finish import MEANVALUE_OT_finish
 from ..operators.grab import MEANVALUE_OT_grab
 from ..operators.grow_region import MEANVALUE_OT_grow_region
@@ -150,6 +151,7 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         solve = layout.column()
         solve.scale_y = 1.4
         solve.operator(MEANVALUE_OT_solve.bl_idname)
+        layout.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
 
 
 class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
