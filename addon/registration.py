@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import handlers, mix_session, native_loader, preferences, properties, session
+from . import handlers, mix_session, native_loader, preferences, properties, session, translations
 from .bridge import object_model, object_status, overlay_data
 from .operators import (
     add_anchor_group,
@@ -134,6 +134,7 @@ USER_INTERFACE = (menus, keymap, grab_tool, overlay, pair_overlay)
 
 def register():
     native_loader.forget()
+    translations.register()
     properties.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
@@ -151,6 +152,7 @@ def unregister():
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister()
+    translations.unregister()
     job.cancel_all()
     object_model.clear()
     object_status.clear()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import wording
+from .language import translated
 
 
 def compose(bind_input, targets, solved):
@@ -32,7 +33,9 @@ def pose_warnings(bind_input, targets, pose=None):
     """
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
-        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+        yield translated(
+            "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+        )
     yield from torn_notes(bind_input, targets)
     if pose is None:
         return
@@ -73,9 +76,12 @@ class BindSummary:
     seconds: float
 
     def text(self):
-        return (
-            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, "
-            f"{self.free_count:,} free, {wording.seconds(self.seconds)}"
+        return translated(
+            "{vertices}, {held} held, {free} free, {seconds}",
+            vertices=wording.vertices(self.vertex_count),
+            held=f"{self.anchor_count:,}",
+            free=f"{self.free_count:,}",
+            seconds=wording.seconds(self.seconds),
         )
 
     def notes(self):
@@ -136,8 +142,14 @@ class SolveSummary:
     stop_reason: str
 
     def text(self):
-        iterations = wording.counted(self.iterations, "iteration")
-        return f"{iterations}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
+        one = self.iterations == 1
+        count = f"{self.iterations:,}"
+        return translated(
+            "{iterations}, energy {energy}, {seconds}",
+            iterations=translated("1 iteration") if one else translated("{count} iterations", count=count),
+            energy=f"{self.energy:.3g}",
+            seconds=wording.seconds(self.seconds),
+        )
 
     def notes(self):
         if not self.converged:

@@ -13,11 +13,12 @@ from .base import MeshOperator
 
 
 class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
-    """Click a point of the mesh, then the same point of the other one, and so on until Enter. Begin with the ends:
-    head, hands, feet, finger tips"""
-
     bl_idname = "meanvalue.pick_wrap_pairs"
     bl_label = "Pick Pairs"
+    bl_description = (
+        "Click a point of the mesh, then the same point of the other one, and so on until Enter. Begin with the "
+        "ends: head, hands, feet, finger tips"
+    )
 
     target: bpy.props.StringProperty(
         name="Onto",
