@@ -38,3 +38,22 @@ def of_limbs(markers):
         "and the mesh is bent wrongly if it stands otherwise. Choose the Landmark of shoulders, elbows, hips (or the "
         "front of the pelvis) and knees in the list, and match again"
     ]
+
+
+def of_cuffs(found, refused, most):
+    """Which limbs have a ring of skin that follows them, and which have none since their roll is not known."""
+    notes = []
+    if found:
+        notes.append(
+            f"{wording.quoted(cuff.name for cuff in found)} {'has' if len(found) == 1 else 'have'} rings of skin go "
+            "along with limbs: what is rigid in the capture. Turn Cuffs off to match without"
+        )
+    if refused:
+        worst = max(refused.values())
+        notes.append(
+            f"{wording.first_upper(wording.listed(sorted(refused)))} {'has' if len(refused) == 1 else 'have'} no cuff: "
+            f"how far a limb is rolled is not known where its markers are off a rigid motion by more than {most:.2g} "
+            f"of their distance from its axis, and here that is up to {worst:.2g}. One more marker aside of the "
+            "others would tell"
+        )
+    return notes
