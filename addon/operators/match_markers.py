@@ -74,6 +74,7 @@ def _account(obj, matched):
     filled = [f"{wording.share(share)} {how}" for how, share in matched.filled.items() if share]
     if filled:
         parts.append(f"Of the samples {wording.listed(filled)}")
+    parts += matched.told_of_cuffs
     if not obj.meanvalue.live and not obj.meanvalue.baked.target:
         parts.append("To see the mesh follow, press Live, or Bake")
     return ". ".join(parts)

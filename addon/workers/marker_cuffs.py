@@ -24,7 +24,7 @@ class CuffMotion:
 
 
 def find(given, markers, match):
-    """([CuffMotion], notes) of a bridge.match_input.MatchInput and its aligned Markers; none where it wants none."""
+    """([CuffMotion], sentences) of a bridge.match_input.MatchInput and its aligned Markers."""
     if not given.use_cuffs:
         return [], []
     surface = given.surface

@@ -41,7 +41,7 @@ class Matched:
     world_size  the same in the world
     recognition  how the names of the markers were known, in words
     filled     {how, in words: share of the samples}
-    cuffs      [marker_cuffs.CuffMotion]
+    cuffs      [marker_cuffs.CuffMotion]; told_of_cuffs  sentences
     """
 
     names: list
@@ -58,6 +58,7 @@ class Matched:
     recognition: str
     filled: dict = field(default_factory=dict)
     cuffs: list = field(default_factory=list)
+    told_of_cuffs: list = field(default_factory=list)
     notes: list = field(default_factory=list)
 
 
@@ -107,11 +108,11 @@ def steps(given, only=None):
     yield "following the skin", 0.7
     targets = _targets(aligned, match, only)
     yield "laying cuffs", 0.8
-    laid_cuffs, more = marker_cuffs.find(given, aligned, match) if only is None else ([], [])
+    laid_cuffs, told = marker_cuffs.find(given, aligned, match) if only is None else ([], [])
     yield "making handles", 0.9
     markers = replace(markers, reference=laid)
-    notes = [*given.notes, *notes, *words, *more]
-    return replace(_matched(given, markers, to_mesh, match, targets, frame, notes), cuffs=laid_cuffs)
+    matched = _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
+    return replace(matched, cuffs=laid_cuffs, told_of_cuffs=told)
 
 
 def _targets(aligned, match, only):

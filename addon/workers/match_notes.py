@@ -41,19 +41,17 @@ def of_limbs(markers):
 
 
 def of_cuffs(found, refused, most):
-    """Which limbs have a ring of skin that follows them, and which have none since their roll is not known."""
-    notes = []
+    """Sentences: which limbs have a cuff, and which have none as their roll is not known."""
+    told = []
     if found:
-        notes.append(
-            f"{wording.quoted(cuff.name for cuff in found)} {'has' if len(found) == 1 else 'have'} rings of skin go "
-            "along with limbs: what is rigid in the capture. Turn Cuffs off to match without"
+        told.append(
+            f"{wording.counted(len(found), 'cuff')} around limbs: {wording.listed(cuff.name for cuff in found)}"
         )
     if refused:
         worst = max(refused.values())
-        notes.append(
-            f"{wording.first_upper(wording.listed(sorted(refused)))} {'has' if len(refused) == 1 else 'have'} no cuff: "
-            f"how far a limb is rolled is not known where its markers are off a rigid motion by more than {most:.2g} "
-            f"of their distance from its axis, and here that is up to {worst:.2g}. One more marker aside of the "
-            "others would tell"
+        told.append(
+            f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
+            f"{worst:.2g} of their distance from the limb's axis ({most:.2g} is allowed), so its roll is not known. "
+            "One more marker to the side would tell it"
         )
-    return notes
+    return told
