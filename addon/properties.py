@@ -152,6 +152,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     made_control: aside(BoolProperty)(options={'HIDDEN'})
     is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
     marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this marker
+    cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this ring of skin
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import wording
+from .language import translated
 
 
 def compose(bind_input, targets, solved):
@@ -32,7 +33,9 @@ def pose_warnings(bind_input, targets, pose=None):
     """
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
-        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+        yield translated(
+            "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+        )
     yield from torn_notes(bind_input, targets)
     if pose is None:
         return
@@ -74,12 +77,17 @@ class BindSummary:
     following_part_count: int = 0
 
     def text(self):
-        following = self.following_part_count
-        follow = f"{wording.counted(following, 'loose part')} {'follows' if following == 1 else 'follow'}, "
-        return (
-            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, "
-            f"{self.free_count:,} free, {follow if following else ''}{wording.seconds(self.seconds)}"
+        text = translated(
+            "{vertices}, {held} held, {free} free, {seconds}",
+            vertices=wording.vertices(self.vertex_count),
+            held=f"{self.anchor_count:,}",
+            free=f"{self.free_count:,}",
+            seconds=wording.seconds(self.seconds),
         )
+        following = self.following_part_count
+        if following == 0:
+            return text
+        return f"{text}, {wording.counted(following, 'loose part')} {'follows' if following == 1 else 'follow'}"
 
     def notes(self):
         """Sentences for what is unusual, none of it an error."""
@@ -144,8 +152,14 @@ class SolveSummary:
     stop_reason: str
 
     def text(self):
-        iterations = wording.counted(self.iterations, "iteration")
-        return f"{iterations}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
+        one = self.iterations == 1
+        count = f"{self.iterations:,}"
+        return translated(
+            "{iterations}, energy {energy}, {seconds}",
+            iterations=translated("1 iteration") if one else translated("{count} iterations", count=count),
+            energy=f"{self.energy:.3g}",
+            seconds=wording.seconds(self.seconds),
+        )
 
     def notes(self):
         if not self.converged:

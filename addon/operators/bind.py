@@ -5,6 +5,7 @@ import bpy
 
 from ..bridge import bound_record, controls, mesh_arrays, targets
 from ..core import fingerprint, mesh_problems, result
+from ..core.language import translated
 from ..workers.posing import Posing
 from .background import BackgroundOperator
 
@@ -27,7 +28,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         posing.record(obj)
         report = posing.binding.deformer.report
         notes = [*problem_notes(obj, posing.bind_input), *result.guarded_notes(report), *result.size_notes(report)]
-        message = ". ".join([f"Bound {posing.binding.summary.text()}", *notes])
+        bound = translated("Bound {summary}", summary=posing.binding.summary.text())
+        message = ". ".join([bound, *notes])
         return message, list(posing.binding.summary.notes())
 
 

@@ -13,6 +13,7 @@ from ..operators.bake import MEANVALUE_OT_bake
 from ..operators.bake_mix import MEANVALUE_OT_bake_mix
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
+from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
 from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from ..operators.finish import MEANVALUE_OT_finish
 from ..operators.grow_region import MEANVALUE_OT_grow_region
@@ -87,6 +88,8 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_bake,
     MEANVALUE_OT_unbake,
+    None,
+    MEANVALUE_OT_copy_system_info,
 )
 _EDIT_OPERATORS = (
     MEANVALUE_OT_add_handle,

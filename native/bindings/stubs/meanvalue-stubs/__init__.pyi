@@ -287,6 +287,7 @@ def blend(
     threads: int = 0,
     execution: Execution | None = None,
 ) -> Encoding: ...
+def build_info() -> dict[str, str | int]: ...
 def encode(
     vertices: ArrayLike,
     faces: ArrayLike,
