@@ -31,11 +31,10 @@ def to_be_tried(subject):
         if other.name.startswith(photograph.MARKS):
             other.hide_viewport = other.hide_render = True
     view_layer.update()
-    show_panel()
+    look_through_camera()
 
 
-def show_panel():
-    """The 3D Views look through the camera, with their sidebar open."""
+def look_through_camera():
+    """The 3D Views look through the camera."""
     for area in (area for screen in bpy.data.screens for area in screen.areas if area.type == 'VIEW_3D'):
-        area.spaces.active.show_region_ui = True
         area.spaces.active.region_3d.view_perspective = 'CAMERA'
