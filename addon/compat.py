@@ -102,8 +102,8 @@ def lines_shader():
 
 
 def surface_shader():
-    """Built-in shader for faces of one colour: `pos`, uniform `color`. Needs a window."""
-    return _first_shader("UNIFORM_COLOR", "3D_UNIFORM_COLOR")
+    """Built-in shader for faces, each corner of its colour: `pos`, `color`. Needs a window."""
+    return _first_shader("SMOOTH_COLOR", "3D_SMOOTH_COLOR")
 
 
 def points_shader():

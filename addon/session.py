@@ -53,7 +53,7 @@ def remember(bind_input, binding, portable=False):
 
 
 def _family(bind_input, portable):
-    return (bind_input.fingerprint.shape_key, bind_input.method, portable)
+    return (bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance, portable)
 
 
 def bind_steps(bind_input, triangles, execution, portable=False, known=None):
@@ -76,6 +76,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
             anchors,
             roi=None if whole.roi.all() else whole.roi,
             method=bind_input.method,
+            loose=bind_input.loose,
             portable=portable,
             execution=execution,
             **held,
@@ -159,6 +160,7 @@ def _held(whole, bind_input):
         "handles": pieces if bind_input.rigid_pieces else None,
         "rigidity": bind_input.rigidity,
         **({} if strengths is None else {"strengths": strengths}),
+        **({} if border is None else {"border": len(border)}),
     }
 
 

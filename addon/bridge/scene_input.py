@@ -122,6 +122,8 @@ def gather(obj, reading=None):
         twins=twins,
         border=border,
         border_strengths=border_strengths,
+        loose=settings.loose_parts,
+        merge_distance=settings.merge_distance,
     )
     bind_input.check()
     return bind_input

@@ -74,15 +74,20 @@ class BindSummary:
     free_count: int
     unheld_part_count: int
     seconds: float
+    following_part_count: int = 0
 
     def text(self):
-        return translated(
+        text = translated(
             "{vertices}, {held} held, {free} free, {seconds}",
             vertices=wording.vertices(self.vertex_count),
             held=f"{self.anchor_count:,}",
             free=f"{self.free_count:,}",
             seconds=wording.seconds(self.seconds),
         )
+        following = self.following_part_count
+        if following == 0:
+            return text
+        return f"{text}, {wording.counted(following, 'loose part')} {'follows' if following == 1 else 'follow'}"
 
     def notes(self):
         """Sentences for what is unusual, none of it an error."""
@@ -90,7 +95,7 @@ class BindSummary:
             yield (
                 f"{wording.counted(self.unheld_part_count, 'part')} of the mesh "
                 f"{'has' if self.unheld_part_count == 1 else 'have'} fewer than three fixed points that are not in one "
-                f"line and {'stays' if self.unheld_part_count == 1 else 'stay'} in place. Pin three vertices of each"
+                "line: without any it stays in place, with one or two it hardly turns. Pin three vertices of each"
             )
 
     @classmethod
@@ -100,8 +105,13 @@ class BindSummary:
             vertex_count=int(report.vertex_count),
             anchor_count=int(report.anchor_count) - border_count,
             free_count=int(report.free_count),
-            unheld_part_count=sum(1 for part in report.components if part.free_count and part.undetermined),
+            unheld_part_count=sum(
+                1
+                for part, carrier in zip(report.components, report.carriers, strict=True)
+                if part.free_count and part.undetermined and carrier < 0
+            ),
             seconds=float(sum(report.timings.values())),
+            following_part_count=sum(1 for carrier in report.carriers if carrier >= 0),
         )
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a follower tells of itself."""
 
+import traceback
+
 from ..core import wording
 from ..core.language import translated
 from .states import State
@@ -68,3 +70,23 @@ class Telling:
     def _notes(self):
         """What the artist may not expect of what is shown, in sentences."""
         return ()
+
+
+class reporting:  # noqa: N801  reads as a function
+    """Context manager: an error that nobody foresaw ends the work on one object alone, and is told."""
+
+    def __init__(self, follower):
+        self._follower = follower
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, _kind, error, _trace):
+        if not isinstance(error, Exception):
+            return False
+        traceback.print_exception(error)
+        self._follower.give_up(
+            f"the add-on failed ({type(error).__name__}: {error}). Please report this with the text in the system "
+            "console; turn Live off and on to go on"
+        )
+        return True

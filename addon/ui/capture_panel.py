@@ -106,6 +106,7 @@ def _draw_options(layout, capture):
     limbs.active = capture.align != 'NONE'
     limbs.prop(capture, "pose_limbs")
     column.prop(capture, "mode")
+    column.prop(capture, "use_cuffs")
     layout.label(text="Fill Gaps up to")
     gaps = _split(layout).column(align=True)
     gaps.prop(capture, "spline_seconds", text="Spline")

@@ -33,6 +33,7 @@ from ..operators.remove_marker import MEANVALUE_OT_remove_marker
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from ..operators.select_handle import MEANVALUE_OT_select_handle
+from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.select_unpaired import MEANVALUE_OT_select_unpaired
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.swap_markers import MEANVALUE_OT_swap_markers
@@ -50,6 +51,7 @@ _OBJECT_OPERATORS = (
     MEANVALUE_OT_add_pin,
     MEANVALUE_OT_add_anchor_group,
     MEANVALUE_OT_select_handle,
+    MEANVALUE_OT_select_problems,
     MEANVALUE_OT_select_unpaired,
     MEANVALUE_OT_own_controls,
     MEANVALUE_OT_remove_anchor_group,

@@ -24,6 +24,7 @@ from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_finish_region, MEANVALUE_OT_paint_region
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
+from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.unbind import MEANVALUE_OT_unbind
 from . import overlay
@@ -171,6 +172,9 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
         rigidity = layout.row()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
+        layout.prop(settings, "loose_parts")
+        layout.prop(settings, "merge_distance")
+        layout.operator_menu_enum(MEANVALUE_OT_select_problems.bl_idname, "kind", icon='RESTRICT_SELECT_OFF')
 
 
 class MEANVALUE_PT_shape_key(PanelPart, bpy.types.Panel):
