@@ -434,7 +434,7 @@ def test_ramps_are_1_far_from_gaps_and_0_in_them():
 
 def test_skin_does_not_jump_where_an_anchor_fades_out_and_in(soft):
     """An anchor that the others would not have where it is: 10 % of the size away from its place."""
-    points, faces, chosen, _ = soft
+    points, _, chosen, _ = soft
     deformer, _ = bind(soft, 0.05)
     targets = np.repeat(points[chosen][None], 50, axis=0)
     targets[:, 5, 1] += 0.1 * diagonal(points)
