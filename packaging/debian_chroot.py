@@ -41,7 +41,7 @@ class Chroot:
         self._folder = pathlib.Path(folder).resolve()
 
     def make(self, suite, packages):
-        """With `packages` and what they need; does nothing if it was made with the same before. @throws UnavailableError."""
+        """With `packages` and what they need, unless it was made with the same before. @throws UnavailableError."""
         made, wanted = self._folder.with_suffix(".made"), " ".join([suite, *packages])
         if os.geteuid() != 0:
             raise UnavailableError(f"a chroot with Debian {suite} is made and entered by root")
