@@ -153,8 +153,8 @@ def test_every_operator_has_a_tooltip_and_an_undo_step():
     assert len(names) > 5
     for name in names:
         kind = getattr(bpy.types, name)
-        changes_files_only = name == "MEANVALUE_OT_add_preset"
-        assert changes_files_only or {'REGISTER', 'UNDO'} <= kind.bl_options
+        changes_no_scene = name in {"MEANVALUE_OT_add_preset", "MEANVALUE_OT_copy_system_info"}
+        assert changes_no_scene or {'REGISTER', 'UNDO'} <= kind.bl_options
         description = getattr(bpy.ops.meanvalue, kind.bl_idname.split(".")[1]).get_rna_type().description
         assert len(description) > 20 and not description.endswith(".")
 

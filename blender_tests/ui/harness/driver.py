@@ -14,7 +14,7 @@ import bpy
 from . import display, message_log, status_bar, tabs, view
 from .acting import act
 
-WAIT_SECONDS = 60.0
+WAIT_SECONDS = 150.0
 # On no keyboard, so in no keymap.
 UNUSED_KEY = 'F24'
 TYPED = {

@@ -20,7 +20,7 @@ OUTPUT = pathlib.Path(os.environ.get("MEANVALUE_UI_OUTPUT", ROOT / "build" / "ui
 RUNNER = pathlib.Path(__file__).with_name("inside.py")
 TRACEBACK = "Traceback (most recent call last)"
 
-# Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves after 60 s.
+# Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves before that.
 STUCK_SECONDS = float(os.environ.get("MEANVALUE_UI_STUCK_SECONDS", "180"))
 LONGEST_SECONDS = 1200.0
 LOOK_SECONDS = 0.2
