@@ -25,7 +25,8 @@ from demo.rig import run as rig_run
 from demo.walk import run as walk_run
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
-SPECIAL = {"walk": walk_run, "morph": morph_run, "rig": rig_run, "lift": lift_run}  # demos with a command line of their own
+# Demos with a command line of their own.
+SPECIAL = {"walk": walk_run, "morph": morph_run, "rig": rig_run, "lift": lift_run}
 
 
 def main(argv):

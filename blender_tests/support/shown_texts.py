@@ -19,14 +19,13 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "troubleshooting.md"
 GAP = "…"
 
-#: Calls whose strings are no messages: declarations, labels of what is pressed, command lines, text formats.
+#: Calls whose strings are no messages: declarations, labels of what is pressed, command lines, errors of Python's own.
 SILENT_CALLS = re.compile(
-    r"(?:^|\.)(\w+Property|aside\([\w.]+\)|add_argument|add_parser|ArgumentParser|operator|prop|prop_search|prop_menu_enum|menu|"
-    r"popover|popup_menu_pi|compile|ValueError|FileNotFoundError|NotADirectoryError|PermissionError|import_module|"
-    r"keyframe_insert|size_property)$"
+    r"\w+Property|size_property|keyframe_insert|operator|prop|prop_search|prop_menu_enum|menu|popover|compile|"
+    r"add_argument|add_parser|ArgumentParser|ValueError|FileNotFoundError|NotADirectoryError|PermissionError"
 )
 #: Attributes of classes that declare.
-SILENT_NAMES = re.compile(r"bl_\w+|doing|poll_message|description|unit|MARK")
+SILENT_NAMES = re.compile(r"bl_\w+|doing|__doc__")
 #: Files of names: of datablocks, of markers, and the labels of a plot.
 SILENT_FILES = {"ids.py", "core/capture/known_sets.py", "core/bake_plot.py"}
 #: Beginnings of texts that nobody is shown: of a name, of a preset file, and of what a program reads.
@@ -132,19 +131,18 @@ def _filled_in(node):
 def _is_silent(node):
     if isinstance(node, ast.Call):
         called = ast.unparse(node.func)
-        return bool(SILENT_CALLS.search(called))
+        return called.startswith("aside(") or bool(SILENT_CALLS.fullmatch(called.rpartition(".")[2]))
     if isinstance(node, (ast.Assign, ast.AnnAssign)):
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-        if all(SILENT_NAMES.fullmatch(ast.unparse(target)) for target in targets):
-            return True
-        return ast.unparse(targets[0]) in {"__doc__", "bl_info"}
+        return all(SILENT_NAMES.fullmatch(ast.unparse(target)) for target in targets)
     if isinstance(node, ast.ClassDef):
         return any(ast.unparse(base) in {"enum.Enum", "enum.Flag"} for base in node.bases)
     if isinstance(node, ast.Tuple):  # an item of an enum: ('AUTO', "Automatic", "By the shape ...")
         constants = [item.value for item in node.elts if isinstance(item, ast.Constant)]
         first = node.elts[0] if node.elts else None
         is_name = first is not None and ast.unparse(first).isupper()
-        return is_name and len(node.elts) >= 3 and all(isinstance(value, (str, int, float, type(None))) for value in constants)
+        is_plain = all(isinstance(value, (str, int, float, type(None))) for value in constants)
+        return is_name and is_plain and len(node.elts) >= 3
     # A docstring, or a string that stands by itself.
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 

@@ -19,8 +19,8 @@ HEAD = """# Operators, settings and panels
 
 <!-- Written by `./dev docs reference` from the add-on's own declarations; a test compares. Do not edit. -->
 
-What the add-on declares, with the descriptions that Blender shows as tooltips. The [guide](../guide/grab.md) says how it is used,
-[scripting](../guide/scripting.md) has examples. *Scripts* marks what the interface does not show.
+What the add-on declares, with the descriptions that Blender shows as tooltips. The [guide](../guide/grab.md) says how
+it is used, [scripting](../guide/scripting.md) has examples. *Scripts* marks what the interface does not show.
 """
 
 #: What Blender says of the name that every item of a list has.
@@ -30,7 +30,8 @@ ANY_NAME = "Unique name used in the code and scripting"
 def page():
     """The text. The add-on must be enabled."""
     classes = importlib.import_module(f"{PACKAGE}.registration").CLASSES
-    operators = sorted((each for each in classes if issubclass(each, bpy.types.Operator)), key=lambda each: each.bl_idname)
+    operators = [each for each in classes if issubclass(each, bpy.types.Operator)]
+    operators.sort(key=lambda each: each.bl_idname)
     panels = [each for each in classes if issubclass(each, bpy.types.Panel)]
     assert operators and panels
     return "\n".join([HEAD, *_operators(operators), *_settings(), *_panels(panels)]).rstrip() + "\n"
@@ -38,7 +39,7 @@ def page():
 
 def _operators(classes):
     yield "## Operators\n"
-    yield "`bpy.ops.meanvalue.NAME(...)`. Keyword arguments with their defaults; an operator that cannot run says why.\n"
+    yield "`bpy.ops.meanvalue.NAME(...)`, with their arguments and defaults; one that cannot run says why.\n"
     for cls in classes:
         rna = getattr(bpy.ops.meanvalue, cls.bl_idname.partition(".")[2]).get_rna_type()
         yield f"### {rna.name}\n"
@@ -64,7 +65,7 @@ def _group(path, rna):
 def _panels(classes):
     labels = {cls.__name__: cls.bl_label for cls in classes}
     yield "## Panels\n"
-    yield "In the 3D View's sidebar (N), tab **Mean-Value**, from top to bottom as far as they have something to show.\n"
+    yield "In the 3D View's sidebar (N), tab **Mean-Value**, as far as they have something to show.\n"
     yield "| panel | in | what it is for |\n|---|---|---|"
     for cls in classes:
         parent = labels.get(getattr(cls, "bl_parent_id", ""), "")

@@ -27,10 +27,10 @@ HEAD = """# C++ library
 
 <!-- Written by `./dev docs reference` from the headers; a test compares. Do not edit. -->
 
-`cmake --install build/native --prefix DIR` installs it, `find_package(meanvalue)` with the target `meanvalue::meanvalue` finds it, and
-`native/example` in the repository is a project that uses it. To start from: `deform/deformer.h`, `morph/morpher.h` and
-`encoding/encoder.h`; the others are what stands in their signatures. All is in the namespace `meanvalue`, and all headers are
-installed below `meanvalue/`. Private members are left out here.
+`cmake --install build/native --prefix DIR` installs it, `find_package(meanvalue)` finds it, with the target
+`meanvalue::meanvalue`, and `native/example` in the repository is a project that uses it. To start from:
+`deform/deformer.h`, `morph/morpher.h` and `encoding/encoder.h`; the others are what stands in their signatures. All is
+in the namespace `meanvalue`, and all headers are installed below `meanvalue/`. Private members are left out here.
 """
 
 
@@ -96,9 +96,8 @@ def _public(lines):
         if re.match(r"\s*(private|protected):", line):
             hidden_at = indent
             continue
-        if hidden_at is not None and line.strip() and (
-            re.match(r"\s*public:", line) and indent == hidden_at or re.match(r"\s*}", line) and indent < hidden_at
-        ):
+        is_public = re.match(r"\s*public:", line) and indent == hidden_at
+        if hidden_at is not None and (is_public or (re.match(r"\s*}", line) and indent < hidden_at)):
             hidden_at = None
         if hidden_at is None:
             kept.append(line)

@@ -19,8 +19,8 @@ HEAD = """# Python module
 
 <!-- Written by `./dev docs reference` from stubs and docstrings; a test compares. Do not edit. -->
 
-`import meanvalue` works without Blender ([how to install it](../installing.md#the-python-module)). Arrays are numpy's, or what it can
-make one of. Everything may be called from any number of threads.
+`import meanvalue` works without Blender ([how to install it](../installing.md#the-python-module)). Arrays are numpy's, or
+what numpy can make one of.
 """
 
 

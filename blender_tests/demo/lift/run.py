@@ -9,8 +9,8 @@ import numpy as np
 from .. import animated_png, built_in, common_options, creature, markers, photograph, pictures, pose, stage
 
 DESCRIPTION = """\
-The octopus lifts a tentacle by one anchor vertex, up and down, solved by the add-on's operators at each step: an animated
-picture."""
+The octopus lifts a tentacle by one anchor vertex, up and down, solved by the add-on's operators at each step: an
+animated picture."""
 
 STEPS = 13
 SECONDS = 0.08
