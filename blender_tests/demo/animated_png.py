@@ -42,14 +42,21 @@ def write(path, frames, seconds):
 
 def palette(pixels):
     """(COLOURS, 3) uint8 by median cut: the box of colours that is longest and fullest is halved, again and again."""
-    boxes = [pixels.astype(np.int32)]
+    boxes = [_measured(pixels.astype(np.int32))]
     while len(boxes) < COLOURS:
-        sizes = [np.ptp(box, axis=0).max() * np.sqrt(len(box)) for box in boxes]
-        box = boxes.pop(int(np.argmax(sizes)))
-        axis = int(np.ptp(box, axis=0).argmax())
-        order = np.argsort(box[:, axis], kind="stable")
-        boxes += [box[order[: len(order) // 2]], box[order[len(order) // 2 :]]]
-    return np.array([box.mean(axis=0).round() if len(box) else np.zeros(3) for box in boxes]).astype(np.uint8)
+        size, box = boxes.pop(max(range(len(boxes)), key=lambda number: boxes[number][0]))
+        if size == 0.0:  # every box is of one colour
+            boxes.append((size, box))
+            break
+        order = np.argsort(box[:, np.ptp(box, axis=0).argmax()], kind="stable")
+        boxes += [_measured(box[half]) for half in np.array_split(order, 2)]
+    colours = np.zeros((COLOURS, 3), np.uint8)
+    colours[: len(boxes)] = [box.mean(axis=0).round() for _size, box in boxes]
+    return colours
+
+
+def _measured(box):
+    return float(np.ptp(box, axis=0).max() * np.sqrt(len(box))), box
 
 
 def nearest(pixels, colours):

@@ -25,7 +25,7 @@ def links(text):
 
 
 def anchors(text):
-    """Those of the headings. One that comes again gets a number, of another form in the site than elsewhere: not here."""
+    """Those of the headings, the first of each name: the next ones get numbers, of another form in the site."""
     headings = re.findall(r"(?m)^#{1,6} (.*)$", re.sub(r"(?ms)^\s*```.*?^\s*```", "", text))
     return {slug(heading) for heading in headings}
 

@@ -5,7 +5,6 @@
 """
 
 import importlib
-import inspect
 import os
 import pathlib
 import sys
@@ -49,15 +48,17 @@ def _operators(classes):
 
 def _settings():
     yield "## Settings\n"
-    yield "What is kept on each object, in `object.meanvalue`.\n"
-    yield from _group("object.meanvalue", bpy.types.Object.bl_rna.properties["meanvalue"].fixed_type)
+    yield "What is kept on each object, and on the collection of an imported take.\n"
+    for name, kind in (("object", bpy.types.Object), ("collection", bpy.types.Collection)):
+        yield from _group(f"{name}.meanvalue", kind.bl_rna.properties["meanvalue"].fixed_type)
 
 
 def _group(path, rna):
     yield f"### `{path}`\n"
+    yield _sentence(_doc(rna)) + "\n"
     yield from _table(rna.properties, "setting")
     for each in listed(rna.properties):
-        if each.type in {'POINTER', 'COLLECTION'} and each.fixed_type.identifier.startswith("MEANVALUE"):
+        if _is_group(each):
             name = each.identifier + ("[i]" if each.type == 'COLLECTION' else "")
             yield from _group(f"{path}.{name}", each.fixed_type)
 
@@ -70,7 +71,7 @@ def _panels(classes):
     for cls in classes:
         parent = labels.get(getattr(cls, "bl_parent_id", ""), "")
         description = cls.__dict__.get("__doc__") or ""
-        yield f"| {cls.bl_label} | {parent} | {_cell(_sentence(inspect.cleandoc(description)))} |"
+        yield f"| {cls.bl_label} | {parent} | {_cell(_sentence(description))} |"
 
 
 def listed(properties):
@@ -86,12 +87,23 @@ def _table(properties, what):
         yield ""
 
 
+def _is_group(each):
+    return each.type in {'POINTER', 'COLLECTION'} and each.fixed_type.identifier.startswith("MEANVALUE")
+
+
 def _description(each):
-    text = _sentence(each.description)
+    name = each.name if each.name != each.identifier else ""
+    text = _sentence(each.description or (_doc(each.fixed_type) if _is_group(each) else name))
     if each.type == 'ENUM':
         items = [f"`{item.identifier}` {item.name}" + _tail(item.description) for item in each.enum_items_static]
         text = " ".join([text, "; ".join(items) + "." if items else ""]).strip()
     return f"{text} *Scripts.*".strip() if each.is_hidden else text
+
+
+def _doc(rna):
+    """The docstring of a group of settings."""
+    classes = {cls.__name__: cls for cls in bpy.types.PropertyGroup.__subclasses__()}
+    return classes[rna.identifier].__doc__ or ""
 
 
 def _tail(description):
@@ -114,7 +126,7 @@ def _values(each):
     if each.type == 'ENUM':
         return f"`'{each.default}'`" if each.default else "choice"
     kind = each.fixed_type.identifier
-    return "list" if each.type == 'COLLECTION' else "group" if kind.startswith("MEANVALUE") else kind
+    return "list" if each.type == 'COLLECTION' else "group" if _is_group(each) else kind
 
 
 def _bound(value):
@@ -122,6 +134,7 @@ def _bound(value):
 
 
 def _sentence(text):
+    text = " ".join(text.split())
     return text.rstrip(".") + "." if text else ""
 
 

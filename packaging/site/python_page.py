@@ -19,7 +19,7 @@ HEAD = """# Python module
 
 <!-- Written by `./dev docs reference` from stubs and docstrings; a test compares. Do not edit. -->
 
-`import meanvalue` works without Blender ([how to install it](../installing.md#the-python-module)). Arrays are numpy's, or
+`import meanvalue` works without Blender ([installing](../installing.md#the-python-module)). Arrays are numpy's, or
 what numpy can make one of.
 """
 
