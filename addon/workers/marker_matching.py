@@ -15,7 +15,7 @@ from ..core.capture.limb_posing import posed_and_actor
 from ..core.capture.surface import Surface
 from ..core.steps import result_of
 from ..errors import SceneError
-from . import match_notes, mended_takes
+from . import marker_cuffs, match_notes, mended_takes
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
@@ -41,6 +41,7 @@ class Matched:
     world_size  the same in the world
     recognition  how the names of the markers were known, in words
     filled     {how, in words: share of the samples}
+    cuffs      [marker_cuffs.CuffMotion]; told_of_cuffs  sentences
     """
 
     names: list
@@ -56,6 +57,8 @@ class Matched:
     world_size: float
     recognition: str
     filled: dict = field(default_factory=dict)
+    cuffs: list = field(default_factory=list)
+    told_of_cuffs: list = field(default_factory=list)
     notes: list = field(default_factory=list)
 
 
@@ -104,9 +107,12 @@ def steps(given, only=None):
         aligned, match = _retargeted(given, aligned, match)
     yield "following the skin", 0.7
     targets = _targets(aligned, match, only)
+    yield "laying cuffs", 0.8
+    laid_cuffs, told = marker_cuffs.find(given, aligned, match) if only is None else ([], [])
     yield "making handles", 0.9
     markers = replace(markers, reference=laid)
-    return _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
+    matched = _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
+    return replace(matched, cuffs=laid_cuffs, told_of_cuffs=told)
 
 
 def _targets(aligned, match, only):

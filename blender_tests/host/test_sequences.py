@@ -493,3 +493,17 @@ def test_targets_that_count_must_be_numbers(soft):
     holed[2] = np.nan
     with pytest.raises(meanvalue.InvalidInput, match="targets"):
         deformer.solve(holed, weights=np.ones(len(chosen)))
+
+
+def test_what_single_precision_cannot_hold_is_refused_or_told():
+    points, faces, anchors, pieces = bar(200)
+    targets = np.repeat(points[anchors][None], 4, axis=0)
+    huge = meanvalue.Deformer(1e39 * points, faces, anchors, handles=pieces)
+    with pytest.raises(meanvalue.InvalidInput, match="rest shape has coordinates up to .* single precision"):
+        huge.solve_sequence(1e39 * targets)
+    large = meanvalue.Deformer(1e33 * points, faces, anchors, handles=pieces)
+    targets[2, pieces == 1] += 1e5 * diagonal(points)
+    result = large.solve_sequence(1e33 * targets)
+    assert [frame for frame, _ in result.errors] == [2] and "single precision" in result.errors[0][1]
+    assert np.isfinite(result.vertices).all()
+    np.testing.assert_array_equal(result.vertices[2], result.vertices[1])

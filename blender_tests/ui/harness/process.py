@@ -11,14 +11,14 @@ import subprocess
 import tempfile
 import time
 
-from harness.display import SIZE, Display
+from harness.display import SIZE, Display, photograph
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-OUTPUT = ROOT / "build" / "ui"
+OUTPUT = pathlib.Path(os.environ.get("MEANVALUE_UI_OUTPUT", ROOT / "build" / "ui"))
 RUNNER = pathlib.Path(__file__).with_name("inside.py")
 TRACEBACK = "Traceback (most recent call last)"
 
-# Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves after 60 s.
+# Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves before that.
 STUCK_SECONDS = float(os.environ.get("MEANVALUE_UI_STUCK_SECONDS", "180"))
 LONGEST_SECONDS = 1200.0
 LOOK_SECONDS = 0.2
@@ -86,9 +86,9 @@ class _Session:
                 known, since = size, time.monotonic()
             if time.monotonic() > min(since + STUCK_SECONDS, latest):
                 picture = OUTPUT / f"{self._path.stem}-stuck.png"
-                display.photograph(picture)
+                photograph(display.file, picture)
                 why = f"no new step for {STUCK_SECONDS:.0f} s, or {LONGEST_SECONDS:.0f} s in all"
-                return f"Blender was ended: {why}; picture: {picture.relative_to(ROOT)}"
+                return f"Blender was ended: {why}; picture: {picture}"
             time.sleep(LOOK_SECONDS)
         if blender.returncode < 0:
             return f"Blender crashed: {signal.Signals(-blender.returncode).name}"
@@ -136,6 +136,7 @@ def _environment(display, folder):
     for path in own.values():
         path.mkdir()
     ours = {"DISPLAY": display.name, "TMPDIR": folder, "LIBGL_ALWAYS_SOFTWARE": "1", "PATH": "/usr/bin:/bin"}
+    ours |= {"MEANVALUE_UI_PICTURES": OUTPUT, "MEANVALUE_UI_DISPLAY_FILE": display.file}
     return {**os.environ, **{name: str(value) for name, value in (own | ours).items()}}
 
 
