@@ -26,8 +26,8 @@ SILENT_CALLS = re.compile(
 )
 #: Attributes of classes that declare.
 SILENT_NAMES = re.compile(r"bl_\w+|doing|__doc__")
-#: Files of names: of datablocks, of markers, and the labels of a plot.
-SILENT_FILES = {"ids.py", "core/capture/known_sets.py", "core/bake_plot.py"}
+#: Files of names: of datablocks, of markers, and the labels of a plot and of a bug report.
+SILENT_FILES = {"ids.py", "core/capture/known_sets.py", "core/bake_plot.py", "operators/system_facts.py"}
 #: Beginnings of texts that nobody is shown: of a name, of a preset file, and of what a program reads.
 SILENT_TEXTS = ("Mean-Value rest shape", "import bpy", "openjd_fail: ")
 #: The module's own calls that the add-on does not make.
