@@ -26,4 +26,9 @@ def wrap(text, width):
 
 
 def columns(text):
-    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
+    return sum(2 if is_wide(letter) else 1 for letter in text)
+
+
+def is_wide(letter):
+    """Whether it takes the room of two; "" does not."""
+    return letter != "" and unicodedata.east_asian_width(letter) in "WF"

@@ -16,7 +16,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from demo import arguments, built_in, pose, report, stage, user_file
+from demo import arguments, built_in, pose, ready, report, stage, user_file
 from demo.errors import DemoError
 from demo.lift import run as lift_run
 from demo.morph import run as morph_run
@@ -78,6 +78,8 @@ def run_subject(make, options):
     picture = stage.Picture(view.width, view.height, options.samples, options.engine)
     with timed(seconds, "render"):
         files = photograph(subject, picture, options.output)
+    if not options.file:
+        ready.to_be_tried(subject)
     with timed(seconds, "write"):
         files.append(save(options.output / f"{subject.file_stem}.blend"))
     return report.subject_lines(subject.title, figures, seconds, files)

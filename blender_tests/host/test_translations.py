@@ -117,6 +117,13 @@ def test_messages_are_looked_up_and_then_filled():
     assert language.translated("Braces {stay} without values") == "Braces {stay} without values"
 
 
+def test_full_stops_are_those_of_the_script():
+    assert wording.sentence("press Bind") == wording.sentence("Press Bind.") == "Press Bind."
+    for japanese in ("ボタンを押す", "ボタンを押す。"):
+        assert wording.sentence(japanese) == "ボタンを押す。"
+    assert wording.sentence("ソルバー 1.0") == "ソルバー 1.0." and wording.sentence("") == "."
+
+
 @pytest.mark.parametrize("width", [1, 16, 30])
 def test_lines_without_spaces_are_broken(width):
     text = "グラブツールを選び、メッシュを押してドラッグします。または編集モードで (Edit Mode) 頂点を選びます。"
