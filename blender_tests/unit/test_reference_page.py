@@ -5,6 +5,7 @@ import pathlib
 import sys
 
 import bpy
+import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "packaging" / "site"))
@@ -14,8 +15,10 @@ import addon_page  # noqa: E402
 PAGE = ROOT / "docs" / "reference" / "addon.md"
 
 
-def test_the_page_is_what_the_addon_declares():
-    assert addon_page.page() == PAGE.read_text(), "./dev docs reference writes it anew"
+@pytest.mark.skipif(bpy.app.version >= (3, 5), reason="the page is written by Debian's Blender 3.4")
+def test_the_page_is_what_the_addon_declares(part):
+    page = addon_page.page(part("registration").CLASSES)
+    assert page == PAGE.read_text(), "./dev docs reference writes it anew"
 
 
 def test_every_operator_and_panel_is_on_the_page(part):

@@ -12,7 +12,6 @@ import sys
 import bpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PACKAGE = "meanvalue_deform"
 
 HEAD = """# Operators, settings and panels
 
@@ -26,9 +25,8 @@ it is used, [scripting](../guide/scripting.md) has examples. *Scripts* marks wha
 ANY_NAME = "Unique name used in the code and scripting"
 
 
-def page():
-    """The text. The add-on must be enabled."""
-    classes = importlib.import_module(f"{PACKAGE}.registration").CLASSES
+def page(classes):
+    """The text. classes: what the add-on has registered, in that order."""
     operators = [each for each in classes if issubclass(each, bpy.types.Operator)]
     operators.sort(key=lambda each: each.bl_idname)
     panels = [each for each in classes if issubclass(each, bpy.types.Panel)]
@@ -147,7 +145,8 @@ def main():
     from demo import pose
 
     pose.install_addon(os.environ["MEANVALUE_ADDON_ZIP"])
-    pathlib.Path(sys.argv[sys.argv.index("--") + 1]).write_text(page())
+    classes = importlib.import_module(f"{pose.ADDON}.registration").CLASSES
+    pathlib.Path(sys.argv[sys.argv.index("--") + 1]).write_text(page(classes))
 
 
 if __name__ == "__main__":
