@@ -18,13 +18,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from demo import arguments, built_in, pose, ready, report, stage, user_file
 from demo.errors import DemoError
+from demo.lift import run as lift_run
 from demo.morph import run as morph_run
 from demo.photograph import photograph
 from demo.rig import run as rig_run
 from demo.walk import run as walk_run
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
-SPECIAL = {"walk": walk_run, "morph": morph_run, "rig": rig_run}  # demos with a command line of their own
+# Demos with a command line of their own.
+SPECIAL = {"walk": walk_run, "morph": morph_run, "rig": rig_run, "lift": lift_run}
 
 
 def main(argv):
