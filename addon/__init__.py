@@ -4,6 +4,14 @@
 Nothing is imported here but what register() needs, so that `core/` can be used without Blender.
 """
 
+import sys
+
+# Blender loads this file alone anew after an update over a copy that was on; the rest would be the older version's. But
+# for the compiled module: it cannot be loaded twice.
+for _name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
+    if not _name.startswith(f"{__name__}.lib"):
+        del sys.modules[_name]
+
 bl_info = {
     "name": "Mean-Value Deform",
     "author": "The Mean-Value Deform contributors",

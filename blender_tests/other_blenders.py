@@ -119,7 +119,7 @@ def check_wheel(suite):
     tag = f"cp{suite.python.replace('.', '')}"
     with zipfile.ZipFile(os.environ["MEANVALUE_ADDON_ZIP"]) as archive:
         if not any(f"-{tag}-" in name for name in archive.namelist() if name.endswith(".whl")):
-            raise UnavailableError(f"the extension has no wheel for Python {suite.python}, which Blender {suite.version} has")
+            raise UnavailableError(f"the extension has no wheel for Python {suite.python} of Blender {suite.version}")
 
 
 def check_version(place, suite):
