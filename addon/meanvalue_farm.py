@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baking without an interface, on one machine or many; docs/guide.md, "On a farm".
+"""Baking without an interface, on one machine or many; docs/guide/baking.md, "On a farm".
 
     blender -b SCENE.blend --python-exit-code 1 --python meanvalue_farm.py -- plan --out DIR --chunk 200
     blender -b --python-exit-code 1 --python meanvalue_farm.py -- bake --plan DIR/plan --index 0
@@ -41,7 +41,8 @@ def _enabled_extension():
 
 def _alone():
     """Not under the folder's name: an extension's folder is called as the compiled module, and would hide it."""
-    spec = importlib.util.spec_from_file_location(ALONE, FOLDER / "__init__.py", submodule_search_locations=[str(FOLDER)])
+    init, folders = FOLDER / "__init__.py", [str(FOLDER)]
+    spec = importlib.util.spec_from_file_location(ALONE, init, submodule_search_locations=folders)
     package = sys.modules[ALONE] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(package)
     return ALONE

@@ -17,7 +17,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "packaging"))
-from debian_chroot import Chroot, Unavailable  # noqa: E402
+from debian_chroot import Chroot, UnavailableError  # noqa: E402
 
 SKIPPED = 77
 TESTS = ("blender_tests/unit", "blender_tests/scenarios")
@@ -28,6 +28,8 @@ PACKAGES = (
     "libgl1", "libegl1", "libxrender1", "libxfixes3", "libxi6", "libxxf86vm1", "libsm6", "libice6", "libxkbcommon0",
     "libgomp1",
 )  # fmt: skip
+#: What a Debian's Blender imports without that its package asks for it.
+MORE_PACKAGES = {"trixie": (), "sid": ("python3-cattr", "python3-requests")}
 #: glibc of the wheels that are taken: every one from the first number up to the second.
 GLIBC = (17, 36)
 
@@ -69,7 +71,7 @@ class Place:
         self._chroot = None
         if suite.debian:
             self._chroot = Chroot(build / f"chroot-{suite.debian}")
-            self._chroot.make(suite.debian, PACKAGES)
+            self._chroot.make(suite.debian, PACKAGES + MORE_PACKAGES[suite.debian])
 
     def run(self, command, environment, **options):
         if self._chroot is None:
@@ -77,7 +79,8 @@ class Place:
         folders, data = [ROOT], os.environ.get("MEANVALUE_DATA", ROOT.parent / "shared" / "data")
         folders += [folder for folder in (self._build, pathlib.Path(data).resolve()) if folder.exists()]
         ours = {name: value for name, value in os.environ.items() if name.startswith("MEANVALUE_")}
-        return self._chroot.run(command, folders, {**ours, "MEANVALUE_DATA": str(folders[-1]), **environment}, **options)
+        environment = {**ours, "MEANVALUE_DATA": str(folders[-1]), **environment}
+        return self._chroot.run(command, folders, environment, **options)
 
 
 def user_folder(build, suite):
@@ -85,13 +88,13 @@ def user_folder(build, suite):
     user = build / "other-blenders" / suite.name
     shutil.rmtree(user, ignore_errors=True)
     names = ("scripts", "config", "datafiles", "extensions")
-    for name in names:
+    for name in (*names, "scripts/addons"):
         (user / name).mkdir(parents=True)
     return {f"BLENDER_USER_{name.upper()}": str(user / name) for name in names}
 
 
 def install_module(build, suite):
-    """The module for the suite's Python, by this system's pip. Returns their folder. @throws Unavailable."""
+    """The module for the suite's Python, by this system's pip. Returns their folder. @throws UnavailableError."""
     target = build / f"bpy-{suite.version}-python{suite.python}"
     if (target / "ready").exists():
         return target
@@ -104,38 +107,38 @@ def install_module(build, suite):
     with log.open("w") as output:
         done = subprocess.run([*command, f"bpy=={suite.version}.*"], stdout=output, stderr=subprocess.STDOUT)
     if done.returncode:
-        raise Unavailable(f"no bpy {suite.version} for Python {suite.python} could be had; see {log}")
+        raise UnavailableError(f"no bpy {suite.version} for Python {suite.python} could be had; see {log}")
     (target / "ready").touch()
     return target
 
 
 def check_wheel(suite):
-    """@throws Unavailable unless the zip has a solver for the suite's Python."""
+    """@throws UnavailableError unless the zip has a solver for the suite's Python."""
     import zipfile
 
     tag = f"cp{suite.python.replace('.', '')}"
     with zipfile.ZipFile(os.environ["MEANVALUE_ADDON_ZIP"]) as archive:
         if not any(f"-{tag}-" in name for name in archive.namelist() if name.endswith(".whl")):
-            raise Unavailable(f"the extension has no wheel for Python {suite.python} ({tag}), that of Blender {suite.version}")
+            raise UnavailableError(f"the extension has no wheel for Python {suite.python}, which Blender {suite.version} has")
 
 
 def check_version(place, suite):
-    """@throws Unavailable if that Debian has moved on to another Blender."""
+    """@throws UnavailableError if that Debian has moved on to another Blender."""
     shown = place.run(["blender", "--version"], {}, capture_output=True, text=True).stdout.splitlines()
     if not shown or not shown[0].startswith(f"Blender {suite.version}."):
-        raise Unavailable(f"Debian {suite.debian} has {shown[0] if shown else 'a Blender that does not start'}")
+        raise UnavailableError(f"Debian {suite.debian} has {shown[0] if shown else 'a Blender that does not start'}")
 
 
 def run(build, suite, arguments):
-    """Exit status of pytest. @throws Unavailable."""
+    """Exit status of pytest. @throws UnavailableError."""
     check_wheel(suite)
     place, environment = Place(suite, build), {}
     if suite.kind == "interface":
         command = ["/usr/bin/python3", "-m", "pytest", *PYTEST, *arguments, "blender_tests/ui"]
         environment["MEANVALUE_UI_OUTPUT"] = str(build / f"ui-{suite.version}")
     elif suite.kind == "blender":
-        command = "blender -b --factory-startup -noaudio --python-exit-code 1 --python blender_tests/run.py --".split()
-        command += [*PYTEST, *arguments, *TESTS]
+        command = ["blender", "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python"]
+        command += ["blender_tests/run.py", "--", *PYTEST, *arguments, *TESTS]
         environment |= user_folder(build, suite)
     else:
         modules = install_module(build, suite)
@@ -157,7 +160,7 @@ def main(arguments):
     suite = next(suite for suites in SUITES.values() for suite in suites if suite.name == name)
     try:
         return run(pathlib.Path(build).resolve(), suite, pytest_arguments)
-    except Unavailable as reason:
+    except UnavailableError as reason:
         print(reason)
         return SKIPPED
 

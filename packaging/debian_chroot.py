@@ -22,7 +22,7 @@ done
 """
 
 
-class Unavailable(Exception):
+class UnavailableError(Exception):
     """Such a Debian can't be had here; the message says why."""
 
 
@@ -31,7 +31,7 @@ def mirror():
     wanted = ["apt-get", "indextargets", "--format", "$(REPO_URI)", "Created-By: Packages", "Label: Debian"]
     found = subprocess.run(wanted, capture_output=True, text=True).stdout.split()
     if not found:
-        raise Unavailable("apt knows no source of Debian's packages")
+        raise UnavailableError("apt knows no source of Debian's packages")
     return found[0].rstrip("/")
 
 
@@ -41,10 +41,10 @@ class Chroot:
         self._folder = pathlib.Path(folder).resolve()
 
     def make(self, suite, packages):
-        """With `packages` and what they need; does nothing if it was made with the same before. @throws Unavailable."""
+        """With `packages` and what they need, unless it was made with the same before. @throws UnavailableError."""
         made, wanted = self._folder.with_suffix(".made"), " ".join([suite, *packages])
         if os.geteuid() != 0:
-            raise Unavailable(f"a chroot with Debian {suite} is made and entered by root")
+            raise UnavailableError(f"a chroot with Debian {suite} is made and entered by root")
         if made.exists() and made.read_text() == wanted:
             return
         made.unlink(missing_ok=True)
@@ -61,7 +61,7 @@ class Chroot:
                 stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
             )  # fmt: skip
         if done.returncode:
-            raise Unavailable(f"no chroot with Debian {suite} could be made: {_last_error(log)}; see {log}")
+            raise UnavailableError(f"no chroot with Debian {suite} could be made: {_last_error(log)}; see {log}")
         made.write_text(wanted)
 
     def run(self, command, folders, environment, **options):

@@ -118,7 +118,10 @@ def start():
     preferences.view.smooth_view = 0  # views jump
     preferences.system.viewport_aa = 'OFF'  # else every picture is drawn eight times
     preferences.use_preferences_save = False
-    installed.install()
+    if installed.IS_EXTENSION:  # it was installed before this Blender started
+        installed.enable()
+    else:
+        installed.install()
     status_bar.watch()
     arguments = sys.argv[sys.argv.index("--") + 1 :]
     # Persistent: loading a file ends other timers.

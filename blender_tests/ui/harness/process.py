@@ -11,6 +11,8 @@ import subprocess
 import tempfile
 import time
 
+from support import installed
+
 from harness.display import SIZE, Display, photograph
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -60,13 +62,16 @@ class _Session:
             Display() as display,
             self._log.open("w") as log,
         ):
+            environment = _environment(display, pathlib.Path(folder))
+            if installed.IS_EXTENSION:
+                installed.install_by_command("blender", environment)
             # A session of its own, so that all of it can be ended. stdbuf: C and Python write into one log.
             blender = subprocess.Popen(
                 ["stdbuf", "-oL", "blender", *options.split(), *map(str, SIZE), "--python", RUNNER, *inside],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env=_environment(display, pathlib.Path(folder)),
+                env=environment,
                 start_new_session=True,
             )
             try:
