@@ -106,7 +106,7 @@ std::size_t LooseParts::bytes() const {
     for (const LoosePatch& patch : patches_) {
         total += sizeof(patch) + patch.points.size() * (sizeof(Index) + sizeof(double));
         for (const std::vector<Index>& star : patch.stars)
-            total += sizeof(star) + sizeof(double) + star.size() * sizeof(Index);
+            total += sizeof(std::vector<Index>) + sizeof(double) + star.size() * sizeof(Index);
     }
     return total;
 }

@@ -207,6 +207,7 @@ class Finder {
         std::vector<Index>& stars = stars_of(carrier);
         const std::size_t count = std::min(kStars, stars.size());
         std::vector<std::pair<double, Index>> near;
+        near.reserve(stars.size());
         for (const Index v : stars)
             near.emplace_back((Vector3(rest_.row(v)) - centre).squaredNorm(), v);
         std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
