@@ -89,9 +89,18 @@ def fetch(work, versions):
         next(unpacked.iterdir()).rename(openmesh)
         unpacked.rmdir()
     for version in missing:
-        unpacked = work / f"python{version}-unpacking"
-        run("dpkg", "-x", archive.package(f"libpython{version}-dev", SUITES[version]), unpacked)
-        unpacked.rename(work / f"python{version}")
+        unpack_headers(archive.package(f"libpython{version}-dev", SUITES[version]), work / f"python{version}")
+
+
+def unpack_headers(package, folder):
+    """Debian's headers of a Python, such that they need no other folder of includes."""
+    unpacked = folder.with_name(f"{folder.name}-unpacking")
+    run("dpkg", "-x", package, unpacked)
+    headers = next((unpacked / "usr/include").glob("python3.*"))
+    # Debian's own pyconfig.h only includes that of the processor, by a path below /usr/include.
+    shutil.copy(unpacked / "usr/include/x86_64-linux-gnu" / headers.name / "pyconfig.h", headers)
+    headers.rename(folder)
+    shutil.rmtree(unpacked)
 
 
 def write_toolchain(work, tools):
@@ -104,7 +113,8 @@ def write_toolchain(work, tools):
     commands |= {name: f"{name} -target x86_64-linux-gnu.{GLIBC}" for name in ("cc", "c++")}
     for name, call in commands.items():
         path = work / f"zig-{name}"
-        path.write_text(f'#!/bin/sh\nexec "{zig}" {call} "$@"\n')
+        # Zig keeps what it compiled: what does not depend on Python is compiled for the first one alone.
+        path.write_text(f'#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR="{work}/zig-cache"\nexec "{zig}" {call} "$@"\n')
         path.chmod(0o755)
     toolchain = work / "toolchain.cmake"
     toolchain.write_text(
@@ -119,14 +129,12 @@ def write_toolchain(work, tools):
 
 
 def cmake_options(work, toolchain, version):
-    include = work / f"python{version}/usr/include"
     return {
         "CMAKE_TOOLCHAIN_FILE": toolchain,
         "CMAKE_INTERPROCEDURAL_OPTIMIZATION": "OFF",
-        # Debian's pyconfig.h includes <x86_64-linux-gnu/python3.x/pyconfig.h>; /usr/include itself is glibc's.
-        "CMAKE_CXX_FLAGS": f"-I{include}",
+        "CMAKE_CXX_FLAGS": "-g0 -fomit-frame-pointer",  # Zig's defaults are otherwise
         "MEANVALUE_OPENMESH_SOURCE": work / "openmesh",
-        "Python_INCLUDE_DIR": include / f"python{version}",
+        "Python_INCLUDE_DIR": work / f"python{version}",
         "Python_SOABI": f"cpython-{version.replace('.', '')}-x86_64-linux-gnu",
     }
 

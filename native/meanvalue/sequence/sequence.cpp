@@ -107,6 +107,7 @@ class SequenceSolve {
             }
             --active;
         });
+        carry_loose_parts(threads);
         std::sort(result_.failures.begin(), result_.failures.end(),
                   [](const FrameFailure& a, const FrameFailure& b) { return a.frame < b.frame; });
         return std::move(result_);
@@ -278,6 +279,14 @@ class SequenceSolve {
                 to[number] += share * (after[number] - to[number]);
         }
         seam.after.clear();
+    }
+
+    /// Where paths were smoothed or faded, as what carries them is now.
+    void carry_loose_parts(int threads) {
+        const BoundMesh& bound = deformer_.bound();
+        if (bound.loose_parts().carriers().empty()) return;
+        for (Index frame = begin_; frame < end_; ++frame)
+            bound.loose_parts().carry(bound.rest(), row(frame), threads, execution_);
     }
 
     void report_progress() {
