@@ -2,6 +2,7 @@
 """A BakePlan as a file (npz), so that a farm solves what was planned, whatever becomes of the scene."""
 
 import hashlib
+import pathlib
 from dataclasses import fields
 
 import numpy as np
@@ -26,7 +27,7 @@ def save(path, plan, triangles):
 
 def load(path, sha256):
     """(BakePlan, triangles). Nothing is made of a file that is not what was written. @throws CacheError."""
-    with whole_files.telling(path), open(path, "rb") as file:
+    with whole_files.telling(path), pathlib.Path(path).open("rb") as file:
         if _digest(file) != sha256:
             raise CacheError(f"'{path}' is not what was planned: it is damaged, or of another plan. Plan again")
         file.seek(0)

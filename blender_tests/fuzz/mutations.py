@@ -2,7 +2,7 @@
 """Damage to the bytes of files, by random numbers of a known seed."""
 
 ODD_BYTES = (0, 1, 2, 32, 48, 57, 127, 128, 255)
-ODD_WORDS = (b"\xff" * 4, b"\0" * 4, b"\x7f\x80\0\0", b"\0\0\x80\x7f", b"\xff\xff\xff\x7f", b"1e99", b"-1", b"nan", b"{}")
+ODD_WORDS = (b"\xff" * 4, b"\0" * 4, b"\x7f\x80\0\0", b"\0\0\x80\x7f", b"1e99", b"-1", b"nan", b"{}")
 
 
 def mutated(content, random_numbers):

@@ -1,16 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What holds for every mesh: generated ones of all scales, far from the origin, cut and welded."""
 
-import pathlib
-import sys
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
-from blender_tests.support import stress
+from blender_tests.support import stress  # noqa: E402
 
 SCALES = [10.0**power for power in range(-6, 7, 3)]
 #: Diagonals from the origin.

@@ -174,6 +174,18 @@ def test_a_disk_that_is_really_full(small_disk):
     assert left_behind(small_disk) == []
 
 
+def test_a_disk_that_is_really_read_only(small_disk):
+    rows = shapes(2)
+    path = small_disk / "a.pc2"
+    point_cache.write(path, header(rows), [rows])
+    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
+    with pytest.raises(CacheError, match=r"may not be written to .* Choose another path"):
+        point_cache.write(path, header(rows), [rows])
+    assert np.array_equal(point_cache.read_rows(path, 0, 2), rows)
+    with pytest.raises(CacheError, match="may not be written"):
+        ChunkStore(small_disk / "chunks", "key", range(2), 7).write(range(2), rows, {})
+
+
 def test_a_folder_that_is_a_file(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(CacheError, match=r"cannot be reached|Choose another path"):

@@ -536,7 +536,7 @@ def test_what_single_precision_cannot_hold_is_refused_or_told():
     points, faces, anchors, pieces = bar(200)
     targets = np.repeat(points[anchors][None], 4, axis=0)
     huge = meanvalue.Deformer(1e39 * points, faces, anchors, handles=pieces)
-    with pytest.raises(meanvalue.InvalidInput, match="rest shape has coordinates up to .* single precision"):
+    with pytest.raises(meanvalue.InvalidInput, match=r"rest shape has coordinates up to .* single precision"):
         huge.solve_sequence(1e39 * targets)
     large = meanvalue.Deformer(1e33 * points, faces, anchors, handles=pieces)
     targets[2, pieces == 1] += 1e5 * diagonal(points)
