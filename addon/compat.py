@@ -86,6 +86,11 @@ def curves_to_read(id_block):
     return ()
 
 
+def locale(language):
+    """What this Blender calls a language of ours: it had another code for simplified Chinese at first."""
+    return "zh_CN" if language == "zh_HANS" and language not in bpy.app.translations.locales else language
+
+
 def file_handler():
     """The class of what takes files that are dropped on a window (4.1 and later), or None."""
     return getattr(bpy.types, "FileHandler", None)
@@ -97,8 +102,8 @@ def lines_shader():
 
 
 def surface_shader():
-    """Built-in shader for faces of one colour: `pos`, uniform `color`. Needs a window."""
-    return _first_shader("UNIFORM_COLOR", "3D_UNIFORM_COLOR")
+    """Built-in shader for faces, each corner of its colour: `pos`, `color`. Needs a window."""
+    return _first_shader("SMOOTH_COLOR", "3D_SMOOTH_COLOR")
 
 
 def points_shader():

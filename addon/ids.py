@@ -40,5 +40,9 @@ METHOD_PAPER = "paper"
 METHOD_FULL = "full"
 DEFAULT_RIGIDITY = 15.0
 
+#: What becomes of parts without a handle (`loose` of the native Deformer).
+LOOSE_FOLLOW = "follow"
+LOOSE_STAY = "stay"
+
 #: Blender's own limit on names (bytes, without the closing zero).
 NAME_LENGTH = 63

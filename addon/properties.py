@@ -152,6 +152,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     made_control: aside(BoolProperty)(options={'HIDDEN'})
     is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
     marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this marker
+    cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this ring of skin
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -169,6 +170,7 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender
     anchor_count: IntProperty()
     free_count: IntProperty()
     unheld_part_count: IntProperty()
+    following_part_count: IntProperty()
     seconds: FloatProperty()
 
     is_solved: BoolProperty()
@@ -234,6 +236,28 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         min=0.0,
         soft_max=100.0,
         max=1e6,
+        update=_tell,
+    )
+    loose_parts: EnumProperty(
+        name="Loose Parts",
+        description="What becomes of parts that no handle and no pin holds, such as eyes, teeth and buttons",
+        items=(
+            (ids.LOOSE_FOLLOW, "Follow", "They go along with the nearest surface that is held, as rigid pieces"),
+            (ids.LOOSE_STAY, "Stay", "They keep their place"),
+        ),
+        default=ids.LOOSE_FOLLOW,
+        update=_tell,
+    )
+    merge_distance: FloatProperty(
+        name="Merge Distance",
+        description="Vertices this near to each other move as one: closes open seams and doubles for the solver, while "
+        "the mesh stays as it is. 0: none are",
+        default=0.0,
+        min=0.0,
+        soft_max=0.01,
+        precision=5,
+        step=0.01,
+        subtype='DISTANCE',
         update=_tell,
     )
     result_key: StringProperty(

@@ -132,6 +132,12 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):  # noqa: N801  Blender's wa
         "Needs markers whose place on the body is known",
         default=True,
     )
+    use_cuffs: BoolProperty(
+        name="Cuffs",
+        description="Have three points around each thigh and shank, or other long and stiff part, go along with its "
+        "markers, where these tell how it is rolled. Without, knees bend less than the person's",
+        default=True,
+    )
     alignment: FloatVectorProperty(
         description="From the world of the markers to the mesh's own space, row by row, as last matched",
         size=16,

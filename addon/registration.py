@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import handlers, mix_session, native_loader, preferences, properties, session
+from . import handlers, mix_session, native_loader, preferences, properties, session, translations
 from .bridge import object_model, object_status, overlay_data
 from .operators import (
     add_anchor_group,
@@ -16,6 +16,7 @@ from .operators import (
     bake_mix,
     bind,
     clear_wrap_pairs,
+    copy_system_info,
     find_marker_problems,
     finish,
     grab,
@@ -38,6 +39,7 @@ from .operators import (
     save_marker_set,
     select_handle,
     select_marker,
+    select_problems,
     select_unpaired,
     show_baked_frame,
     solve,
@@ -77,6 +79,7 @@ CLASSES = (
     remove_anchor_group.MEANVALUE_OT_remove_anchor_group,
     select_handle.MEANVALUE_OT_select_handle,
     reset_handles.MEANVALUE_OT_reset_handles,
+    select_problems.MEANVALUE_OT_select_problems,
     select_unpaired.MEANVALUE_OT_select_unpaired,
     own_controls.MEANVALUE_OT_own_controls,
     keep_pose.MEANVALUE_OT_keep_pose,
@@ -101,6 +104,7 @@ CLASSES = (
     wrap.MEANVALUE_OT_wrap,
     bake_mix.MEANVALUE_OT_bake_mix,
     remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
+    copy_system_info.MEANVALUE_OT_copy_system_info,
     add_preset.MEANVALUE_OT_add_preset,
     use_preset.MEANVALUE_OT_use_preset,
     import_motion.MEANVALUE_OT_import_motion,
@@ -132,6 +136,7 @@ USER_INTERFACE = (menus, keymap, grab_tool, overlay, pair_overlay)
 
 def register():
     native_loader.forget()
+    translations.register()
     properties.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
@@ -149,6 +154,7 @@ def unregister():
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister()
+    translations.unregister()
     job.cancel_all()
     object_model.clear()
     object_status.clear()

@@ -12,6 +12,7 @@ import numpy as np
 from . import native_loader
 from .core import result
 from .core.deformer_cache import DeformerCache
+from .core.language import translated
 from .errors import CancelledError, SceneError, SolverError
 
 # What is said of input that the native module refuses.
@@ -52,7 +53,7 @@ def remember(bind_input, binding, portable=False):
 
 
 def _family(bind_input, portable):
-    return (bind_input.fingerprint.shape_key, bind_input.method, portable)
+    return (bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance, portable)
 
 
 def bind_steps(bind_input, triangles, execution, portable=False, known=None):
@@ -75,6 +76,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
             anchors,
             roi=None if whole.roi.all() else whole.roi,
             method=bind_input.method,
+            loose=bind_input.loose,
             portable=portable,
             execution=execution,
             **held,
@@ -158,6 +160,7 @@ def _held(whole, bind_input):
         "handles": pieces if bind_input.rigid_pieces else None,
         "rigidity": bind_input.rigidity,
         **({} if strengths is None else {"strengths": strengths}),
+        **({} if border is None else {"border": len(border)}),
     }
 
 
@@ -198,7 +201,7 @@ def call(function, *arguments, refused=REFUSED_MESH, **options):
             f"The solver failed: {error}. Move the handles closer to the rest shape, or add pins"
         ) from error
     except module.Cancelled as error:
-        raise CancelledError("Cancelled. Nothing was changed") from error
+        raise CancelledError(translated("Cancelled. Nothing was changed")) from error
     except MemoryError as error:
         raise SolverError(
             "There is not enough memory for this mesh. Choose a smaller region, or close other programs"

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from ..core import bake_plot, key_reduction, point_cache, whole_files
+from ..core import bake_plot, bake_report, key_reduction, point_cache, whole_files
 from ..core.bake_report import BakeReport
 from ..core.chunk_store import ChunkStore, read_json, write_json
 from ..core.wording import counted
@@ -112,13 +112,11 @@ class Baking:
         yield len(rows)
         report = BakeReport.of(self.plan.times[slice(*self._part)], self.store.reports())
         former = read_json(report_path(self.path)) or {}
-        frames = report.content()["frames"]
-        others = [each for each in former.get("frames", ()) if each["frame"] not in {one["frame"] for one in frames}]
         content = {
             **former,
             **about,
             "key": f"{former.get('key', '')}, in part {self.plan.key}",
-            "frames": sorted([*others, *frames], key=lambda each: each["frame"]),
+            "frames": bake_report.with_frames(former.get("frames"), report.content()["frames"]),
         }
         _write_content(self.path, content)
         self.store.remove()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A BakePlan as a file (npz), so that a farm solves what was planned, whatever becomes of the scene."""
 
-import zipfile
+import hashlib
 from dataclasses import fields
 
 import numpy as np
@@ -15,22 +15,32 @@ _OF_PLAN = ("times", "spacing", "targets", "weights", "portable")
 
 
 def save(path, plan, triangles):
-    """triangles m x 3 int32. @throws CacheError."""
+    """triangles m x 3 int32. Returns the file's SHA-256, which load() wants. @throws CacheError."""
     values = {f"mesh_{field.name}": getattr(plan.bind_input, field.name) for field in fields(BindInput)}
     values.update({name: getattr(plan, name) for name in _OF_PLAN})
     with whole_files.replacing(path) as file:
         np.savez(file, triangles=triangles, **{name: value for name, value in values.items() if value is not None})
+        file.seek(0)
+        return _digest(file)
 
 
-def load(path):
-    """(BakePlan, triangles). @throws CacheError."""
-    try:
-        with whole_files.telling(path), np.load(path, allow_pickle=False) as values:
+def load(path, sha256):
+    """(BakePlan, triangles). Nothing is made of a file that is not what was written. @throws CacheError."""
+    with whole_files.telling(path), open(path, "rb") as file:
+        if _digest(file) != sha256:
+            raise CacheError(f"'{path}' is not what was planned: it is damaged, or of another plan. Plan again")
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as values:
             mesh = {field.name: _value(values, f"mesh_{field.name}") for field in fields(BindInput)}
             plan = BakePlan(BindInput(**mesh), **{name: _value(values, name) for name in _OF_PLAN})
             return plan, values["triangles"]
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise CacheError(f"'{path}' is damaged ({error}). Plan again") from error
+
+
+def _digest(file):
+    state = hashlib.sha256()
+    while piece := file.read(1 << 20):
+        state.update(piece)
+    return state.hexdigest()
 
 
 def _value(values, name):

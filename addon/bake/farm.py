@@ -19,14 +19,14 @@ import time
 from .. import native_loader, session
 from ..core import frame_ranges, point_cache, whole_files
 from ..core.bake_report import BakeReport
-from ..core.chunk_store import ChunkStore, read_json, write_json
+from ..core.chunk_store import ChunkStore, read_checked_json, read_json, write_checked_json
 from ..core.fingerprint import digest
 from ..core.steps import result_of
 from ..errors import DamagedCacheError, IncompleteCacheError, MeanValueError, SceneError
 from ..workers.job import Job
 from . import baking, bundle
 
-SCHEMA = 1
+SCHEMA = 2
 DONE, FAILED, BAD_ARGUMENTS, INCOMPLETE, DAMAGED = range(5)
 
 #: How often a line of progress is printed.
@@ -57,15 +57,17 @@ def write_plan(out, clips, chunk):
     folder = pathlib.Path(out, "plan")
     listed, tasks = [], []
     for name, plan, triangles in clips:
-        bundle.save(folder / f"{name}.npz", plan, triangles)
+        sha256 = bundle.save(folder / f"{name}.npz", plan, triangles)
         frames = list(plan.numbers)
         parts = [frame_ranges.spelled(frames[begin : begin + chunk]) for begin in range(0, len(frames), chunk)]
-        listed.append({"name": name, "key": plan.key, "frames": frame_ranges.spelled(frames), "chunks": parts})
+        spelled = frame_ranges.spelled(frames)
+        listed.append({"name": name, "key": plan.key, "sha256": sha256, "frames": spelled, "chunks": parts})
         tasks += [f"{name}\t{part}\n" for part in parts]
     _write_text(folder / "tasks.tsv", "".join(tasks))
     _write_text(folder / "clips.tsv", "".join(f"{clip['name']}\t{clip['frames']}\n" for clip in listed))
     key = digest(*(clip["key"] for clip in listed))
-    write_json(folder / "plan.json", {"schema": SCHEMA, "key": key, "clips": listed, "versions": _versions()})
+    content = {"schema": SCHEMA, "key": key, "clips": listed, "versions": _versions()}
+    write_checked_json(folder / "plan.json", content)
     return len(tasks), len(listed)
 
 
@@ -79,8 +81,8 @@ def _run_plan(options):
 
 
 def _run_bake(options):
-    out, clip, frames = _task(options, "tasks.tsv")
-    plan, triangles = bundle.load(out / "plan" / f"{clip['name']}.npz")
+    out, clip, frames = task_of(options, "tasks.tsv")
+    plan, triangles = _load(out, clip)
     _require_key(plan, clip["key"])
     store = _store(out, clip, plan, frames)
     if store.has(frames):
@@ -99,10 +101,10 @@ def _run_bake(options):
 
 
 def _run_merge(options):
-    out, clip, frames = _task(options, "clips.tsv")
+    out, clip, frames = task_of(options, "clips.tsv")
     if len(frame_ranges.runs(frames)) != 1:
         raise SceneError(f"A point cache has no gaps, but {frame_ranges.spelled(frames)} has. Merge one range")
-    plan, _triangles = bundle.load(out / "plan" / f"{clip['name']}.npz")
+    plan, _triangles = _load(out, clip)
     _require_key(plan, clip["key"])
     path = out / clip["name"] / f"{clip['name']}.pc2"
     header = point_cache.Header(plan.vertices, float(frames[0]), plan.spacing, len(frames))
@@ -125,10 +127,10 @@ def _run_merge(options):
 
 def _run_status(options):
     out = pathlib.Path(options.out)
-    plan = _plan(out / "plan")
+    plan = read_plan(out / "plan")
     missing, index = [], 0
     for clip in plan["clips"]:
-        vertices = bundle.load(out / "plan" / f"{clip['name']}.npz")[0].vertices
+        vertices = _load(out, clip)[0].vertices
         store = ChunkStore(out / clip["name"] / "chunks", clip["key"], frame_ranges.parse(clip["frames"]), vertices)
         there = set(store.frames) - set(store.missing())
         for part in clip["chunks"]:
@@ -175,23 +177,27 @@ def _tell_progress(told, solved, count, begun):
     return max(told, solved)
 
 
-def _task(options, table):
+def _load(out, clip):
+    return bundle.load(out / "plan" / f"{clip['name']}.npz", clip["sha256"])
+
+
+def task_of(options, table):
     """(OUT, clip of plan.json, frames): by --plan and --index, or by --out, --clip, --frames and --key."""
     if options.index is not None:
         if options.plan is None:
             raise SceneError("--index needs --plan")
         folder = pathlib.Path(options.plan)
-        plan = _plan(folder)
+        plan = read_plan(folder)
         with whole_files.telling(folder / table):
-            lines = (folder / table).read_text().splitlines()
+            lines = (folder / table).read_text(encoding="utf-8", errors="replace").splitlines()
         if not 0 <= options.index < len(lines):
             raise SceneError(f"There is no line {options.index} in {folder / table}: it has 0 to {len(lines) - 1}")
-        name, text = lines[options.index].split("\t")
+        name, _, text = lines[options.index].partition("\t")
     else:
         if options.out is None or options.clip is None or options.frames is None:
             raise SceneError("Give --plan and --index, or --out, --clip, --frames and --key")
         folder, name, text = pathlib.Path(options.out, "plan"), options.clip, options.frames
-        plan = _plan(folder)
+        plan = read_plan(folder)
     clip = next((clip for clip in plan["clips"] if clip["name"] == name), None)
     if clip is None:
         raise SceneError(f"There is no clip '{name}' in {folder / 'plan.json'}")
@@ -204,10 +210,10 @@ def _task(options, table):
     return folder.parent, clip, frames
 
 
-def _plan(folder):
-    plan = read_json(folder / "plan.json")
+def read_plan(folder):
+    plan = read_checked_json(folder / "plan.json")
     if plan is None or plan.get("schema") != SCHEMA:
-        raise SceneError(f"There is no plan in {folder}. Run plan first, with the same --out")
+        raise SceneError(f"There is no plan in {folder}, or it is damaged. Run plan first, with the same --out")
     return plan
 
 

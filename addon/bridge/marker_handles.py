@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 
-from . import actions, controls, marker_pairs, takes, vertex_groups
+from ..core import sample_times
+from . import actions, controls, marker_pairs, vertex_groups
 
 #: Size of a control, as a share of the mesh's bounding-box diagonal.
 CONTROL_SIZE = 0.006
@@ -40,21 +41,17 @@ def carry(obj, matched, number):
     """
     name, vertex = matched.names[number], int(matched.vertices[number])
     pair = obj.meanvalue.capture.pairs[name]
-    line = marker_pairs.line_of(obj, pair) or _make_line(obj, pair)
-    control = line.control
-    if control is None or not control.users_scene or controls.owner_of(control) != obj:
-        control = _make_control(obj, pair, matched.size)  # the first, or for one that was deleted or is the original's
+    line = marker_pairs.line_of(obj, pair) or make_line(obj, name, COLOR)
+    line.marker = name
+    control = control_of(obj, line, name, 'CUBE', CONTROL_SIZE * matched.size)
     at_rest = np.eye(4)
     at_rest[:3, 3] = matched.rest[number]
     controls.choose(line, control, at_rest)
     line.made_control = True  # after choosing one, which says that it is the artist's
-    if line.name not in obj.vertex_groups:  # the artist took it away
-        line.name = obj.vertex_groups.new(name=name).name
-        line.made_group = True  # after naming one, likewise
-    vertex_groups.replace_members(obj, obj.vertex_groups[line.name], np.array([vertex]))
+    give_members(obj, line, np.array([vertex]))
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
-    _animate(control, matched.targets[:, number], matched.frames, matched.rest[number])
+    _animate(control, matched.targets[:, number], matched.frames, matched.rest[number], matched.ramp)
 
 
 def drop(obj, pair):
@@ -65,34 +62,58 @@ def drop(obj, pair):
     _remove_if_empty(obj)
 
 
-def _make_line(obj, pair):
+def make_line(obj, name, color):
+    """A soft handle that follows a control, with a vertex group of its own."""
     line = obj.meanvalue.anchor_groups.add()
-    line.name = obj.vertex_groups.new(name=pair.name).name
+    line.name = obj.vertex_groups.new(name=name).name
     line.made_group = True
-    line.marker = pair.name
-    line.color = COLOR
+    line.color = color
     line.follows = 'CONTROL'
     line.is_soft = True
     line.strength = STRENGTH
     return line
 
 
-def _make_control(obj, pair, diagonal):
+def give_members(obj, line, vertices):
+    """Has the handle carry these vertices, and no other. Its group is made again where the artist took it away."""
+    if line.name not in obj.vertex_groups:
+        line.name = obj.vertex_groups.new(name=line.marker or line.cuff).name
+        line.made_group = True  # after naming one, which says that it is the artist's
+    vertex_groups.replace_members(obj, obj.vertex_groups[line.name], vertices)
+
+
+def control_of(obj, line, name, shape, size):
+    """The control of a handle, or a new one: the first, or for one that was deleted or is the original's."""
+    control = line.control
+    if control is not None and control.users_scene and controls.owner_of(control) == obj:
+        return control
+    return _make_control(obj, line, name, shape, size)
+
+
+def _make_control(obj, line, name, shape, size):
     """A child of the object, as all controls, so that moving the object moves the whole character."""
-    control = bpy.data.objects.new(f"{obj.name} {pair.name}", None)
+    control = bpy.data.objects.new(f"{obj.name} {name}", None)
     _collection(obj).objects.link(control)
-    control.empty_display_type = 'CUBE'
-    control.empty_display_size = CONTROL_SIZE * diagonal
+    control.empty_display_type = shape
+    control.empty_display_size = size
     control.show_in_front = True
-    control.color = (*COLOR, 1.0)
+    control.color = (*line.color, 1.0)
     control.parent = obj
     return control
 
 
-def _animate(control, targets, frames, rest):
+def write_influence(control, present, frames, ramp):
+    """Keys the influence of a control: 0 where its markers are away, fading over `ramp` samples before and after."""
+    keyed, values = sample_times.changing_keys(sample_times.ramps(present, ramp), frames)
+    actions.write_curve(control, "meanvalue.influence", 0, keyed, values)
+    if len(keyed) == 0:
+        control.meanvalue.influence = 1.0
+
+
+def _animate(control, targets, frames, rest, ramp):
     present = ~np.isnan(targets).any(axis=1)
     actions.write_vector(control, "location", frames[present], targets[present])
-    takes.write_presence(control, present, frames)
+    write_influence(control, present, frames, ramp)
     control.location = targets[int(present.argmax())] if present.any() else rest
 
 

@@ -30,8 +30,8 @@ class MatchInput:
     recognition  how the names of the markers were known, in words
     fixed      {marker: vertex} to be kept; picked  those of them that were picked by hand
     to_object  4 x 4 from the markers' world to the object's space, to be kept, or None: as `align` says
-    align, pose_limbs, mode, spline_seconds, rigid_seconds, cutoff_hz  as in MEANVALUE_PG_capture; cutoff_hz is None
-               without a filter
+    align, pose_limbs, use_cuffs, mode, spline_seconds, rigid_seconds, cutoff_hz  as in MEANVALUE_PG_capture; cutoff_hz
+               is None without a filter
     notes      sentences
     """
 
@@ -48,6 +48,7 @@ class MatchInput:
     to_object: np.ndarray | None
     align: str
     pose_limbs: bool
+    use_cuffs: bool
     mode: str
     spline_seconds: float
     rigid_seconds: float
@@ -92,6 +93,7 @@ def _read(obj, fixed, picked, to_object):
         to_object=to_object,
         align=capture.align,
         pose_limbs=capture.pose_limbs and capture.align != 'NONE',
+        use_cuffs=capture.use_cuffs,
         mode=capture.mode,
         spline_seconds=capture.spline_seconds,
         rigid_seconds=capture.rigid_seconds,

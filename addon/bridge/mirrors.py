@@ -75,9 +75,14 @@ def on_both_sides(obj, freedom, twins_of_planes):
     return np.minimum(freedom, other_side) if obj.meanvalue.roi_invert else np.maximum(freedom, other_side)
 
 
+def partners(obj, rest, corners, starts):
+    """n int32: the image of each vertex across the plane of Symmetric, -1 for none; None where it is off."""
+    return None if obj.meanvalue.symmetric == 'NONE' else twins.find(rest, corners, starts, _symmetric_row(obj))
+
+
 def unpaired(obj, rest, corners, starts):
     """Indices of the vertices that have no mirror image across the plane of Symmetric."""
-    return np.flatnonzero(twins.find(rest, corners, starts, _symmetric_row(obj)) < 0)
+    return np.flatnonzero(partners(obj, rest, corners, starts) < 0)
 
 
 def _read(obj):

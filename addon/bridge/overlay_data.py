@@ -14,25 +14,33 @@ import numpy as np
 
 from .. import compat
 from ..core import bind_input, tinted_faces
-from . import mesh_arrays, object_model, rig_space, shape_keys, shared_readings, targets
+from . import mesh_arrays, mirrors, object_model, rig_space, shape_keys, shared_readings, targets
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
     """Points and faces to draw, in object space.
 
-    points  k x 3 float32, colors  k x 4 float32: the anchors of all enabled handles
-    tint    p x 3 float32, corners q x 3 int32 into it: the region's faces; none if no region is set
+    points  k x 3 float32, colors  k x 4 float32: the anchors of all enabled handles, with Symmetric on both sides
+    tint    p x 3 float32, freedom p float32, corners q x 3 int32 into them: the region's faces, and how freely their
+            vertices move, 0 to 1; none if no region is set
     """
 
     points: np.ndarray
     colors: np.ndarray
     tint: np.ndarray
+    freedom: np.ndarray
     corners: np.ndarray
 
 
 #: Until the mesh is read.
-NOTHING = Look(*(np.empty((0, width), kind) for width, kind in ((3, "f4"), (4, "f4"), (3, "f4"), (3, "i4"))))
+NOTHING = Look(
+    points=np.empty((0, 3), np.float32),
+    colors=np.empty((0, 4), np.float32),
+    tint=np.empty((0, 3), np.float32),
+    freedom=np.empty(0, np.float32),
+    corners=np.empty((0, 3), np.int32),
+)
 
 
 @dataclass(eq=False)
@@ -42,6 +50,7 @@ class _Known:
     anchors: np.ndarray  # k int32
     pieces: np.ndarray  # k int32: number of the enabled handle
     tint_vertices: np.ndarray  # p int32
+    tint_freedom: np.ndarray  # p float32
     tint_corners: np.ndarray  # q x 3 int32
     look: Look | None = None
     look_positions: np.ndarray | None = None  # n x 3 float32, what `look` was made of
@@ -82,15 +91,28 @@ def _read(obj, stamp, reading):
     region = obj.meanvalue.roi_group
     members = reading.members
     anchors, pieces = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
+    twins = mirrors.partners(obj, shape_keys.rest_positions(obj.data), *reading.faces)
+    anchors, pieces = _on_both_sides(anchors, pieces, twins)
+    vertices, corners, freedom = np.empty(0, np.int32), np.empty((0, 3), np.int32), np.empty(0)
     if region in members:
         freedom = bind_input.region_weights(
             len(obj.data.vertices), members[region], reading.region_weights, obj.meanvalue.roi_invert
         )
+        freedom = mirrors.on_both_sides(obj, freedom, None if twins is None else twins[None])
         triangles = mesh_arrays.shown_triangles(obj.data)
         vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, freedom > 0.0)
-    else:
-        vertices, corners = np.empty(0, np.int32), np.empty((0, 3), np.int32)
-    return _Known(stamp, len(obj.data.vertices), anchors, pieces, vertices, corners)
+    return _Known(
+        stamp, len(obj.data.vertices), anchors, pieces, vertices, freedom[vertices].astype(np.float32), corners
+    )
+
+
+def _on_both_sides(anchors, pieces, twins):
+    """Anchors and the numbers of their handles, with the images that have no handle of their own."""
+    if twins is None:
+        return anchors, pieces
+    images = twins[anchors]
+    is_more = (images >= 0) & ~np.isin(images, anchors)
+    return np.append(anchors, images[is_more]), np.append(pieces, pieces[is_more])
 
 
 def _look(known, positions, colors):
@@ -98,6 +120,7 @@ def _look(known, positions, colors):
         points=positions[known.anchors],
         colors=np.array(colors, np.float32).reshape(-1, 4)[known.pieces],
         tint=positions[known.tint_vertices],
+        freedom=known.tint_freedom,
         corners=known.tint_corners,
     )
 

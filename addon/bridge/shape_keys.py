@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import compat, ids
 from ..core.bind_input import require_finite
+from ..core.language import translated
 from ..errors import SceneError
 from . import mesh_arrays
 
@@ -39,16 +40,18 @@ def rest_positions(mesh):
 def pose_problem(obj):
     """Why the active shape key cannot give the targets, or None. Cheap enough for drawing."""
     keys = obj.data.shape_keys
-    advice = "Press Add Pose Key and move the vertices of handles in that key, in Edit Mode"
     if keys is None:
-        return f"There is no shape key to take the targets from. {advice}"
+        return translated(
+            "There is no shape key to take the targets from. Press Add Pose Key and move the vertices of handles in "
+            "that key, in Edit Mode"
+        )
     if not keys.use_relative:
         return ABSOLUTE
     active = obj.active_shape_key
     if active is None or active == keys.reference_key:
-        return (
-            f"The active shape key is the rest shape itself, so nothing is posed. {advice}, "
-            "or choose the key that poses them"
+        return translated(
+            "The active shape key is the rest shape itself, so nothing is posed. Press Add Pose Key and move the "
+            "vertices of handles in that key, in Edit Mode, or choose the key that poses them"
         )
     return None
 

@@ -12,6 +12,28 @@ from .bake_times import named
 WORST_COUNT = 5
 
 
+def with_frames(former, frames):
+    """The frames of an earlier report with `frames` (as of BakeReport.content()) in the place of their own.
+
+    What of `former` is no such list, or is no frame, is left out: the file is the artist's to write to.
+    """
+    new = {each["frame"] for each in frames}
+    kept = [each for each in former if _is_frame(each)] if isinstance(former, list) else []
+    return sorted([*(each for each in kept if each["frame"] not in new), *frames], key=lambda each: each["frame"])
+
+
+def _is_frame(value):
+    return (
+        isinstance(value, dict)
+        and _is_number(value.get("frame"))
+        and all(value.get(name) is None or _is_number(value[name]) for name in ("energy", "distance"))
+    )
+
+
+def _is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e300
+
+
 @dataclass(frozen=True, eq=False)
 class BakeReport:
     """Of f frames.

@@ -7,8 +7,14 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import SceneError
-from . import fixed_points, mirroring, springs, wording
+from . import fixed_points, springs, welding, wording
 from .fingerprint import Fingerprint, digest
+
+#: What becomes of parts that nothing holds, unless it is said.
+FOLLOW = "follow"
+
+#: Of the mesh's size: vertices that are farther apart are not the two sides of an open seam.
+MOST_MERGED = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +37,8 @@ class BindInput:
                   stand at right angles to each other
     twins         p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where
                   the image is a vertex that the mesh does not have. None if there are no planes
+    loose         what becomes of parts that nothing holds: 'follow' others, or 'stay'
+    merge_distance  vertices so near to each other are one to the solver; 0: none are
     """
 
     rest: np.ndarray
@@ -47,6 +55,8 @@ class BindInput:
     border_strengths: np.ndarray | None = None
     planes: np.ndarray | None = None
     twins: np.ndarray | None = None
+    loose: str = FOLLOW
+    merge_distance: float = 0.0
 
     @cached_property
     def fingerprint(self):
@@ -61,14 +71,20 @@ class BindInput:
                 *([] if self.strengths is None else [self.strengths]),
             ),
             roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
-            settings=digest(f"method={self.method} rigidity={self.rigidity}"),
+            settings=digest(f"method={self.method} rigidity={self.rigidity}{self._unusual}"),
             mirror="" if self.planes is None else digest(self.planes, self.twins),
         )
 
+    @property
+    def _unusual(self):
+        """Of settings that came later: nothing where they are as they were before."""
+        loose = "" if self.loose == FOLLOW else f" loose={self.loose}"
+        return loose + (f" merge={self.merge_distance!r}" if self.merge_distance > 0.0 else "")
+
     @cached_property
     def whole(self):
-        """What goes to the solver, see core.mirroring."""
-        return mirroring.of(self)
+        """What goes to the solver, see core.welding and core.mirroring."""
+        return welding.of(self)
 
     @cached_property
     def hard_anchors(self):
@@ -121,6 +137,11 @@ class BindInput:
         if len(self.face_starts) == 0:
             raise SceneError("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
         require_finite(self.rest, "rest shape")
+        if self.merge_distance > MOST_MERGED * self.diagonal:
+            raise SceneError(
+                f"The Merge Distance {self.merge_distance:g} is more than {wording.share(MOST_MERGED)} of the mesh's "
+                f"size ({self.diagonal:g}), and would merge what is no seam. Choose a smaller one (Advanced > Solver)"
+            )
         outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
         if outside:
             raise SceneError(

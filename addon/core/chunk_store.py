@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import DamagedCacheError, IncompleteCacheError
 from . import frame_ranges, point_cache, whole_files
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 class ChunkStore:
@@ -51,7 +51,7 @@ class ChunkStore:
             "vertices": self.vertices,
             "report": report,
         }
-        write_json(path.with_suffix(".json"), marker)
+        write_checked_json(path.with_suffix(".json"), marker)
 
     def has(self, frames):
         """Whether each of `frames` is in a chunk."""
@@ -74,7 +74,7 @@ class ChunkStore:
             file.write(header.packed())
             done = 0
             for name, frames in self._stretches(where):
-                marker = self._read_marker(self.folder / f"{name}.json")
+                marker = self._require_marker(name)
                 own = frame_ranges.parse(marker["frames"])
                 begin = own.index(frames[0])
                 self._copy_checked(name, marker, (begin, begin + len(frames)), file)
@@ -91,7 +91,7 @@ class ChunkStore:
         where = self._require_all()
         reports = {}
         for name, frames in self._stretches(where):
-            marker = self._read_marker(self.folder / f"{name}.json")
+            marker = self._require_marker(name)
             first = frame_ranges.parse(marker["frames"]).index(frames[0])
             for what, values in marker["report"].items():
                 reports.setdefault(what, []).extend(values[first : first + len(frames)])
@@ -164,10 +164,16 @@ class ChunkStore:
                 found.append((where[frame], [frame]))
         return found
 
+    def _require_marker(self, name):
+        """Of a chunk that was there a moment ago. @throws IncompleteCacheError."""
+        marker = self._read_marker(self.folder / f"{name}.json")
+        if marker is None:
+            raise IncompleteCacheError(f"A part of the bake, {name}, is gone from {self.folder} meanwhile. Bake again")
+        return marker
+
     def _read_marker(self, path):
-        marker = read_json(path)
-        is_marker = marker is not None and {"key", "frames", "bytes", "sha256", "vertices", "report"} <= marker.keys()
-        return marker if is_marker and marker.get("schema") == SCHEMA else None
+        marker = read_checked_json(path)
+        return marker if marker is not None and marker.get("schema") == SCHEMA else None
 
     def _path(self, frames):
         """By the frames alone, so that whoever bakes the same frames writes the same file."""
@@ -189,7 +195,7 @@ class _Rows:
     def __getitem__(self, row):
         name = self._where[row]
         if name != self._name:
-            marker = self._store._read_marker(self._store.folder / f"{name}.json")
+            marker = self._store._require_marker(name)
             self._numbers = {frame: k for k, frame in enumerate(frame_ranges.parse(marker["frames"]))}
             path = self._store.folder / f"{name}.pc2"
             shape = (len(self._numbers), self._store.vertices, 3)
@@ -205,11 +211,27 @@ def write_json(path, value):
         file.write(json.dumps(value, indent=None, allow_nan=True).encode())
 
 
+def write_checked_json(path, value):
+    """As write_json(), with a checksum of the rest in it. @throws CacheError."""
+    write_json(path, {**value, "checksum": _checksum(value)})
+
+
+def read_checked_json(path):
+    """A dict as write_checked_json() wrote it; None if there is none, or one that anything else has written to."""
+    value = read_json(path)
+    checksum = None if value is None else value.pop("checksum", None)
+    return value if value is not None and checksum == _checksum(value) else None
+
+
+def _checksum(value):
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
 def read_json(path):
     """A dict, or None if there is none that can be read."""
     try:
         value = json.loads(pathlib.Path(path).read_bytes())
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError, MemoryError):
         return None
     return value if isinstance(value, dict) else None
 

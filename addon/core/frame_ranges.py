@@ -8,21 +8,27 @@ from ..errors import SceneError
 _PART = re.compile(r"\s*(-?\d+)\s*(?:(?:-|\.\.)\s*(-?\d+)\s*)?")
 
 #: More frames than this are a slip of the pen.
-MOST_FRAMES = 10_000_000
+MOST_FRAMES = 1_000_000
+_MOST_DIGITS = 12
 
 
-def parse(text):
-    """Frames, ascending, each once. @throws SceneError."""
+def parse(text, most=MOST_FRAMES):
+    """Frames, ascending, each once. @throws SceneError, also for more than `most` of them."""
     frames = set()
     for part in text.split(","):
         match = _PART.fullmatch(part)
         if match is None:
             raise SceneError(f"'{part.strip()}' in '{text}' is no frame and no range. Write 1-200, or 1-3,10,11")
+        if max(map(len, filter(None, match.groups()))) > _MOST_DIGITS:
+            raise SceneError(f"'{text[:60]}' has a number that is no frame's. Write 1-200, or 1-3,10,11")
         first, last = int(match[1]), int(match[2] if match[2] is not None else match[1])
         if last < first:
             raise SceneError(f"The range '{part.strip()}' ends before it begins. Write {last}-{first}")
-        if last - first >= MOST_FRAMES:
-            raise SceneError(f"The range '{part.strip()}' has {last - first + 1:,} frames. Write a shorter one")
+        if len(frames) + last - first >= most:
+            raise SceneError(
+                f"The range '{part.strip()}' has {last - first + 1:,} frames, at most {most:,} are taken in all. Write "
+                "a shorter one"
+            )
         frames.update(range(first, last + 1))
     return sorted(frames)
 

@@ -54,6 +54,11 @@ class AsItIs:
     def triangles(self, triangles):
         return triangles
 
+    @property
+    def places(self):
+        """n int: which vertex of the whole each is."""
+        return np.arange(len(self._of.rest))
+
     def without_images(self, summary):
         return summary
 
@@ -192,6 +197,11 @@ class Mirrored:
         for image in self._images:
             held[image[self._of.is_held]] = True
         return self.rest[held]
+
+    @property
+    def places(self):
+        """n int: which vertex of the whole each is."""
+        return self._images[0]
 
     @cached_property
     def diagonal(self):

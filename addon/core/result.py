@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import wording
+from .language import translated
 
 
 def compose(bind_input, targets, solved):
@@ -32,7 +33,9 @@ def pose_warnings(bind_input, targets, pose=None):
     """
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
-        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+        yield translated(
+            "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+        )
     yield from torn_notes(bind_input, targets)
     if pose is None:
         return
@@ -71,12 +74,20 @@ class BindSummary:
     free_count: int
     unheld_part_count: int
     seconds: float
+    following_part_count: int = 0
 
     def text(self):
-        return (
-            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, "
-            f"{self.free_count:,} free, {wording.seconds(self.seconds)}"
+        text = translated(
+            "{vertices}, {held} held, {free} free, {seconds}",
+            vertices=wording.vertices(self.vertex_count),
+            held=f"{self.anchor_count:,}",
+            free=f"{self.free_count:,}",
+            seconds=wording.seconds(self.seconds),
         )
+        following = self.following_part_count
+        if following == 0:
+            return text
+        return f"{text}, {wording.counted(following, 'loose part')} {'follows' if following == 1 else 'follow'}"
 
     def notes(self):
         """Sentences for what is unusual, none of it an error."""
@@ -84,7 +95,7 @@ class BindSummary:
             yield (
                 f"{wording.counted(self.unheld_part_count, 'part')} of the mesh "
                 f"{'has' if self.unheld_part_count == 1 else 'have'} fewer than three fixed points that are not in one "
-                f"line and {'stays' if self.unheld_part_count == 1 else 'stay'} in place. Pin three vertices of each"
+                "line: without any it stays in place, with one or two it hardly turns. Pin three vertices of each"
             )
 
     @classmethod
@@ -94,8 +105,13 @@ class BindSummary:
             vertex_count=int(report.vertex_count),
             anchor_count=int(report.anchor_count) - border_count,
             free_count=int(report.free_count),
-            unheld_part_count=sum(1 for part in report.components if part.free_count and part.undetermined),
+            unheld_part_count=sum(
+                1
+                for part, carrier in zip(report.components, report.carriers, strict=True)
+                if part.free_count and part.undetermined and carrier < 0
+            ),
             seconds=float(sum(report.timings.values())),
+            following_part_count=sum(1 for carrier in report.carriers if carrier >= 0),
         )
 
 
@@ -136,8 +152,14 @@ class SolveSummary:
     stop_reason: str
 
     def text(self):
-        iterations = wording.counted(self.iterations, "iteration")
-        return f"{iterations}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
+        one = self.iterations == 1
+        count = f"{self.iterations:,}"
+        return translated(
+            "{iterations}, energy {energy}, {seconds}",
+            iterations=translated("1 iteration") if one else translated("{count} iterations", count=count),
+            energy=f"{self.energy:.3g}",
+            seconds=wording.seconds(self.seconds),
+        )
 
     def notes(self):
         if not self.converged:

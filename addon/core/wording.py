@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers and names as messages show them."""
 
+from . import line_breaks
+from .language import translated
+
 
 def counted(count, singular, plural=None):
     """`counted(1, "face")` is "1 face", `counted(1200, "vertex", "vertices")` is "1,200 vertices"."""
@@ -9,7 +12,7 @@ def counted(count, singular, plural=None):
 
 
 def vertices(count):
-    return counted(count, "vertex", "vertices")
+    return translated("1 vertex") if count == 1 else translated("{count} vertices", count=f"{count:,}")
 
 
 def seconds(value):
@@ -54,8 +57,9 @@ def quoted(names, limit=3):
 
 
 def sentence(text):
-    """First letter in upper case, the rest untouched, one full stop."""
-    return first_upper(text).rstrip(".") + "."
+    """First letter in upper case, the rest untouched, one full stop, as the script has it."""
+    text = first_upper(text).rstrip(".。")
+    return text + ("。" if line_breaks.is_wide(text[-1:]) else ".")
 
 
 def first_upper(text):
@@ -63,20 +67,18 @@ def first_upper(text):
     return text[:1].upper() + text[1:]
 
 
-#: What the native solver calls its stages, for artists.
-STAGES = {
-    "": "starting",
-    "encode": "describing the shape",
-    "order": "preparing the solver",
-    "analyse": "preparing the solver",
-    "cells": "comparing the shapes",
-    "blend": "mixing the shapes",
-    "build hierarchy": "simplifying the mesh",
-    "coarse level": "preparing the simplified mesh",
-    "factor": "preparing the solver",
-    "solve": "finding the pose",
-}
-
-
 def stage(name):
-    return STAGES.get(name, name)
+    """What the native solver calls one of its stages, for artists."""
+    stages = {
+        "": translated("starting"),
+        "encode": translated("describing the shape"),
+        "order": translated("preparing the solver"),
+        "analyse": translated("preparing the solver"),
+        "cells": translated("comparing the shapes"),
+        "blend": translated("mixing the shapes"),
+        "build hierarchy": translated("simplifying the mesh"),
+        "coarse level": translated("preparing the simplified mesh"),
+        "factor": translated("preparing the solver"),
+        "solve": translated("finding the pose"),
+    }
+    return stages.get(name, name)

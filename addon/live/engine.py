@@ -5,7 +5,6 @@ Nothing of Blender's is held: objects are known by what tells them apart while t
 """
 
 import contextlib
-import traceback
 
 import bpy
 
@@ -15,6 +14,7 @@ from . import render_notes, updates
 from .follower import Follower, identity
 from .mix_follower import MixFollower
 from .states import TICK_SECONDS
+from .telling import reporting
 
 #: How often it is looked whether there is anything to tell, while nothing is to be done: a render cannot call a timer.
 REST_SECONDS = 0.5
@@ -43,7 +43,7 @@ def scene_updated(depsgraph):
 def frame_changed(depsgraph):
     if depsgraph.mode == 'RENDER':
         for obj, follower in _live_objects() if _is_rendering else ():
-            with _reporting(follower):
+            with reporting(follower):
                 render_notes.look(identity(obj), obj, depsgraph)
         return
     _notice_end_of_rendering()
@@ -77,7 +77,7 @@ def follow_all():
         return
     with _updating():
         for obj, follower in _objects_in_charge():
-            with _reporting(follower):
+            with reporting(follower):
                 if bpy.app.background:
                     follower.finish(obj)
                 else:
@@ -239,26 +239,6 @@ def _objects_in_charge():
             follower.give_way(writer)
 
 
-class _reporting:  # noqa: N801  reads as a function
-    """Context manager: an error that nobody foresaw ends the work on one object alone, and is told."""
-
-    def __init__(self, follower):
-        self._follower = follower
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, _kind, error, _trace):
-        if not isinstance(error, Exception):
-            return False
-        traceback.print_exception(error)
-        self._follower.give_up(
-            f"the add-on failed ({type(error).__name__}: {error}). Please report this with the text in the system "
-            "console; turn Live off and on to go on"
-        )
-        return True
-
-
 def _notice_end_of_rendering():
     """A render that fails to start never tells that it ended."""
     if _is_rendering and (bpy.app.background or not bpy.app.is_job_running('RENDER')):
@@ -289,7 +269,7 @@ def _tick():
     looks, _has_missed = _has_missed, False
     with _updating():
         for obj, follower in _objects_in_charge():
-            with _reporting(follower):
+            with reporting(follower):
                 waits.append(follower.tick(obj, looks))
     if _has_missed and waits:
         waits.append(TICK_SECONDS)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import mix_session
 from ..bridge import mix_layers, object_model, scene_input
+from ..core.language import translated
 from .following import Following
 from .states import NotReadyError, State
 
@@ -17,13 +18,19 @@ class MixFollower(Following):
     """What is read is a MixInput, what is wanted the values of the sliders; a draft is SHOWN, a mix SETTLED."""
 
     CAUGHT_UP = frozenset({State.SETTLED, State.CHECKING})
-    NAME = "Mixing"
-    WHAT_IS_READ = "the shape keys"
     LOOKS_ALWAYS = True
 
     def __init__(self, obj, hears_itself):
         self._reading = None
         super().__init__(obj, hears_itself)
+
+    @property
+    def name_shown(self):
+        return translated("Mixing")
+
+    @property
+    def reading_text(self):
+        return translated("Mixing: reading the shape keys")
 
     def look_again(self):
         super().look_again()

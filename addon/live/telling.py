@@ -1,18 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a follower tells of itself."""
 
+import traceback
+
 from ..core import wording
+from ..core.language import translated
 from .states import State
 
 
 class Telling:
     """Mix-in of Following."""
 
-    NAME = "Live"
-    WHAT_IS_READ = "the mesh"
-
     #: States in which the mesh shows where the controls are.
     CAUGHT_UP = frozenset({State.SHOWN, State.SETTLING, State.SETTLED, State.CHECKING})
+
+    @property
+    def name_shown(self):
+        """What it is called in the panel, and here."""
+        return translated("Live")
+
+    @property
+    def reading_text(self):
+        return translated("Live: reading the mesh")
 
     @property
     def is_caught_up(self):
@@ -41,18 +50,43 @@ class Telling:
     @property
     def text(self):
         """For the panel."""
+        name = self.name_shown
         if self.problem:
-            return wording.sentence(f"{self.NAME} is waiting: {self.problem}")
+            return wording.sentence(translated("{name} is waiting: {problem}", name=name, problem=self.problem))
         if self.state is State.READING:
-            return f"{self.NAME}: reading {self.WHAT_IS_READ}"
+            return self.reading_text
         if self.state is State.BINDING:
             stage, share = self._job.progress if self._job is not None else ("", 0.0)
-            return f"{self.NAME}: binding, {wording.stage(stage)}, {share:.0%}"
+            stage, share = wording.stage(stage), f"{share:.0%}"
+            return translated("{name}: binding, {stage}, {share}", name=name, stage=stage, share=share)
         if self.state is State.SOLVING:
-            return f"{self.NAME}: solving"
-        speed = f"{self.NAME}: {wording.seconds(self.solve_seconds)} a solve" if self.solve_seconds else self.NAME
+            return translated("{name}: solving", name=name)
+        speed = name
+        if self.solve_seconds:
+            seconds = wording.seconds(self.solve_seconds)
+            speed = translated("{name}: {seconds} a solve", name=name, seconds=seconds)
         return " ".join(wording.sentence(each) for each in (speed, *self._notes()))
 
     def _notes(self):
         """What the artist may not expect of what is shown, in sentences."""
         return ()
+
+
+class reporting:  # noqa: N801  reads as a function
+    """Context manager: an error that nobody foresaw ends the work on one object alone, and is told."""
+
+    def __init__(self, follower):
+        self._follower = follower
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, _kind, error, _trace):
+        if not isinstance(error, Exception):
+            return False
+        traceback.print_exception(error)
+        self._follower.give_up(
+            f"the add-on failed ({type(error).__name__}: {error}). Please report this with the text in the system "
+            "console; turn Live off and on to go on"
+        )
+        return True

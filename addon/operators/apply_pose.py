@@ -5,6 +5,7 @@ import bpy
 
 from ..bridge import bound_record, controls, scene_input, shape_keys, targets
 from ..core import wording
+from ..core.language import translated
 from ..live import engine
 from .settled import SettledOperator
 
@@ -26,4 +27,4 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         if carried:
             keys = wording.counted(len(carried), "shape key")
             notes.append(f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}")
-        return "The pose is the rest shape now. The mesh is bound again when it is posed", notes
+        return translated("The pose is the rest shape now. The mesh is bound again when it is posed"), notes

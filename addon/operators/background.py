@@ -8,6 +8,7 @@ import bpy
 from .. import compat
 from ..bridge import scene_input
 from ..core import wording
+from ..core.language import translated
 from ..errors import CancelledError, MeanValueError, SceneError
 from ..workers import interrupts
 from ..workers.job import Job, run
@@ -24,8 +25,6 @@ INTERRUPT_SECONDS = 0.2
 
 #: Work that is done sooner is waited for: no progress bar flickers up, and the result is there at once.
 PATIENCE_SECONDS = 0.15
-
-CANCELLED = "Cancelled. Nothing was changed"
 
 #: What the artist may do meanwhile: look around.
 VIEW_EVENTS = {
@@ -84,7 +83,7 @@ class BackgroundOperator(MeshOperator):
 
     def stopped(self):
         """What is said when it was stopped."""
-        return CANCELLED
+        return translated("Cancelled. Nothing was changed")
 
     def run(self, obj):
         self._remember_object(obj)

@@ -18,11 +18,12 @@ from .background import BackgroundOperator
 
 
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
-    """Solve every frame of the animated handles, or of the sliders of rotation-aware keys, and keep the result, as a
-    point cache or as shape keys"""
-
     bl_idname = "meanvalue.bake"
     bl_label = "Bake"
+    bl_description = (
+        "Solve every frame of the animated handles, or of the sliders of rotation-aware keys, and keep the "
+        "result, as a point cache or as shape keys"
+    )
     doing = "Baking"
 
     #: What is not given is taken from the object's settings.

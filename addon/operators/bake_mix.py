@@ -12,11 +12,12 @@ from .background import BackgroundOperator
 
 
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
-    """Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and play
-    without the add-on"""
-
     bl_idname = "meanvalue.bake_mix"
     bl_label = "Bake Mix"
+    bl_description = (
+        "Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and "
+        "play without the add-on"
+    )
     doing = "Baking the mix of"
 
     _prepared = None

@@ -2,20 +2,24 @@
 """What all operators share: what they work on, when they are available, and how they report."""
 
 from ..bridge import scene_input
-from ..core import wording
+from ..core import last_message, wording
 from ..errors import CancelledError, MeanValueError
 
 
 class Reporting:
     """Mix-in: how operators tell what they did, and why they did nothing."""
 
+    def say(self, level, text):
+        last_message.remember(text)
+        self.report({level}, text)
+
     def refuse(self, error):
-        self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))
+        self.say('INFO' if isinstance(error, CancelledError) else 'ERROR', wording.sentence(str(error)))
         return {'CANCELLED'}
 
     def tell(self, message, warnings):
         text = " ".join(wording.sentence(part) for part in (message, *warnings))
-        self.report({'WARNING' if warnings else 'INFO'}, text)
+        self.say('WARNING' if warnings else 'INFO', text)
         return {'FINISHED'}
 
 

@@ -3,8 +3,9 @@
 
 import bpy
 
-from ..bridge import bound_record, controls, targets
-from ..core import fingerprint, result
+from ..bridge import bound_record, controls, mesh_arrays, targets
+from ..core import fingerprint, mesh_problems, result
+from ..core.language import translated
 from ..workers.posing import Posing
 from .background import BackgroundOperator
 
@@ -26,9 +27,16 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
                     controls.hold_as_shown(obj, line, controls.shown_move(obj, line))
         posing.record(obj)
         report = posing.binding.deformer.report
-        notes = [*result.guarded_notes(report), *result.size_notes(report)]
-        message = ". ".join([f"Bound {posing.binding.summary.text()}", *notes])
+        notes = [*problem_notes(obj, posing.bind_input), *result.guarded_notes(report), *result.size_notes(report)]
+        bound = translated("Bound {summary}", summary=posing.binding.summary.text())
+        message = ". ".join([bound, *notes])
         return message, list(posing.binding.summary.notes())
+
+
+def problem_notes(obj, bind_input):
+    """A sentence that counts what is unusual about the mesh, if anything is."""
+    triangles = mesh_arrays.triangles(obj.data, bind_input.rest)
+    return mesh_problems.text(mesh_problems.find(bind_input.rest, triangles))
 
 
 def _has_other_rest_shape(obj, posing):

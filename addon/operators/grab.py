@@ -8,6 +8,7 @@ from mathutils import Vector
 from .. import compat, ids
 from ..bridge import controls, handle_lines, scene_input
 from ..bridge.grip import Grip, radius
+from ..core.language import translated
 from ..errors import MeanValueError, SceneError
 from ..live import engine
 from . import keyframe_handles
@@ -182,7 +183,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     def _click(self, obj):
         index = obj.meanvalue.anchor_groups.find(self.handle)
         if index < 0:
-            self.report({'INFO'}, "Press and drag to grab the mesh here; Shift-click pins it.")
+            self.say('INFO', translated("Press and drag to grab the mesh here; Shift-click pins it."))
             return {'CANCELLED'}
         line = obj.meanvalue.anchor_groups[index]
         obj.meanvalue.active_anchor_group = index
@@ -235,9 +236,12 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
 def _outcome(obj, grip):
     """(message, [notes])."""
     line = grip.line(obj)
-    made = f"Handle '{line.name}' made" if grip.is_new else f"Handle '{line.name}' moved"
+    if grip.is_new:
+        message = translated("Handle '{name}' made. Drag it again, or press elsewhere for another one", name=line.name)
+    else:
+        message = translated("Handle '{name}' moved. Drag it again, or press elsewhere for another one", name=line.name)
     notes = list(grip.notes(obj))
     live = engine.status(obj)
     if live is not None and live[1]:
         notes.append(live[0])
-    return f"{made}. Drag it again, or press elsewhere for another one", notes
+    return message, notes

@@ -16,14 +16,7 @@ from .base import Reporting
 FROM_FILE = 'FILE'
 
 #: Metres for one unit of the file.
-UNITS = (
-    (FROM_FILE, "From File", "As the file says", None),
-    ('METRES', "Metres", "The file counts in metres", 1.0),
-    ('CENTIMETRES', "Centimetres", "The file counts in centimetres", 0.01),
-    ('MILLIMETRES', "Millimetres", "The file counts in millimetres", 0.001),
-    ('INCHES', "Inches", "The file counts in inches", 0.0254),
-    ('FEET', "Feet", "The file counts in feet", 0.3048),
-)
+METRES = {'METRES': 1.0, 'CENTIMETRES': 0.01, 'MILLIMETRES': 0.001, 'INCHES': 0.0254, 'FEET': 0.3048}
 
 
 class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
@@ -41,13 +34,20 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
     up_axis: bpy.props.EnumProperty(
         name="Up Axis",
         description="Which axis of the file points up",
-        items=[(FROM_FILE, "From File", "As the file says")] + [(axis, axis, "") for axis in readers.UP_AXES],
+        items=[(FROM_FILE, "From File", "As the file says"), *((axis, axis, "") for axis in readers.UP_AXES)],
         default=FROM_FILE,
     )
     unit: bpy.props.EnumProperty(
         name="Unit",
         description="What the file counts lengths in",
-        items=[(name, label, text) for name, label, text, _ in UNITS],
+        items=(
+            (FROM_FILE, "From File", "As the file says"),
+            ('METRES', "Metres", "The file counts in metres"),
+            ('CENTIMETRES', "Centimetres", "The file counts in centimetres"),
+            ('MILLIMETRES', "Millimetres", "The file counts in millimetres"),
+            ('INCHES', "Inches", "The file counts in inches"),
+            ('FEET', "Feet", "The file counts in feet"),
+        ),
         default=FROM_FILE,
     )
     scale: bpy.props.FloatProperty(
@@ -89,7 +89,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         _go_on_with(context, collections)
         lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
         for line in lines[:-1]:
-            self.report({'INFO'}, wording.sentence(line))
+            self.say('INFO', wording.sentence(line))
         empty = [note for pair in zip(read, frames, strict=True) for note in self._empty_ends(*pair)]
         return self.tell(lines[-1], [*empty, *_notes(context.scene, read, self.time)])
 
@@ -112,7 +112,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
 
     def _read(self):
         """The Takes of all files, before anything is made. @throws MotionFileError, SceneError."""
-        unit = next(metres for name, _, _, metres in UNITS if name == self.unit)
+        unit = METRES.get(self.unit)
         up_axis = None if self.up_axis == FROM_FILE else self.up_axis
         try:
             read = [readers.read(path, up_axis=up_axis, unit=unit) for path in self._paths()]

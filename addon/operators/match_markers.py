@@ -3,7 +3,16 @@
 
 import bpy
 
-from ..bridge import marker_handles, marker_pairs, match_input, scene_input, shape_keys, targets, vertex_groups
+from ..bridge import (
+    cuff_handles,
+    marker_handles,
+    marker_pairs,
+    match_input,
+    scene_input,
+    shape_keys,
+    targets,
+    vertex_groups,
+)
 from ..core import wording
 from ..errors import SceneError
 from ..workers import marker_matching
@@ -27,6 +36,7 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
 
     def _write(self, obj, matched):
         marker_handles.carry_all(obj, matched)
+        cuff_handles.carry_all(obj, matched)
         notes = [*matched.notes, *_shared(obj, matched)]
         try:
             scene_input.gather(obj)
@@ -64,6 +74,7 @@ def _account(obj, matched):
     filled = [f"{wording.share(share)} {how}" for how, share in matched.filled.items() if share]
     if filled:
         parts.append(f"Of the samples {wording.listed(filled)}")
+    parts += matched.told_of_cuffs
     if not obj.meanvalue.live and not obj.meanvalue.baked.target:
         parts.append("To see the mesh follow, press Live, or Bake")
     return ". ".join(parts)

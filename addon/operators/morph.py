@@ -65,11 +65,12 @@ class _FromObject(MeshOperator):
 
 
 class MEANVALUE_OT_morph(_FromObject, bpy.types.Operator):
-    """Take the shape of the other selected mesh as a shape key with a slider that turns instead of shrinking.
-    Both need the same faces"""
-
     bl_idname = "meanvalue.morph"
     bl_label = "Morph"
+    bl_description = (
+        "Take the shape of the other selected mesh as a shape key with a slider that turns instead of shrinking. "
+        "Both need the same faces"
+    )
 
 
 class MEANVALUE_OT_blend_part(_FromObject, bpy.types.Operator):

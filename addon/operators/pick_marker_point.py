@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import marker_handles, marker_pairs, match_input, scene_input
+from ..bridge import cuff_handles, marker_handles, marker_pairs, match_input, scene_input
 from ..core import wording
 from ..errors import MeanValueError, SceneError
 from ..workers import marker_matching
@@ -54,7 +54,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             if found is not None:
                 vertex = under_mouse.vertex_under(obj, *found)
                 if vertex is None:
-                    self.report({'INFO'}, f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
+                    self.say('INFO', f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
                 else:
                     self.vertex = vertex
                     self._stop(context)
@@ -88,6 +88,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             matched = marker_matching.find(given, only=None if moves_all else name)
             if moves_all:
                 marker_handles.carry_all(obj, matched)
+                cuff_handles.carry_all(obj, matched)
             elif name in matched.names:
                 marker_handles.carry(obj, matched, matched.names.index(name))
         pair = obj.meanvalue.capture.pairs[name]

@@ -13,11 +13,12 @@ from .base import MeshOperator
 
 
 class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
-    """Click a point of the mesh, then the same point of the other one, and so on until Enter. Begin with the ends:
-    head, hands, feet, finger tips"""
-
     bl_idname = "meanvalue.pick_wrap_pairs"
     bl_label = "Pick Pairs"
+    bl_description = (
+        "Click a point of the mesh, then the same point of the other one, and so on until Enter. Begin with the "
+        "ends: head, hands, feet, finger tips"
+    )
 
     target: bpy.props.StringProperty(
         name="Onto",
@@ -59,7 +60,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
                 try:
                     self._click(obj, target, found)
                 except MeanValueError as error:  # said, and the artist clicks again
-                    self.report({'WARNING'}, wording.sentence(str(error)))
+                    self.say('WARNING', wording.sentence(str(error)))
                     self.vertex = -1
                 self._tell_next(context)
             return {'RUNNING_MODAL'}
@@ -90,7 +91,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
             return
         place = under_mouse.place_under(target, *view)
         if place is None:
-            self.report({'WARNING'}, f"There is nothing of '{target.name}' under the mouse. Click on its surface.")
+            self.say('WARNING', f"There is nothing of '{target.name}' under the mouse. Click on its surface.")
             return
         self.place = place
         self.run(obj)

@@ -7,6 +7,7 @@ from .. import ids
 from ..bridge import controls, handle_lines, region, scene_input, vertex_groups
 from ..bridge.grip import HANDLE_SHARE, near_vertices, radius
 from ..core import wording
+from ..core.language import translated
 from ..errors import MeanValueError, SceneError
 from .pressing import ToolOperator, require_vertex, size_property
 
@@ -61,7 +62,12 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
         notes = []
         if obj.meanvalue.roi_group and not region.current_mask(obj)[self.vertex]:
             notes.append("Nothing moves here anyway: it is outside the region")
-        return f"Pin '{line.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go", notes
+        held = translated(
+            "Pin '{name}' holds {vertices}; Shift-click it again to let go",
+            name=line.name,
+            vertices=wording.vertices(len(members)),
+        )
+        return held, notes
 
 
 def _let_go(obj, index):
@@ -73,7 +79,7 @@ def _let_go(obj, index):
         )
     name = line.name
     controls.remove_handle(obj, index)
-    return f"Pin '{name}' is let go", []
+    return translated("Pin '{name}' is let go", name=name), []
 
 
 def _is_pin(line):

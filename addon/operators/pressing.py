@@ -46,7 +46,7 @@ class ToolOperator(Reporting):
 
     def warn(self, error):
         """As refuse(), without Blender's popup under the mouse, which takes the next click."""
-        self.report({'WARNING'}, wording.sentence(str(error)))
+        self.say('WARNING', wording.sentence(str(error)))
         return {'CANCELLED'}
 
     def find_pressed(self, context, event):

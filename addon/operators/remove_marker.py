@@ -9,12 +9,12 @@ from .base import MeshOperator
 
 
 class MEANVALUE_OT_remove_marker(MeshOperator, bpy.types.Operator):
-    """Let the mesh go from the active marker: its handle and control are deleted, the imported Empty stays.
-
-    Match Markers leaves it out until its box is ticked again"""
-
     bl_idname = "meanvalue.remove_marker"
     bl_label = "Remove Marker"
+    bl_description = (
+        "Let the mesh go from the active marker: its handle and control are deleted, the imported Empty stays. "
+        "Match Markers leaves it out until its box is ticked again"
+    )
 
     index: bpy.props.IntProperty(
         name="Line", description="Line of the list, from 0; -1 for the active one", default=-1, min=-1,

@@ -3,8 +3,9 @@
 
 import bpy
 
-from ..bridge import controls
+from ..bridge import controls, resets
 from ..core import wording
+from ..core.language import translated
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -20,7 +21,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         if not lines:
             raise SceneError("No handle has a control. Press Add Handle to make one")
         usable = [line for line in lines if controls.problem(obj, line) is None]
-        held = [line.name for line in controls.reset(obj, usable)]
+        held = [line.name for line in resets.reset(obj, usable)]
         notes = [controls.problem(obj, line) for line in lines if line not in usable]
         if held:
             notes.append(
@@ -31,5 +32,5 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         if keyed:
             notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
         if not obj.meanvalue.live:
-            notes.append("Live is off: press Solve to have the mesh follow")
+            notes.append(translated("Live is off: press Solve to have the mesh follow"))
         return f"{wording.counted(len(usable), 'handle')} reset", notes

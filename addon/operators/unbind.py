@@ -5,6 +5,7 @@ import bpy
 
 from .. import session
 from ..bridge import bound_record
+from ..core.language import translated
 from .base import MeshOperator
 
 
@@ -26,4 +27,4 @@ class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):
         record = obj.meanvalue.bound
         session.forget(bound_record.read_fingerprint(record))
         bound_record.clear(record)
-        return f"'{obj.name}' is no longer bound", []
+        return translated("'{name}' is no longer bound", name=obj.name), []

@@ -11,11 +11,12 @@ from .background import BackgroundOperator
 
 
 class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
-    """Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here. Picked pairs say
-    what belongs where; without any, both must lie over each other"""
-
     bl_idname = "meanvalue.wrap"
     bl_label = "Wrap"
+    bl_description = (
+        "Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here. Picked "
+        "pairs say what belongs where; without any, both must lie over each other"
+    )
     doing = "Wrapping"
 
     target: bpy.props.StringProperty(

@@ -24,5 +24,6 @@ class MEANVALUE_UL_anchor_groups(bpy.types.UIList):
         name = row.row()
         name.alert = broken
         name.active = item.is_enabled
-        name.label(text=item.name, icon='ERROR' if broken else FOLLOWS_ICONS[item.follows])
+        icon = 'ERROR' if broken else FOLLOWS_ICONS[item.follows]
+        name.label(text=item.name, icon=icon, translate=False)
         row.operator(MEANVALUE_OT_select_handle.bl_idname, text="", icon='RESTRICT_SELECT_OFF').index = index

@@ -71,7 +71,7 @@ def _draw_range(layout, settings):
 def _draw_cache(layout, obj, settings):
     layout.prop(settings, "path")
     if not settings.path:
-        layout.label(text=preparing.default_path(obj))
+        layout.label(text=preparing.default_path(obj), translate=False)
     layout.prop(settings, "use_part")
     if settings.use_part:
         column = layout.column(align=True)

@@ -6,6 +6,7 @@ import bpy
 from .. import ids
 from ..bridge import marker_pairs, scene_input, takes
 from ..core import wording
+from ..core.language import translated
 from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from ..operators.import_motion import MEANVALUE_OT_import_motion
 from ..operators.match_markers import MEANVALUE_OT_match_markers
@@ -41,7 +42,7 @@ class MEANVALUE_PT_capture(bpy.types.Panel):
         _draw_problems(layout, context)
         if not takes.is_take(capture.take):
             if not any(takes.is_take(collection) for collection in bpy.data.collections):
-                draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
+                draw_wrapped(layout, context, translated("Import a C3D, TRC or BVH file to begin with"), icon='INFO')
             return
         _draw_reference(layout, capture)
         _draw_options(layout, capture)
@@ -105,6 +106,7 @@ def _draw_options(layout, capture):
     limbs.active = capture.align != 'NONE'
     limbs.prop(capture, "pose_limbs")
     column.prop(capture, "mode")
+    column.prop(capture, "use_cuffs")
     layout.label(text="Fill Gaps up to")
     gaps = _split(layout).column(align=True)
     gaps.prop(capture, "spline_seconds", text="Spline")
@@ -126,7 +128,10 @@ def _draw_pairs(layout, obj, capture):
     buttons.prop(capture, "show_pairs", text="", icon='OVERLAY')
     matched = len(marker_pairs.matched(obj))
     picked = sum(pair.is_picked for pair in capture.pairs)
-    layout.label(text=f"{matched} of {len(capture.pairs)} matched, {picked} picked")
+    found = translated(
+        "{matched} of {count} matched, {picked} picked", matched=matched, count=len(capture.pairs), picked=picked
+    )
+    layout.label(text=found)
     active = marker_pairs.active_pair(obj)
     if active is not None:
         row = layout.row(align=True)

@@ -20,7 +20,8 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
         name.active = item.is_used and (item.control is not None or item.is_picked)
         name.alignment = 'LEFT'
         icon = 'EYEDROPPER' if item.is_picked else 'NONE'
-        select = name.operator(MEANVALUE_OT_select_marker.bl_idname, text=item.name, emboss=False, icon=icon)
+        button = {"text": item.name, "translate": False, "emboss": False, "icon": icon}
+        select = name.operator(MEANVALUE_OT_select_marker.bl_idname, **button)
         select.index = index
         row.label(text=_length(context, item.distance) if item.distance >= 0.0 else "")
 

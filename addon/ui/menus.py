@@ -13,6 +13,7 @@ from ..operators.bake import MEANVALUE_OT_bake
 from ..operators.bake_mix import MEANVALUE_OT_bake_mix
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
+from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
 from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from ..operators.finish import MEANVALUE_OT_finish
 from ..operators.grow_region import MEANVALUE_OT_grow_region
@@ -32,6 +33,7 @@ from ..operators.remove_marker import MEANVALUE_OT_remove_marker
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from ..operators.select_handle import MEANVALUE_OT_select_handle
+from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.select_unpaired import MEANVALUE_OT_select_unpaired
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.swap_markers import MEANVALUE_OT_swap_markers
@@ -49,6 +51,7 @@ _OBJECT_OPERATORS = (
     MEANVALUE_OT_add_pin,
     MEANVALUE_OT_add_anchor_group,
     MEANVALUE_OT_select_handle,
+    MEANVALUE_OT_select_problems,
     MEANVALUE_OT_select_unpaired,
     MEANVALUE_OT_own_controls,
     MEANVALUE_OT_remove_anchor_group,
@@ -85,6 +88,8 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_bake,
     MEANVALUE_OT_unbake,
+    None,
+    MEANVALUE_OT_copy_system_info,
 )
 _EDIT_OPERATORS = (
     MEANVALUE_OT_add_handle,

@@ -69,7 +69,7 @@ def _draw_sliders(layout, obj):
     column = layout.column(align=True)
     layers = mix_layers.taking_part(obj)
     for key in layers[:MOST_SLIDERS]:
-        column.prop(key, "value", text=key.name, slider=True)
+        column.prop(key, "value", text=key.name, translate=False, slider=True)
     if len(layers) > MOST_SLIDERS:
         column.label(text=f"and {len(layers) - MOST_SLIDERS} more in Object Data Properties > Shape Keys")
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import bpy
 import gpu
+import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from .. import compat
@@ -14,6 +15,7 @@ from ..bridge import overlay_data, scene_input, views
 #: Size of an anchor at interface scale 1.
 POINT_PIXELS = 7.0
 
+#: Of what moves freely.
 TINT = (0.25, 0.6, 1.0, 0.2)
 
 #: How much closer to the eye things are drawn than they are, so that they are not half hidden by the surface that they
@@ -92,10 +94,7 @@ def _draw(context, obj):
 
 
 def _draw_tint():
-    shader = compat.surface_shader()
-    shader.bind()
-    shader.uniform_float("color", TINT)
-    _batches.tint.draw(shader)
+    _batches.tint.draw(compat.surface_shader())
 
 
 def _draw_points():
@@ -128,16 +127,23 @@ def _make_batches(look, former):
     if len(look.corners):
         is_same = former is not None and former.look.corners is look.corners
         triangles = former.tint_triangles if is_same else gpu.types.GPUIndexBuf(type='TRIS', seq=look.corners)
-        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look.tint), elem=triangles)
+        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look), elem=triangles)
     return _Batches(look, points, tint, triangles)
 
 
-def _vertex_buffer(positions):
-    """The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2."""
+def _vertex_buffer(look):
+    """Of the region: the fainter, the less it moves.
+
+    The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2.
+    """
     layout = gpu.types.GPUVertFormat()
     layout.attr_add(id="pos", comp_type='F32', len=3, fetch_mode='FLOAT')
-    vertices = gpu.types.GPUVertBuf(layout, len(positions))
-    vertices.attr_fill("pos", positions)
+    layout.attr_add(id="color", comp_type='F32', len=4, fetch_mode='FLOAT')
+    vertices = gpu.types.GPUVertBuf(layout, len(look.tint))
+    vertices.attr_fill("pos", look.tint)
+    colors = np.tile(np.array(TINT, np.float32), (len(look.tint), 1))
+    colors[:, 3] *= look.freedom
+    vertices.attr_fill("color", colors)
     return vertices
 
 

@@ -7,12 +7,14 @@ from .. import ids, native_loader
 from ..bridge import bound_record, controls, object_status, scene_input, shape_keys, targets
 from ..bridge.object_status import State
 from ..core import wording
+from ..core.language import translated
 from ..live import engine
 from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
 from ..operators.finish import MEANVALUE_OT_finish
 from ..operators.grab import MEANVALUE_OT_grab
 from ..operators.grow_region import MEANVALUE_OT_grow_region
@@ -22,6 +24,7 @@ from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_finish_region, MEANVALUE_OT_paint_region
 from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
+from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.unbind import MEANVALUE_OT_unbind
 from . import overlay
@@ -36,8 +39,6 @@ STATE_ICONS = {
     State.PROBLEM: 'ERROR',
 }
 
-
-NO_HANDLES = "Choose the Grab tool, press on the mesh and drag. Or select vertices in Edit Mode and press Add Handle."
 
 
 class SidebarPanel:
@@ -150,6 +151,7 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         solve = layout.column()
         solve.scale_y = 1.4
         solve.operator(MEANVALUE_OT_solve.bl_idname)
+        layout.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
 
 
 class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
@@ -170,6 +172,9 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
         rigidity = layout.row()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
+        layout.prop(settings, "loose_parts")
+        layout.prop(settings, "merge_distance")
+        layout.operator_menu_enum(MEANVALUE_OT_select_problems.bl_idname, "kind", icon='RESTRICT_SELECT_OFF')
 
 
 class MEANVALUE_PT_shape_key(PanelPart, bpy.types.Panel):
@@ -200,7 +205,12 @@ def _draw_live(layout, obj):
     row.prop(obj.meanvalue, "show_overlay", text="", toggle=True, icon='OVERLAY')
     split = layout.split(factor=0.4)
     split.label(text="Symmetric")
-    split.row(align=True).prop(obj.meanvalue, "symmetric", expand=True)
+    row = split.row(align=True)
+    row.prop_enum(obj.meanvalue, "symmetric", 'NONE')
+    axes = row.row(align=True)
+    axes.scale_x = 0.5  # a letter each, so that the word before them has room in all languages
+    for axis in ('X', 'Y', 'Z'):
+        axes.prop_enum(obj.meanvalue, "symmetric", axis)
 
 
 def _draw_handles(layout, obj):
@@ -229,7 +239,11 @@ def _draw_status(layout, context, obj, status):
     """One thing at a time: what live posing waits for, or what there is to do, with the button that does it."""
     if not obj.meanvalue.anchor_groups and not obj.meanvalue.live:
         if not obj.meanvalue.mix.is_on:
-            draw_wrapped(layout.box(), context, NO_HANDLES, icon='INFO')
+            hint = translated(
+                "Choose the Grab tool, press on the mesh and drag. Or select vertices in Edit Mode and press "
+                "Add Handle."
+            )
+            draw_wrapped(layout.box(), context, hint, icon='INFO')
         return
     box = layout.box()
     live = engine.status(obj)
@@ -251,7 +265,7 @@ def _draw_status(layout, context, obj, status):
         draw_wrapped(box, context, wording.sentence(hint), icon='INFO')
     solved = bound_record.read_solve(obj.meanvalue.bound)
     if solved:
-        draw_wrapped(box, context, f"Solved: {solved.text()}", icon='SHAPEKEY_DATA')
+        draw_wrapped(box, context, translated("Solved: {summary}", summary=solved.text()), icon='SHAPEKEY_DATA')
 
 
 CLASSES = (

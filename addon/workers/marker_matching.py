@@ -15,10 +15,13 @@ from ..core.capture.limb_posing import posed_and_actor
 from ..core.capture.surface import Surface
 from ..core.steps import result_of
 from ..errors import SceneError
-from . import match_notes, mended_takes
+from . import marker_cuffs, match_notes, mended_takes
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
+
+#: A handle that is let go at once would have its skin jump.
+RAMP_SECONDS = 0.08
 
 #: Of an automatic alignment (core.capture.alignment.Alignment): from where on the artist is told to look at it.
 DOUBTFUL, POOR = 1.1, 0.03
@@ -41,6 +44,8 @@ class Matched:
     world_size  the same in the world
     recognition  how the names of the markers were known, in words
     filled     {how, in words: share of the samples}
+    ramp       samples over which a handle fades before and after a gap
+    cuffs      [marker_cuffs.CuffMotion]; told_of_cuffs  sentences
     """
 
     names: list
@@ -55,7 +60,10 @@ class Matched:
     size: float
     world_size: float
     recognition: str
+    ramp: int
     filled: dict = field(default_factory=dict)
+    cuffs: list = field(default_factory=list)
+    told_of_cuffs: list = field(default_factory=list)
     notes: list = field(default_factory=list)
 
 
@@ -104,9 +112,12 @@ def steps(given, only=None):
         aligned, match = _retargeted(given, aligned, match)
     yield "following the skin", 0.7
     targets = _targets(aligned, match, only)
+    yield "laying cuffs", 0.8
+    laid_cuffs, told = marker_cuffs.find(given, aligned, match) if only is None else ([], [])
     yield "making handles", 0.9
     markers = replace(markers, reference=laid)
-    return _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
+    matched = _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
+    return replace(matched, cuffs=laid_cuffs, told_of_cuffs=told)
 
 
 def _targets(aligned, match, only):
@@ -254,6 +265,7 @@ def _matched(given, markers, to_mesh, match, targets, frame, notes):
         size=fixed_points.bounding_box_diagonal(given.surface.own),
         recognition=given.recognition,
         world_size=fixed_points.bounding_box_diagonal(given.surface.vertices),
+        ramp=round(RAMP_SECONDS * given.recording.rate_hz),
         filled=_filled(markers.how),
         notes=notes,
     )

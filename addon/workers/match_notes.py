@@ -38,3 +38,20 @@ def of_limbs(markers):
         "and the mesh is bent wrongly if it stands otherwise. Choose the Landmark of shoulders, elbows, hips (or the "
         "front of the pelvis) and knees in the list, and match again"
     ]
+
+
+def of_cuffs(found, refused, most):
+    """Sentences: which limbs have a cuff, and which have none as their roll is not known."""
+    told = []
+    if found:
+        told.append(
+            f"{wording.counted(len(found), 'cuff')} around limbs: {wording.listed(cuff.name for cuff in found)}"
+        )
+    if refused:
+        worst = max(refused.values())
+        told.append(
+            f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
+            f"{worst:.2g} of their distance from the limb's axis ({most:.2g} is allowed), so its roll is not known. "
+            "One more marker to the side would tell it"
+        )
+    return told

@@ -11,56 +11,18 @@ import signal
 import sys
 import tracemalloc
 
-import numpy as np
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import bvh_file, c3d_file, trc_file
-from addon.errors import MotionFileError
-from blender_tests.support import capture_files, walker
-from blender_tests.support.mesh_files import DATA
+from blender_tests.fuzz.motion_files import attempt, larger_files, small_files
+from blender_tests.fuzz.mutations import mutated
 
-READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read}
 MUTATIONS = int(os.environ.get("MEANVALUE_CAPTURE_MUTATIONS", "1500"))
 #: The memory for a file: so many times its size, and what an empty one takes.
 MEMORY_FACTOR, MEMORY_AT_LEAST = 128, 2_000_000
 #: Seconds after which a test is taken to hang; on a busy machine each takes a few.
 HANGS_AFTER = 300
-
-METRES = walker.positions(3)
-MILLIMETRES = 1000.0 * walker.with_gaps(METRES, (1, 1, 2))
-MOVES = ("Xposition", "Yposition", "Zposition", "Zrotation", "Yrotation", "Xrotation")
-FIGURE = ("Hips", (0, 0, 0), MOVES, [("Head", (0, 60, 0), MOVES[3:], [(None, (0, 20, 0), (), [])])])
-
-
-def small_files():
-    """(name, content) of a file of each format: a few kilobytes."""
-    outputs = {"ANGLES": ["HEAD"], "TYPE_GROUPS": ["ANGLES", "ANGLE"]}
-    motion = np.round(np.random.default_rng(2).uniform(-90.0, 90.0, (3, 9)), 3)
-    return [
-        ("small.c3d", capture_files.c3d(walker.LABELS[:3], MILLIMETRES[:, :3], analog=2, point=outputs)),
-        ("small.trc", capture_files.trc(walker.LABELS[:3], MILLIMETRES[:, :3], decimals=2)),
-        ("small.bvh", capture_files.bvh(FIGURE, motion)),
-    ]
-
-
-def larger_files():
-    """The same with more in it, in all number formats, and the real files where they are."""
-    positions = 1000.0 * walker.with_gaps(walker.positions(40), (1, 3, 30), (4, 0, 5))
-    groups = {"TRIAL": {"ACTUAL_START_FIELD": [1, 0], "ACTUAL_END_FIELD": [40, 0]}, "SUBJECTS": {"NAMES": ["A", "B"]}}
-    files = [
-        (
-            f"{processor}{scale}.c3d",
-            capture_files.c3d(walker.LABELS, positions, processor=processor, scale=scale, analog=8, groups=groups),
-        )
-        for processor in ("PC", "DEC", "SGI")
-        for scale in (-0.1, 0.1)
-    ]
-    files.append(("walk.trc", capture_files.trc(walker.LABELS, positions)))
-    files.append(("walk.bvh", capture_files.bvh(FIGURE, np.round(np.random.default_rng(4).normal(size=(40, 9)), 4))))
-    real = [path for path in sorted((DATA / "mocap").glob("*/*")) if path.suffix.lower() in READERS]
-    return files + [(path.name, path.read_bytes()) for path in real if path.stat().st_size < 100_000]
 
 
 @pytest.fixture(autouse=True)
@@ -73,23 +35,6 @@ def ends_where_it_hangs():
     yield
     signal.alarm(0)
     signal.signal(signal.SIGALRM, before)
-
-
-def attempt(name, content):
-    """True if `content` gave a Take, which is then as Takes are; False if it was refused. Anything else fails."""
-    try:
-        take = READERS[pathlib.Path(name).suffix.lower()](content, name)
-    except MotionFileError as error:
-        assert str(error).startswith(name) and len(str(error)) < 500
-        return False
-    frames, markers, three = take.positions.shape
-    assert frames > 0 and markers > 0 and three == 3 and take.positions.dtype == np.float64
-    assert len(take.labels) == markers == len(set(take.labels)) and all(take.labels)
-    assert np.isfinite(take.rate_hz) and take.rate_hz > 0.0
-    missing = np.isnan(take.positions)
-    assert np.array_equal(missing.any(axis=2), missing.all(axis=2)) and not missing.all()
-    assert np.nanmax(np.abs(take.positions)) <= 1e4
-    return True
 
 
 @pytest.mark.parametrize("name, content", small_files(), ids=lambda value: value if isinstance(value, str) else "")
@@ -109,26 +54,6 @@ def test_a_small_file_cut_off_at_every_length(name, content):
     outcomes = [attempt(name, content[:length]) for length in range(len(content))]
     first = outcomes.index(True)
     assert not any(outcomes[:100]) and all(outcomes[-2:]) and first < len(content) - 2
-
-
-def mutated(content, random_numbers):
-    """A copy with up to sixteen bytes or stretches replaced, dropped or doubled, mostly near the beginning; or cut."""
-    result = bytearray(content)
-    for _ in range(random_numbers.choice((1, 1, 2, 4, 16))):
-        end = len(result) if random_numbers.random() < 0.3 else min(len(result), 3000)
-        if end < 20:
-            break
-        place = random_numbers.randrange(end)
-        act = random_numbers.random()
-        if act < 0.7:
-            result[place] = random_numbers.choice((0, 1, 2, 32, 48, 57, 127, 128, 255, random_numbers.randrange(256)))
-        elif act < 0.8:
-            del result[place : place + random_numbers.choice((1, 2, 7, 512))]
-        elif act < 0.9:
-            result[place:place] = result[place : place + random_numbers.choice((1, 2, 40, 512))]
-        else:
-            result[place : place + 4] = random_numbers.choice((b"\xff" * 4, b"\0" * 4, b"\x7f\x80\0\0", b"1e99"))
-    return bytes(result[: random_numbers.randrange(len(result))] if random_numbers.random() < 0.1 else result)
 
 
 @pytest.mark.filterwarnings("error")

@@ -5,7 +5,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import armatures, handles, meshes, steps
+from support import armatures, handles, installed, meshes, steps
 from support.baking import FRAMES, animated_tube, bake, key_control, played, rest, rows, save, saved_tube, shown
 
 
@@ -104,7 +104,7 @@ def test_it_plays_and_renders_without_the_addon(saved, tmp_path):
     bake()
     solved = rows(path)
     save(tmp_path)
-    bpy.ops.preferences.addon_disable(module="meanvalue_deform")
+    installed.disable()
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
     assert not hasattr(bpy.types.Object, "meanvalue")
     assert np.array_equal(played(bpy.data.objects["Tube"], range(1, FRAMES + 1)), solved)

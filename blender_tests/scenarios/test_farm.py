@@ -14,6 +14,7 @@ import time
 import bpy
 import numpy as np
 import pytest
+from support import installed
 from support.baking import curves
 from support.farm import baked_at_once, planned, two_clips
 
@@ -24,9 +25,12 @@ def script(part):
 
 
 @pytest.fixture
-def farm(script):
+def farm(script, native, monkeypatch):
     """farm("status", "--out", ...): the finished process, by a plain Python; all but plan."""
     python = shutil.which("python3", path="/usr/bin:/bin") or sys.executable
+    if installed.IS_EXTENSION:  # its wheel, as if installed by pip
+        folders = [str(pathlib.Path(native.__file__).parent), os.environ.get("PYTHONPATH", "")]
+        monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, folders)))
 
     def run(*arguments, **options):
         command = [python, str(script), *map(str, arguments)]

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Grab tool's operators as scripts call them: handles where the mesh is pressed, pins, and Finish."""
 
-import sys
 
 import bpy
 import numpy as np
 import pytest
-from support import armatures, handles, meshes, posed_rigs, rigs, steps
+from support import armatures, handles, installed, meshes, posed_rigs, rigs, steps
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 31
@@ -203,7 +202,7 @@ def test_the_artists_own_group_is_not_written_to():
 
 
 def take_hold(obj, vertex=MIDDLE):
-    return sys.modules["meanvalue_deform.bridge.grip"].Grip(obj, vertex, 0.2)
+    return installed.part("bridge.grip").Grip(obj, vertex, 0.2)
 
 
 @pytest.mark.parametrize("name, is_inverted", [("", False), ("Painted", True), ("Gone", False)])

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from support import armatures, handles, meshes, steps
+from support import armatures, handles, installed, meshes, steps
 from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
 
 #: Two answers that are both converged differ no more, as a share of the bounding-box diagonal (about 10 here).
@@ -350,7 +350,7 @@ def test_taken_into_another_file(tmp_path, link):
     path = str(tmp_path / "live.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
-    bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+    installed.enable()
     with bpy.data.libraries.load(path, link=link) as (there, here):
         here.objects = list(there.objects)
     for each in here.objects:
@@ -368,10 +368,10 @@ def test_disabled_while_live_nothing_is_left_and_enabled_it_goes_on():
     obj, control = handles.tube()
     move(control, (2.0, 0.0, 0.0))
     before = shown(obj)
-    bpy.ops.preferences.addon_disable(module="meanvalue_deform")
+    installed.disable()
     move(control, (1.0, 0.0, 0.0))
     assert np.array_equal(shown(obj), before)
-    bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+    installed.enable()
     move(control, (1.0, 0.0, 0.0))
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 4.0).max() < 1e-4
 

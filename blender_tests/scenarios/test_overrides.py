@@ -3,7 +3,7 @@
 
 import bpy
 import pytest
-from support import meshes, steps
+from support import installed, meshes, steps
 from support.rigs import update
 
 
@@ -13,7 +13,7 @@ def override(tmp_path):
     meshes.tube(name="Character")
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+    installed.enable()
     with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
         wanted.objects = ["Character"]
     bpy.context.collection.objects.link(wanted.objects[0])

@@ -7,20 +7,20 @@ import sys
 
 import bpy
 import pytest
-from support import meshes, steps
+from support import installed, meshes, steps
 
-FIRST = "meanvalue_deform"
+FIRST = installed.PACKAGE
 SECOND = "meanvalue_copy"
 
 
 @pytest.fixture
 def second():
-    """Another copy of the installed add-on, under another name; off."""
-    addons = pathlib.Path(sys.modules[FIRST].__file__).resolve().parents[1]
-    shutil.copytree(addons / FIRST, addons / SECOND)
+    """A copy of the installed add-on, or of the extension, among the legacy add-ons; off."""
+    copy = pathlib.Path(bpy.utils.user_resource('SCRIPTS'), "addons", SECOND)
+    shutil.copytree(installed.folder(), copy)
     yield SECOND
     bpy.ops.preferences.addon_disable(module=SECOND)
-    shutil.rmtree(addons / SECOND)
+    shutil.rmtree(copy)
     for name in [name for name in sys.modules if name.split(".")[0] == SECOND]:
         del sys.modules[name]
 
@@ -54,7 +54,7 @@ def test_turning_the_first_off_and_the_second_on_again(second):
     assert bpy.ops.preferences.addon_disable(module=FIRST) == {'FINISHED'}
     bpy.ops.preferences.addon_disable(module=second)
     bpy.ops.preferences.addon_enable(module=second)
-    assert {module.split(".")[0] for module in registered().values()} == {second}
+    assert all(module.startswith(f"{second}.") for module in registered().values())
     steps.posed_grid(meshes.grid())
     steps.solve()
     bpy.ops.preferences.addon_disable(module=second)

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_limb, meshes, steps
+from support import bent_limb, installed, meshes, steps
 from support.snapshot import assert_same, snapshot
 
 DIAGONAL = float(np.hypot(bent_limb.LENGTH, 2.0 * bent_limb.RADIUS))
@@ -45,8 +45,7 @@ def set_value(obj, name, value):
 
 def miss(obj, truth):
     """rms distance, after the best rigid fit: where a mix without anchors stands is not said by its shapes."""
-    from meanvalue_deform.core.capture.rigid import fit_rotations
-
+    fit_rotations = installed.part("core.capture.rigid").fit_rotations
     placed = shown(obj)
     rotation = fit_rotations(placed, truth)
     off = (placed - placed.mean(axis=0)) @ rotation.T - (truth - truth.mean(axis=0))
@@ -160,13 +159,13 @@ def test_baked_in_betweens_are_within_the_tolerance_and_need_no_addon():
     assert not obj.meanvalue.mix.is_on and "Rotation-Aware Mix" not in obj.data.shape_keys.key_blocks
     made = in_betweens_of(obj)
     assert 1 <= len(made) <= 6
-    bpy.ops.preferences.addon_disable(module="meanvalue_deform")
+    installed.disable()
     try:
         for value in values:
             set_value(obj, "Bend", value)
             assert np.linalg.norm(shown(obj) - shapes[value], axis=1).max() <= 0.002 * DIAGONAL
     finally:
-        bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+        installed.enable()
 
 
 def test_two_sliders_baked_together():
@@ -209,8 +208,7 @@ def test_live_mixing_waits_while_in_betweens_stand_for_it():
     bake(obj)
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Bend", 0.4)
-    from meanvalue_deform.live import engine
-
+    engine = installed.part("live.engine")
     assert "Remove In-Betweens" in engine.status(obj)[0]
     assert "Rotation-Aware Mix" not in obj.data.shape_keys.key_blocks
 

@@ -70,6 +70,65 @@ def test_a_walk_without_a_static_trial_is_laid_on_the_pose_of_the_mesh(tmp_path)
     assert off[True] < 0.12 and off[True] < 0.5 * off[False], off
 
 
+def cuff_lines(obj):
+    return [line for line in obj.meanvalue.anchor_groups if line.cuff]
+
+
+def cuff_places(obj, part, sample):
+    """{cuff: (rest (k, 3), now (k, 3))} of the vertices of cuffs, in the object's space."""
+    controls_at(obj, sample)
+    members = part("bridge.vertex_groups").members(obj, [line.name for line in cuff_lines(obj)])
+    rest = np.array([vertex.co for vertex in obj.data.vertices])
+    move, apply = part("bridge.controls").move, part("core.motion").apply
+    return {
+        line.cuff: (rest[members[line.name]], apply(move(obj, line), rest[members[line.name]]))
+        for line in cuff_lines(obj)
+    }
+
+
+def test_shanks_have_cuffs_that_go_where_the_bone_takes_them(tmp_path, part):
+    obj, bones = set_up(tmp_path, gaps=0.05, noise=0.001)
+    capture = obj.meanvalue.capture
+    assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+    assert {"shank.L cuff", "shank.R cuff"} <= {line.cuff for line in cuff_lines(obj)}
+    assert all((line.follows, line.is_soft, line.made_control) == ('CONTROL', True, True) for line in cuff_lines(obj))
+    vertices = np.array([vertex.co for vertex in obj.data.vertices])
+    for sample in (37, 80):
+        truth = body_mesh.posed(vertices, bones, np.array([sample]) / walking_figure.RATE_HZ)[0]
+        for name, (rest, now) in cuff_places(obj, part, sample).items():
+            indices = [int(np.linalg.norm(vertices - place, axis=1).argmin()) for place in rest]
+            assert np.linalg.norm(now - truth[indices], axis=1).max() < 0.05, (name, sample)
+    chosen = cuff_lines(obj)[0]
+    chosen.strength = 0.25
+    controls = {line.cuff: line.control for line in cuff_lines(obj)}
+    assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+    assert {line.cuff: line.control for line in cuff_lines(obj)} == controls, "used again"
+    assert cuff_lines(obj)[0].strength == 0.25
+    capture.use_cuffs = False
+    count, groups = len(bpy.data.objects), len(obj.vertex_groups)
+    assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+    assert not cuff_lines(obj) and len(obj.meanvalue.anchor_groups) == 41
+    assert len(bpy.data.objects) == count - len(controls) and len(obj.vertex_groups) == groups - len(controls)
+
+
+def test_cuffs_of_an_unevenly_scaled_object_are_rigid_in_the_world(tmp_path, part):
+    obj, _bones = set_up(tmp_path)
+    obj.scale = (1.3, 1.1, 1.4)
+    bpy.context.view_layer.update()
+    assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
+    to_world = np.array(obj.matrix_world)[:3, :3]
+    turned = 0.0
+    for sample in (0, 45, 90):
+        places = cuff_places(obj, part, sample)
+        assert places
+        for rest, now in places.values():
+            before, after = (np.diff(points, axis=0, append=points[:1]) @ to_world.T for points in (rest, now))
+            lengths = np.linalg.norm(before, axis=1)
+            assert np.abs(np.linalg.norm(after, axis=1) / lengths - 1.0).max() < 1e-4
+            turned = max(turned, np.linalg.norm(after - before, axis=1).max() / lengths.max())
+    assert turned > 0.2
+
+
 @pytest.mark.parametrize("legs", [0.7])
 def test_feet_of_another_figure_stand_still(tmp_path, part, legs):
     obj, _bones = set_up(tmp_path, legs)

@@ -9,7 +9,7 @@ import textwrap
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps
+from support import installed, meshes, steps
 from support.snapshot import assert_same, snapshot
 
 
@@ -197,7 +197,7 @@ def test_another_blender_process_gives_the_same(tmp_path):
             import bpy
             import numpy as np
 
-            bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+            bpy.ops.preferences.addon_enable(module={installed.PACKAGE!r})
             bpy.ops.wm.open_mainfile(filepath={str(tmp_path / "posed.blend")!r})
             assert bpy.ops.meanvalue.solve() == {{'FINISHED'}}
             key = bpy.data.objects["Grid"].data.shape_keys.key_blocks["Mean-Value"]

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An animated tube to bake, and what Blender shows of it at every frame."""
 
-import sys
 
 import bpy
 import numpy as np
 
-from . import handles, meshes
+from . import handles, installed, meshes
 
 FRAMES = 12
 
@@ -33,7 +32,7 @@ def key_control(control, frames=FRAMES, reach=1.5):
 
 def curves(id_block):
     """Its F-curves, wherever this Blender keeps them."""
-    return list(sys.modules["meanvalue_deform.compat"].curves_to_read(id_block))
+    return list(installed.part("compat").curves_to_read(id_block))
 
 
 def rest(obj):
@@ -81,5 +80,5 @@ def saved_tube(tmp_path):
 
 def rows(path):
     """(f, n, 3) float32 of a point cache."""
-    cache = sys.modules["meanvalue_deform.core.point_cache"]
+    cache = installed.part("core.point_cache")
     return cache.read_rows(path, 0, cache.read_header(path).samples)

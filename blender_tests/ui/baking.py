@@ -3,17 +3,15 @@
 
 import contextlib
 import pathlib
-import sys
 import tempfile
 
 import bpy
 import numpy as np
-from support import meshes, tasks
+from support import installed, meshes, tasks
 from support.baking import animated_tube, played, rows, save
 from support.snapshot import assert_same, snapshot
 
 FRAMES = 120
-PACKAGE = "meanvalue_deform"
 
 
 def _tube(ui, live=False):
@@ -39,7 +37,7 @@ def cache_of(folder):
 @contextlib.contextmanager
 def _chunks_of(frames, waits_at=None, until=lambda execution: execution.cancelled):
     """Chunks of so many frames; the one that begins at row `waits_at` begins only once `until(execution)`."""
-    plan, solving = sys.modules[f"{PACKAGE}.bake.plan"], sys.modules[f"{PACKAGE}.bake.solving"]
+    plan, solving = installed.part("bake.plan"), installed.part("bake.solving")
     chunks, solve = plan.BakePlan.chunks, solving.solve_rows
 
     def late(binding, bind_input, targets, weights, begin, end, execution, *rest):
@@ -93,7 +91,7 @@ def escape_keeps_what_is_done(ui):
 def sampling_is_seen_and_stopped(ui):
     yield from _tube(ui)
     bpy.context.scene.frame_set(7)
-    background = sys.modules[f"{PACKAGE}.operators.background"]
+    background = installed.part("operators.background")
     usual = background.SLICE_SECONDS, background.PATIENCE_SECONDS
     background.SLICE_SECONDS = background.PATIENCE_SECONDS = 0.0
     try:
@@ -125,7 +123,7 @@ def an_object_deleted_while_it_is_baked(ui):
 
 def another_file_while_it_is_sampled(ui):
     yield from _tube(ui)
-    background = sys.modules[f"{PACKAGE}.operators.background"]
+    background = installed.part("operators.background")
     usual = background.SLICE_SECONDS, background.PATIENCE_SECONDS
     background.SLICE_SECONDS = background.PATIENCE_SECONDS = 0.0
     try:
@@ -137,8 +135,8 @@ def another_file_while_it_is_sampled(ui):
     finally:
         background.SLICE_SECONDS, background.PATIENCE_SECONDS = usual
     assert "Tube" not in bpy.data.objects
-    assert sys.modules[f"{PACKAGE}.workers.job"]._running == set()
-    assert not sys.modules[f"{PACKAGE}.live.engine"]._is_held
+    assert installed.part("workers.job")._running == set()
+    assert not installed.part("live.engine")._is_held
 
 
 def a_size_that_hurts_is_asked_about(ui):
@@ -173,8 +171,8 @@ def the_panel(ui):
 @contextlib.contextmanager
 def _only_the_bake_panel():
     """Open, and in place of all others: the sidebar has no room for more."""
-    panel = sys.modules[f"{PACKAGE}.ui.panel"]
-    bake = sys.modules[f"{PACKAGE}.ui.bake_panel"].MEANVALUE_PT_bake
+    panel = installed.part("ui.panel")
+    bake = installed.part("ui.bake_panel").MEANVALUE_PT_bake
     usual = bake.bl_options, bake.bl_parent_id
     for cls in (bake, *reversed(panel.CLASSES)):
         bpy.utils.unregister_class(cls)

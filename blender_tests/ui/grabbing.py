@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Grab tool, by the mouse: from a fresh mesh to a drag, its size, pins, Local View, Finish."""
 
-import sys
 
 import bpy
 import numpy as np
 from harness import view
-from support import meshes
+from support import installed, meshes
 
 TOOL = "meanvalue.grab"
 
@@ -21,7 +20,7 @@ def lines():
 
 
 def _settled():
-    engine = sys.modules["meanvalue_deform.live.engine"]
+    engine = installed.part("live.engine")
     follower = engine.follower_of(ball())
     return follower is not None and follower.tick(ball()) is None and follower.is_caught_up
 

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Handles dragged with the mouse: the mesh follows, and everything can be taken back."""
 
-import sys
 
 import bpy
 import numpy as np
-from support import handles, meshes
+from support import handles, installed, meshes
 from support.handles import SEGMENTS, TOP, is_at_rest, rest, shown
 
 
@@ -19,7 +18,7 @@ def control():
 
 
 def _engine():
-    return sys.modules["meanvalue_deform.live.engine"]
+    return installed.part("live.engine")
 
 
 def settled():

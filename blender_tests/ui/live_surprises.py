@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens while the mesh follows: undo, renaming, deleting, other windows' edits, adjusting an operator."""
 
-import sys
 
 import bpy
 import numpy as np
 from harness import view
-from support import handles, meshes, steps, tasks
+from support import handles, installed, meshes, steps, tasks
 
 
 def _engine():
-    return sys.modules["meanvalue_deform.live.engine"]
+    return installed.part("live.engine")
 
 
 def adjusting_add_handle_takes_the_same_vertices(ui):
@@ -51,10 +50,10 @@ def disabled_during_a_bind(ui):
     ui.remember()
     yield from ui.invoke("meanvalue.bind")
     yield from ui.wait_until(lambda: "Binding" in (ui.status_text() or ""), "it binds")
-    bpy.ops.preferences.addon_disable(module="meanvalue_deform")
+    installed.disable()
     yield from ui.pause(1.0)
     text = ui.status_text()
-    bpy.ops.preferences.addon_enable(module="meanvalue_deform")
+    installed.enable()
     assert text is None, text
 
 
@@ -75,7 +74,7 @@ def a_control_that_follows_its_own_mesh_comes_to_rest(ui):
 
 def two_view_layers_do_not_read_twice(ui):
     _obj, control = handles.tube()
-    scene_input = sys.modules["meanvalue_deform.bridge.scene_input"]
+    scene_input = installed.part("bridge.scene_input")
     gather, seen = scene_input.gather, []
     ui.frame_all()
     yield from ui.pause(1.0)
@@ -211,7 +210,7 @@ def _slowly(seconds):
 
     @contextlib.contextmanager
     def slowed():
-        session = sys.modules["meanvalue_deform.session"]
+        session = installed.part("session")
         solve_steps = session.solve_steps
 
         def late(*arguments, **options):

@@ -2,11 +2,10 @@
 """A mesh that takes its time: progress, Esc, and a drag that is never waited for."""
 
 import contextlib
-import sys
 
 import bpy
 import numpy as np
-from support import steps, tasks
+from support import installed, steps, tasks
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 300  # and as many rows: 90,000 vertices bind for seconds
@@ -36,7 +35,7 @@ def control():
 
 
 def _follower():
-    return sys.modules["meanvalue_deform.live.engine"].follower_of(sheet())
+    return installed.part("live.engine").follower_of(sheet())
 
 
 def escape_during_a_bind(ui):
@@ -82,8 +81,8 @@ def escape_while_the_mesh_is_read(ui):
 @contextlib.contextmanager
 def _reading_slowly():
     """One slice of 3,000 vertices a tick."""
-    groups = sys.modules["meanvalue_deform.bridge.vertex_groups"]
-    background = sys.modules["meanvalue_deform.operators.background"]
+    groups = installed.part("bridge.vertex_groups")
+    background = installed.part("operators.background")
     usual = groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS
     groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS = 3000, 0.0, 0.0
     try:
@@ -114,7 +113,7 @@ def escape_during_a_solve(ui):
 @contextlib.contextmanager
 def _solving_until_cancelled():
     """The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
-    session = sys.modules["meanvalue_deform.session"]
+    session = installed.part("session")
     solve_steps = session.solve_steps
 
     def late(*arguments, execution, **options):
@@ -136,7 +135,7 @@ def another_file_during_a_bind(ui):
     yield
     yield
     assert "Sheet" not in bpy.data.objects
-    assert sys.modules["meanvalue_deform.workers.job"]._running == set()
+    assert installed.part("workers.job")._running == set()
 
 
 def a_slow_drag_ends_with_the_answer(ui):

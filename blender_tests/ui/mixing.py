@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shape keys that turn, in the sidebar: switched on, dragged, baked to in-between keys, stopped by Esc, undone."""
 
-import sys
 
 import bpy
 import numpy as np
-from support import bent_limb, meshes
+from support import bent_limb, installed, meshes
 from support.snapshot import assert_same, snapshot
 
 MIX = "Rotation-Aware Mix"
@@ -21,7 +20,7 @@ def keys():
 
 
 def settled():
-    follower = sys.modules["meanvalue_deform.live.engine"].follower_of(limb())
+    follower = installed.part("live.engine").follower_of(limb())
     return follower is not None and follower.tick(limb()) is None and follower.is_caught_up
 
 
@@ -52,7 +51,7 @@ def _set_up(ui, along=36, twist=False):
 
 def _put_on_top():
     """The part about mixing, open, before the others, so that pictures show it."""
-    parts = sys.modules["meanvalue_deform.ui.panel"].PanelPart.__subclasses__()
+    parts = installed.part("ui.panel").PanelPart.__subclasses__()
     shown = [part for part in parts if hasattr(bpy.types, part.__name__)]
     for part in shown:
         bpy.utils.unregister_class(part)

@@ -5,13 +5,12 @@
 """
 
 import pathlib
-import sys
 import tempfile
 
 import bpy
 import numpy as np
 from harness import view
-from support import body_mesh, meshes, take_files, walking_figure
+from support import body_mesh, installed, meshes, take_files, walking_figure
 
 RINGS, SEGMENTS = 25, 24
 MARKED = [ring * SEGMENTS + segment for ring in range(2, RINGS, 5) for segment in range(0, SEGMENTS, 6)]
@@ -39,7 +38,7 @@ def _take_file():
 
 def _open_panel(ui):
     """With Motion Capture open, and the parts that are around it closed."""
-    modules = [sys.modules[f"meanvalue_deform.ui.{name}"] for name in ("panel", "capture_panel")]
+    modules = [installed.part(f"ui.{name}") for name in ("panel", "capture_panel")]
     for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
         bpy.utils.unregister_class(panel)
         panel.bl_options = set() if "capture" in panel.__name__ else {'DEFAULT_CLOSED'}

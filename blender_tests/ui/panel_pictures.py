@@ -5,14 +5,12 @@
 """
 
 import contextlib
-import sys
 
 import addon_utils
 import bpy
 from harness import view
-from support import meshes, steps
+from support import installed, meshes, steps
 
-PACKAGE = "meanvalue_deform"
 SEGMENTS = 24
 BOTTOM, TOP = range(SEGMENTS), range(24 * SEGMENTS, 25 * SEGMENTS)
 
@@ -57,7 +55,7 @@ def edited_after_bind(ui):
 
 def _quiet_screenshot(ui, name):
     """The panel looks at an edited mesh again when it has been left alone for a moment."""
-    object_model = sys.modules[PACKAGE + ".bridge.object_model"]
+    object_model = installed.part("bridge.object_model")
     yield
     yield from ui.wait_until(lambda: object_model.quiet_in() <= 0.0, "the mesh was left alone")
     yield from ui.screenshot(name)
@@ -81,7 +79,7 @@ def preferences(ui):
     bpy.context.window_manager.addon_search = "Mean-Value"
     bpy.context.preferences.view.show_addons_enabled_only = True
     for module in addon_utils.modules():
-        if module.__name__ == PACKAGE:
+        if module.__name__ == installed.PACKAGE:
             addon_utils.module_bl_info(module)["show_expanded"] = True
     yield from ui.screenshot("panel_12_preferences")
     with _no_solver():
@@ -90,7 +88,7 @@ def preferences(ui):
 
 @contextlib.contextmanager
 def _no_solver():
-    loader = sys.modules[PACKAGE + ".native_loader"]
+    loader = installed.part("native_loader")
     names = loader.MODULE_NAMES
     loader.MODULE_NAMES = ("nowhere.meanvalue",)
     loader.forget()

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh on a bent arm: its controls are where it is seen, go along with the bones, and move what is seen."""
 
-import sys
 
 import bpy
 import numpy as np
-from support import rigs
+from support import installed, rigs
 from support.rigs import BOTTOM, MIDDLE, TOP
 
 
@@ -18,7 +17,7 @@ def control(name):
 
 
 def _settled():
-    engine = sys.modules["meanvalue_deform.live.engine"]
+    engine = installed.part("live.engine")
     follower = engine.follower_of(arm())
     return follower is not None and follower.tick(arm()) is None and follower.is_caught_up
 
@@ -29,7 +28,7 @@ def _is_where_seen(name, indices):
 
 
 def _measured(counted):
-    module = sys.modules["meanvalue_deform.bridge.rig_space"]
+    module = installed.part("bridge.rig_space")
     measure = module.measure
     module.measure = lambda obj: counted.append(1) or measure(obj)
     return lambda: setattr(module, "measure", measure)

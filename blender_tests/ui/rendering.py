@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render of an animation while a mesh is live: it must be told, since the mesh stays as it is."""
 
-import sys
 
 import bpy
-from support import handles
-
-PACKAGE = "meanvalue_deform"
+from support import handles, installed
 
 
 def an_animation_with_live_on(ui):
@@ -27,7 +24,7 @@ def an_animation_with_live_on(ui):
     scene.frame_start, scene.frame_end = 1, 40
     bpy.context.preferences.view.render_display_type = 'NONE'
     bpy.ops.render.render('INVOKE_DEFAULT', animation=True)
-    views, popped_up = sys.modules[PACKAGE + ".bridge.views"], []
+    views, popped_up = installed.part("bridge.views"), []
     pop_up = views.pop_up
 
     def listening(title, text):
@@ -43,5 +40,5 @@ def an_animation_with_live_on(ui):
         views.pop_up = pop_up
     yield from ui.screenshot("render_with_live_on")
     assert len(popped_up) == 1, popped_up
-    text, is_problem = sys.modules[PACKAGE + ".live.engine"].status(obj)
+    text, is_problem = installed.part("live.engine").status(obj)
     assert is_problem and "animated" in text, text

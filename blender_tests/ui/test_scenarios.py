@@ -1,15 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One test for each scenario of the files beside this one; one Blender for each file, with what is left by -k."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 from harness import listing, process
 
-_outcomes = {}
+#: Blenders, each on a display of its own: a scenario waits for redraws and timers more than it computes.
+AT_ONCE = 2
 
 
-@pytest.fixture(scope="session", autouse=True)
-def clear_output():
+@pytest.fixture(scope="session")
+def runs(request):
+    """{path: future of its outcomes}. Those with the most scenarios begin first."""
     process.clear_output()
+    chosen = {}
+    for item in request.session.items:
+        if item.function is test_scenario:
+            chosen.setdefault(item.callspec.params["path"], []).append(item.callspec.params["name"])
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        yield {
+            path: pool.submit(process.run, path, chosen[path])
+            for path in sorted(chosen, key=lambda path: len(chosen[path]), reverse=True)
+        }
 
 
 @pytest.mark.parametrize(
@@ -20,15 +33,8 @@ def clear_output():
         for name in listing.scenarios(path)
     ],
 )
-def test_scenario(path, name, request):
-    if path not in _outcomes:
-        _outcomes[path] = process.run(path, _chosen(request.session, path))
-    outcome = _outcomes[path][name]
+def test_scenario(path, name, runs):
+    outcome = runs[path].result()[name]
     print(f"{path.stem}.{name}: {outcome.seconds:.1f} s")
     if outcome.problems:
         pytest.fail("\n\n".join(outcome.problems), pytrace=False)
-
-
-def _chosen(session, path):
-    calls = [item.callspec.params for item in session.items if item.function is test_scenario]
-    return [call["name"] for call in calls if call["path"] == path]

@@ -11,7 +11,7 @@ import types
 
 import bpy
 import pytest
-from support import meshes, steps
+from support import installed, meshes, steps
 from support.snapshot import assert_same, snapshot
 
 
@@ -223,7 +223,7 @@ def test_list_lines(part):
 def test_preferences(part, native, monkeypatch):
     preferences = part("preferences").MEANVALUE_AP_preferences
     loader = part("native_loader")
-    assert preferences.bl_idname == "meanvalue_deform"
+    assert preferences.bl_idname == installed.PACKAGE
     listener = types.SimpleNamespace(layout=ListeningLayout())
     preferences.draw(listener, context_of(None))
     assert f"Ready, version {native.__version__}" in listener.layout.labels

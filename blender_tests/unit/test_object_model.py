@@ -37,7 +37,7 @@ def test_every_setting_counts_or_is_declared_aside(part, declarations, object_mo
     steps.list_anchors(obj, A=[0, 4, 20])
     line = obj.meanvalue.anchor_groups["A"]
     aside = {"color", "rest_relation", "made_group", "made_control", "marker", "bone"}
-    aside |= {"control_frame", "control_carried", "is_pin", "made_region"}
+    aside |= {"control_frame", "control_carried", "is_pin", "made_region", "cuff"}
     aside |= {"show_overlay", "former_result", "influence"}
     seen = set()
     for group in (obj.meanvalue, line):

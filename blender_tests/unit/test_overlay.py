@@ -74,6 +74,35 @@ def test_the_regions_faces(data):
     assert len(data.look(obj).corners) == 0
 
 
+def test_what_moves_less_is_fainter(data):
+    obj = grid_with_anchors()
+    group = obj.vertex_groups.new(name="Region")
+    weights = dict(zip(REGION, (1.0, 0.5, 0.25, 1.0, 0.75, 1.0), strict=True))
+    for vertex, weight in weights.items():
+        group.add([vertex], weight, 'REPLACE')
+    obj.meanvalue.roi_group = "Region"
+    look = data.look(obj)
+    assert look.freedom.tolist() == [weights[vertex] for vertex in sorted(REGION)]
+    obj.meanvalue.roi_invert = True
+    assert len(data.look(obj).freedom) == len(data.look(obj).tint) > 0
+
+
+def test_with_symmetric_both_sides_are_shown(data):
+    """Flat, with the origin in its middle: corners 0 and 4 are each other's images, 20 is that of the tip."""
+    obj = grid_with_anchors()
+    add_region(obj)
+    places = np.array([vertex.co for vertex in obj.data.vertices]) * (1.0, 1.0, 0.0) - (2.0, 2.0, 0.0)
+    obj.data.vertices.foreach_set("co", places.ravel())
+    obj.data.update()
+    bpy.context.view_layer.update()
+    obj.meanvalue.symmetric = 'X'
+    look = data.look(obj)
+    assert look.points.tolist() == places[[0, 4, 24, 20]].tolist()
+    red, blue = [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]
+    assert look.colors.tolist() == [red, red, blue, blue]
+    assert sorted(set(look.tint[:, 0].tolist())) == [-2.0, -1.0, 0.0, 1.0, 2.0], "the region on both sides"
+
+
 def test_positions_are_those_of_the_result_where_it_is_shown(data):
     obj = steps.posed_grid(meshes.grid())
     steps.solve()

@@ -30,12 +30,12 @@ def trajectories(job, frames):
     return np.concatenate([path, path[::-1]] * (1 + frames // (2 * len(path))))[:frames]
 
 
-def seconds_of(deformer, targets, threads):
+def seconds_of(deformer, targets, threads, clock=time.perf_counter):
     """(seconds, digest of the frames): they are handed over and not kept, as when they are written to a file."""
     digest = []
-    begun = time.perf_counter()
+    begun = clock()
     deformer.solve_sequence(targets, threads=threads, on_frame=lambda _, shape: digest.append(hash(shape.tobytes())))
-    return time.perf_counter() - begun, tuple(digest)
+    return clock() - begun, tuple(digest)
 
 
 def measure(shape, vertices, frames, rounds):
@@ -46,18 +46,19 @@ def measure(shape, vertices, frames, rounds):
     targets = trajectories(job, frames)
     seconds = {1: [], 2: []}
     digests = set()
-    quarter = []
+    spent = {frames: [], frames // 4: []}  # processor time: what other work takes away is no growth
     for _ in range(rounds):
         for threads in seconds:
             taken, digest = seconds_of(deformer, targets, threads)
             seconds[threads].append(taken)
             digests.add(digest)
-        quarter.append(seconds_of(deformer, targets[: frames // 4], 1)[0])
+        for count, taken in spent.items():
+            taken.append(seconds_of(deformer, targets[:count], 1, time.process_time)[0])
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     seconds_of(deformer, np.concatenate([targets, targets]), 2)
     more = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     one, two = (float(np.median(seconds[threads])) for threads in seconds)
-    exponent = np.log(one / np.median(quarter)) / np.log(4.0)
+    exponent = np.log(np.median(spent[frames]) / np.median(spent[frames // 4])) / np.log(4.0)
     rate = RATES[min(RATES, key=lambda size: abs(np.log(size / vertices)))]
     same = "yes" if len(digests) == 1 else "no"
     return [

@@ -29,17 +29,37 @@ def machine():
     return f"{names[0] if names else platform.processor()}, {len(names)} cores"
 
 
+def _processor_times():
+    """(hundredths of seconds in which the machine worked or wanted to, those of them that its host gave to others)."""
+    info = Path("/proc/stat")
+    if not info.exists():
+        return 0, 0
+    user, nice, system, _idle, _wait, interrupts, soft_interrupts, stolen = map(
+        int, info.read_text().split("\n", 1)[0].split()[1:9]
+    )
+    return user + nice + system + interrupts + soft_interrupts + stolen, stolen
+
+
+_TIMES_BEFORE = _processor_times()
+
+
+def stolen():
+    """Of a virtual machine, for the head of a table: what its host kept from it since the benchmark began."""
+    wanted, kept = (now - before for now, before in zip(_processor_times(), _TIMES_BEFORE, strict=True))
+    share = kept / wanted if wanted > 0 else 0.0
+    return f", {share:.0%} of its time taken by its host" if share >= 0.01 else ""
+
+
 def report(title, columns, rows, json_path):
     """Prints a table and writes it as JSON. columns: names; rows: lists of values in their order."""
     text = [[f"{value:.4g}" if isinstance(value, float) else str(value) for value in row] for row in rows]
     widths = [max(len(cell) for cell in column) for column in zip(columns, *text, strict=True)]
-    print(f"{title} ({machine()}, {date.today().isoformat()})")
+    place, today = machine() + stolen(), date.today().isoformat()
+    print(f"{title} ({place}, {today})")
     for row in (columns, *text):
         print("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
     if json_path:
-        content = {
-            "title": title, "machine": machine(), "date": date.today().isoformat(), "columns": columns, "rows": rows
-        }  # fmt: skip
+        content = {"title": title, "machine": place, "date": today, "columns": columns, "rows": rows}
         json_path.parent.mkdir(parents=True, exist_ok=True)
         json_path.write_text(json.dumps(content, indent=1) + "\n")
 

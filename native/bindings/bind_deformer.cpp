@@ -19,7 +19,9 @@ struct OwnedBinding {
 };
 
 void give_anchors(const py::object& anchors, const std::optional<py::object>& handles, std::optional<double> rigidity,
-                  const std::optional<py::object>& strengths, Binding& binding) {
+                  const std::optional<py::object>& strengths, Index border, Binding& binding) {
+    if (border < 0) throw ::meanvalue::InvalidInput("border is negative; give 0 or more");
+    binding.border_count = border;
     binding.anchors = as_indices(anchors, "anchors");
     if (handles) {
         binding.handles = as_indices(*handles, "handles");
@@ -41,13 +43,15 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
 std::shared_ptr<OwnedBinding> own_binding(const py::object& vertices, const py::object& faces,
                                           const py::object& anchors, const std::optional<py::object>& roi,
                                           const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                          const std::optional<py::object>& strengths, const std::string& method,
-                                          int threads, bool portable) {
+                                          const std::optional<py::object>& strengths, Index border,
+                                          const std::string& loose, const std::string& method, int threads,
+                                          bool portable) {
     auto owned = std::make_shared<OwnedBinding>();
     owned->vertices = PositionsArray(vertices, "vertices").view();
     owned->faces = as_triangles(faces, "faces");
     Binding& binding = owned->binding.emplace(Binding{owned->vertices, owned->faces, {}, as_flags(roi, "roi")});
-    give_anchors(anchors, handles, rigidity, strengths, binding);
+    give_anchors(anchors, handles, rigidity, strengths, border, binding);
+    binding.loose = loose_rule_from_name(loose);
     binding.method = method_from_name(method);
     binding.threads = threads;
     binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
@@ -57,10 +61,11 @@ std::shared_ptr<OwnedBinding> own_binding(const py::object& vertices, const py::
 std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::object& faces,
                                         const py::object& anchors, const std::optional<py::object>& roi,
                                         const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                        const std::optional<py::object>& strengths, const std::string& method,
-                                        int threads, bool portable, const SharedExecution& execution) {
-    const auto owned =
-        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads, portable);
+                                        const std::optional<py::object>& strengths, Index border,
+                                        const std::string& loose, const std::string& method, int threads,
+                                        bool portable, const SharedExecution& execution) {
+    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose, method,
+                                   threads, portable);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return bind_detached(*owned->binding, held);
@@ -68,10 +73,11 @@ std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::ob
 
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
-                std::optional<double> rigidity, const std::optional<py::object>& strengths, const std::string& method,
-                int threads, bool portable, const SharedExecution& execution) {
-    const auto owned =
-        own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, method, threads, portable);
+                std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
+                const std::string& loose, const std::string& method, int threads, bool portable,
+                const SharedExecution& execution) {
+    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose, method,
+                                   threads, portable);
     const SharedExecution held = execution_or_new(execution);
     return {held, [owned, held]() -> Task::Deliver {
                 const std::shared_ptr<Deformer> deformer = bind_detached(*owned->binding, held);
@@ -80,16 +86,17 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
 }
 
 Binding bind_again(const Deformer& earlier, const py::object& anchors, const std::optional<py::object>& handles,
-                   std::optional<double> rigidity, const std::optional<py::object>& strengths) {
+                   std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border) {
     Binding binding = earlier.bound().binding_again();
-    give_anchors(anchors, handles, rigidity, strengths, binding);
+    give_anchors(anchors, handles, rigidity, strengths, border, binding);
     return binding;
 }
 
 std::shared_ptr<Deformer> rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
                                  const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                 const std::optional<py::object>& strengths, const SharedExecution& execution) {
-    const Binding binding = bind_again(*earlier, anchors, handles, rigidity, strengths);
+                                 const std::optional<py::object>& strengths, Index border,
+                                 const SharedExecution& execution) {
+    const Binding binding = bind_again(*earlier, anchors, handles, rigidity, strengths, border);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return bind_detached(binding, held, earlier);
@@ -97,8 +104,9 @@ std::shared_ptr<Deformer> rebind(const std::shared_ptr<Deformer>& earlier, const
 
 Task start_rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
                   const std::optional<py::object>& handles, std::optional<double> rigidity,
-                  const std::optional<py::object>& strengths, const SharedExecution& execution) {
-    const auto binding = std::make_shared<const Binding>(bind_again(*earlier, anchors, handles, rigidity, strengths));
+                  const std::optional<py::object>& strengths, Index border, const SharedExecution& execution) {
+    const auto binding =
+        std::make_shared<const Binding>(bind_again(*earlier, anchors, handles, rigidity, strengths, border));
     const SharedExecution held = execution_or_new(execution);
     return {held, [earlier, binding, held]() -> Task::Deliver {
                 const std::shared_ptr<Deformer> deformer = bind_detached(*binding, held, earlier);
@@ -185,8 +193,27 @@ void bind_reports(py::module_& module) {
         .def_readonly("detached_triangle_count", &BindReport::detached_triangle_count,
                       "int: triangles that fit no manifold and were kept as loose pieces.")
         .def_readonly("guarded", &BindReport::guarded, "list of int: vertices encoded by a fallback rule.")
-        .def_readonly("guarded_reasons", &BindReport::guarded_reasons, "dict: reason -> number of vertices.")
+        .def_property_readonly(
+            "guarded_reasons",
+            [](const BindReport& report) {
+                std::map<std::string, std::size_t> counts;
+                for (const auto& [reason, vertices] : report.guarded_by_reason)
+                    counts[reason] = vertices.size();
+                return counts;
+            },
+            "dict: reason -> number of vertices.")
+        .def_readonly("guarded_by_reason", &BindReport::guarded_by_reason,
+                      "dict: reason -> list of int, the vertices.")
         .def_readonly("components", &BindReport::components)
+        .def_readonly("carriers", &BindReport::carriers,
+                      "list of int, one for each of `components`: the place there of the part that carries it along\n"
+                      "(loose='follow'), or -1.")
+        .def_property_readonly(
+            "part_of",
+            [](const BindReport& report) {
+                return py::array_t<Index>(static_cast<py::ssize_t>(report.part_of.size()), report.part_of.data());
+            },
+            "(n,) int32: the part of each vertex, a place in `components`.")
         .def_readonly("timings", &BindReport::timings, "dict: stage -> seconds.")
         .def_readonly("bytes", &BindReport::bytes,
                       "int: held by the bound mesh, and about what one solve at a time adds.");
@@ -239,32 +266,40 @@ void bind_deformer(py::module_& module) {
         module, "Deformer", py::module_local(),
         "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.");
     deformer
-        .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
-             py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-             py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
-             py::arg("portable") = false, py::arg("execution") = py::none(),
-             "Bind a mesh.\n\n"
-             "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
-             "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
-             "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
-             "be followed along their way. None: anchors joined by edges make a piece.\n"
-             "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
-             "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
-             "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
-             "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
-             "unit;\n"
-             "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
-             "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
-             "n\n"
-             "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
-             "ones. Method 'fast' only, and inside roi.\n"
-             "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
-             "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
-             "threads: 0 for every core; results do not depend on it.\n"
-             "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
-             "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
-             "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
-             "among others), SolverFailure, Cancelled.")
+        .def(
+            py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
+            py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
+            py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("loose") = "stay",
+            py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false,
+            py::arg("execution") = py::none(),
+            "Bind a mesh.\n\n"
+            "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
+            "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
+            "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
+            "be followed along their way. None: anchors joined by edges make a piece.\n"
+            "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
+            "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
+            "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
+            "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
+            "unit;\n"
+            "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
+            "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
+            "n\n"
+            "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
+            "ones. Method 'fast' only, and inside roi.\n"
+            "border: so many of the anchors, the last ones, are soft and only hold the region's border to its rest\n"
+            "shape; with loose='follow', a part that has no others follows.\n"
+            "loose: what becomes of a part that holds no anchor and lies in the region as a whole. 'stay': it keeps\n"
+            "its place. 'follow': it is carried along rigidly by the nearest surface that is held, and grows as "
+            "that\n"
+            "does; report.carriers tells by which part.\n"
+            "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
+            "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
+            "threads: 0 for every core; results do not depend on it.\n"
+            "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
+            "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
+            "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
+            "among others), SolverFailure, Cancelled.")
         .def(
             "solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
@@ -299,24 +334,27 @@ void bind_deformer(py::module_& module) {
              "Arrays are copied first. Raises InvalidInput for arrays of another form.")
         .def(
             "rebind", &rebind, py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(),
-            py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(), py::arg("execution") = py::none(),
+            py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(), py::arg("border") = 0,
+            py::arg("execution") = py::none(),
             "Bind the same mesh to other anchors. Returns a new Deformer; this one stays as it is.\n\n"
-            "Mesh, roi, method, threads and portable are those of this one; anchors, handles, rigidity and "
-            "strengths\n"
-            "as in Deformer(), whose result this has, bit by bit. What does not depend on the anchors is shared:\n"
+            "Mesh, roi, method, threads, portable and loose are those of this one; anchors, handles, rigidity,\n"
+            "strengths and border as in Deformer(), whose result this has, bit by bit. What does not depend on the "
+            "anchors is shared:\n"
             "with a handle more or less it takes less than half of the time. Large handles (more than a 64th of the\n"
             "vertices) that come or go, and parts of the mesh that had no anchor before, take as long as at first.\n"
             "Raises InvalidInput, SolverFailure, Cancelled as Deformer().")
         .def("start_rebind", &start_rebind, py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(),
-             py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(), py::arg("execution") = py::none(),
+             py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(), py::arg("border") = 0,
+             py::arg("execution") = py::none(),
              "As rebind(), beside the interpreter. Returns a Task whose result is the Deformer.")
         .def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
                                "BindReport: what bind found, and what it cost.");
     bind_sequence(module, deformer);
     module.def("start_bind", &start_bind, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
                py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-               py::arg("strengths") = py::none(), py::arg("method") = "fast", py::arg("threads") = 0,
-               py::arg("portable") = false, py::arg("execution") = py::none(),
+               py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("loose") = "stay",
+               py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false,
+               py::arg("execution") = py::none(),
                "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
                "Arrays are copied first. Raises InvalidInput for arrays of another form.");
 }

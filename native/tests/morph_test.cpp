@@ -101,6 +101,18 @@ TEST(EncodingBlend, AGuardedRingOfOneShapeIsGuardedInAll) {
     EXPECT_THROW(EncodingBlend({&first, &encodings[1]}, execution), InvalidInput);
 }
 
+TEST(Morpher, AGraftIsPlacedWhereAllVerticesAreAnchors) {
+    const Shapes shapes = noisy_shapes();
+    const auto vertices = static_cast<Index>(shapes.positions[0].rows());
+    MorphBinding binding{{shapes.positions[0], shapes.positions[1]}, shapes.faces};
+    for (Index v = 0; v < vertices; ++v)
+        binding.anchors.push_back(v);
+    Execution execution;
+    const Morpher morpher(binding, execution);
+    const std::vector<double> alike(2 * vertices, 0.5);  // nothing is free, and there is no border to place it by
+    EXPECT_TRUE(morpher.solve(alike, {}, {}, execution).vertices.allFinite());
+}
+
 TEST(Morpher, PastesAPartWithoutMovingTheRest) {
     // The second shape, turned, moved and twice as large, has a bump on top.
     const tests::Mesh mesh = tests::sphere(4);

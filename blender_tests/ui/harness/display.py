@@ -6,10 +6,13 @@ import pathlib
 import struct
 import subprocess
 import tempfile
+import time
 import zlib
 
 SIZE = (1280, 800)
 END_SECONDS = 60
+SETTLE_SECONDS = 2.0
+LOOK_SECONDS = 0.03
 
 
 class Display:
@@ -33,6 +36,7 @@ class Display:
             number = pipe.readline().strip()
         assert number, "Xvfb did not start"
         self.name = f":{number}"
+        self.file = pathlib.Path(self._folder.name, "Xvfb_screen0")
         return self
 
     def __exit__(self, *_):
@@ -44,18 +48,42 @@ class Display:
             self._server.wait()
         self._folder.cleanup()
 
-    def photograph(self, path):
-        """Writes what is on the display as a PNG."""
-        path = pathlib.Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(_png_of_xwd(pathlib.Path(self._folder.name, "Xvfb_screen0").read_bytes()))
+
+def photograph(file, path):
+    """Writes what is on the display whose `file` it is as a PNG. Returns how many colours it has.
+
+    Taken from outside of Blender, whose own screenshots are black on such a display from 4.0 on.
+    """
+    data = _settled(file)
+    path = pathlib.Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(_png_of_xwd(data))
+    return len(set(_pixels(data)))
+
+
+def _settled(file):
+    """The display draws what it is asked for a little later: its content when that has not changed for a moment."""
+    data, until = None, time.monotonic() + SETTLE_SECONDS
+    while (newer := file.read_bytes()) != data and time.monotonic() < until:
+        data = newer
+        time.sleep(LOOK_SECONDS)
+    return newer
+
+
+def _layout(data):
+    """(where the pixels start, width, height, bytes of a row) of an X window dump."""
+    header = struct.unpack(">25I", data[:100])
+    return header[0] + 12 * header[19], header[4], header[5], header[12]
+
+
+def _pixels(data):
+    start, _width, height, row_bytes = _layout(data)
+    return memoryview(data)[start : start + height * row_bytes].cast("I")
 
 
 def _png_of_xwd(data):
     """PNG bytes of an X window dump with 32 bits a pixel: blue, green, red, unused."""
-    header = struct.unpack(">25I", data[:100])
-    header_size, width, height, row_bytes, colours = header[0], header[4], header[5], header[12], header[19]
-    start = header_size + 12 * colours
+    start, width, height, row_bytes = _layout(data)
     rows = []
     for y in range(height):
         row = data[start + y * row_bytes : start + y * row_bytes + 4 * width]

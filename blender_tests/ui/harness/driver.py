@@ -5,14 +5,16 @@ Acts are for `yield from`. Blender handles all that an act did, and draws, befor
 nothing to wait for but what Blender itself puts off.
 """
 
+import os
+import pathlib
 import time
 
 import bpy
 
-from . import message_log, status_bar, tabs, view
+from . import display, message_log, status_bar, tabs, view
 from .acting import act
 
-WAIT_SECONDS = 60.0
+WAIT_SECONDS = 150.0
 # On no keyboard, so in no keymap.
 UNUSED_KEY = 'F24'
 TYPED = {
@@ -154,10 +156,10 @@ class Ui:
     # Not acts: done at once
 
     def photograph(self, name):
-        """build/ui/NAME.png of what is drawn now."""
-        window = view.window()
-        with bpy.context.temp_override(window=window, screen=window.screen):
-            bpy.ops.screen.screenshot(filepath=str(self._pictures / f"{name}.png"))
+        """build/ui/NAME.png of what is drawn now. @throws AssertionError if that is of one colour."""
+        shown = pathlib.Path(os.environ["MEANVALUE_UI_DISPLAY_FILE"])
+        colours = display.photograph(shown, self._pictures / f"{name}.png")
+        assert colours > 1, f"nothing is drawn: {name}.png is of one colour"
 
     def remember(self):
         """An undo step for what the scenario itself did to the scene; without it, undo would take that back as well."""

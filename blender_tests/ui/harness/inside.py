@@ -18,12 +18,13 @@ import traceback
 import bpy
 
 HERE = pathlib.Path(__file__).resolve().parent
-PICTURES = HERE.parents[2] / "build" / "ui"
-PACKAGE = "meanvalue_deform"
+PICTURES = pathlib.Path(os.environ["MEANVALUE_UI_PICTURES"])
 SIDEBAR_TAB = "Mean-Value"
 STEP_SECONDS = 0.01
 
 sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent)]
+from support import installed  # noqa: E402
+
 from harness import acting, status_bar, view  # noqa: E402
 from harness.driver import Ui  # noqa: E402
 
@@ -78,7 +79,7 @@ class Runner:
         # Not read_factory_settings, which disables add-ons. Without an override: the window is replaced.
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         yield
-        assert bpy.context.preferences.addons.get(PACKAGE), "the add-on was disabled"
+        assert bpy.context.preferences.addons.get(installed.PACKAGE), "the add-on was disabled"
         status_bar.forget()
         view.redraw()
         yield
@@ -117,8 +118,10 @@ def start():
     preferences.view.smooth_view = 0  # views jump
     preferences.system.viewport_aa = 'OFF'  # else every picture is drawn eight times
     preferences.use_preferences_save = False
-    bpy.ops.preferences.addon_install(filepath=os.environ["MEANVALUE_ADDON_ZIP"])
-    assert bpy.ops.preferences.addon_enable(module=PACKAGE) == {'FINISHED'}
+    if installed.IS_EXTENSION:  # it was installed before this Blender started
+        installed.enable()
+    else:
+        installed.install()
     status_bar.watch()
     arguments = sys.argv[sys.argv.index("--") + 1 :]
     # Persistent: loading a file ends other timers.

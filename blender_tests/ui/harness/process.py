@@ -11,14 +11,16 @@ import subprocess
 import tempfile
 import time
 
-from harness.display import SIZE, Display
+from support import installed
+
+from harness.display import SIZE, Display, photograph
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-OUTPUT = ROOT / "build" / "ui"
+OUTPUT = pathlib.Path(os.environ.get("MEANVALUE_UI_OUTPUT", ROOT / "build" / "ui"))
 RUNNER = pathlib.Path(__file__).with_name("inside.py")
 TRACEBACK = "Traceback (most recent call last)"
 
-# Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves after 60 s.
+# Blender is killed when no scenario has come to a new step for so long. Single waits end by themselves before that.
 STUCK_SECONDS = float(os.environ.get("MEANVALUE_UI_STUCK_SECONDS", "180"))
 LONGEST_SECONDS = 1200.0
 LOOK_SECONDS = 0.2
@@ -60,13 +62,16 @@ class _Session:
             Display() as display,
             self._log.open("w") as log,
         ):
+            environment = _environment(display, pathlib.Path(folder))
+            if installed.IS_EXTENSION:
+                installed.install_by_command("blender", environment)
             # A session of its own, so that all of it can be ended. stdbuf: C and Python write into one log.
             blender = subprocess.Popen(
                 ["stdbuf", "-oL", "blender", *options.split(), *map(str, SIZE), "--python", RUNNER, *inside],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env=_environment(display, pathlib.Path(folder)),
+                env=environment,
                 start_new_session=True,
             )
             try:
@@ -86,9 +91,9 @@ class _Session:
                 known, since = size, time.monotonic()
             if time.monotonic() > min(since + STUCK_SECONDS, latest):
                 picture = OUTPUT / f"{self._path.stem}-stuck.png"
-                display.photograph(picture)
+                photograph(display.file, picture)
                 why = f"no new step for {STUCK_SECONDS:.0f} s, or {LONGEST_SECONDS:.0f} s in all"
-                return f"Blender was ended: {why}; picture: {picture.relative_to(ROOT)}"
+                return f"Blender was ended: {why}; picture: {picture}"
             time.sleep(LOOK_SECONDS)
         if blender.returncode < 0:
             return f"Blender crashed: {signal.Signals(-blender.returncode).name}"
@@ -136,6 +141,7 @@ def _environment(display, folder):
     for path in own.values():
         path.mkdir()
     ours = {"DISPLAY": display.name, "TMPDIR": folder, "LIBGL_ALWAYS_SOFTWARE": "1", "PATH": "/usr/bin:/bin"}
+    ours |= {"MEANVALUE_UI_PICTURES": OUTPUT, "MEANVALUE_UI_DISPLAY_FILE": display.file}
     return {**os.environ, **{name: str(value) for name, value in (own | ours).items()}}
 
 

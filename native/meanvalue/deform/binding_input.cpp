@@ -78,6 +78,23 @@ std::vector<char> soft_flags(const Binding& binding) {
     return flags;
 }
 
+std::vector<char> resting_flags(const Binding& binding) {
+    const auto count = static_cast<std::size_t>(binding.border_count);
+    if (count > binding.anchors.size()) {
+        throw InvalidInput(message("border is ", count, ", but there are ", binding.anchors.size(),
+                                   " anchors; give how many of the last of them are a soft border"));
+    }
+    std::vector<char> flags(binding.vertices.rows(), 0);
+    for (std::size_t k = binding.anchors.size() - count; k < binding.anchors.size(); ++k) {
+        if (binding.strengths.empty() || std::isinf(binding.strengths[k])) {
+            throw InvalidInput(
+                message("anchor ", k, " of the soft border is met exactly; give it a finite strength"));
+        }
+        flags[binding.anchors[k]] = 1;
+    }
+    return flags;
+}
+
 std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
                                                const Region& region) {
     if (is_soft.empty()) return {};

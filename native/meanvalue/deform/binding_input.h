@@ -19,6 +19,9 @@ std::vector<Index> handles_of_region(const Binding& binding, const Region& regio
 /// n flags, empty where all anchors are hard. @throws InvalidInput.
 std::vector<char> soft_flags(const Binding& binding);
 
+/// n flags: the anchors of a soft border. @throws InvalidInput unless they are soft.
+std::vector<char> resting_flags(const Binding& binding);
+
 /// In the region's vertex numbers. @param is_soft soft_flags().
 std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
                                                const Region& region);

@@ -88,9 +88,16 @@ Method method_from_name(const std::string& name) {
     throw InvalidInput(message("method is '", name, "'; this version knows 'fast', 'paper' and 'full'"));
 }
 
+LooseRule loose_rule_from_name(const std::string& name) {
+    if (name == "stay") return LooseRule::kStay;
+    if (name == "follow") return LooseRule::kFollow;
+    throw InvalidInput(message("loose is '", name, "'; this version knows 'stay' and 'follow'"));
+}
+
 BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier)
     : method_(binding.method),
       instructions_(binding.instructions),
+      loose_(binding.loose),
       threads_(thread_count(binding.threads)),
       anchors_(binding.anchors) {
     if (earlier != nullptr &&
@@ -107,10 +114,14 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
         if (is_soft[v]) is_fixed_[v] = 0;
     }
     Components components = find_components(rest(), mesh_->faces, is_fixed_, execution, is_soft);
-    const std::vector<char> solved_as_fixed_flags = solved_as_fixed(is_fixed_, components);
-    const auto shape = shape_for(solved_as_fixed_flags, components, earlier, execution);
+    if (loose_ == LooseRule::kFollow) {
+        if (binding.border_count > 0) let_go(components, resting_flags(binding));
+        loose_parts_ = LooseParts(rest(), mesh_->faces, components, execution);
+    }
+    is_fixed_ = solved_as_fixed(std::move(is_fixed_), components);
+    const auto shape = shape_for(is_fixed_, components, earlier, execution);
     region_vertices_ = shape->region.vertices;
-    std::vector<char> is_fixed_there = rows_of(solved_as_fixed_flags, region_vertices_);
+    std::vector<char> is_fixed_there = rows_of(is_fixed_, region_vertices_);
     report_.free_count = static_cast<Index>(std::count(is_fixed_there.begin(), is_fixed_there.end(), 0));
     const bool is_same_shape = earlier != nullptr && earlier->decoder().shape() == shape;
     decoder_ = make_decoder(binding, is_soft, shape, std::move(is_fixed_there),
@@ -142,11 +153,15 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const std::vector<char>&
 Binding BoundMesh::binding_again() const {
     Binding binding{mesh_->vertices, mesh_->faces, {}, mesh_->roi, method_, threads_};
     binding.instructions = instructions_;
+    binding.loose = loose_;
     return binding;
 }
 
 void BoundMesh::fill_report(Components components) {
     report_.components = std::move(components.parts);
+    report_.carriers = loose_parts_.carriers();
+    report_.carriers.resize(report_.components.size(), -1);
+    report_.part_of = std::move(components.part_of);
     report_.vertex_count = static_cast<Index>(rest().rows());
     report_.anchor_count = static_cast<Index>(anchors_.size());
     report_.row_count = decoder_->row_count();
@@ -156,12 +171,15 @@ void BoundMesh::fill_report(Components components) {
     for (const Index v : decoder_->encoding().guarded)
         report_.guarded.push_back(region_vertices_[v]);
     std::sort(report_.guarded.begin(), report_.guarded.end());
-    for (const auto& [reason, vertices] : decoder_->encoding().guarded_by_reason()) {
-        report_.guarded_reasons[reason] = static_cast<Index>(vertices.size());
+    report_.guarded_by_reason = decoder_->encoding().guarded_by_reason();
+    for (auto& [reason, vertices] : report_.guarded_by_reason) {
+        for (Index& v : vertices)
+            v = region_vertices_[v];
+        std::sort(vertices.begin(), vertices.end());
     }
     for (const auto& [stage, seconds] : decoder_->bind_timings())
         report_.timings[stage] += seconds;
-    report_.bytes = decoder_->bytes();
+    report_.bytes = decoder_->bytes() + loose_parts_.bytes();
 }
 
 Positions BoundMesh::rows_of_region(const PositionsView& positions, const Execution& execution) const {

@@ -11,6 +11,7 @@
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/decoder.h"
+#include "meanvalue/deform/loose_parts.h"
 #include "meanvalue/mesh/components.h"
 
 namespace meanvalue {
@@ -27,6 +28,9 @@ constexpr double kDefaultRigidity = 15.0;
 
 /// @throws InvalidInput for an unknown name, listing the known ones.
 Method method_from_name(const std::string& name);
+
+/// @throws InvalidInput for an unknown name, listing the known ones.
+LooseRule loose_rule_from_name(const std::string& name);
 
 /// What a Deformer is bound to.
 struct Binding {
@@ -50,6 +54,10 @@ struct Binding {
     std::vector<double> strengths = {};
     /// Solve with what all processors of an architecture have: slower, with the same bits on each of them.
     InstructionSet instructions = InstructionSet::kFastest;
+    /// So many of the anchors, the last ones, only hold a region's soft border to its rest shape: a part that has no
+    /// others is loose.
+    Index border_count = 0;
+    LooseRule loose = LooseRule::kStay;
 };
 
 /// What bind found, and what it cost.
@@ -63,11 +71,13 @@ struct BindReport {
     Index longest_ring = 0;          ///< of any row in any level
     Index detached_triangle_count =
         0;  ///< triangles that fit no manifold; see TriangleMesh. Like `guarded`, of the part that takes part
-    std::vector<Index> guarded;                    ///< vertices encoded by a fallback rule
-    std::map<std::string, Index> guarded_reasons;  ///< how many vertices each reason applies to
-    std::vector<Component> components;             ///< the parts of the mesh and what their fixed vertices leave open
-    Timings timings;                               ///< seconds by stage
-    std::size_t bytes = 0;                         ///< held by what was bound
+    std::vector<Index> guarded;                                   ///< vertices encoded by a fallback rule
+    std::map<std::string, std::vector<Index>> guarded_by_reason;  ///< the vertices that each reason applies to
+    std::vector<Component> components;  ///< the parts of the mesh and what their fixed vertices leave open
+    std::vector<Index> carriers;        ///< of each of these: the one that carries it along (LooseParts), or -1
+    std::vector<Index> part_of;         ///< n: the part of each vertex, of `components`
+    Timings timings;                    ///< seconds by stage
+    std::size_t bytes = 0;              ///< held by what was bound
 };
 
 /// A mesh as it was given, and what of it may move.
@@ -92,11 +102,13 @@ class BoundMesh {
 
     const Decoder& decoder() const { return *decoder_; }
     const BindReport& report() const { return report_; }
+    /// That a call may use which asks for `threads`, 0 for as many as it was bound with.
+    int threads_of(int threads) const { return threads > 0 ? threads : threads_; }
     double default_tolerance() const { return default_tolerance_; }
     const std::vector<Index>& anchors() const { return anchors_; }
     const Positions& rest() const { return mesh_->vertices; }  ///< n x 3
-    /// Mesh, region of influence, method, threads and instructions of this one, which it must not outlive; anchors
-    /// and what belongs to them are to be given.
+    /// Mesh, region of influence, method, threads, instructions and what becomes of loose parts of this one, which it
+    /// must not outlive; anchors and what belongs to them are to be given.
     Binding binding_again() const;
 
     /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is
@@ -114,6 +126,8 @@ class BoundMesh {
     /// The rows of `positions` (n x 3) that belong to the decoder's vertices, and what may move of these put back.
     Positions rows_of_region(const PositionsView& positions, const Execution& execution) const;
     void put_rows_of_region(const Positions& rows, Positions& positions) const;
+    /// The parts that go along with others, which have no rows.
+    const LooseParts& loose_parts() const { return loose_parts_; }
 
   private:
     std::shared_ptr<const RegionShape> shape_for(const std::vector<char>& is_fixed, const Components& components,
@@ -123,12 +137,14 @@ class BoundMesh {
     std::shared_ptr<const RestMesh> mesh_;
     Method method_;
     InstructionSet instructions_;
+    LooseRule loose_;
     int threads_;
     double default_tolerance_ = 1e-6;
     std::vector<Index> anchors_;
-    std::vector<char> is_fixed_;          // n: hard anchors, and what lies outside the region of influence
+    std::vector<char> is_fixed_;          // n: hard anchors, what lies outside the region of influence, loose parts
     std::vector<char> cut_out_by_;        // n: what the region is the surroundings of the rest of
     std::vector<Index> region_vertices_;  // the decoder's vertex numbers in the mesh
+    LooseParts loose_parts_;
     BindReport report_;
     std::unique_ptr<const Decoder> decoder_;
 };

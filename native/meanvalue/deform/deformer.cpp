@@ -70,6 +70,8 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
         if (options.settle) workspace.forget();
     }
     bound_.put_rows_of_region(positions, solution.vertices);
+    bound_.loose_parts().carry(bound_.rest(), solution.vertices.data(), bound_.threads_of(options.threads),
+                               execution);
     solution.energies = report.energies;
     solution.initial_energy = report.energies.front();
     solution.energy = report.energies.back();
@@ -106,7 +108,8 @@ std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::share
         bind->faces = binding.faces;
         bind->binding = std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi,
                                                           binding.method, binding.threads, binding.handles,
-                                                          binding.rigidity, binding.strengths, binding.instructions});
+                                                          binding.rigidity, binding.strengths, binding.instructions,
+                                                          binding.border_count, binding.loose});
     }
     run_detached(
         [bind] {

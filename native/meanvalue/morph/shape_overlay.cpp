@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/procrustes.h"
@@ -42,6 +43,8 @@ Morpher::Bound::Overlay Morpher::Bound::graft(const ShapeWeights& weights, const
                                                weights.mean().begin());
     Overlay result;
     result.turn = cells->whole(most);
+    std::vector<Index> all_vertices(layout.vertex_count());
+    std::iota(all_vertices.begin(), all_vertices.end(), 0);
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         // The border of shape k counts by how much its weight changes from a vertex to its ring.
         std::vector<Index> border;
@@ -55,7 +58,7 @@ Morpher::Bound::Overlay Morpher::Bound::graft(const ShapeWeights& weights, const
         Similarity place;
         if (k != most) {
             if (border.size() < 3) {
-                border = unknowns.free;
+                border = unknowns.free.size() < 3 ? all_vertices : unknowns.free;
                 changes.clear();
             }
             place = fit_similarity(shapes[k], shapes[most], border, changes);

@@ -18,6 +18,8 @@ namespace {
 constexpr int kSolvesFromRest = 3;
 // Roughness of the paths of vertices that is left alone, as a share of the diagonal: it can't be seen.
 constexpr double kUnseen = 2e-5;
+// Of a coordinate in the result, which is single precision: with room for differences and what smoothing adds.
+constexpr double kMostCoordinate = std::numeric_limits<float>::max() / 8.0;
 
 using Shape = std::unique_ptr<float[]>;  // n x 3
 
@@ -44,6 +46,14 @@ double fade(Index frame, Index count) {
     return t < 0.5 ? 2.0 * t * t : 1.0 - 2.0 * (1.0 - t) * (1.0 - t);
 }
 
+/// @throws InvalidInput.
+void require_single_precision(const Positions& shape, const char* name) {
+    const double most = shape.rows() > 0 ? shape.cwiseAbs().maxCoeff() : 0.0;
+    if (most <= kMostCoordinate) return;
+    throw InvalidInput(message(name, " has coordinates up to ", most, ", but frames are in single precision; scale ",
+                               "mesh and targets so that they stay below ", kMostCoordinate));
+}
+
 class SequenceSolve {
   public:
     SequenceSolve(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
@@ -55,6 +65,7 @@ class SequenceSolve {
         overlap_ = std::min(options.overlap, chunk_);
         std::tie(begin_, end_) = options.frames.value_or(std::pair<Index, Index>{0, trajectories.frame_count});
         const Positions& rest = deformer.bound().rest();
+        require_single_precision(rest, "the rest shape");
         if (rest.rows() > 0) unseen_ = kUnseen * (rest.colwise().maxCoeff() - rest.colwise().minCoeff()).norm();
         result_.first = begin_;
         result_.vertex_count = deformer.report().vertex_count;
@@ -96,6 +107,7 @@ class SequenceSolve {
             }
             --active;
         });
+        carry_loose_parts(threads);
         std::sort(result_.failures.begin(), result_.failures.end(),
                   [](const FrameFailure& a, const FrameFailure& b) { return a.frame < b.frame; });
         return std::move(result_);
@@ -229,16 +241,17 @@ class SequenceSolve {
         try {
             int iterations = 0;
             Solution solution;
-            const auto solve = [&] {
+            const auto solve_from = [&](const Positions& before) {
                 std::optional<PositionsView> start;
-                if (shape.rows() > 0) start.emplace(shape);
+                if (before.rows() > 0) start.emplace(before);
                 solution = drag.solve(trajectories_.targets_at(frame), start, options, execution);
-                start.reset();
-                shape = std::move(solution.vertices);
                 iterations += solution.all_iterations;
             };
-            for (int left = shape.rows() > 0 ? 1 : kSolvesFromRest; left > 0; --left)
-                solve();
+            solve_from(shape);
+            for (int left = shape.rows() > 0 ? 0 : kSolvesFromRest - 1; left > 0; --left)
+                solve_from(Positions(std::move(solution.vertices)));
+            require_single_precision(solution.vertices, "the solved shape");
+            shape = std::move(solution.vertices);
             if (!is_told) return true;
             const auto row = static_cast<std::size_t>(frame - begin_);
             result_.energies[row] = solution.energy;
@@ -266,6 +279,14 @@ class SequenceSolve {
                 to[number] += share * (after[number] - to[number]);
         }
         seam.after.clear();
+    }
+
+    /// Where paths were smoothed or faded, as what carries them is now.
+    void carry_loose_parts(int threads) {
+        const BoundMesh& bound = deformer_.bound();
+        if (bound.loose_parts().carriers().empty()) return;
+        for (Index frame = begin_; frame < end_; ++frame)
+            bound.loose_parts().carry(bound.rest(), row(frame), threads, execution_);
     }
 
     void report_progress() {

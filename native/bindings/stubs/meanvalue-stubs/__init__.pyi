@@ -16,6 +16,8 @@ class BindReport:
     @property
     def bytes(self) -> int: ...
     @property
+    def carriers(self) -> list[int]: ...
+    @property
     def components(self) -> list[Component]: ...
     @property
     def detached_triangle_count(self) -> int: ...
@@ -24,11 +26,15 @@ class BindReport:
     @property
     def guarded(self) -> list[int]: ...
     @property
+    def guarded_by_reason(self) -> dict[str, list[int]]: ...
+    @property
     def guarded_reasons(self) -> dict[str, int]: ...
     @property
     def level_sizes(self) -> list[int]: ...
     @property
     def longest_ring(self) -> int: ...
+    @property
+    def part_of(self) -> NDArray[np.int32]: ...
     @property
     def row_count(self) -> int: ...
     @property
@@ -63,6 +69,8 @@ class Deformer:
         handles: ArrayLike | None = None,
         rigidity: float | None = None,
         strengths: ArrayLike | None = None,
+        border: int = 0,
+        loose: Literal['stay', 'follow'] = 'stay',
         method: Literal['fast', 'paper', 'full'] = 'fast',
         threads: int = 0,
         portable: bool = False,
@@ -75,6 +83,7 @@ class Deformer:
         handles: ArrayLike | None = None,
         rigidity: float | None = None,
         strengths: ArrayLike | None = None,
+        border: int = 0,
         execution: Execution | None = None,
     ) -> Deformer: ...
     @property
@@ -111,6 +120,7 @@ class Deformer:
         handles: ArrayLike | None = None,
         rigidity: float | None = None,
         strengths: ArrayLike | None = None,
+        border: int = 0,
         execution: Execution | None = None,
     ) -> Task: ...
     def start_solve(
@@ -277,6 +287,7 @@ def blend(
     threads: int = 0,
     execution: Execution | None = None,
 ) -> Encoding: ...
+def build_info() -> dict[str, str | int]: ...
 def encode(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -300,6 +311,8 @@ def start_bind(
     handles: ArrayLike | None = None,
     rigidity: float | None = None,
     strengths: ArrayLike | None = None,
+    border: int = 0,
+    loose: Literal['stay', 'follow'] = 'stay',
     method: Literal['fast', 'paper', 'full'] = 'fast',
     threads: int = 0,
     portable: bool = False,

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that baking and farms write and read again, presets and lists of frames: one class for each kind.
+
+A kind has seeds(), whole contents; damaged(content, random_numbers); and attempt(content, folder), which reads it from
+there as the add-on does: True if it was taken, False if an error of the add-on's own refused it.
+"""
+
+import json
+import types
+
+import numpy as np
+
+from addon.bake import baking, bundle, farm
+from addon.bake.plan import BakePlan
+from addon.core import bake_plot, bake_report, chunk_store, frame_ranges, point_cache
+from addon.core.bind_input import BindInput
+from addon.core.capture import known_sets, marker_sets
+from addon.errors import MeanValueError
+
+from .mutations import mutated, with_odd_values
+
+
+def is_taken(action):
+    try:
+        action()
+    except MeanValueError as error:
+        assert str(error)
+        return False
+    return True
+
+
+class PointCaches:
+    name = "pc2"
+
+    def __init__(self, folder):
+        rows = np.random.default_rng(1).standard_normal((3, 5, 3))
+        point_cache.write(folder / "seed.pc2", point_cache.Header(5, 1.0, 1.0, 3), [rows])
+        self.seeds = [(folder / "seed.pc2").read_bytes()]
+
+    damaged = staticmethod(mutated)
+
+    def attempt(self, content, folder):
+        path = folder / "a.pc2"
+        path.write_bytes(content)
+        return is_taken(lambda: self._read(path))
+
+    def _read(self, path):
+        header = point_cache.read_header(path)
+        rows = sum(len(portion) for portion in point_cache.portions(path))
+        assert rows == header.samples and header.bytes == path.stat().st_size
+
+
+def a_plan(**more):
+    rest = np.array([[x, y, 0.1 * x * y] for y in range(4) for x in range(4)], np.float32)
+    corners = [v + offset for v in (0, 1, 2, 4, 5, 6, 8, 9, 10) for offset in (0, 1, 5, 4)]
+    bind_input = BindInput(
+        rest=rest,
+        face_corners=np.array(corners, np.int32),
+        face_starts=np.arange(0, len(corners), 4, dtype=np.int32),
+        anchors=np.array([0, 3, 12, 15], np.int32),
+        roi=np.ones(16, bool),
+        method="fast",
+        pieces=np.array([0, 0, 1, 1], np.int32),
+        rigidity=15.0,
+        **more,
+    )
+    targets = np.repeat(rest[bind_input.anchors][None].astype(np.float64), 3, axis=0)
+    triangles = np.array([[v, v + 1, v + 5] for v in range(10)], np.int32)
+    return BakePlan(bind_input, np.arange(1.0, 4.0), 1.0, targets, None), triangles
+
+
+class Bundles:
+    """Plans of a farm, which are refused by their checksum whatever is wrong with them."""
+
+    name = "bundle"
+
+    def __init__(self, folder):
+        self.seeds, self._digests = [], []
+        soft = {"strengths": np.array([1.0, np.inf, 2.0, np.inf])}
+        border = {"border": np.array([5, 6], np.int32), "border_strengths": np.array([0.1, 0.2])}
+        mirror = {"planes": np.array([[1.0, 0, 0, 0]]), "twins": np.full((1, 16), -1, np.int32)}
+        for more in ({}, soft, border, mirror):
+            self._digests.append(bundle.save(folder / "seed.npz", *a_plan(**more)))
+            self.seeds.append((folder / "seed.npz").read_bytes())
+
+    damaged = staticmethod(mutated)
+
+    def attempt(self, content, folder):
+        path = folder / "a.npz"
+        path.write_bytes(content)
+        return any([is_taken(lambda digest=digest: self._read(path, digest)) for digest in self._digests])
+
+    def _read(self, path, digest):
+        plan, triangles = bundle.load(path, digest)
+        plan.bind_input.check()
+        assert plan.header.samples == len(plan.numbers) == plan.chunks()[-1][1] and plan.key
+        assert len(plan.bind_input.whole.held_rest) > 0 and triangles.shape[1] == 3
+
+
+class OfJson:
+    def damaged(self, content, random_numbers):
+        if random_numbers.random() < 0.3:
+            return mutated(content, random_numbers)
+        return json.dumps(with_odd_values(json.loads(content), random_numbers)).encode()
+
+
+class Plans(OfJson):
+    """plan.json of a farm; its table of tasks follows it."""
+
+    name = "plan"
+
+    def __init__(self, folder):
+        plan, triangles = a_plan()
+        farm.write_plan(folder, [("Clip", plan, triangles), ("Other", plan, triangles)], 2)
+        self.seeds = [(folder / "plan" / "plan.json").read_bytes()]
+
+    def attempt(self, content, folder):
+        (folder / "plan.json").write_bytes(content)
+        (folder / "tasks.tsv").write_bytes(b"Clip\t1-2\nClip\t3\n" if len(content) % 2 else content)
+        options = types.SimpleNamespace(index=0, plan=folder, out=None, clip=None, frames=None, key=None)
+        return is_taken(lambda: self._read(folder, options))
+
+    def _read(self, folder, options):
+        plan = farm.read_plan(folder)
+        for clip in plan["clips"]:
+            assert {frame for part in clip["chunks"] for frame in frame_ranges.parse(part)} is not None
+        _out, clip, frames = farm.task_of(options, "tasks.tsv")
+        assert set(frames) <= set(frame_ranges.parse(clip["frames"]))
+
+
+class Chunks(OfJson):
+    """Markers of chunks: what is none counts as a chunk that is missing."""
+
+    name = "chunk"
+    KEY = "0123abcd"
+
+    def __init__(self, folder):
+        self._rows = np.random.default_rng(2).standard_normal((4, 5, 3))
+        columns = {"energies": [0.1, None, 0.3, 0.4], "distances": [0.0] * 4, "iterations": [3] * 4}
+        self._report = {**columns, "converged": [True] * 4, "errors": ["", "a", "", ""]}
+        self._store(folder).write([1, 2, 3, 4], self._rows, self._report)
+        self._cache = next(folder.glob("*.pc2"))
+        self.seeds = [self._cache.with_suffix(".json").read_bytes()]
+
+    def _store(self, folder):
+        return chunk_store.ChunkStore(folder, self.KEY, [1, 2, 3, 4], 5)
+
+    def attempt(self, content, folder):
+        (folder / self._cache.name).write_bytes(self._cache.read_bytes())
+        (folder / self._cache.with_suffix(".json").name).write_bytes(content)
+        return is_taken(lambda: self._merge(folder))
+
+    def _merge(self, folder):
+        store = self._store(folder)
+        assert store.has([1, 2, 3, 4]) == (not store.missing())
+        steps = store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4))
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                columns = end.value
+                break
+        baking.BakeReport.of([1, 2, 3, 4], columns).text()
+        assert len(store.rows()[3]) == 5
+
+
+class Reports(OfJson):
+    """The report beside a cache, of which a part is baked again."""
+
+    name = "report"
+
+    def __init__(self, folder):
+        plan, _ = a_plan()
+        columns = {"energies": [0.1, 0.2, 0.3], "distances": [0.0] * 3, "iterations": [3] * 3}
+        report = baking.BakeReport.of(plan.times, {**columns, "converged": [True] * 3, "errors": [""] * 3})
+        baking.write_report(folder / "seed.pc2", report, {"key": plan.key, "object": "Cube"})
+        self.seeds = [baking.report_path(folder / "seed.pc2").read_bytes()]
+        self._frames = report.content()["frames"][:1]
+
+    def attempt(self, content, folder):
+        path = folder / "a.pc2"
+        path.write_bytes(b"")
+        baking.report_path(path).write_bytes(content)
+        former = chunk_store.read_json(baking.report_path(path)) or {}
+        merged = bake_report.with_frames(former.get("frames"), self._frames)
+        assert self._frames[0] in merged and bake_plot.svg(merged, "a")
+        return len(merged) > 1
+
+
+class MarkerSets(OfJson):
+    name = "markers"
+
+    def __init__(self, folder):
+        marker_sets.save(folder / "seed.json", known_sets.BUILT_IN[0])
+        self.seeds = [(folder / "seed.json").read_bytes()]
+
+    def attempt(self, content, folder):
+        path = folder / "a.json"
+        path.write_bytes(content)
+        return is_taken(lambda: marker_sets.recognise(["LASI", "x:RASI", "", "LKNE"], [marker_sets.load(path)]).words)
+
+
+class FrameRanges:
+    name = "frames"
+
+    def __init__(self, _folder):
+        self.seeds = [b"1-200", b"1-3,10,11", b"1..10, -5-10", b" 7 ,-3 - -1"]
+
+    def damaged(self, content, random_numbers):
+        result = bytearray(content)
+        for _ in range(random_numbers.randrange(6)):
+            place = random_numbers.randrange(len(result))
+            result[place : place + random_numbers.randrange(2)] = [random_numbers.choice(b"0123456789-,. x\n")]
+        return bytes(result)
+
+    def attempt(self, content, _folder):
+        text = content.decode("latin-1")[:40]
+        return is_taken(lambda: self._read(text))
+
+    @staticmethod
+    def _read(text):
+        frames = frame_ranges.parse(text)
+        assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
+
+
+KINDS = (PointCaches, Bundles, Plans, Chunks, Reports, MarkerSets, FrameRanges)

@@ -1,0 +1,407 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Messy meshes are solved to finite shapes, what is healthy of them as without the mess; and all of it is told of.
+
+Real meshes are those of the shared data, skipped where it is missing.
+"""
+
+import functools
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+from addon.core import mesh_problems  # noqa: E402
+from addon.core.bind_input import BindInput  # noqa: E402
+from addon.core.coincidence import first_of_place  # noqa: E402
+from addon.errors import SceneError  # noqa: E402
+from blender_tests.support import mesh_files, messy_variants  # noqa: E402
+
+#: Vertices that may move, of a bigger mesh those nearest to the handle: for time's sake.
+MOST_FREE = 4000
+
+
+def given(vertices, triangles, anchors, pieces=None, **options):
+    roi = options.pop("roi", None)
+    return BindInput(
+        rest=vertices.astype(np.float32),
+        face_corners=triangles.ravel().astype(np.int32),
+        face_starts=np.arange(0, triangles.size, 3, dtype=np.int32),
+        anchors=np.asarray(anchors, np.int32),
+        roi=np.ones(len(vertices), bool) if roi is None else roi,
+        method="fast",
+        pieces=np.zeros(len(anchors), np.int32) if pieces is None else np.asarray(pieces, np.int32),
+        rigid_pieces=pieces is not None,
+        rigidity=15.0,
+        **options,
+    )
+
+
+def bound(bind_input, triangles):
+    whole = bind_input.whole
+    return meanvalue.Deformer(
+        whole.rest,
+        whole.triangles(triangles),
+        whole.anchors,
+        roi=None if whole.roi.all() else whole.roi,
+        handles=whole.pieces if bind_input.rigid_pieces else None,
+        rigidity=bind_input.rigidity,
+        loose=bind_input.loose,
+    )
+
+
+def solved(bind_input, triangles, targets, **options):
+    """(n x 3, the Deformer), as session.solve_steps."""
+    deformer = bound(bind_input, triangles)
+    whole = bind_input.whole
+    return np.asarray(whole.cut_back(deformer.solve(whole.targets(targets), **options).vertices)), deformer
+
+
+def posed(vertices, triangles, **options):
+    """(BindInput, targets): the two ends of the mesh held, one of them turned and lifted."""
+    diagonal = np.linalg.norm(np.ptp(vertices, axis=0))
+    used = np.unique(triangles)
+    axis = int(np.argmax(np.ptp(vertices[used], axis=0)))
+    order = used[np.argsort(vertices[used, axis], kind="stable")]
+    count = max(4, len(used) // 50)
+    low, high = order[:count], order[-count:]
+    anchors = np.sort(np.concatenate([low, high]))
+    pieces = np.isin(anchors, high).astype(np.int32)
+    roi = None
+    if len(used) > MOST_FREE:
+        roi = np.zeros(len(vertices), bool)
+        roi[order[-MOST_FREE:]] = True
+    bind_input = given(vertices, triangles, anchors, pieces, roi=roi, **options)
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    targets = bind_input.anchor_rest.copy()
+    centre = targets[pieces == 1].mean(axis=0)
+    targets[pieces == 1] = (targets[pieces == 1] - centre) @ turn.T + centre + [0.0, 0.0, 0.05 * diagonal]
+    return bind_input, targets, diagonal
+
+
+VARIANTS = {
+    "triangles": lambda vertices, triangles: (vertices, triangles),
+    "quads": messy_variants.as_quads,
+    "doubles": messy_variants.with_doubles,
+    "cut": messy_variants.cut,
+    "mirrored": lambda vertices, triangles: messy_variants.unjoined_halves(
+        vertices, triangles, 1e-4 * np.linalg.norm(np.ptp(vertices, axis=0))
+    ),
+}
+
+
+def files():
+    found = [*mesh_files.model_paths("messy"), *mesh_files.model_paths("models")]
+    if found:
+        return [pytest.param(path, id=path.name) for path in found]
+    return [pytest.param(None, marks=pytest.mark.skip(reason=f"no meshes in {mesh_files.DATA}"))]
+
+
+@functools.lru_cache(maxsize=1)
+def read(path):
+    return mesh_files.read_triangles(path)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("path", files())
+def test_real_meshes_however_they_come(path, variant):
+    vertices, triangles = read(path)
+    triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]  # Blender drops such faces
+    vertices, triangles = VARIANTS[variant](vertices, triangles)
+    merge = 4e-4 * np.linalg.norm(np.ptp(vertices, axis=0)) if variant == "mirrored" else 0.0
+    bind_input, targets, diagonal = posed(vertices, triangles, merge_distance=merge)
+    result, deformer = solved(bind_input, triangles, targets, max_iterations=60)
+    assert np.isfinite(result).all()
+    hard = bind_input.whole.met(targets)
+    assert np.abs(result[bind_input.anchors] - hard).max() < 1e-9 * diagonal
+    assert np.array_equal(result[~bind_input.roi], bind_input.rest[~bind_input.roi].astype(np.float64)) or merge
+    # Nothing flies off: a part that only the handle holds turns by its 37 degrees about it.
+    farthest = np.linalg.norm(targets - bind_input.anchor_rest, axis=1).max()
+    assert np.linalg.norm(result - bind_input.rest, axis=1).max() < farthest + 0.64 * diagonal
+    # What nothing holds is told of, follows, and can be selected.
+    report = deformer.report
+    loose = [k for k, part in enumerate(report.components) if part.undetermined == 7 and part.free_count]
+    assert loose == [k for k, carrier in enumerate(report.carriers) if carrier >= 0]
+    places = bind_input.whole.places
+    problems = {each.kind: each for each in mesh_problems.find(bind_input.rest, triangles, report, places)}
+    if loose:
+        in_loose = np.isin(report.part_of[places], loose)
+        assert np.array_equal(np.flatnonzero(in_loose), problems['LOOSE'].vertices)
+    if variant == "doubles":
+        assert 'DOUBLE' in problems
+
+
+# -- generated meshes ------------------------------------------------------------------------------------------------
+
+
+def tube(around=12, along=16):
+    """An open tube along z, radius 1."""
+    angle = np.arange(around) * 2.0 * np.pi / around
+    height = np.linspace(0.0, 6.0, along)
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    vertices = np.concatenate([np.column_stack([ring, np.full(around, z)]) for z in height])
+    triangles = []
+    for row in range(along - 1):
+        for k in range(around):
+            a, b = row * around + k, row * around + (k + 1) % around
+            triangles += [(a, b, b + around), (a, b + around, a + around)]
+    return vertices, np.array(triangles, np.int32)
+
+
+def bent_tube(vertices, triangles, count, **options):
+    """(n x 3, Deformer) of a tube of `count` vertices and whatever else, its ends turned by 40 degrees."""
+    anchors = np.concatenate([np.arange(12), np.arange(count - 12, count)])
+    bind_input = given(vertices, triangles, anchors, np.repeat([0, 1], 12), **options)
+    angle = np.radians(40.0)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(angle), -np.sin(angle)], [0.0, np.sin(angle), np.cos(angle)]])
+    targets = bind_input.anchor_rest.copy()
+    targets[12:] = (targets[12:] - [0.0, 0.0, 6.0]) @ turn.T + [0.0, -1.5, 5.0]
+    return solved(bind_input, triangles, targets)
+
+
+def messes():
+    """name: what makes vertices and triangles messy, and the kind of problem that it is told as."""
+    row = 5 * 24  # a face in the middle
+
+    def twice(vertices, triangles):
+        return vertices, np.concatenate([triangles, triangles[row : row + 3]])
+
+    def wire(vertices, triangles):
+        return np.concatenate([vertices, vertices[60:63] * 1.5]), triangles
+
+    def flat(vertices, triangles):
+        middle = vertices[triangles[row, :2]].mean(axis=0)
+        corner = len(vertices)
+        return np.concatenate([vertices, [middle]]), np.concatenate(
+            [triangles, [(triangles[row, 0], triangles[row, 1], corner)]]
+        )
+
+    def fin(vertices, triangles):
+        corner = len(vertices)
+        return np.concatenate([vertices, vertices[triangles[row, :1]] * [2.0, 2.0, 1.0]]), np.concatenate(
+            [triangles, [(triangles[row, 0], triangles[row, 1], corner)]]
+        )
+
+    def copy(vertices, triangles):
+        return np.concatenate([vertices, vertices]), np.concatenate([triangles, triangles + len(vertices)])
+
+    def tiny(vertices, triangles):
+        """A face with a small one in its middle, whose own middle has edges of 1e-4 only."""
+        corners = triangles[row]
+        middle = vertices[corners].mean(axis=0)
+        a, b, c, centre = len(vertices) + np.arange(4)
+        small = middle + 1e-4 * (vertices[corners] - middle)
+        inside = [
+            *((corners[k], corners[(k + 1) % 3], (a, b, c)[k]) for k in range(3)),
+            *((corners[(k + 1) % 3], (a, b, c)[(k + 1) % 3], (a, b, c)[k]) for k in range(3)),
+            *((centre, (a, b, c)[k], (a, b, c)[(k + 1) % 3]) for k in range(3)),
+        ]
+        return np.concatenate([vertices, small, [middle]]), np.concatenate([np.delete(triangles, row, 0), inside])
+
+    return {
+        "tiny": (tiny, 'CROWDED'),
+        "twice": (twice, 'TWICE'),
+        "wire": (wire, 'WIRE'),
+        "flat": (flat, 'NO_AREA'),
+        "fin": (fin, 'FIN'),
+        "copy": (copy, 'DOUBLE'),
+    }
+
+
+@pytest.mark.parametrize("name", messes())
+def test_the_healthy_part_is_as_without_the_mess(name):
+    clean, faces = tube()
+    expected, _ = bent_tube(clean, faces, len(clean))
+    make, kind = messes()[name]
+    vertices, triangles = make(clean, faces)
+    triangles = triangles.astype(np.int32)
+    result, deformer = bent_tube(vertices, triangles, len(clean))
+    assert np.isfinite(result).all()
+    assert np.abs(result[: len(clean)] - expected).max() < 0.03  # of a radius of 1: what is added has a shape as well
+    kinds = {each.kind for each in mesh_problems.find(vertices, triangles, deformer.report)}
+    assert kind in kinds
+    assert kind not in {each.kind for each in mesh_problems.find(clean, faces)}
+
+
+def test_a_flipped_face_is_found_and_solved():
+    vertices, triangles = tube()
+    messy = triangles.copy()
+    messy[100] = messy[100, ::-1]
+    result, deformer = bent_tube(vertices, messy, len(vertices))
+    expected, _ = bent_tube(vertices, triangles, len(vertices))
+    assert np.abs(result - expected).max() < 0.05
+    problems = {each.kind: each for each in mesh_problems.find(vertices, messy, deformer.report)}
+    assert set(messy[100]) == set(problems['FLIPPED'].vertices)
+    assert problems['FLIPPED'].text.startswith("3 edges")
+    assert deformer.report.detached_triangle_count == 1
+    assert set(problems['PINCHED'].vertices) <= set(messy[100])
+
+
+def test_two_parts_that_share_a_vertex():
+    vertices, triangles = tube()
+    other = vertices + np.array([2.0, 0.0, 0.0])
+    triangles = np.concatenate([triangles, triangles + len(vertices)])
+    shared = 12 * 8  # at (1, 0), where the other has its vertex at angle 180 degrees
+    triangles[triangles == len(vertices) + shared + 6] = shared
+    both = np.concatenate([vertices, other])
+    result, deformer = bent_tube(both, triangles, len(vertices))
+    assert np.isfinite(result).all()
+    problems = {each.kind: each for each in mesh_problems.find(both, triangles, deformer.report)}
+    around = np.unique(triangles[(triangles == shared).any(axis=1)])  # faces there may be kept as loose pieces
+    assert shared in problems['PINCHED'].vertices
+    assert set(problems['PINCHED'].vertices) <= set(around)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_is_done_to_the_faces_the_shape_is_finite(seed):
+    random = np.random.default_rng(seed)
+    vertices, triangles = tube()
+    count = len(vertices)
+    some = [random.random(len(triangles)) < 0.08 for _ in range(3)]
+    messy = triangles.copy()
+    messy[some[0]] = messy[some[0], ::-1]
+    messy = np.concatenate([messy[~some[1]], messy[some[2]]])
+    vertices, messy = messy_variants.with_doubles(vertices, messy, 0.1, seed)
+    vertices[random.integers(24, count - 24, 5)] = vertices[40]  # faces without area
+    result, deformer = bent_tube(vertices, messy.astype(np.int32), count)
+    assert np.isfinite(result).all()
+    assert np.linalg.norm(result - vertices, axis=1).max() < 20.0
+    found = mesh_problems.find(vertices, messy, deformer.report)
+    assert {'DOUBLE', 'NO_AREA', 'FLIPPED'} <= {each.kind for each in found}
+    for each in found:
+        assert each.text
+        assert each.vertices.min() >= 0 and each.vertices.max() < len(vertices)
+        assert (np.diff(each.vertices) > 0).all()
+
+
+@pytest.mark.parametrize("is_merged", [False, True])
+def test_a_mesh_that_cannot_be_coarsened(is_merged):
+    """Every face there from both sides: no edge of it fits a manifold; in pieces of one face, or in one place."""
+    vertices, triangles = tube()
+    triangles = np.concatenate([triangles, triangles[:, ::-1]])
+    options = {}
+    if not is_merged:
+        count = len(vertices)
+        vertices = np.concatenate([vertices, vertices[triangles[400:]].reshape(-1, 3)])
+        triangles[400:] = count + np.arange(3 * (len(triangles) - 400)).reshape(-1, 3)
+    else:
+        options["merge_distance"] = 1e-6
+    result, deformer = bent_tube(vertices, triangles.astype(np.int32), 192, **options)
+    assert np.isfinite(result).all()
+    assert np.linalg.norm(result - vertices, axis=1).max() < 8.0
+    assert deformer.report.detached_triangle_count >= 40
+    assert 'TWICE' in {each.kind for each in mesh_problems.find(vertices, triangles)}
+
+
+def test_a_clean_mesh_has_no_problems():
+    assert mesh_problems.find(*tube()) == []
+    assert list(mesh_problems.text([])) == []
+
+
+def test_all_is_told_in_one_sentence():
+    vertices, triangles = tube()
+    triangles = np.concatenate([triangles, triangles[:1]])
+    found = mesh_problems.find(np.concatenate([vertices, [[9.0, 9.0, 9.0]]]), triangles)
+    assert list(mesh_problems.text(found)) == [
+        "Found 1 vertex without faces and 1 duplicate triangle. Select Problem Vertices shows where"
+    ]
+
+
+# -- merging for the solve only --------------------------------------------------------------------------------------
+
+
+def cut_open(seed=0):
+    """A tube all of whose triangles have corners of their own, up to 1e-4 apart; and which vertex each was."""
+    vertices, triangles = tube()
+    numbers = triangles.ravel()
+    jitter = np.random.default_rng(seed).uniform(-5e-5, 5e-5, (len(numbers), 3))
+    return vertices[numbers] + jitter, np.arange(len(numbers), dtype=np.int32).reshape(-1, 3), numbers
+
+
+def test_merged_vertices_are_solved_as_one():
+    vertices, triangles = tube()
+    expected, _ = bent_tube(vertices, triangles, len(vertices))
+    split, own, numbers = cut_open()
+    anchors = np.flatnonzero((numbers < 12) | (numbers >= len(vertices) - 12))
+    bind_input = given(
+        split, own, anchors, (numbers[anchors] >= 12).astype(np.int32), merge_distance=3e-4
+    )
+    assert len(bind_input.whole.rest) == len(vertices)
+    targets = bind_input.anchor_rest + (expected - vertices)[numbers[anchors]]
+    result, deformer = solved(bind_input, own, targets)
+    assert len(deformer.report.components) == 1
+    assert np.abs(result - expected[numbers]).max() < 2e-3
+    # Copies go the same way, to the last bit of a move.
+    moves = result - bind_input.rest
+    for vertex in (50, 100):
+        copies = np.flatnonzero(numbers == vertex)
+        assert np.abs(moves[copies] - moves[copies[0]]).max() < 1e-12
+    # A drag goes on from exactly what the solver gave.
+    cut = bind_input.whole.cut_back(np.asarray(bind_input.whole.rest) + 0.5)
+    assert bind_input.whole.start(cut) is cut.whole
+
+
+def test_without_anything_to_merge_the_mesh_is_its_own_whole():
+    vertices, triangles = tube()
+    plain = given(vertices, triangles, np.arange(12))
+    merging = given(vertices, triangles, np.arange(12), merge_distance=1e-6)
+    assert type(merging.whole) is type(plain.whole)
+    assert merging.fingerprint.settings != plain.fingerprint.settings
+
+
+def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
+    split, own, numbers = cut_open()
+    roi = np.ones(len(split), bool)
+    free = np.flatnonzero(numbers == 60)
+    roi[free[0]] = False
+    handles = np.flatnonzero(numbers == 90)
+    bind_input = given(
+        split,
+        own,
+        np.sort(handles[:2]),
+        [0, 1],
+        roi=roi,
+        strengths=np.array([0.5, np.inf]),
+        merge_distance=3e-4,
+    )
+    whole = bind_input.whole
+    assert not whole.roi[whole.places[free]].any()
+    assert whole.anchors.tolist() == [whole.places[handles[0]]]
+    assert np.isinf(whole.strengths).all()
+    targets = bind_input.anchor_rest + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert np.allclose(whole.met(targets) - bind_input.anchor_rest, [0.0, 0.0, 1.0], atol=1e-6)
+
+
+def test_unjoined_halves_move_as_one_body():
+    vertices, triangles = tube()
+    split, own = messy_variants.unjoined_halves(vertices, triangles, 1e-4)
+    bind_input, targets, _ = posed(split, own, merge_distance=4e-4)
+    result, deformer = solved(bind_input, own, targets)
+    assert len(deformer.report.components) == 1
+    half = len(split) // 2
+    seam = np.flatnonzero(np.abs(split[:half, 0] - split[half:, 0]) < 2e-4)
+    assert len(seam) > 10
+    assert np.linalg.norm(result[seam] - result[seam + half], axis=1).max() < 4e-4
+
+
+def test_a_merge_distance_that_is_no_seam_is_refused():
+    vertices, triangles = tube()
+    with pytest.raises(SceneError, match=r"Merge Distance 0\.5 is more than"):
+        given(vertices, triangles, np.arange(12), merge_distance=0.5).check()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_points_in_one_place(seed):
+    random = np.random.default_rng(seed)
+    places = np.round(random.random((200, 3)) * 4.0)  # many on planes and in one place
+    points = places + random.uniform(-1e-4, 1e-4, places.shape)
+    first = first_of_place(points, 1e-3)
+    expected = [np.flatnonzero((places == place).all(axis=1))[0] for place in places]
+    assert first.tolist() == expected
+    assert first_of_place(points, 0.0).tolist() == list(range(200))
+    assert first_of_place(places, 0.0).tolist() == expected
+    assert first_of_place(np.empty((0, 3)), 1.0).tolist() == []

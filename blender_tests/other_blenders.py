@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The in-Blender and the interface tests on other Blenders than this Debian's, with the extension installed in them.
+
+    other_blenders.py list VERSION                               names of the suites that there are for it
+    other_blenders.py run BUILD_FOLDER SUITE [PYTEST_ARGUMENT...]
+
+`run` takes the zip from MEANVALUE_ADDON_ZIP. What can't be had here ends with status 77 and a last line that says why.
+"""
+
+import dataclasses
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "packaging"))
+from debian_chroot import Chroot, UnavailableError  # noqa: E402
+
+SKIPPED = 77
+TESTS = ("blender_tests/unit", "blender_tests/scenarios")
+PYTEST = ("-q", "-rs", "-p", "no:cacheprovider")
+#: Of another Debian: its Blender, a display, pytest; and what Blender's Python module loads.
+PACKAGES = (
+    "blender", "xvfb", "libgl1-mesa-dri", "python3-pytest", "python3-numpy",
+    "libgl1", "libegl1", "libxrender1", "libxfixes3", "libxi6", "libxxf86vm1", "libsm6", "libice6", "libxkbcommon0",
+    "libgomp1",
+)  # fmt: skip
+#: What a Debian's Blender imports without that its package asks for it.
+MORE_PACKAGES = {"trixie": (), "sid": ("python3-cattr", "python3-requests")}
+#: glibc of the wheels that are taken: every one from the first number up to the second.
+GLIBC = (17, 36)
+
+
+@dataclasses.dataclass(frozen=True)
+class Suite:
+    """Tests of a kind (`blender`, `interface`, `module`) on a Blender; `debian` None is the one that runs here."""
+
+    kind: str
+    version: str
+    debian: str | None
+    python: str
+
+    @property
+    def name(self):
+        return f"{self.kind}-{self.version}"
+
+
+def _debians(version, debian, python):
+    return [Suite(kind, version, debian, python) for kind in ("blender", "interface")]
+
+
+#: Debian's own Blender with a window where a Debian has that version, and Python's registry has most as a module.
+SUITES = {
+    "4.2": [Suite("module", "4.2", None, "3.11")],
+    "4.3": _debians("4.3", "trixie", "3.13"),
+    "4.5": [Suite("module", "4.5", None, "3.11")],
+    "5.0": [Suite("module", "5.0", None, "3.11")],
+    "5.1": [Suite("module", "5.1", "trixie", "3.13")],
+    "5.2": [*_debians("5.2", "sid", "3.14"), Suite("module", "5.2", "trixie", "3.13")],
+}
+
+
+class Place:
+    """Where a suite runs: on this system, or in a chroot with another Debian."""
+
+    def __init__(self, suite, build):
+        self._build = build
+        self._chroot = None
+        if suite.debian:
+            self._chroot = Chroot(build / f"chroot-{suite.debian}")
+            self._chroot.make(suite.debian, PACKAGES + MORE_PACKAGES[suite.debian])
+
+    def run(self, command, environment, **options):
+        if self._chroot is None:
+            return subprocess.run(command, cwd=ROOT, env={**os.environ, **environment}, **options)
+        folders, data = [ROOT], os.environ.get("MEANVALUE_DATA", ROOT.parent / "shared" / "data")
+        folders += [folder for folder in (self._build, pathlib.Path(data).resolve()) if folder.exists()]
+        ours = {name: value for name, value in os.environ.items() if name.startswith("MEANVALUE_")}
+        environment = {**ours, "MEANVALUE_DATA": str(folders[-1]), **environment}
+        return self._chroot.run(command, folders, environment, **options)
+
+
+def user_folder(build, suite):
+    """Variables for a user folder without anything in it."""
+    user = build / "other-blenders" / suite.name
+    shutil.rmtree(user, ignore_errors=True)
+    names = ("scripts", "config", "datafiles", "extensions")
+    for name in (*names, "scripts/addons"):
+        (user / name).mkdir(parents=True)
+    return {f"BLENDER_USER_{name.upper()}": str(user / name) for name in names}
+
+
+def install_module(build, suite):
+    """The module for the suite's Python, by this system's pip. Returns their folder. @throws UnavailableError."""
+    target = build / f"bpy-{suite.version}-python{suite.python}"
+    if (target / "ready").exists():
+        return target
+    shutil.rmtree(target, ignore_errors=True)
+    log = build / f"bpy-{suite.version}.log"
+    command = [sys.executable, "-m", "pip", "install", "-q", "--only-binary", ":all:", "--target", target]
+    command += ["--python-version", suite.python, "--implementation", "cp"]
+    for minor in range(GLIBC[0], GLIBC[1] + 1):
+        command += ["--platform", f"manylinux_2_{minor}_x86_64"]
+    with log.open("w") as output:
+        done = subprocess.run([*command, f"bpy=={suite.version}.*"], stdout=output, stderr=subprocess.STDOUT)
+    if done.returncode:
+        raise UnavailableError(f"no bpy {suite.version} for Python {suite.python} could be had; see {log}")
+    (target / "ready").touch()
+    return target
+
+
+def check_wheel(suite):
+    """@throws UnavailableError unless the zip has a solver for the suite's Python."""
+    import zipfile
+
+    tag = f"cp{suite.python.replace('.', '')}"
+    with zipfile.ZipFile(os.environ["MEANVALUE_ADDON_ZIP"]) as archive:
+        if not any(f"-{tag}-" in name for name in archive.namelist() if name.endswith(".whl")):
+            raise UnavailableError(f"the extension has no wheel for Python {suite.python}, which Blender {suite.version} has")
+
+
+def check_version(place, suite):
+    """@throws UnavailableError if that Debian has moved on to another Blender."""
+    shown = place.run(["blender", "--version"], {}, capture_output=True, text=True).stdout.splitlines()
+    if not shown or not shown[0].startswith(f"Blender {suite.version}."):
+        raise UnavailableError(f"Debian {suite.debian} has {shown[0] if shown else 'a Blender that does not start'}")
+
+
+def run(build, suite, arguments):
+    """Exit status of pytest. @throws UnavailableError."""
+    check_wheel(suite)
+    place, environment = Place(suite, build), {}
+    if suite.kind == "interface":
+        command = ["/usr/bin/python3", "-m", "pytest", *PYTEST, *arguments, "blender_tests/ui"]
+        environment["MEANVALUE_UI_OUTPUT"] = str(build / f"ui-{suite.version}")
+    elif suite.kind == "blender":
+        command = ["blender", "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python"]
+        command += ["blender_tests/run.py", "--", *PYTEST, *arguments, *TESTS]
+        environment |= user_folder(build, suite)
+    else:
+        modules = install_module(build, suite)
+        command = [f"/usr/bin/python{suite.python}", "blender_tests/run.py", "--", *PYTEST, *arguments, *TESTS]
+        environment |= {"PYTHONPATH": str(modules), **user_folder(build, suite)}
+    if suite.kind != "module":
+        check_version(place, suite)
+    return place.run(command, environment).returncode
+
+
+def main(arguments):
+    task, *rest = arguments
+    if task == "list":
+        if rest[0] not in SUITES:
+            raise SystemExit(f"no Blender {rest[0]} is known; there are: 3.4, {', '.join(SUITES)}")
+        print(*(suite.name for suite in SUITES[rest[0]]), sep="\n")
+        return 0
+    build, name, *pytest_arguments = rest
+    suite = next(suite for suites in SUITES.values() for suite in suites if suite.name == name)
+    try:
+        return run(pathlib.Path(build).resolve(), suite, pytest_arguments)
+    except UnavailableError as reason:
+        print(reason)
+        return SKIPPED
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Messy meshes as the artist meets them: parts without a handle follow, problems are counted and can be selected."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from support import baking, handles, heads, meshes, steps
+from support.handles import rest, shown, update
+
+
+def turn(control, degrees=60.0):
+    control.rotation_mode = 'XYZ'
+    control.rotation_euler = (0.0, 0.0, math.radians(degrees))
+    update()
+
+
+def distances(points):
+    return np.linalg.norm(points[:, None] - points[None], axis=2)
+
+
+def depth_in_skin(positions, part, skin):
+    """Distances of a part's vertices to the nearest of the skin."""
+    return np.sqrt(((positions[part][:, None] - positions[skin][None]) ** 2).sum(axis=2)).min(axis=1)
+
+
+def assert_carried(obj, parts, positions):
+    """As a rigid piece (but for a few percent of size), with the skin where it was, and turned by about 60 degrees."""
+    before = baking.rest(obj)
+    skin = np.setdiff1d(np.arange(len(before)), np.concatenate([part for each in parts.values() for part in each]))
+    for name, each in parts.items():
+        for part in each:
+            grown = distances(positions[part]) / np.where(np.eye(len(part)), 1.0, distances(before[part]))
+            factors = grown[~np.eye(len(part), dtype=bool)]
+            assert np.ptp(factors) < 1e-3, name
+            assert abs(factors.mean() - 1.0) < 0.06, name
+            gap = depth_in_skin(positions, part, skin) - depth_in_skin(before, part, skin)
+            assert np.abs(gap).max() < 0.06, name
+    for part in parts[heads.EYES] + parts[heads.PUPILS]:
+        x, y, _z = positions[part].mean(axis=0)
+        was = before[part].mean(axis=0)
+        turned = math.degrees(math.atan2(y, x) - math.atan2(was[1], was[0])) % 360.0
+        assert abs(turned - 60.0) < 8.0
+
+
+def test_eyes_go_along_with_a_turned_head_live_and_solved_and_baked(tmp_path):
+    obj, control, parts = heads.head()
+    turn(control)
+    assert_carried(obj, parts, shown(obj))
+    assert obj.meanvalue.bound.following_part_count == 6
+    live = shown(obj)
+    obj.meanvalue.live = False
+    steps.solve()
+    assert_carried(obj, parts, shown(obj))
+    assert np.abs(shown(obj) - live).max() < 0.02
+    # back at rest all is at rest
+    turn(control, 0.0)
+    steps.solve()
+    assert handles.is_at_rest(obj, 1e-4)
+
+
+def test_eyes_stay_where_that_is_wanted():
+    obj, control, parts = heads.head()
+    turn(control)
+    obj.meanvalue.loose_parts = 'stay'
+    update()
+    obj.meanvalue.live = False
+    steps.solve()
+    loose = np.concatenate([part for each in parts.values() for part in each])
+    assert np.array_equal(shown(obj)[loose], rest(obj)[loose])
+    assert obj.meanvalue.bound.following_part_count == 0
+    obj.meanvalue.loose_parts = 'follow'
+    steps.solve()
+    assert_carried(obj, parts, shown(obj))
+
+
+def test_bind_tells_who_follows(capfd):
+    obj, _control, _parts = heads.head(live=False)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert "6 loose parts follow" in capfd.readouterr().out
+
+
+def test_a_clip_carries_them_in_every_frame(tmp_path):
+    obj, control, parts = heads.head(live=False)
+    control.rotation_mode = 'XYZ'
+    for frame, angle in ((1, 0.0), (8, 60.0)):
+        control.rotation_euler = (0.0, 0.0, math.radians(angle))
+        control.keyframe_insert("rotation_euler", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 8
+    bpy.context.scene.frame_set(1)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bake(path=str(tmp_path / "cache")) == {'FINISHED'}
+    frames = baking.played(obj, [1, 8])
+    assert_carried(obj, parts, frames[1])
+    assert np.abs(frames[0] - baking.rest(obj)).max() < 1e-4
+
+
+# -- what is messy can be seen ----------------------------------------------------------------------------------------
+
+
+def selected(obj):
+    bpy.ops.object.mode_set(mode='OBJECT')
+    flags = np.zeros(len(obj.data.vertices), bool)
+    obj.data.vertices.foreach_get("select", flags)
+    return np.flatnonzero(flags).tolist()
+
+
+def messy_grid():
+    """A 5 x 5 grid with a doubled face of its own vertices, a loose edge and a face without area."""
+    obj = meshes.grid()
+    vertices = [tuple(vertex.co) for vertex in obj.data.vertices]
+    faces = [tuple(polygon.vertices) for polygon in obj.data.polygons]
+    vertices += [vertices[index] for index in faces[0]]  # 25 to 28: a copy of the first face
+    vertices += [(9.0, 9.0, 9.0), (9.0, 9.0, 8.0)]  # 29 and 30: a loose edge
+    vertices += [tuple(0.5 * (a + b) for a, b in zip(vertices[23], vertices[24], strict=True))]  # 31
+    mesh = bpy.data.meshes.new("Messy")
+    mesh.from_pydata(vertices, [(29, 30)], [*faces, (25, 26, 27, 28), (23, 24, 31)])
+    messy = bpy.data.objects.new("Messy", mesh)
+    bpy.context.collection.objects.link(messy)
+    meshes.activate(messy)
+    return messy
+
+
+def test_bind_counts_what_is_messy_and_it_can_be_selected(capfd):
+    obj = messy_grid()
+    steps.list_anchors(obj, Corners=[0, 4, 20], Tip=[24])
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    told = capfd.readouterr().out
+    for text in ("2 vertices without faces", "4 doubled vertices", "1 triangle without area", "Select Problem"):
+        assert text in told
+    for kind, vertices in (
+        ('WIRE', [29, 30]),
+        ('DOUBLE', [0, 1, 5, 6, 25, 26, 27, 28]),
+        ('NO_AREA', [23, 24, 31]),
+        ('LOOSE', [25, 26, 27, 28, 29, 30]),
+    ):
+        assert bpy.ops.meanvalue.select_problems(kind=kind) == {'FINISHED'}
+        assert obj.mode == 'EDIT'
+        assert selected(obj) == vertices
+    assert bpy.ops.meanvalue.select_problems() == {'FINISHED'}
+    assert set(selected(obj)) >= {0, 1, 5, 6, *range(23, 32)}
+
+
+def test_problems_can_be_looked_for_without_a_binding(capfd):
+    obj = messy_grid()
+    assert bpy.ops.meanvalue.select_problems(kind='WIRE') == {'FINISHED'}
+    assert selected(obj) == [29, 30]
+    clean = meshes.grid()
+    assert bpy.ops.meanvalue.select_problems() == {'FINISHED'}
+    assert clean.mode == 'OBJECT'
+    assert "Nothing unusual was found" in capfd.readouterr().out
+
+
+# -- an open seam -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e-3])
+def test_an_open_seam_is_closed_for_the_solver_only(distance):
+    """Two halves of a strip that touch: without Merge Distance the second is carried as a rigid piece."""
+    first = [(0.5 * column, row, 0.0) for row in range(3) for column in range(7)]
+    second = [(x + 3.0 + 2e-4, y, z) for x, y, z in first]
+    faces = [
+        (low, low + 1, low + 8, low + 7) for row in range(2) for low in range(7 * row, 7 * row + 6)
+    ]
+    obj = meshes.make_object(first + second, faces + [tuple(21 + i for i in face) for face in faces], "Halves")
+    steps.list_anchors(obj, Left=[0, 1, 7, 14], Right=[26, 27, 34, 41])
+    obj.meanvalue.merge_distance = distance
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    steps.move(obj, [26, 27, 34, 41], (0.0, 0.0, 1.0))
+    steps.solve()
+    moved = shown(obj) - rest(obj)
+    left, right = [6, 13, 20], [21, 28, 35]
+    if distance:
+        assert np.abs(moved[left] - moved[right]).max() < 1e-6
+        assert 0.1 < moved[left][:, 2].mean() < 0.9
+        assert obj.meanvalue.bound.vertex_count == 42 and obj.meanvalue.bound.anchor_count == 8
+    else:
+        assert np.abs(moved[left] - moved[right]).max() > 0.5
+    assert np.abs(moved[[26, 27, 34, 41], 2] - 1.0).max() < 1e-6
+    assert np.array_equal(moved[[0, 1, 7, 14]], np.zeros((4, 3), np.float32))

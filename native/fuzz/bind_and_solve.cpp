@@ -1,0 +1,87 @@
+#include <cmath>
+
+#include "fuzz/entries.h"
+#include "fuzz/odd_input.h"
+
+namespace meanvalue::fuzz {
+namespace {
+
+SolveOptions read_options(Bytes& bytes, const Binding& binding) {
+    SolveOptions options;
+    options.tolerance = read_tolerance(bytes);
+    options.max_iterations = bytes.once_in(4) ? bytes.below(30) - 1 : 100;
+    options.settle = bytes.once_in(4);
+    if (!binding.strengths.empty()) options.weights = read_weights(bytes, binding.anchors.size());
+    return options;
+}
+
+bool is_free(const Binding& binding, const SolveOptions& options, std::size_t k) {
+    return (k < binding.strengths.size() && std::isfinite(binding.strengths[k])) ||
+           (k < options.weights.size() && options.weights[k] != 1.0);
+}
+
+void require_fixed_in_place(const Binding& binding, const SolveOptions& options, const Positions& targets,
+                            const Solution& solution) {
+    std::vector<char> is_anchor(binding.vertices.rows(), 0);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
+        is_anchor[binding.anchors[k]] = 1;
+        if (is_free(binding, options, k)) continue;
+        require(solution.vertices.row(binding.anchors[k]) == targets.row(k), "an anchor is at its target");
+    }
+    for (std::size_t v = 0; binding.roi && v < binding.roi->size(); ++v) {
+        if ((*binding.roi)[v] || is_anchor[v]) continue;
+        require(solution.vertices.row(v) == binding.vertices.row(v), "what is outside the region stays");
+    }
+}
+
+/// From rest, and from there to other targets.
+void solve_twice(Bytes& bytes, const OddMesh& mesh, const Binding& binding, Deformer& deformer) {
+    std::optional<Positions> start;
+    for (int turn = 0; turn < 2; ++turn) {
+        const SolveOptions options = read_options(bytes, binding);
+        const Positions targets = read_targets(bytes, mesh, binding.anchors);
+        if (start && bytes.once_in(16)) (*start)(bytes.below(mesh.vertex_count()), 1) = bytes.number();
+        Execution execution;
+        const Solution solution =
+            deformer.solve(targets, start ? std::optional<PositionsView>(*start) : std::nullopt, options, execution);
+        require_solution(solution, mesh.vertex_count());
+        require_fixed_in_place(binding, options, targets, solution);
+        if (mesh.vertex_count() > 0) start = solution.vertices;
+    }
+}
+
+}  // namespace
+
+void require_solution(const Solution& solution, Eigen::Index vertex_count) {
+    require(solution.vertices.rows() == vertex_count, "a result has as many vertices as the mesh");
+    require(solution.vertices.allFinite(), "every coordinate is a finite number");
+    require(std::isfinite(solution.energy) && solution.energy >= 0.0, "an energy is a finite number, 0 or more");
+    require(std::isfinite(solution.initial_energy), "so is the first");
+    for (const double energy : solution.energies)
+        require(std::isfinite(energy), "and those between");
+    require(!std::isnan(solution.gradient) && !std::isnan(solution.initial_gradient), "a gradient is a number");
+    require(!solution.stop_reason.empty(), "it is told why a solve ended");
+}
+
+Outcome bind_and_solve(Bytes bytes) {
+    const OddMesh mesh = read_mesh(bytes);
+    Binding binding = read_binding(bytes, mesh);
+    return outcome_of([&] {
+        Execution execution;
+        Deformer deformer(binding, execution);
+        require(deformer.report().vertex_count == mesh.vertex_count(), "the report is of the mesh");
+        const Outcome outcome = outcome_of([&] { solve_twice(bytes, mesh, binding, deformer); });
+        if (bytes.once_in(2)) {
+            Binding again = deformer.bound().binding_again();
+            read_anchors(bytes, mesh.vertex_count(), again);
+            Deformer other(again, execution, &deformer);
+            solve_twice(bytes, mesh, again, other);
+        } else if (outcome == Outcome::kRefused) {
+            throw InvalidInput("the solve");
+        } else if (outcome == Outcome::kFailed) {
+            throw SolverFailure("the solve");
+        }
+    });
+}
+
+}  // namespace meanvalue::fuzz

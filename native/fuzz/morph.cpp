@@ -1,0 +1,67 @@
+#include <cmath>
+
+#include "fuzz/entries.h"
+#include "fuzz/odd_input.h"
+#include "meanvalue/morph/morpher.h"
+
+namespace meanvalue::fuzz {
+namespace {
+
+Positions read_other_shape(Bytes& bytes, const OddMesh& mesh) {
+    Positions shape = mesh.vertices;
+    if (bytes.once_in(4)) {
+        const double turned = -1.0 + bytes.below(3);
+        shape.col(0) = turned * mesh.vertices.col(1);
+        shape.col(1) = -mesh.vertices.col(0);
+    }
+    const double reach =
+        bounding_box_diagonal(mesh.vertices) * std::pow(10.0, bytes.once_in(8) ? bytes.below(9) - 4 : -1);
+    for (int moved = bytes.below(20); moved > 0 && mesh.vertex_count() > 0; --moved) {
+        const Index v = bytes.below(mesh.vertex_count());
+        shape(v, bytes.below(3)) += reach * bytes.number();
+    }
+    if (bytes.once_in(64)) shape.conservativeResize(bytes.below(6), 3);
+    return shape;
+}
+
+std::vector<double> read_shares(Bytes& bytes, std::size_t shape_count, Index vertex_count) {
+    std::vector<double> weights;
+    const std::size_t count = shape_count * (bytes.once_in(4) ? vertex_count : 1) + (bytes.once_in(64) ? 1 : 0);
+    while (weights.size() < count)
+        weights.push_back(bytes.once_in(32) ? bytes.number() : bytes.byte() / 128.0 - (bytes.once_in(8) ? 0.5 : 0.0));
+    return weights;
+}
+
+}  // namespace
+
+Outcome morph(Bytes bytes) {
+    const OddMesh mesh = read_mesh(bytes);
+    std::vector<Positions> shapes = {mesh.vertices};
+    for (int more = bytes.once_in(4) ? 2 : 1; more > 0; --more)
+        shapes.push_back(read_other_shape(bytes, mesh));
+    MorphBinding binding{{shapes.begin(), shapes.end()}, mesh.faces};
+    for (Index k = bytes.once_in(2) ? bytes.below(6) : 0; k > 0 && mesh.vertex_count() > 0; --k)
+        binding.anchors.push_back(bytes.below(mesh.vertex_count() + (bytes.once_in(64) ? 1 : 0)));
+    if (bytes.once_in(4)) binding.rigidity = bytes.once_in(8) ? bytes.number() : std::pow(10.0, bytes.below(12) - 4);
+    if (bytes.once_in(4)) binding.hold = bytes.once_in(8) ? bytes.number() : std::pow(10.0, bytes.below(12) - 4);
+    binding.threads = bytes.once_in(8) ? 2 : 1;
+    if (bytes.once_in(4)) binding.instructions = InstructionSet::kPortable;
+    return outcome_of([&] {
+        Execution execution;
+        const Morpher morpher(binding, execution);
+        std::optional<Positions> start;
+        for (int turn = 0; turn < 2; ++turn) {
+            MorphOptions options;
+            options.tolerance = read_tolerance(bytes);
+            options.max_iterations = bytes.once_in(4) ? bytes.below(30) - 1 : 100;
+            options.is_draft = bytes.once_in(3);
+            const std::vector<double> weights = read_shares(bytes, shapes.size(), mesh.vertex_count());
+            const Solution solution = morpher.solve(
+                weights, start ? std::optional<PositionsView>(*start) : std::nullopt, options, execution);
+            require_solution(solution, mesh.vertex_count());
+            if (bytes.once_in(2)) start = solution.vertices;
+        }
+    });
+}
+
+}  // namespace meanvalue::fuzz

@@ -1,0 +1,184 @@
+#include "fuzz/odd_input.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/meshes.h"
+
+namespace meanvalue::fuzz {
+namespace {
+
+tests::Mesh read_plain_surface(Bytes& bytes, int kind) {
+    const Index size = 3 + bytes.below(8);
+    const Index other_size = 3 + bytes.below(6);
+    const double height = 0.1 * bytes.below(3);
+    switch (kind) {
+        case 0:
+            return tests::grid(size, other_size, height);
+        case 1:
+            return tests::capped_tube(size, other_size, 4.0);
+        case 2:
+            return tests::torus(size, other_size);
+        case 3:
+            return tests::sphere(other_size % 3);
+        case 4:
+            return tests::joined(tests::grid(size, 3, height), tests::sphere(other_size % 2));
+        default:
+            return bytes.once_in(2) ? tests::triangle() : tests::strip();
+    }
+}
+
+OddMesh read_heap(Bytes& bytes) {
+    OddMesh mesh;
+    mesh.vertices.resize(bytes.below(24), 3);
+    mesh.faces.resize(mesh.vertex_count() == 0 ? 0 : bytes.below(40), 3);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        for (int axis = 0; axis < 3; ++axis)
+            mesh.vertices(v, axis) = bytes.number();
+    }
+    for (Eigen::Index t = 0; t < mesh.faces.rows(); ++t) {
+        for (int corner = 0; corner < 3; ++corner)
+            mesh.faces(t, corner) = bytes.once_in(200) ? bytes.below(99) - 50 : bytes.below(mesh.vertex_count());
+    }
+    return mesh;
+}
+
+void add_face(OddMesh& mesh, Index a, Index b, Index c) {
+    mesh.faces.conservativeResize(mesh.faces.rows() + 1, 3);
+    mesh.faces.row(mesh.faces.rows() - 1) << a, b, c;
+}
+
+/// One thing that may be wrong with a mesh. @pre it has vertices and faces.
+void spoil(Bytes& bytes, OddMesh& mesh) {
+    const Index v = bytes.below(mesh.vertex_count());
+    const Index w = bytes.below(mesh.vertex_count());
+    const auto t = bytes.below(static_cast<Index>(mesh.faces.rows()));
+    switch (bytes.below(10)) {
+        case 0:
+            mesh.vertices.row(v) = mesh.vertices.row(w);
+            break;
+        case 1:
+            mesh.vertices(v, bytes.below(3)) = bytes.number();
+            break;
+        case 2:
+            mesh.vertices.row(v) += 1e-9 * (mesh.vertices.row(w) - mesh.vertices.row(v));
+            break;
+        case 3:
+            std::swap(mesh.faces(t, 0), mesh.faces(t, 1));
+            break;
+        case 4:
+            add_face(mesh, mesh.faces(t, 0), mesh.faces(t, 1), mesh.faces(t, 2));
+            break;
+        case 5:
+            add_face(mesh, mesh.faces(t, 0), mesh.faces(t, 1), w);
+            break;
+        case 6:
+            mesh.faces(t, bytes.below(3)) = w;
+            break;
+        case 7:
+            mesh.faces(t, bytes.below(3)) = bytes.once_in(4) ? bytes.below(2000) - 1000 : v;
+            break;
+        case 8:
+            mesh.vertices.col(bytes.below(3)) *= bytes.once_in(2) ? 0.0 : bytes.number();
+            break;
+        default:
+            mesh.faces.conservativeResize(mesh.faces.rows() - 1, 3);
+            break;
+    }
+}
+
+}  // namespace
+
+OddMesh read_mesh(Bytes& bytes) {
+    OddMesh mesh;
+    const int kind = bytes.below(8);
+    if (kind > 5) {
+        mesh = read_heap(bytes);
+    } else {
+        const tests::Mesh surface = read_plain_surface(bytes, kind);
+        mesh = {surface.vertices, surface.faces};
+        for (int flaws = bytes.below(8); flaws > 0 && mesh.faces.rows() > 0; --flaws)
+            spoil(bytes, mesh);
+    }
+    if (bytes.once_in(4)) mesh.vertices *= std::pow(10.0, bytes.below(140) - 70);
+    if (bytes.once_in(8)) mesh.vertices.col(bytes.below(3)).array() += 1e6 * bytes.number();
+    return mesh;
+}
+
+Positions read_targets(Bytes& bytes, const OddMesh& mesh, const std::vector<Index>& anchors) {
+    Positions targets(static_cast<Eigen::Index>(anchors.size()), 3);
+    const double reach =
+        bounding_box_diagonal(mesh.vertices) * std::pow(10.0, bytes.once_in(8) ? bytes.below(12) - 5 : -1);
+    for (std::size_t k = 0; k < anchors.size(); ++k) {
+        const bool is_vertex = anchors[k] >= 0 && anchors[k] < mesh.vertex_count();
+        for (int axis = 0; axis < 3; ++axis)
+            targets(k, axis) = (is_vertex ? mesh.vertices(anchors[k], axis) : 0.0) + reach * bytes.number();
+    }
+    if (bytes.once_in(16)) targets.conservativeResize(bytes.below(4), 3);
+    return targets;
+}
+
+void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
+    binding.anchors.clear();
+    const bool is_wild = bytes.once_in(16);
+    for (Index k = bytes.below(9); k > 0 && vertex_count > 0; --k) {
+        const Index first = is_wild ? bytes.below(vertex_count + 4) - 2 : bytes.below(vertex_count);
+        const Index length = bytes.once_in(3) ? 1 + bytes.below(12) : 1;
+        for (Index v = first; v < first + length && (is_wild || v < vertex_count); ++v) {
+            if (is_wild || std::find(binding.anchors.begin(), binding.anchors.end(), v) == binding.anchors.end())
+                binding.anchors.push_back(v);
+        }
+    }
+    binding.handles.clear();
+    binding.strengths.clear();
+    const std::size_t count = binding.anchors.size() + (bytes.once_in(32) ? 1 : 0);
+    if (bytes.once_in(3)) {
+        for (std::size_t k = 0; k < count; ++k)
+            binding.handles.push_back(bytes.below(4) - (bytes.once_in(64) ? 1 : 0));
+    }
+    if (bytes.once_in(3)) {
+        for (std::size_t k = 0; k < count; ++k) {
+            binding.strengths.push_back(bytes.once_in(3) ? std::numeric_limits<double>::infinity()
+                                                         : std::pow(10.0, bytes.below(18) - 8));
+            if (bytes.once_in(64)) binding.strengths.back() = bytes.number();
+        }
+    }
+    binding.rigidity.reset();
+    if (bytes.once_in(3)) binding.rigidity = bytes.once_in(2) ? 0.0 : std::pow(10.0, bytes.below(14) - 4);
+    if (bytes.once_in(32)) binding.rigidity = bytes.number();
+}
+
+Binding read_binding(Bytes& bytes, const OddMesh& mesh) {
+    Binding binding{mesh.vertices, mesh.faces, {}, {}};
+    constexpr Method kMethods[] = {Method::kFast, Method::kPaper, Method::kFull, Method::kFast};
+    binding.method = kMethods[bytes.below(4)];
+    binding.threads = bytes.once_in(8) ? 2 : 1;
+    if (bytes.once_in(4)) binding.instructions = InstructionSet::kPortable;
+    read_anchors(bytes, mesh.vertex_count(), binding);
+    if (binding.method != Method::kFast && !bytes.once_in(8)) {  // the others know neither
+        binding.rigidity.reset();
+        binding.strengths.clear();
+    }
+    if (bytes.once_in(3)) {
+        binding.roi.emplace(mesh.vertex_count() + (bytes.once_in(32) ? 1 : 0));
+        for (char& flag : *binding.roi)
+            flag = bytes.once_in(4) ? 0 : 1;
+    }
+    return binding;
+}
+
+std::vector<double> read_weights(Bytes& bytes, std::size_t anchor_count) {
+    std::vector<double> weights;
+    if (!bytes.once_in(4)) return weights;
+    for (std::size_t k = 0; k < anchor_count; ++k)
+        weights.push_back(bytes.once_in(32) ? bytes.number() : bytes.once_in(2) ? 0.0 : bytes.byte() / 255.0);
+    return weights;
+}
+
+std::optional<double> read_tolerance(Bytes& bytes) {
+    if (!bytes.once_in(4)) return {};
+    return bytes.once_in(16) ? bytes.number() : std::pow(10.0, -bytes.below(14));
+}
+
+}  // namespace meanvalue::fuzz

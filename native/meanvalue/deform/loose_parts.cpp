@@ -1,0 +1,114 @@
+#include "meanvalue/deform/loose_parts.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/deform/loose_patches.h"
+#include "meanvalue/linalg/procrustes.h"
+
+namespace meanvalue {
+namespace {
+
+template <typename Scalar>
+Vector3 place_of(const Scalar* positions, Index v) {
+    const Scalar* place = positions + 3 * static_cast<std::ptrdiff_t>(v);
+    return {static_cast<double>(place[0]), static_cast<double>(place[1]), static_cast<double>(place[2])};
+}
+
+/// How much the surface grows: the median over the stars, which a few stretched ones do not move.
+template <typename Scalar>
+double growth_of(const LoosePatch& patch, const Scalar* positions) {
+    std::vector<double> ratios;
+    for (std::size_t k = 0; k < patch.stars.size(); ++k) {
+        const std::vector<Index>& star = patch.stars[k];
+        double length = 0.0;
+        for (std::size_t j = 1; j < star.size(); ++j)
+            length += (place_of(positions, star[j]) - place_of(positions, star.front())).norm();
+        ratios.push_back(length / patch.star_lengths[k]);
+    }
+    if (ratios.empty()) return 1.0;
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::nth_element(ratios.begin(), middle, ratios.end());
+    return *middle;
+}
+
+template <typename Scalar>
+Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const Scalar* positions) {
+    Vector3 to_centre = Vector3::Zero();
+    for (std::size_t k = 0; k < patch.points.size(); ++k)
+        to_centre += patch.weights[k] * place_of(positions, patch.points[k]);
+    Matrix3 covariance = Matrix3::Zero();
+    for (std::size_t k = 0; k < patch.points.size(); ++k) {
+        const Vector3 from = Vector3(rest.row(patch.points[k])) - patch.centre;
+        const Vector3 to = place_of(positions, patch.points[k]) - to_centre;
+        covariance += patch.weights[k] * to * from.transpose();
+    }
+    Similarity motion;
+    motion.scale = growth_of(patch, positions);
+    motion.rotation = fit_rotation(covariance);
+    motion.translation = to_centre - motion.scale * motion.rotation * patch.centre;
+    return motion;
+}
+
+}  // namespace
+
+void let_go(Components& components, const std::vector<char>& is_resting) {
+    for (std::size_t part = 0; part < components.parts.size(); ++part) {
+        std::vector<Index>& held = components.fixed[part];
+        if (!std::all_of(held.begin(), held.end(), [&](Index v) { return is_resting[v] != 0; })) continue;
+        held.clear();
+        components.parts[part].soft_count = 0;
+        components.parts[part].undetermined = 7;
+    }
+}
+
+LooseParts::LooseParts(const PositionsView& rest, const TrianglesView& faces, const Components& components,
+                       const Execution& execution) {
+    const auto is_loose = [&](std::size_t part) { return components.fixed[part].empty(); };
+    std::size_t loose = 0;
+    for (std::size_t part = 0; part < components.parts.size(); ++part)
+        loose += is_loose(part) ? 1 : 0;
+    if (loose == 0 || loose == components.parts.size()) return;
+    FoundPatches found = find_patches(rest, faces, components, execution);
+    carriers_ = std::move(found.carriers);
+    patches_ = std::move(found.patches);
+    for (std::size_t v = 0; v < components.part_of.size(); ++v) {
+        const Index patch = found.patch_of_part[components.part_of[v]];
+        if (patch < 0) continue;
+        vertices_.push_back(static_cast<Index>(v));
+        patch_of_.push_back(patch);
+    }
+}
+
+template <typename Scalar>
+void LooseParts::carry(const PositionsView& rest, Scalar* positions, int threads, const Execution& execution) const {
+    std::vector<Similarity> motions(patches_.size());
+    parallel_for(static_cast<Index>(patches_.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            motions[k] = motion_of(patches_[k], rest, static_cast<const Scalar*>(positions));
+    });
+    parallel_for(static_cast<Index>(vertices_.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            const Vector3 place = motions[patch_of_[k]].apply(rest.row(vertices_[k]).transpose());
+            Scalar* to = positions + 3 * static_cast<std::ptrdiff_t>(vertices_[k]);
+            for (int c = 0; c < 3; ++c)
+                to[c] = static_cast<Scalar>(place(c));
+        }
+    });
+}
+
+template void LooseParts::carry(const PositionsView&, double*, int, const Execution&) const;
+template void LooseParts::carry(const PositionsView&, float*, int, const Execution&) const;
+
+std::size_t LooseParts::bytes() const {
+    std::size_t total = (carriers_.size() + vertices_.size() + patch_of_.size()) * sizeof(Index);
+    for (const LoosePatch& patch : patches_) {
+        total += sizeof(patch) + patch.points.size() * (sizeof(Index) + sizeof(double));
+        for (const std::vector<Index>& star : patch.stars)
+            total += sizeof(star) + sizeof(double) + star.size() * sizeof(Index);
+    }
+    return total;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,258 @@
+#include "meanvalue/deform/loose_patches.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "meanvalue/mesh/point_tree.h"
+
+namespace meanvalue {
+namespace {
+
+// Vertices of a loose part that look for what is near: more hardly tell it better.
+constexpr std::size_t kLookouts = 256;
+// A patch of fewer points hardly tells how it turns.
+constexpr std::size_t kLeastPoints = 24;
+// Nearness is told from distances no shorter than this share of the part's size, so that a single touching vertex
+// does not decide alone.
+constexpr double kSoftDistance = 0.1;
+// Of a carrier, so many vertices tell how it grows, and the nearest of these tell a part.
+constexpr std::size_t kMostStars = 2048;
+constexpr std::size_t kStars = 32;
+// Only so many of the largest loose parts may hold others inside.
+constexpr std::size_t kMostShells = 256;
+constexpr std::size_t kShellLookouts = 32;
+constexpr std::size_t kShellPoints = 512;
+// How far what is inside a box may stand out of it, as a share of the box.
+constexpr double kStandsOut = 0.05;
+
+struct Box {
+    Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+    Vector3 high = Vector3::Constant(-std::numeric_limits<double>::infinity());
+
+    double size() const { return (high - low).norm(); }
+    bool holds(const Box& other, double margin) const {
+        return ((other.low - low).array() >= -margin).all() && ((high - other.high).array() >= -margin).all();
+    }
+};
+
+/// At most `most` of them, evenly.
+std::vector<Index> some_of(const std::vector<Index>& vertices, std::size_t most) {
+    if (vertices.size() <= most) return vertices;
+    std::vector<Index> result;
+    for (std::size_t k = 0; k < most; ++k)
+        result.push_back(vertices[k * vertices.size() / most]);
+    return result;
+}
+
+class Finder {
+  public:
+    Finder(const PositionsView& rest, const TrianglesView& faces, const Components& components,
+           const Execution& execution)
+        : rest_(rest),
+          components_(components),
+          execution_(execution),
+          members_(components.parts.size()),
+          boxes_(components.parts.size()),
+          held_(rest, list_members(), execution) {
+        list_neighbours(faces);
+    }
+
+    FoundPatches find() {
+        FoundPatches found;
+        found.carriers.assign(members_.size(), -1);
+        found.patch_of_part.assign(members_.size(), -1);
+        std::vector<Index> loose;
+        for (std::size_t part = 0; part < members_.size(); ++part) {
+            if (is_loose(static_cast<Index>(part))) loose.push_back(static_cast<Index>(part));
+        }
+        // Larger ones first: what is inside of one finds its patch.
+        std::stable_sort(loose.begin(), loose.end(),
+                         [&](Index a, Index b) { return boxes_[a].size() > boxes_[b].size(); });
+        std::vector<Index> shells;
+        for (const Index part : loose) {
+            execution_.check();
+            const Contacts contacts = contacts_of(part);
+            const Index shell = shell_of(part, shells, contacts.least);
+            if (shell >= 0) {
+                found.carriers[part] = found.carriers[shell];
+                found.patch_of_part[part] = found.patch_of_part[shell];
+            } else {
+                found.carriers[part] = contacts.carrier;
+                found.patch_of_part[part] = static_cast<Index>(found.patches.size());
+                found.patches.push_back(patch_of(part, contacts));
+            }
+            if (members_[part].size() > 3 && shells.size() < kMostShells) shells.push_back(part);
+        }
+        return found;
+    }
+
+  private:
+    struct Contacts {
+        Index carrier = -1;
+        double least = std::numeric_limits<double>::infinity();  // squared distance
+        std::map<Index, double> weights;                         // of vertices of the carrier
+    };
+
+    bool is_loose(Index part) const { return components_.fixed[part].empty(); }
+
+    /// @return all vertices of held parts.
+    std::vector<Index> list_members() {
+        std::vector<Index> held;
+        for (std::size_t v = 0; v < components_.part_of.size(); ++v) {
+            execution_.check_every(v);
+            const Index part = components_.part_of[v];
+            members_[part].push_back(static_cast<Index>(v));
+            boxes_[part].low = boxes_[part].low.cwiseMin(Vector3(rest_.row(static_cast<Index>(v))));
+            boxes_[part].high = boxes_[part].high.cwiseMax(Vector3(rest_.row(static_cast<Index>(v))));
+            if (!is_loose(part)) held.push_back(static_cast<Index>(v));
+        }
+        return held;
+    }
+
+    void list_neighbours(const TrianglesView& faces) {
+        offsets_.assign(components_.part_of.size() + 1, 0);
+        execution_.check();
+        for (Index f = 0; f < faces.rows(); ++f) {
+            for (int c = 0; c < 3; ++c)
+                offsets_[faces(f, c) + 1] += 2;
+        }
+        std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
+        neighbours_.resize(offsets_.back());
+        std::vector<Index> filled(offsets_.begin(), offsets_.end() - 1);
+        execution_.check();
+        for (Index f = 0; f < faces.rows(); ++f) {
+            for (int c = 0; c < 3; ++c) {
+                neighbours_[filled[faces(f, c)]++] = faces(f, (c + 1) % 3);
+                neighbours_[filled[faces(f, c)]++] = faces(f, (c + 2) % 3);
+            }
+        }
+    }
+
+    Contacts contacts_of(Index part) const {
+        std::vector<PointTree::Nearest> nearest;
+        Contacts contacts;
+        for (const Index v : some_of(members_[part], kLookouts)) {
+            nearest.push_back(held_.nearest(rest_.row(v).transpose()));
+            if (nearest.back().squared_distance >= contacts.least) continue;
+            contacts.least = nearest.back().squared_distance;
+            contacts.carrier = components_.part_of[nearest.back().row];
+        }
+        const double size = kSoftDistance * boxes_[part].size();
+        const double soft = size * size + contacts.least;
+        for (const PointTree::Nearest& found : nearest) {
+            if (components_.part_of[found.row] != contacts.carrier) continue;
+            const double nearness = soft > 0.0 ? soft / (found.squared_distance + soft) : 1.0;
+            contacts.weights[found.row] += nearness * nearness;
+        }
+        return contacts;
+    }
+
+    /// The smallest of the larger loose parts that `part` is inside of, and nearer to than `held`, a squared
+    /// distance; or -1.
+    Index shell_of(Index part, const std::vector<Index>& shells, double held) const {
+        const std::vector<Index> lookouts = some_of(members_[part], kShellLookouts);
+        for (auto shell = shells.rbegin(); shell != shells.rend(); ++shell) {
+            if (!boxes_[*shell].holds(boxes_[part], kStandsOut * boxes_[*shell].size())) continue;
+            for (const Index v : some_of(members_[*shell], kShellPoints)) {
+                for (const Index from : lookouts) {
+                    if ((rest_.row(v) - rest_.row(from)).squaredNorm() <= held) return *shell;
+                }
+            }
+        }
+        return -1;
+    }
+
+    LoosePatch patch_of(Index part, const Contacts& contacts) {
+        LoosePatch patch;
+        for (const auto& [v, weight] : contacts.weights) {
+            patch.points.push_back(v);
+            patch.weights.push_back(weight);
+        }
+        widen(patch);
+        double sum = 0.0;
+        for (const double weight : patch.weights)
+            sum += weight;
+        for (std::size_t k = 0; k < patch.points.size(); ++k) {
+            patch.weights[k] /= sum;
+            patch.centre += patch.weights[k] * Vector3(rest_.row(patch.points[k]));
+        }
+        add_stars(0.5 * (boxes_[part].low + boxes_[part].high), contacts.carrier, patch);
+        return patch;
+    }
+
+    /// By whole rings, each counting half as much as the one before, until there are enough points.
+    void widen(LoosePatch& patch) const {
+        std::map<Index, double> seen;
+        for (std::size_t k = 0; k < patch.points.size(); ++k)
+            seen.emplace(patch.points[k], patch.weights[k]);
+        for (std::size_t begin = 0; begin < patch.points.size() && patch.points.size() < kLeastPoints;) {
+            const std::size_t end = patch.points.size();
+            for (std::size_t k = begin; k < end; ++k) {
+                const Index v = patch.points[k];
+                for (Index j = offsets_[v]; j < offsets_[v + 1]; ++j) {
+                    if (!seen.emplace(neighbours_[j], 0.0).second) continue;
+                    patch.points.push_back(neighbours_[j]);
+                    patch.weights.push_back(0.5 * patch.weights[k]);
+                }
+            }
+            begin = end;
+        }
+    }
+
+    void add_stars(const Vector3& centre, Index carrier, LoosePatch& patch) {
+        std::vector<Index>& stars = stars_of(carrier);
+        const std::size_t count = std::min(kStars, stars.size());
+        std::vector<std::pair<double, Index>> near;
+        for (const Index v : stars)
+            near.emplace_back((Vector3(rest_.row(v)) - centre).squaredNorm(), v);
+        std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
+        for (std::size_t k = 0; k < count; ++k) {
+            const Index v = near[k].second;
+            patch.stars.push_back({v});
+            patch.stars.back().insert(patch.stars.back().end(), neighbours_.begin() + offsets_[v],
+                                      neighbours_.begin() + offsets_[v + 1]);
+            patch.star_lengths.push_back(star_length(v));
+        }
+    }
+
+    double star_length(Index v) const {
+        double length = 0.0;
+        for (Index j = offsets_[v]; j < offsets_[v + 1]; ++j)
+            length += (rest_.row(neighbours_[j]) - rest_.row(v)).norm();
+        return length;
+    }
+
+    /// Of those vertices of a held part that have edges with a length, some.
+    std::vector<Index>& stars_of(Index part) {
+        const auto [at, is_new] = stars_.try_emplace(part);
+        if (is_new) {
+            for (const Index v : some_of(members_[part], kMostStars)) {
+                if (star_length(v) > 0.0) at->second.push_back(v);
+            }
+        }
+        return at->second;
+    }
+
+    const PositionsView& rest_;
+    const Components& components_;
+    const Execution& execution_;
+    std::vector<std::vector<Index>> members_;  // of each part
+    std::vector<Box> boxes_;
+    PointTree held_;
+    std::vector<Index> offsets_;  // n + 1, into neighbours_; those over inner edges are there twice
+    std::vector<Index> neighbours_;
+    std::map<Index, std::vector<Index>> stars_;  // of carriers
+};
+
+}  // namespace
+
+FoundPatches find_patches(const PositionsView& rest, const TrianglesView& faces, const Components& components,
+                          const Execution& execution) {
+    return Finder(rest, faces, components, execution).find();
+}
+
+}  // namespace meanvalue

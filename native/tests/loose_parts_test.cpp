@@ -1,0 +1,290 @@
+// Parts without an anchor: carried along by the nearest surface that is held, or left at rest.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "meanvalue/deform/deformer.h"
+#include "meanvalue/mesh/point_tree.h"
+#include "meanvalue/sequence/sequence.h"
+#include "tests/meshes.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+Mesh moved(Mesh mesh, double scale, const Vector3& by) {
+    mesh.vertices = (scale * mesh.vertices).rowwise() + by.transpose();
+    return mesh;
+}
+
+/// A head with two eyes that hold an iris each, on its surface at +x, and a hat above it.
+struct Head {
+    Mesh mesh = sphere(3);
+    Index head_count = mesh.vertex_count();
+    Index eye_count = sphere(1).vertex_count();
+    std::vector<Index> low;   // anchors: the neck
+    std::vector<Index> high;  // and the crown
+    std::vector<Index> anchors;
+
+    Head() {
+        for (const double side : {-0.35, 0.35}) {
+            mesh = joined(mesh, moved(sphere(1), 0.2, {0.88, side, 0.1}));
+            mesh = joined(mesh, moved(sphere(1), 0.1, {1.0, side, 0.1}));
+        }
+        for (Index v = 0; v < head_count; ++v) {
+            if (mesh.vertices(v, 2) < -0.8) low.push_back(v);
+            if (mesh.vertices(v, 2) > 0.6) high.push_back(v);
+        }
+        anchors = low;
+        anchors.insert(anchors.end(), high.begin(), high.end());
+    }
+
+    Binding binding(LooseRule rule) const {
+        Binding binding{mesh.vertices, mesh.faces, anchors};
+        binding.loose = rule;
+        return binding;
+    }
+    Positions turned(double angle) const {
+        Positions targets = rows_of(mesh.vertices, anchors);
+        const Eigen::AngleAxisd turn(angle, Vector3::UnitZ());
+        for (std::size_t k = low.size(); k < anchors.size(); ++k)
+            targets.row(k) = (turn * Vector3(targets.row(k))).transpose();
+        return targets;
+    }
+    /// Rows of loose part `part`, from 0.
+    Positions part(const Positions& of, Index number) const {
+        return of.middleRows(head_count + number * eye_count, eye_count);
+    }
+};
+
+Positions solved(const Binding& binding, const Positions& targets, const std::optional<PositionsView>& start = {}) {
+    Execution execution;
+    Deformer deformer(binding, execution);
+    return deformer.solve(targets, start, {}, execution).vertices;
+}
+
+/// How far it is from rigid: the largest change of a distance within it.
+double largest_stretch(const Positions& before, const Positions& after) {
+    double most = 0.0;
+    for (Index a = 0; a < before.rows(); ++a) {
+        for (Index b = 0; b < a; ++b) {
+            const double change = (after.row(a) - after.row(b)).norm() / (before.row(a) - before.row(b)).norm() - 1.0;
+            most = std::max(most, std::abs(change));
+        }
+    }
+    return most;
+}
+
+TEST(LooseParts, ATurnedHeadTakesItsEyesAlong) {
+    const Head head;
+    const Positions result = solved(head.binding(LooseRule::kFollow), head.turned(1.05));
+    for (Index number = 0; number < 4; ++number) {
+        const Positions before = head.part(head.mesh.vertices, number);
+        const Positions after = head.part(result, number);
+        EXPECT_LT(largest_stretch(before, after), 0.05);
+        // As far from the skin as it was: its nearest vertex of the head is still its nearest but for a little.
+        const Vector3 centre = before.colwise().mean();
+        const Vector3 centre_after = after.colwise().mean();
+        Index nearest = 0;
+        (head.mesh.vertices.topRows(head.head_count).rowwise() - centre.transpose())
+            .rowwise()
+            .squaredNorm()
+            .minCoeff(&nearest);
+        EXPECT_NEAR((Vector3(result.row(nearest)) - centre_after).norm(),
+                    (Vector3(head.mesh.vertices.row(nearest)) - centre).norm(), 0.04);  // a fifth of its radius
+        EXPECT_GT((centre_after - centre).norm(), 0.3);
+    }
+}
+
+TEST(LooseParts, WhatIsInsideAnotherKeepsItsPlaceInIt) {
+    const Head head;
+    const Positions result = solved(head.binding(LooseRule::kFollow), head.turned(1.05));
+    for (Index eye = 0; eye < 4; eye += 2) {
+        const auto both = [&](const Positions& of) {
+            Positions rows(2 * head.eye_count, 3);
+            rows << head.part(of, eye), head.part(of, eye + 1);
+            return rows;
+        };
+        // One similarity for both: all distances change by one factor.
+        const Positions before = both(head.mesh.vertices);
+        const Positions after = both(result);
+        const double factor = (after.row(0) - after.row(1)).norm() / (before.row(0) - before.row(1)).norm();
+        for (Index v = 1; v < before.rows(); ++v) {
+            EXPECT_NEAR((after.row(0) - after.row(v)).norm(), factor * (before.row(0) - before.row(v)).norm(), 1e-12);
+        }
+    }
+}
+
+TEST(LooseParts, ASimilarityOfTheAnchorsMovesEverything) {
+    const Head head;
+    const Positions whole = moved_by_similarity(head.mesh.vertices, 1.7, {1.0, 2.0, -0.5}, 2.4, {3.0, -1.0, 0.5});
+    Binding binding = head.binding(LooseRule::kFollow);
+    binding.rigidity = 0.0;  // lengths do not count
+    const Positions result = solved(binding, rows_of(whole, head.anchors));
+    EXPECT_LT(largest_distance(result, whole), 1e-6);
+}
+
+TEST(LooseParts, TheReportTellsWhoCarriesWhom) {
+    const Head head;
+    Execution execution;
+    for (const LooseRule rule : {LooseRule::kStay, LooseRule::kFollow}) {
+        const Deformer deformer(head.binding(rule), execution);
+        const Index carrier = rule == LooseRule::kFollow ? 0 : -1;
+        EXPECT_EQ(deformer.report().carriers, (std::vector<Index>{-1, carrier, carrier, carrier, carrier}));
+    }
+}
+
+TEST(LooseParts, OfTwoHeldPartsTheNearerOneCarries) {
+    const Mesh button = moved(sphere(1), 0.05, {10.0, 0.0, 1.02});
+    const Mesh mesh = joined(joined(sphere(2), moved(sphere(2), 1.0, {10.0, 0.0, 0.0})), button);
+    const Index count = sphere(2).vertex_count();
+    Binding binding{mesh.vertices, mesh.faces, {0, 1, 2, 3, count, count + 1, count + 2, count + 3}};
+    binding.loose = LooseRule::kFollow;
+    Positions targets = rows_of(mesh.vertices, binding.anchors);
+    targets.bottomRows(4).col(1).array() += 2.5;
+    const Positions result = solved(binding, targets);
+    for (Index v = 2 * count; v < mesh.vertex_count(); ++v)
+        EXPECT_NEAR(result(v, 1), mesh.vertices(v, 1) + 2.5, 1e-3);
+}
+
+TEST(LooseParts, StayingPartsAreAtRestWhereverTheyStart) {
+    const Head head;
+    const Positions followed = solved(head.binding(LooseRule::kFollow), head.turned(1.05));
+    const Positions result = solved(head.binding(LooseRule::kStay), head.turned(1.0), PositionsView(followed));
+    for (Index number = 0; number < 4; ++number)
+        EXPECT_EQ(head.part(result, number), head.part(head.mesh.vertices, number));
+}
+
+TEST(LooseParts, TheRestOfTheMeshHasTheSameBits) {
+    const Head head;
+    const Positions follow = solved(head.binding(LooseRule::kFollow), head.turned(1.05));
+    const Positions stay = solved(head.binding(LooseRule::kStay), head.turned(1.05));
+    EXPECT_EQ(follow.topRows(head.head_count), stay.topRows(head.head_count));
+}
+
+TEST(LooseParts, TheirPlaceIsThatOfTheShapeAloneWhateverWasBefore) {
+    const Head head;
+    Execution execution;
+    Deformer deformer(head.binding(LooseRule::kFollow), execution);
+    const Solution first = deformer.solve(head.turned(0.4), {}, {}, execution);
+    Positions other = first.vertices;
+    other.bottomRows(4 * head.eye_count).array() += 0.3;  // of the loose parts alone
+    SolveOptions alone;
+    alone.settle = true;  // nothing is remembered
+    const Positions a = deformer.solve(head.turned(0.5), PositionsView(first.vertices), alone, execution).vertices;
+    const Positions b = deformer.solve(head.turned(0.5), PositionsView(other), alone, execution).vertices;
+    EXPECT_EQ(a, b);
+}
+
+TEST(LooseParts, ThreadsDoNotChangeABit) {
+    const Head head;
+    Binding binding = head.binding(LooseRule::kFollow);
+    binding.threads = 1;
+    const Positions one = solved(binding, head.turned(1.05));
+    binding.threads = 4;
+    EXPECT_EQ(solved(binding, head.turned(1.05)), one);
+}
+
+TEST(LooseParts, FramesOfAClipCarryThemAsSingleSolvesDo) {
+    const Head head;
+    Execution execution;
+    Deformer deformer(head.binding(LooseRule::kFollow), execution);
+    constexpr Index kFrames = 9;
+    const auto anchors = static_cast<Index>(head.anchors.size());
+    std::vector<double> targets;
+    for (Index frame = 0; frame < kFrames; ++frame) {
+        const Positions at = head.turned(frame == 5 ? 0.9 : 0.1 * frame);  // with a jump to be spread
+        targets.insert(targets.end(), at.data(), at.data() + at.size());
+    }
+    SequenceOptions options;
+    options.chunk = 4;
+    options.overlap = 3;
+    const Trajectories trajectories{kFrames, anchors, targets, {}};
+    const Sequence clip = solve_sequence(deformer, trajectories, options, execution);
+    for (Index frame = 0; frame < kFrames; ++frame) {
+        std::vector<float> shape(
+            clip.vertices.get() + static_cast<std::ptrdiff_t>(frame) * clip.vertex_count * 3,
+            clip.vertices.get() + static_cast<std::ptrdiff_t>(frame + 1) * clip.vertex_count * 3);
+        const std::vector<float> before = shape;
+        deformer.bound().loose_parts().carry(head.mesh.vertices, shape.data(), 1, execution);
+        EXPECT_EQ(shape, before);
+    }
+}
+
+TEST(LooseParts, ASoftBorderAloneHoldsNoPart) {
+    const Head head;
+    Binding binding = head.binding(LooseRule::kFollow);
+    binding.strengths.assign(binding.anchors.size(), std::numeric_limits<double>::infinity());
+    Positions targets = head.turned(1.05);
+    const auto held = targets.rows();
+    for (Index v = head.head_count; v < head.mesh.vertex_count(); ++v) {
+        binding.anchors.push_back(v);
+        binding.strengths.push_back(1.0);
+    }
+    binding.border_count = head.mesh.vertex_count() - head.head_count;
+    targets.conservativeResize(static_cast<Index>(binding.anchors.size()), 3);
+    targets.bottomRows(targets.rows() - held) = head.mesh.vertices.bottomRows(binding.border_count);
+    EXPECT_EQ(solved(binding, targets), solved(head.binding(LooseRule::kFollow), head.turned(1.05)));
+}
+
+TEST(LooseParts, ThinPatchesAndLooseVerticesGiveFiniteShapes) {
+    // One triangle carries; what it carries: a vertex without faces, a segment's ends, a copy of itself.
+    Positions vertices(9, 3);
+    vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0.3, 0.3, 0.1, 0.3, 0.3, 0.1, 5, 5, 5, 0, 0, 0, 1, 0, 0, 0, 1, 0;
+    Triangles faces(2, 3);
+    faces << 0, 1, 2, 6, 7, 8;
+    Binding binding{vertices, faces, {0, 1, 2}};
+    binding.loose = LooseRule::kFollow;
+    const Positions whole = moved_by_similarity(vertices, 2.0, Vector3::UnitX(), 1.0, {1.0, 2.0, 3.0});
+    EXPECT_LT(largest_distance(solved(binding, whole.topRows(3)), whole), 1e-9);
+    // A carrier of which but one vertex is held, and all in one place.
+    const Mesh ball = joined(sphere(1), moved(sphere(1), 0.0, {2.0, 0.0, 0.0}));
+    Binding lone{ball.vertices, ball.faces, {0}};
+    lone.loose = LooseRule::kFollow;
+    Positions target = ball.vertices.topRows(1);
+    target.row(0) += Eigen::RowVector3d(1.0, 0.0, 0.0);
+    EXPECT_TRUE(solved(lone, target).allFinite());
+}
+
+TEST(LooseParts, BindingAgainFindsOtherCarriers) {
+    const Head head;
+    Execution execution;
+    Deformer deformer(head.binding(LooseRule::kFollow), execution);
+    Binding again = deformer.bound().binding_again();
+    again.anchors = head.anchors;
+    again.anchors.push_back(head.head_count);  // of the first eye
+    const Deformer other(again, execution, &deformer);
+    EXPECT_EQ(other.report().carriers, (std::vector<Index>{-1, -1, 1, 0, 0}));  // the first iris by its eye
+}
+
+TEST(LooseParts, CanBeCancelledWhileTheyAreFound) {
+    const Head head;
+    const auto stages =
+        cancelled_everywhere([&](Execution& execution) { Deformer(head.binding(LooseRule::kFollow), execution); });
+    EXPECT_FALSE(stages.empty());
+}
+
+TEST(PointTree, FindsTheNearest) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    Positions points(500, 3);
+    for (Index k = 0; k < points.size(); ++k)
+        points.data()[k] = k % 7 == 0 ? 0.25 : number(random);  // many on planes
+    std::vector<Index> rows;
+    for (Index k = 0; k < points.rows(); k += 2)
+        rows.push_back(k);
+    Execution execution;
+    const PointTree tree(points, rows, execution);
+    for (int trial = 0; trial < 500; ++trial) {
+        const Vector3 from(number(random), number(random), number(random));
+        double least = 1e9;
+        for (const Index row : rows)
+            least = std::min(least, (Vector3(points.row(row)) - from).squaredNorm());
+        EXPECT_EQ(tree.nearest(from).squared_distance, least);
+    }
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
