@@ -113,7 +113,7 @@ def write_toolchain(work, tools):
     commands |= {name: f"{name} -target x86_64-linux-gnu.{GLIBC}" for name in ("cc", "c++")}
     for name, call in commands.items():
         path = work / f"zig-{name}"
-        # Zig keeps what it compiled: what does not depend on Python is compiled for the first one alone.
+        # Zig compiles its libc++ at the first call and keeps it.
         path.write_text(f'#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR="{work}/zig-cache"\nexec "{zig}" {call} "$@"\n')
         path.chmod(0o755)
     toolchain = work / "toolchain.cmake"
