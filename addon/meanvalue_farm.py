@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baking without an interface, on one machine or many; docs/guide.md, "On a farm".
+"""Baking without an interface, on one machine or many; docs/guide/baking.md, "On a farm".
 
     blender -b SCENE.blend --python-exit-code 1 --python meanvalue_farm.py -- plan --out DIR --chunk 200
     blender -b --python-exit-code 1 --python meanvalue_farm.py -- bake --plan DIR/plan --index 0

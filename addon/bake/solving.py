@@ -66,8 +66,9 @@ def solve_rows(binding, bind_input, targets, weights, begin, end, execution, thr
 
 
 def _distances(placed, wanted, weights, begin):
-    """r float64: how far the farthest anchor that counts is from its target, in the object's own units."""
+    """r float64: how far the farthest anchor is from its target, in the object's own units; less if it counts less."""
     distances = np.linalg.norm(placed.astype(np.float64) - wanted, axis=2)
     if weights is not None:
-        distances = np.where(weights[begin : begin + len(wanted)] > 0.0, distances, 0.0)
+        counts = weights[begin : begin + len(wanted)]
+        distances = counts * np.where(counts > 0.0, distances, 0.0)
     return np.nan_to_num(distances.max(axis=1, initial=0.0))

@@ -4,7 +4,7 @@
 import numpy as np
 
 from ..core import motion
-from . import actions, control_places, controls, marker_handles, takes
+from . import actions, control_places, controls, marker_handles
 
 COLOR = (0.0, 0.62, 0.45)
 #: Radius of a control over that of the limb.
@@ -20,10 +20,10 @@ def carry_all(obj, matched):
         if lines[index].cuff and lines[index].made_control and lines[index].cuff not in wanted:
             controls.remove_handle(obj, index)
     for cuff in matched.cuffs:
-        _carry(obj, cuff, matched.frames)
+        _carry(obj, cuff, matched)
 
 
-def _carry(obj, cuff, frames):
+def _carry(obj, cuff, matched):
     lines = obj.meanvalue.anchor_groups
     line = next((line for line in lines if line.cuff == cuff.name and line.made_control), None)
     line = line or marker_handles.make_line(obj, cuff.name, COLOR)
@@ -38,7 +38,8 @@ def _carry(obj, cuff, frames):
     (rig,) = control_places.carries(obj, [line])
     control_places.go_along(obj, line, rig)
     marker_handles.give_members(obj, line, cuff.vertices)
-    _animate(control, cuff, frames, np.linalg.inv(frame), np.array(obj.matrix_world, np.float64)[:3, :3])
+    _animate(control, cuff, matched.frames, np.linalg.inv(frame), np.array(obj.matrix_world, np.float64)[:3, :3])
+    marker_handles.write_influence(control, ~np.isnan(cuff.centres[:, 0]), matched.frames, matched.ramp)
 
 
 def _animate(control, cuff, frames, to_control, to_world):
@@ -50,7 +51,6 @@ def _animate(control, cuff, frames, to_control, to_world):
     control.rotation_mode = 'QUATERNION'
     actions.write_vector(control, "location", frames[present], places)
     actions.write_vector(control, "rotation_quaternion", frames[present], quaternions)
-    takes.write_presence(control, present, frames)
     if present.any():
         control.location, control.rotation_quaternion = places[0], quaternions[0]
 

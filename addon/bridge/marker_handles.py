@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 
-from . import actions, controls, marker_pairs, takes, vertex_groups
+from ..core import sample_times
+from . import actions, controls, marker_pairs, vertex_groups
 
 #: Size of a control, as a share of the mesh's bounding-box diagonal.
 CONTROL_SIZE = 0.006
@@ -50,7 +51,7 @@ def carry(obj, matched, number):
     give_members(obj, line, np.array([vertex]))
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
-    _animate(control, matched.targets[:, number], matched.frames, matched.rest[number])
+    _animate(control, matched.targets[:, number], matched.frames, matched.rest[number], matched.ramp)
 
 
 def drop(obj, pair):
@@ -101,10 +102,18 @@ def _make_control(obj, line, name, shape, size):
     return control
 
 
-def _animate(control, targets, frames, rest):
+def write_influence(control, present, frames, ramp):
+    """Keys the influence of a control: 0 where its markers are away, fading over `ramp` samples before and after."""
+    keyed, values = sample_times.changing_keys(sample_times.ramps(present, ramp), frames)
+    actions.write_curve(control, "meanvalue.influence", 0, keyed, values)
+    if len(keyed) == 0:
+        control.meanvalue.influence = 1.0
+
+
+def _animate(control, targets, frames, rest, ramp):
     present = ~np.isnan(targets).any(axis=1)
     actions.write_vector(control, "location", frames[present], targets[present])
-    takes.write_presence(control, present, frames)
+    write_influence(control, present, frames, ramp)
     control.location = targets[int(present.argmax())] if present.any() else rest
 
 

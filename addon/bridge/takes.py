@@ -193,7 +193,7 @@ def _animate(empty, positions, measured, frames):
 
 
 def write_presence(obj, present, frames):
-    """Keys the influence of a marker or control: 0 from where it is missing, 1 from where it is there again."""
+    """Keys the influence of a marker: 0 from where it is missing, 1 from where it is there again."""
     keyed, values = sample_times.presence_keys(present, frames)
     actions.write_curve(obj, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
 

@@ -6,10 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from .. import ids
 from ..errors import SceneError
 from . import fixed_points, springs, welding, wording
 from .fingerprint import Fingerprint, digest
+
+#: What becomes of parts that nothing holds, unless it is said.
+FOLLOW = "follow"
 
 #: Of the mesh's size: vertices that are farther apart are not the two sides of an open seam.
 MOST_MERGED = 0.01
@@ -35,7 +37,7 @@ class BindInput:
                   stand at right angles to each other
     twins         p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where
                   the image is a vertex that the mesh does not have. None if there are no planes
-    loose         what becomes of parts that nothing holds, see ids
+    loose         what becomes of parts that nothing holds: 'follow' others, or 'stay'
     merge_distance  vertices so near to each other are one to the solver; 0: none are
     """
 
@@ -53,7 +55,7 @@ class BindInput:
     border_strengths: np.ndarray | None = None
     planes: np.ndarray | None = None
     twins: np.ndarray | None = None
-    loose: str = ids.LOOSE_FOLLOW
+    loose: str = FOLLOW
     merge_distance: float = 0.0
 
     @cached_property
@@ -76,7 +78,7 @@ class BindInput:
     @property
     def _unusual(self):
         """Of settings that came later: nothing where they are as they were before."""
-        loose = "" if self.loose == ids.LOOSE_FOLLOW else f" loose={self.loose}"
+        loose = "" if self.loose == FOLLOW else f" loose={self.loose}"
         return loose + (f" merge={self.merge_distance!r}" if self.merge_distance > 0.0 else "")
 
     @cached_property

@@ -8,7 +8,9 @@ import unicodedata
 #: Chinese, Japanese and Korean, beside which a line may be broken, and what may not begin a line after them.
 _WIDE = r"[\u1100-\u115f\u2e80-\u2fff\u3003-\u3007\u3012-\ua4cf\uac00-\ud7a3\uf900-\ufaff\uff10-\uff19\uff21-\uff5a]"
 _CLOSING = r"[\u3001\u3002\u3009\u300b\u300d\u300f\u3011\u30fc\uff01\uff09\uff0c\uff0e\uff1a\uff1b\uff1f,.:;?!)]"
-_PIECES = re.compile(rf"\s+|{_WIDE}{_CLOSING}*|(?:(?!{_WIDE})\S)+")
+#: What may not end a line.
+_OPENING = r"[\u3008\u300a\u300c\u300e\u3010\uff08]"
+_PIECES = re.compile(rf"\s+|{_OPENING}*{_WIDE}{_CLOSING}*|(?:(?!{_OPENING}*{_WIDE})\S)+")
 
 
 def wrap(text, width):
@@ -26,4 +28,9 @@ def wrap(text, width):
 
 
 def columns(text):
-    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
+    return sum(2 if is_wide(letter) else 1 for letter in text)
+
+
+def is_wide(letter):
+    """Whether it takes the room of two; "" does not."""
+    return letter != "" and unicodedata.east_asian_width(letter) in "WF"

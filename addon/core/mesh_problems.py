@@ -93,12 +93,12 @@ def _without_area(corners, triangles):
 def _crowded(rest, triangles):
     edges = _edges(triangles)
     lengths = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
-    longest = np.zeros(len(rest))
-    np.maximum.at(longest, edges.ravel(), np.repeat(lengths, 2))
-    used = longest > 0.0
+    ends = edges.ravel()
+    means = np.bincount(ends, np.repeat(lengths, 2), len(rest)) / np.maximum(1, np.bincount(ends, minlength=len(rest)))
+    used = means > 0.0
     if not used.any():
         return "", np.empty(0, int)
-    crowded = np.flatnonzero(used & (longest < CROWDED * np.median(longest[used])))
+    crowded = np.flatnonzero(used & (means < CROWDED * np.median(means[used])))
     return f"{wording.vertices(len(crowded))} with tiny edges", crowded
 
 
@@ -111,6 +111,10 @@ def _of_edges(triangles):
     """What faces that are there twice, look to opposite sides or are one too many at an edge have in common: edges that
     are gone along twice in one direction."""
     count = int(triangles.max(initial=-1)) + 1
+    edges = _edges(triangles).astype(np.int64)
+    directed = np.sort(edges[:, 0] * count + edges[:, 1])
+    if not (directed[1:] == directed[:-1]).any():
+        return {}
     _, first, repeats = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True, return_counts=True)
     again = np.ones(len(triangles), bool)
     again[first] = False

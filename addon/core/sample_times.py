@@ -26,6 +26,29 @@ def presence_keys(present, frames):
     return frames[changes], present[changes].astype(np.float64)
 
 
+def ramps(present, samples):
+    """n float64: 0 where not `present` (n bool), 1 more than `samples` away from there, and in between growing by the
+    same factor from sample to sample, 10^4 in all: of a spring it is the order of magnitude that is felt."""
+    missing = np.flatnonzero(~present)
+    if len(missing) == 0:
+        return np.ones(len(present))
+    at = np.arange(len(present))
+    after = np.searchsorted(missing, at)
+    away = np.minimum(
+        np.abs(at - missing[np.minimum(after, len(missing) - 1)]), np.abs(at - missing[np.maximum(after - 1, 0)])
+    )
+    return np.where(present, 10.0 ** (-4.0 * (1.0 - np.minimum(away / (samples + 1.0), 1.0))), 0.0)
+
+
+def changing_keys(values, frames):
+    """(frames, values) of the keys, in straight lines from one to the next, of n `values`. No keys if all are 1."""
+    if (values == 1.0).all():
+        return frames[:0], values[:0]
+    differs = np.concatenate([[True], values[1:] != values[:-1], [True]])
+    wanted = differs[:-1] | differs[1:]
+    return frames[wanted], values[wanted]
+
+
 def nearest_sample(frames, frame):
     """Number of the sample nearest to a frame; `frames` ascending, not empty."""
     return int(np.abs(frames - frame).argmin())

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers and names as messages show them."""
 
+from . import line_breaks
 from .language import translated
 
 
@@ -56,8 +57,9 @@ def quoted(names, limit=3):
 
 
 def sentence(text):
-    """First letter in upper case, the rest untouched, one full stop."""
-    return first_upper(text).rstrip(".") + "."
+    """First letter in upper case, the rest untouched, one full stop, as the script has it."""
+    text = first_upper(text).rstrip(".。")
+    return text + ("。" if line_breaks.is_wide(text[-1:]) else ".")
 
 
 def first_upper(text):

@@ -17,8 +17,14 @@ class MEANVALUE_OT_use_preset(MeshOperator, bpy.types.Operator):
     bl_options = {'REGISTER', 'UNDO', 'INTERNAL'}
     needs_object_mode = False
 
-    method: StringProperty(name="Method", default=ids.METHOD_FAST)
-    rigidity: FloatProperty(name="Rigidity", default=ids.DEFAULT_RIGIDITY, min=0.0)
+    method: StringProperty(name="Method", description="How the shape is found", default=ids.METHOD_FAST)
+    rigidity: FloatProperty(
+        name="Rigidity",
+        description="How much lengths count beside the local shape. 0 is the paper's energy, which lets parts "
+        "grow and shrink freely. Only the method Fast knows it",
+        default=ids.DEFAULT_RIGIDITY,
+        min=0.0,
+    )
 
     def run(self, obj):
         methods = obj.meanvalue.bl_rna.properties["method"].enum_items.keys()

@@ -203,9 +203,14 @@ def _draw_live(layout, obj):
     row.scale_y = 1.4
     row.prop(obj.meanvalue, "live", toggle=True, icon='PLAY')
     row.prop(obj.meanvalue, "show_overlay", text="", toggle=True, icon='OVERLAY')
-    row = layout.row(align=True)  # not split in parts: the words of some languages are longer
-    row.label(text="Symmetric")
-    row.prop(obj.meanvalue, "symmetric", expand=True)
+    split = layout.split(factor=0.4)
+    split.label(text="Symmetric")
+    row = split.row(align=True)
+    row.prop_enum(obj.meanvalue, "symmetric", 'NONE')
+    axes = row.row(align=True)
+    axes.scale_x = 0.5  # a letter each, so that the word before them has room in all languages
+    for axis in ('X', 'Y', 'Z'):
+        axes.prop_enum(obj.meanvalue, "symmetric", axis)
 
 
 def _draw_handles(layout, obj):

@@ -20,6 +20,9 @@ from . import marker_cuffs, match_notes, mended_takes
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
 
+#: A handle that is let go at once would have its skin jump.
+RAMP_SECONDS = 0.08
+
 #: Of an automatic alignment (core.capture.alignment.Alignment): from where on the artist is told to look at it.
 DOUBTFUL, POOR = 1.1, 0.03
 
@@ -41,6 +44,7 @@ class Matched:
     world_size  the same in the world
     recognition  how the names of the markers were known, in words
     filled     {how, in words: share of the samples}
+    ramp       samples over which a handle fades before and after a gap
     cuffs      [marker_cuffs.CuffMotion]; told_of_cuffs  sentences
     """
 
@@ -56,6 +60,7 @@ class Matched:
     size: float
     world_size: float
     recognition: str
+    ramp: int
     filled: dict = field(default_factory=dict)
     cuffs: list = field(default_factory=list)
     told_of_cuffs: list = field(default_factory=list)
@@ -260,6 +265,7 @@ def _matched(given, markers, to_mesh, match, targets, frame, notes):
         size=fixed_points.bounding_box_diagonal(given.surface.own),
         recognition=given.recognition,
         world_size=fixed_points.bounding_box_diagonal(given.surface.vertices),
+        ramp=round(RAMP_SECONDS * given.recording.rate_hz),
         filled=_filled(markers.how),
         notes=notes,
     )

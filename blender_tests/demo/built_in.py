@@ -19,9 +19,25 @@ EYE_COLOUR, PUPIL_COLOUR = (0.90, 0.80, 0.45), (0.01, 0.01, 0.015)
 CLAY_COLOUR = (0.13, 0.33, 0.52)
 
 
-def octopus():
+class Lift:
+    """The tentacle that is lifted by one anchor vertex, near its tip."""
+
+    def __init__(self, model):
+        self._vertices = model.mesh.vertices
+        self.tentacle = model.tentacle_vertices(creature.LIFTED_TENTACLE, 0.0)
+        self.root = self._vertices[self.tentacle & (model.mesh.along < 0.08)].mean(axis=0)
+        self.anchor = model.upper_vertex(creature.LIFTED_TENTACLE, ANCHOR_AT)
+
+    def target(self, degrees):
+        """Where the anchor goes, (3,)."""
+        rest = self._vertices[self.anchor]
+        outwards = (rest - self.root) * [1.0, 1.0, 0.0]
+        return motion.bent_chord(rest, self.root, np.cross(outwards, [0.0, 0.0, 1.0]), np.radians(degrees))
+
+
+def octopus(model=None):
     """The creature with one tentacle and its surroundings as region, lifted by one anchor vertex."""
-    model = creature.build_creature()
+    model = model or creature.build_creature()
     mesh = model.mesh
     obj = scene_mesh.new_object("Octopus", mesh.vertices, mesh.quads)
     scene_mesh.shade_smooth(obj)
@@ -36,18 +52,13 @@ def octopus():
         ],
         mesh.part,
     )
-    tentacle = model.tentacle_vertices(creature.LIFTED_TENTACLE, 0.0)
-    root = mesh.vertices[tentacle & (mesh.along < 0.08)].mean(axis=0)
-    roi = tentacle | (np.linalg.norm(mesh.vertices - root, axis=1) < ROI_RADIUS)
-    anchor = model.upper_vertex(creature.LIFTED_TENTACLE, ANCHOR_AT)
+    lift = Lift(model)
+    roi = lift.tentacle | (np.linalg.norm(mesh.vertices - lift.root, axis=1) < ROI_RADIUS)
     scene_mesh.add_vertex_group(obj, "tentacle region", np.flatnonzero(roi))
-    scene_mesh.add_vertex_group(obj, "tip", [anchor])
+    scene_mesh.add_vertex_group(obj, "tip", [lift.anchor])
 
-    outwards = (mesh.vertices[anchor] - root) * [1.0, 1.0, 0.0]
     targets = mesh.vertices.copy()
-    targets[anchor] = motion.bent_chord(
-        mesh.vertices[anchor], root, np.cross(outwards, [0.0, 0.0, 1.0]), np.radians(LIFT_ANGLE_DEG)
-    )
+    targets[lift.anchor] = lift.target(LIFT_ANGLE_DEG)
     return Subject(
         title="Octopus, one tentacle lifted by one anchor",
         file_stem="octopus",

@@ -6,6 +6,9 @@ import numpy as np
 
 from . import markers, pictures, pose, stage
 
+#: What the names of the spheres in the pictures begin with.
+MARKS = ("Anchors ", "Border ")
+
 
 def photograph(subject, picture, output):
     """Renders rest shape and result; returns the names of the PNG files in `output`.
@@ -62,11 +65,11 @@ def add_markers(subject, points, pose_name, everything):
         return []
     diagonal = float(np.linalg.norm(everything.max(axis=0) - everything.min(axis=0)))
     anchors = pose.anchor_indices(obj, subject.anchor_groups)
-    objects = [markers.add_anchor_spheres(f"Anchors {pose_name}", points[anchors], diagonal)]
+    objects = [markers.add_anchor_spheres(f"{MARKS[0]}{pose_name}", points[anchors], diagonal)]
     if subject.roi_group:
         roi = np.zeros(len(points), dtype=bool)
         roi[pose.group_indices(obj, subject.roi_group)] = True
         border = markers.border_vertices(obj, roi)
         if len(border):
-            objects.append(markers.add_border_spheres(f"Border {pose_name}", points[border], diagonal))
+            objects.append(markers.add_border_spheres(f"{MARKS[1]}{pose_name}", points[border], diagonal))
     return objects

@@ -16,15 +16,17 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from demo import arguments, built_in, pose, report, stage, user_file
+from demo import arguments, built_in, pose, ready, report, stage, user_file
 from demo.errors import DemoError
+from demo.lift import run as lift_run
 from demo.morph import run as morph_run
 from demo.photograph import photograph
 from demo.rig import run as rig_run
 from demo.walk import run as walk_run
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
-SPECIAL = {"walk": walk_run, "morph": morph_run, "rig": rig_run}  # demos with a command line of their own
+# Demos with a command line of their own.
+SPECIAL = {"walk": walk_run, "morph": morph_run, "rig": rig_run, "lift": lift_run}
 
 
 def main(argv):
@@ -76,6 +78,8 @@ def run_subject(make, options):
     picture = stage.Picture(view.width, view.height, options.samples, options.engine)
     with timed(seconds, "render"):
         files = photograph(subject, picture, options.output)
+    if not options.file:
+        ready.to_be_tried(subject)
     with timed(seconds, "write"):
         files.append(save(options.output / f"{subject.file_stem}.blend"))
     return report.subject_lines(subject.title, figures, seconds, files)

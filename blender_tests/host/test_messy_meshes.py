@@ -4,6 +4,7 @@
 Real meshes are those of the shared data, skipped where it is missing.
 """
 
+import functools
 import pathlib
 import sys
 
@@ -100,10 +101,15 @@ def files():
     return [pytest.param(None, marks=pytest.mark.skip(reason=f"no meshes in {mesh_files.DATA}"))]
 
 
+@functools.lru_cache(maxsize=1)
+def read(path):
+    return mesh_files.read_triangles(path)
+
+
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("path", files())
 def test_real_meshes_however_they_come(path, variant):
-    vertices, triangles = mesh_files.read_triangles(path)
+    vertices, triangles = read(path)
     triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]  # Blender drops such faces
     vertices, triangles = VARIANTS[variant](vertices, triangles)
     merge = 4e-4 * np.linalg.norm(np.ptp(vertices, axis=0)) if variant == "mirrored" else 0.0
@@ -113,9 +119,9 @@ def test_real_meshes_however_they_come(path, variant):
     hard = bind_input.whole.met(targets)
     assert np.abs(result[bind_input.anchors] - hard).max() < 1e-9 * diagonal
     assert np.array_equal(result[~bind_input.roi], bind_input.rest[~bind_input.roi].astype(np.float64)) or merge
-    # Nothing flies off: what is moved goes at most a few times as far as the handle.
+    # Nothing flies off: a part that only the handle holds turns by its 37 degrees about it.
     farthest = np.linalg.norm(targets - bind_input.anchor_rest, axis=1).max()
-    assert np.linalg.norm(result - bind_input.rest, axis=1).max() < 5.0 * farthest
+    assert np.linalg.norm(result - bind_input.rest, axis=1).max() < farthest + 0.64 * diagonal
     # What nothing holds is told of, follows, and can be selected.
     report = deformer.report
     loose = [k for k, part in enumerate(report.components) if part.undetermined == 7 and part.free_count]
@@ -183,7 +189,21 @@ def messes():
     def copy(vertices, triangles):
         return np.concatenate([vertices, vertices]), np.concatenate([triangles, triangles + len(vertices)])
 
+    def tiny(vertices, triangles):
+        """A face with a small one in its middle, whose own middle has edges of 1e-4 only."""
+        corners = triangles[row]
+        middle = vertices[corners].mean(axis=0)
+        a, b, c, centre = len(vertices) + np.arange(4)
+        small = middle + 1e-4 * (vertices[corners] - middle)
+        inside = [
+            *((corners[k], corners[(k + 1) % 3], (a, b, c)[k]) for k in range(3)),
+            *((corners[(k + 1) % 3], (a, b, c)[(k + 1) % 3], (a, b, c)[k]) for k in range(3)),
+            *((centre, (a, b, c)[k], (a, b, c)[(k + 1) % 3]) for k in range(3)),
+        ]
+        return np.concatenate([vertices, small, [middle]]), np.concatenate([np.delete(triangles, row, 0), inside])
+
     return {
+        "tiny": (tiny, 'CROWDED'),
         "twice": (twice, 'TWICE'),
         "wire": (wire, 'WIRE'),
         "flat": (flat, 'NO_AREA'),
@@ -256,6 +276,25 @@ def test_whatever_is_done_to_the_faces_the_shape_is_finite(seed):
         assert each.text
         assert each.vertices.min() >= 0 and each.vertices.max() < len(vertices)
         assert (np.diff(each.vertices) > 0).all()
+
+
+@pytest.mark.parametrize("is_merged", [False, True])
+def test_a_mesh_that_cannot_be_coarsened(is_merged):
+    """Every face there from both sides: no edge of it fits a manifold; in pieces of one face, or in one place."""
+    vertices, triangles = tube()
+    triangles = np.concatenate([triangles, triangles[:, ::-1]])
+    options = {}
+    if not is_merged:
+        count = len(vertices)
+        vertices = np.concatenate([vertices, vertices[triangles[400:]].reshape(-1, 3)])
+        triangles[400:] = count + np.arange(3 * (len(triangles) - 400)).reshape(-1, 3)
+    else:
+        options["merge_distance"] = 1e-6
+    result, deformer = bent_tube(vertices, triangles.astype(np.int32), 192, **options)
+    assert np.isfinite(result).all()
+    assert np.linalg.norm(result - vertices, axis=1).max() < 8.0
+    assert deformer.report.detached_triangle_count >= 40
+    assert 'TWICE' in {each.kind for each in mesh_problems.find(vertices, triangles)}
 
 
 def test_a_clean_mesh_has_no_problems():

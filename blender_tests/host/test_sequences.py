@@ -6,6 +6,7 @@ import pytest
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
+from addon.core import sample_times  # noqa: E402
 from blender_tests.support import stress  # noqa: E402
 
 FRAMES = 60
@@ -413,6 +414,42 @@ def test_anchors_come_and_go_along_a_clip(soft):
     assert off[:5].max() < 1e-5
     assert off.max() < 0.05
     assert off[18:].max() < 3e-3
+
+
+def test_ramps_are_1_far_from_gaps_and_0_in_them():
+    present = np.ones(60, bool)
+    present[20:30] = present[34:40] = False
+    ramp = sample_times.ramps(present, 6)
+    assert np.array_equal(ramp == 0.0, ~present)
+    assert (ramp[:14] == 1.0).all() and (ramp[46:] == 1.0).all() and (ramp[14:20] < 1.0).all()
+    steps = ramp[14:20] / ramp[13:19]
+    assert np.allclose(steps, steps[0]) and np.allclose(ramp[40:47], ramp[13:20][::-1])
+    assert ramp[30:34].max() < 0.01, "a moment between two gaps counts little"
+    assert (sample_times.ramps(np.ones(5, bool), 6) == 1.0).all()
+    assert (sample_times.ramps(np.zeros(5, bool), 6) == 0.0).all()
+    frames, keyed = sample_times.changing_keys(ramp, np.arange(60.0))
+    assert np.allclose(np.interp(np.arange(60.0), frames, keyed), ramp) and len(frames) < 40
+    assert len(sample_times.changing_keys(np.ones(5), np.arange(5.0))[0]) == 0
+
+
+def test_skin_does_not_jump_where_an_anchor_fades_out_and_in(soft):
+    """An anchor that the others would not have where it is: 10 % of the size away from its place."""
+    points, _, chosen, _ = soft
+    deformer, _ = bind(soft, 0.05)
+    targets = np.repeat(points[chosen][None], 50, axis=0)
+    targets[:, 5, 1] += 0.1 * diagonal(points)
+    present = np.ones(50, bool)
+    present[20:32] = False
+    jump = {}
+    for name, counts in (("at once", present.astype(float)), ("fading", sample_times.ramps(present, 8))):
+        weights = np.ones(targets.shape[:2])
+        weights[:, 5] = counts
+        holed = np.where(weights[..., None] > 0.0, targets, np.nan)
+        shapes = deformer.solve_sequence(holed, weights=weights).vertices.astype(float)
+        jump[name] = np.linalg.norm(np.diff(shapes, 2, axis=0), axis=2).max() / diagonal(points)
+        assert np.linalg.norm(shapes[25] - shapes[0], axis=1).max() > 0.05 * diagonal(points), "it is let go"
+    assert jump["at once"] > 0.03
+    assert jump["fading"] < 0.5 * jump["at once"], jump
 
 
 def test_weights_with_threads_have_the_same_bits(soft):

@@ -117,11 +117,18 @@ def test_messages_are_looked_up_and_then_filled():
     assert language.translated("Braces {stay} without values") == "Braces {stay} without values"
 
 
+def test_full_stops_are_those_of_the_script():
+    assert wording.sentence("press Bind") == wording.sentence("Press Bind.") == "Press Bind."
+    for japanese in ("ボタンを押す", "ボタンを押す。"):
+        assert wording.sentence(japanese) == "ボタンを押す。"
+    assert wording.sentence("ソルバー 1.0") == "ソルバー 1.0." and wording.sentence("") == "."
+
+
 @pytest.mark.parametrize("width", [1, 16, 30])
 def test_lines_without_spaces_are_broken(width):
-    text = "グラブツールを選び、メッシュを押してドラッグします。または編集モードで (Edit Mode) 頂点を選びます。"
+    text = "グラブツールを選び、メッシュを押します。または編集モードで (Edit Mode)「ハンドル追加」を押します。"
     lines = line_breaks.wrap(text, width)
     assert "".join(lines).replace(" ", "") == text.replace(" ", "")
-    assert not any(line[0] in "、。)" for line in lines)
+    assert not any(line[0] in "、。)」" or line[-1] in "「" for line in lines)
     assert width < 16 or all(line_breaks.columns(line) <= width + 2 for line in lines)
     assert line_breaks.wrap("one two three", 8) == ["one two", "three"] and line_breaks.wrap("", 8) == []

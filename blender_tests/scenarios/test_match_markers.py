@@ -205,9 +205,16 @@ def test_long_gaps_leave_the_handle_free_and_short_ones_are_filled(tmp_path):
     assert len(take_files.keys(filled, "meanvalue.influence")) == 0
     assert len(take_files.keys(filled, "location")) == FRAMES
     assert len(take_files.keys(free, "location")) == FRAMES - 20
-    for sample in range(0, FRAMES, 2):
-        at_sample(sample + 0.05)
-        assert free.meanvalue.influence == (0.0 if 30 <= sample < 50 else 1.0), sample
+    influence = []
+    for sample in range(FRAMES):
+        at_sample(sample)
+        influence.append(free.meanvalue.influence)
+    influence = np.array(influence)
+    assert (influence[30:50] < 1e-4).all()
+    # It fades over eight samples, which are the 0.08 s of marker_matching.
+    assert (influence[:22] == 1.0).all() and influence[58:] == pytest.approx(1.0, abs=1e-3)
+    assert (np.diff(influence[21:30]) < 0.0).all() and (np.diff(influence[50:58]) > 0.0).all()
+    assert influence[29] < 0.001 and influence[50] < 0.001
 
 
 def test_the_low_pass_takes_off_noise(tmp_path):

@@ -49,6 +49,12 @@ class _Reader(ast.NodeVisitor):
             self._descriptions.setdefault((DEFAULT, ast.get_docstring(node)), self._file)
         self.generic_visit(node)
 
+    def visit_Assign(self, node):  # the items of an enumeration that has a name, as KINDS
+        elements = node.value.elts if isinstance(node.value, ast.Tuple) else ()
+        if elements and all(isinstance(item, ast.Tuple) and len(item.elts) == 3 for item in elements):
+            self._items(node.value)
+        self.generic_visit(node)
+
     def visit_Call(self, node):
         function = node.func
         name = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")

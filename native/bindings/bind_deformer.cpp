@@ -266,37 +266,40 @@ void bind_deformer(py::module_& module) {
         module, "Deformer", py::module_local(),
         "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.");
     deformer
-        .def(py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
-             py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-             py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("loose") = "stay",
-             py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false, py::arg("execution") = py::none(),
-             "Bind a mesh.\n\n"
-             "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
-             "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
-             "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
-             "be followed along their way. None: anchors joined by edges make a piece.\n"
-             "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
-             "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
-             "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
-             "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
-             "unit;\n"
-             "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
-             "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
-             "n\n"
-             "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
-             "ones. Method 'fast' only, and inside roi.\n"
-             "border: so many of the anchors, the last ones, are soft and only hold the region's border to its rest\n"
-             "shape; with loose='follow', a part that has no others follows.\n"
-             "loose: what becomes of a part that holds no anchor and lies in the region as a whole. 'stay': it keeps\n"
-             "its place. 'follow': it is carried along rigidly by the nearest surface that is held, and grows as that\n"
-             "does; report.carriers tells by which part.\n"
-             "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
-             "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
-             "threads: 0 for every core; results do not depend on it.\n"
-             "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
-             "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
-             "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
-             "among others), SolverFailure, Cancelled.")
+        .def(
+            py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
+            py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
+            py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("loose") = "stay",
+            py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false,
+            py::arg("execution") = py::none(),
+            "Bind a mesh.\n\n"
+            "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
+            "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
+            "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
+            "be followed along their way. None: anchors joined by edges make a piece.\n"
+            "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
+            "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
+            "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
+            "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
+            "unit;\n"
+            "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
+            "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
+            "n\n"
+            "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
+            "ones. Method 'fast' only, and inside roi.\n"
+            "border: so many of the anchors, the last ones, are soft and only hold the region's border to its rest\n"
+            "shape; with loose='follow', a part that has no others follows.\n"
+            "loose: what becomes of a part that holds no anchor and lies in the region as a whole. 'stay': it keeps\n"
+            "its place. 'follow': it is carried along rigidly by the nearest surface that is held, and grows as "
+            "that\n"
+            "does; report.carriers tells by which part.\n"
+            "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
+            "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
+            "threads: 0 for every core; results do not depend on it.\n"
+            "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
+            "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
+            "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
+            "among others), SolverFailure, Cancelled.")
         .def(
             "solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
@@ -335,7 +338,8 @@ void bind_deformer(py::module_& module) {
             py::arg("execution") = py::none(),
             "Bind the same mesh to other anchors. Returns a new Deformer; this one stays as it is.\n\n"
             "Mesh, roi, method, threads, portable and loose are those of this one; anchors, handles, rigidity,\n"
-            "strengths and border as in Deformer(), whose result this has, bit by bit. What does not depend on the anchors is shared:\n"
+            "strengths and border as in Deformer(), whose result this has, bit by bit. What does not depend on the "
+            "anchors is shared:\n"
             "with a handle more or less it takes less than half of the time. Large handles (more than a 64th of the\n"
             "vertices) that come or go, and parts of the mesh that had no anchor before, take as long as at first.\n"
             "Raises InvalidInput, SolverFailure, Cancelled as Deformer().")
@@ -349,7 +353,8 @@ void bind_deformer(py::module_& module) {
     module.def("start_bind", &start_bind, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
                py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
                py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("loose") = "stay",
-               py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false, py::arg("execution") = py::none(),
+               py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false,
+               py::arg("execution") = py::none(),
                "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
                "Arrays are copied first. Raises InvalidInput for arrays of another form.");
 }

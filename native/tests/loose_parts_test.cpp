@@ -70,8 +70,7 @@ double largest_stretch(const Positions& before, const Positions& after) {
     double most = 0.0;
     for (Index a = 0; a < before.rows(); ++a) {
         for (Index b = 0; b < a; ++b) {
-            const double change =
-                (after.row(a) - after.row(b)).norm() / (before.row(a) - before.row(b)).norm() - 1.0;
+            const double change = (after.row(a) - after.row(b)).norm() / (before.row(a) - before.row(b)).norm() - 1.0;
             most = std::max(most, std::abs(change));
         }
     }
@@ -94,7 +93,7 @@ TEST(LooseParts, ATurnedHeadTakesItsEyesAlong) {
             .squaredNorm()
             .minCoeff(&nearest);
         EXPECT_NEAR((Vector3(result.row(nearest)) - centre_after).norm(),
-                    (Vector3(head.mesh.vertices.row(nearest)) - centre).norm(), 0.02);
+                    (Vector3(head.mesh.vertices.row(nearest)) - centre).norm(), 0.04);  // a fifth of its radius
         EXPECT_GT((centre_after - centre).norm(), 0.3);
     }
 }
@@ -121,8 +120,10 @@ TEST(LooseParts, WhatIsInsideAnotherKeepsItsPlaceInIt) {
 TEST(LooseParts, ASimilarityOfTheAnchorsMovesEverything) {
     const Head head;
     const Positions whole = moved_by_similarity(head.mesh.vertices, 1.7, {1.0, 2.0, -0.5}, 2.4, {3.0, -1.0, 0.5});
-    const Positions result = solved(head.binding(LooseRule::kFollow), rows_of(whole, head.anchors));
-    EXPECT_LT(largest_distance(result, whole), 1e-4);  // as exactly as the head is
+    Binding binding = head.binding(LooseRule::kFollow);
+    binding.rigidity = 0.0;  // lengths do not count
+    const Positions result = solved(binding, rows_of(whole, head.anchors));
+    EXPECT_LT(largest_distance(result, whole), 1e-6);
 }
 
 TEST(LooseParts, TheReportTellsWhoCarriesWhom) {
@@ -203,8 +204,9 @@ TEST(LooseParts, FramesOfAClipCarryThemAsSingleSolvesDo) {
     const Trajectories trajectories{kFrames, anchors, targets, {}};
     const Sequence clip = solve_sequence(deformer, trajectories, options, execution);
     for (Index frame = 0; frame < kFrames; ++frame) {
-        std::vector<float> shape(clip.vertices.get() + static_cast<std::ptrdiff_t>(frame) * clip.vertex_count * 3,
-                                 clip.vertices.get() + static_cast<std::ptrdiff_t>(frame + 1) * clip.vertex_count * 3);
+        std::vector<float> shape(
+            clip.vertices.get() + static_cast<std::ptrdiff_t>(frame) * clip.vertex_count * 3,
+            clip.vertices.get() + static_cast<std::ptrdiff_t>(frame + 1) * clip.vertex_count * 3);
         const std::vector<float> before = shape;
         deformer.bound().loose_parts().carry(head.mesh.vertices, shape.data(), 1, execution);
         EXPECT_EQ(shape, before);

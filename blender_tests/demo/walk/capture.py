@@ -94,8 +94,8 @@ def play(obj, seconds):
 
 
 def place(empty):
-    """(3,) in the world, NaN where its influence is 0."""
-    return tuple(empty.matrix_world.translation) if empty.meanvalue.influence > 0.0 else (np.nan,) * 3
+    """(3,) in the world, NaN where it is let go."""
+    return tuple(empty.matrix_world.translation) if empty.meanvalue.influence >= 1.0 else (np.nan,) * 3
 
 
 def pose_shown(obj):

@@ -10,19 +10,18 @@ namespace meanvalue {
 /// Seconds spent in each named stage.
 using Timings = std::map<std::string, double>;
 
-/// Adds the time from its construction to its destruction to one stage.
+/// Adds the time from its construction to its destruction to one stage. @pre the stage stays in the map so long.
 class StageTimer {
   public:
-    StageTimer(Timings& timings, std::string stage)
-        : timings_(timings), stage_(std::move(stage)), start_(Clock::now()) {}
-    ~StageTimer() { timings_[stage_] += std::chrono::duration<double>(Clock::now() - start_).count(); }
+    /// Makes the entry here: at its end, which may be that of an error, nothing is to be allocated.
+    StageTimer(Timings& timings, const std::string& stage) : seconds_(timings[stage]), start_(Clock::now()) {}
+    ~StageTimer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
     StageTimer(const StageTimer&) = delete;
     StageTimer& operator=(const StageTimer&) = delete;
 
   private:
     using Clock = std::chrono::steady_clock;
-    Timings& timings_;
-    std::string stage_;
+    double& seconds_;
     Clock::time_point start_;
 };
 

@@ -87,7 +87,8 @@ std::vector<char> resting_flags(const Binding& binding) {
     std::vector<char> flags(binding.vertices.rows(), 0);
     for (std::size_t k = binding.anchors.size() - count; k < binding.anchors.size(); ++k) {
         if (binding.strengths.empty() || std::isinf(binding.strengths[k])) {
-            throw InvalidInput(message("anchor ", k, " of the soft border is met exactly; give it a finite strength"));
+            throw InvalidInput(
+                message("anchor ", k, " of the soft border is met exactly; give it a finite strength"));
         }
         flags[binding.anchors[k]] = 1;
     }

@@ -71,13 +71,13 @@ struct BindReport {
     Index longest_ring = 0;          ///< of any row in any level
     Index detached_triangle_count =
         0;  ///< triangles that fit no manifold; see TriangleMesh. Like `guarded`, of the part that takes part
-    std::vector<Index> guarded;                    ///< vertices encoded by a fallback rule
+    std::vector<Index> guarded;                                   ///< vertices encoded by a fallback rule
     std::map<std::string, std::vector<Index>> guarded_by_reason;  ///< the vertices that each reason applies to
     std::vector<Component> components;  ///< the parts of the mesh and what their fixed vertices leave open
     std::vector<Index> carriers;        ///< of each of these: the one that carries it along (LooseParts), or -1
     std::vector<Index> part_of;         ///< n: the part of each vertex, of `components`
-    Timings timings;                               ///< seconds by stage
-    std::size_t bytes = 0;                         ///< held by what was bound
+    Timings timings;                    ///< seconds by stage
+    std::size_t bytes = 0;              ///< held by what was bound
 };
 
 /// A mesh as it was given, and what of it may move.

@@ -70,7 +70,8 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
         if (options.settle) workspace.forget();
     }
     bound_.put_rows_of_region(positions, solution.vertices);
-    bound_.loose_parts().carry(bound_.rest(), solution.vertices.data(), bound_.threads_of(options.threads), execution);
+    bound_.loose_parts().carry(bound_.rest(), solution.vertices.data(), bound_.threads_of(options.threads),
+                               execution);
     solution.energies = report.energies;
     solution.initial_energy = report.energies.front();
     solution.energy = report.energies.back();

@@ -151,8 +151,8 @@ class Finder {
         return contacts;
     }
 
-    /// The smallest of the larger loose parts that `part` is inside of, and nearer to than `held`, a squared distance;
-    /// or -1.
+    /// The smallest of the larger loose parts that `part` is inside of, and nearer to than `held`, a squared
+    /// distance; or -1.
     Index shell_of(Index part, const std::vector<Index>& shells, double held) const {
         const std::vector<Index> lookouts = some_of(members_[part], kShellLookouts);
         for (auto shell = shells.rbegin(); shell != shells.rend(); ++shell) {

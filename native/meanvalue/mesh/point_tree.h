@@ -32,7 +32,7 @@ class PointTree {
     static std::size_t middle_of(Range range) { return range.first + (range.second - range.first) / 2; }
 
     PositionsView positions_;
-    std::vector<Index> rows_;        // each range with its middle between its halves
+    std::vector<Index> rows_;          // each range with its middle between its halves
     std::vector<unsigned char> axis_;  // that the range with this middle is split across
 };
 

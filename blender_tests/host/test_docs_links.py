@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Links and pictures of the documentation lead somewhere, in the repository and in the site: files and headings."""
+
+import pathlib
+import re
+import unicodedata
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+PAGES = [*sorted(DOCS.rglob("*.md")), ROOT / "README.md", ROOT / "CHANGELOG.md"]
+SITE = ROOT / "packaging" / "site" / "mkdocs.yml"
+
+
+def prose(text):
+    """Without code, in which brackets are no links."""
+    text = re.sub(r"(?ms)^\s*```.*?^\s*```", "", text)
+    return re.sub(r"`[^`\n]*`", "", text)
+
+
+def links(text):
+    """Targets of links and pictures."""
+    return re.findall(r"\]\(([^()\s]+)\)", prose(text))
+
+
+def anchors(text):
+    """Those of the headings, the first of each name: the next ones get numbers, of another form in the site."""
+    headings = re.findall(r"(?m)^#{1,6} (.*)$", re.sub(r"(?ms)^\s*```.*?^\s*```", "", text))
+    return {slug(heading) for heading in headings}
+
+
+def slug(heading):
+    text = unicodedata.normalize("NFKD", re.sub(r"[`*]|\]\([^)]*\)|\[", "", heading))
+    text = text.encode("ascii", "ignore").decode()
+    return re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", text).strip().lower())
+
+
+def slug_of_site(heading):
+    """MkDocs makes one hyphen of several; forges don't. A link should work in both."""
+    return re.sub(r"-+", "-", slug(heading))
+
+
+def problem(page, target):
+    """What is wrong with a link on a page, or None."""
+    if re.match(r"(https?|mailto):", target):
+        return None
+    path, _, anchor = target.partition("#")
+    file = (page.parent / path).resolve() if path else page
+    if not file.exists():
+        return f"there is no {path}"
+    if ROOT not in file.parents:
+        return "it leaves the repository"
+    if DOCS in page.parents and DOCS not in file.parents:
+        return "it leaves docs/, and so the site"
+    if DOCS in page.parents and file.is_dir():
+        return "it is a folder: link a page"
+    if anchor and anchor not in anchors(file.read_text()):
+        return f"{file.name} has no heading #{anchor}"
+    return None
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    wrong = [f"{target}: {why}" for target in links(page.read_text()) if (why := problem(page, target))]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_linked_headings_have_one_name_in_site_and_repository(page):
+    linked = {target.partition("#")[2] for other in PAGES for target in links(other.read_text()) if "#" in target}
+    for heading in re.findall(r"(?m)^#{1,6} (.*)$", prose(page.read_text())):
+        assert slug(heading) == slug_of_site(heading) or slug(heading) not in linked, f"'{heading}' is linked"
+
+
+def test_wrong_links_are_found():
+    page = DOCS / "index.md"
+    assert problem(page, "guide/grab.md") is None
+    assert "no guide/grap.md" in problem(page, "guide/grap.md")
+    assert "no heading #nowhere" in problem(page, "installing.md#nowhere")
+    assert problem(page, "installing.md#the-python-module") is None
+    assert "leaves docs" in problem(page, "../README.md")
+    assert links("[a](b.md) `[c](d.md)` ![e](f.png)\n```\n[g](h.md)\n```\n") == ["b.md", "f.png"]
+
+
+def test_every_page_is_in_the_menu_of_the_site():
+    menu = SITE.read_text().partition("\nnav:")[2]
+    named = set(re.findall(r"[\w/]+\.md", menu))
+    for name in named:
+        assert (DOCS / name).is_file(), f"the menu has {name}"
+    for page in DOCS.rglob("*.md"):
+        name = page.relative_to(DOCS).as_posix()
+        assert name in named or re.match(r"decisions/\d", name), f"{name} is in no menu: packaging/site/mkdocs.yml"
+
+
+def test_every_decision_is_listed():
+    listed = links((DOCS / "decisions" / "README.md").read_text())
+    assert sorted(listed) == sorted(path.name for path in (DOCS / "decisions").glob("0*.md"))
+
+
+def test_every_picture_is_shown_somewhere():
+    shown = {target for page in PAGES for target in links(page.read_text()) if "pictures/" in target}
+    assert {path.name for path in (DOCS / "pictures").iterdir()} == {pathlib.Path(target).name for target in shown}
+
+
+def test_the_site_fetches_nothing_from_elsewhere():
+    """Neither when it is built nor when it is read."""
+    settings = re.sub(r"#.*", "", SITE.read_text())
+    assert "font: false" in settings
+    assert not re.search(r"https?://|extra_javascript|extra_css", settings)
+    for page in DOCS.rglob("*.md"):
+        assert not re.search(r"!\[[^]]*\]\(https?:|<(script|img|link|iframe)\b", prose(page.read_text())), page

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""docs/reference/python.md and cpp.md are what the module and the headers say now."""
+
+import importlib
+import pathlib
+import re
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+REFERENCE = ROOT / "docs" / "reference"
+sys.path.insert(0, str(ROOT / "packaging" / "site"))
+
+ADVICE = "it is not what the sources say: ./dev docs reference writes it anew"
+
+
+@pytest.mark.parametrize("name", ["python", "cpp"])
+def test_the_page_is_what_the_sources_say(name):
+    page = importlib.import_module(f"{name}_page").page()
+    assert page == (REFERENCE / f"{name}.md").read_text(), ADVICE
+
+
+def test_python_page_has_every_function_with_text():
+    import meanvalue
+
+    page = (REFERENCE / "python.md").read_text()
+    for name in vars(meanvalue):
+        assert name.startswith("_") or name == "baselines" or re.search(rf"(?m)^### {name}\b", page), name
+    for heading in re.findall(r"(?m)^#### (.*)$", page):
+        text = page.partition(f"#### {heading}\n")[2]
+        after = text.split("```")[2].strip()
+        is_plain = f"```python\n{heading}\n```" in text  # a constructor without arguments
+        assert is_plain or (after and not after.startswith("#")), f"{heading} has no docstring"
+
+
+def test_cpp_page_has_no_private_member():
+    page = (REFERENCE / "cpp.md").read_text()
+    assert "private:" not in page
+    assert page.count("```") % 2 == 0
+    for name in ("Deformer", "Morpher", "Binding", "Encoding", "Execution", "InvalidInput", "encode"):
+        assert re.search(rf"(?m)^### {name}$", page), name

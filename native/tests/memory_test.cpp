@@ -1,0 +1,99 @@
+// What happens where memory runs out.
+#include <gtest/gtest.h>
+
+#include <new>
+
+#include "meanvalue/deform/deformer.h"
+#include "meanvalue/morph/morpher.h"
+#include "meanvalue/sequence/sequence.h"
+#include "tests/failing_allocations.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+/// Runs `action` again and again, each time with a later allocation that fails, until it gets through. It may throw
+/// std::bad_alloc, or a SolverFailure that says so. @return how often it did.
+template <typename Action>
+int failed_everywhere(const Action& action) {
+    int failures = 0;
+    for (std::int64_t count = 0;; count += 1 + count / 16) {
+        const FailingAllocation failing(count);
+        try {
+            action();
+        } catch (const std::bad_alloc&) {
+            ++failures;
+            continue;
+        } catch (const SolverFailure& error) {
+            EXPECT_TRUE(contains(error.what(), "too little memory")) << error.what();
+            ++failures;
+            continue;
+        }
+        if (!failing.has_failed()) return failures;  // else a thread was done without
+    }
+}
+
+struct Bent {
+    Mesh mesh = torus(14, 9);
+    std::vector<Index> anchors = spread_vertices(mesh, 6);
+    Positions targets = rows_of(mesh.vertices, anchors);
+
+    Bent() { targets.row(2) += Eigen::RowVector3d(0.3, 0.2, 0.9); }
+    Binding binding(Method method, int threads) const {
+        return {mesh.vertices, mesh.faces, anchors, {}, method, threads};
+    }
+    Positions solved(Deformer& deformer) const {
+        Execution execution;
+        return deformer.solve(targets, {}, SolveOptions(), execution).vertices;
+    }
+};
+
+class RunsOut : public testing::TestWithParam<Method> {
+  protected:
+    void SetUp() override {
+        if (!FailingAllocation::is_there()) GTEST_SKIP() << "sanitizers have an operator new of their own";
+    }
+};
+
+TEST_P(RunsOut, BindAndSolveEndByNameAndTheNextHaveTheSameBits) {
+    const Bent bent;
+    for (const int threads : {1, 2}) {
+        Execution execution;
+        const Binding binding = bent.binding(GetParam(), threads);
+        Deformer deformer(binding, execution);
+        const Positions expected = bent.solved(deformer);
+        EXPECT_GT(failed_everywhere([&] { const Deformer other(binding, execution); }), 20);
+        EXPECT_GT(failed_everywhere([&] { bent.solved(deformer); }), 5);
+        EXPECT_EQ(bent.solved(deformer), expected) << threads << " threads";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, RunsOut, testing::Values(Method::kFast, Method::kPaper, Method::kFull));
+
+TEST(Memory, RunsOutInClipsAndMorphs) {
+    if (!FailingAllocation::is_there()) GTEST_SKIP() << "sanitizers have an operator new of their own";
+    const Bent bent;
+    Execution execution;
+    Deformer deformer(bent.binding(Method::kFast, 2), execution);
+    Trajectories clip;
+    clip.frame_count = 6;
+    clip.anchor_count = static_cast<Index>(bent.anchors.size());
+    for (Index frame = 0; frame < clip.frame_count; ++frame)
+        clip.targets.insert(clip.targets.end(), bent.targets.data(), bent.targets.data() + bent.targets.size());
+    SequenceOptions options;
+    options.chunk = 3;
+    options.overlap = 2;
+    options.threads = 2;
+    EXPECT_GT(failed_everywhere([&] { solve_sequence(deformer, clip, options, execution); }), 10);
+
+    const Positions other = 1.5 * bent.mesh.vertices;
+    const MorphBinding shapes{{bent.mesh.vertices, other}, bent.mesh.faces};
+    EXPECT_GT(failed_everywhere([&] { const Morpher morpher(shapes, execution); }), 20);
+    const Morpher morpher(shapes, execution);
+    const Positions expected = morpher.solve({0.5, 0.5}, {}, {}, execution).vertices;
+    EXPECT_GT(failed_everywhere([&] { morpher.solve({0.5, 0.5}, {}, {}, execution); }), 5);
+    EXPECT_EQ(morpher.solve({0.5, 0.5}, {}, {}, execution).vertices, expected);
+}
+
+}  // namespace
+}  // namespace meanvalue::tests

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""docs/reference/cpp.md: what the public headers declare, with their comments.
+
+    python3 packaging/site/cpp_page.py FILE     writes the page
+"""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+HEADERS = ROOT / "native" / "meanvalue"
+
+#: Those to start from, and what stands in their signatures.
+PUBLIC = (
+    "deform/deformer.h",
+    "morph/morpher.h",
+    "encoding/encoder.h",
+    "deform/bound_mesh.h",
+    "encoding/encoding.h",
+    "common/execution.h",
+    "common/errors.h",
+    "common/types.h",
+)
+
+HEAD = """# C++ library
+
+<!-- Written by `./dev docs reference` from the headers; a test compares. Do not edit. -->
+
+`cmake --install build/native --prefix DIR` installs it, `find_package(meanvalue)` finds it, with the target
+`meanvalue::meanvalue`, and `native/example` in the repository is a project that uses it. To start from:
+`deform/deformer.h`, `morph/morpher.h` and `encoding/encoder.h`; the others are what stands in their signatures. All is
+in the namespace `meanvalue`, and all headers are installed below `meanvalue/`. Private members are left out here.
+"""
+
+
+def page():
+    parts = [HEAD]
+    for name in PUBLIC:
+        source = (HEADERS / name).read_text()
+        about = " ".join(re.match(r"((?://.*\n)*)", source)[1].replace("//", "").split())
+        parts.append(f"## `meanvalue/{name}`\n\n{about}\n")
+        for title, comment, code in declarations(source):
+            parts += [f"### {title}\n", *([f"{comment}\n"] if comment else []), f"```cpp\n{code}\n```\n"]
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def declarations(source):
+    """[(name, comment as Markdown, code)] of what stands in the namespace and has a comment or is a type."""
+    inside = source.partition("namespace meanvalue {\n")[2].partition("}  // namespace meanvalue")[0]
+    chunk, depth = [], 0
+    for line in inside.splitlines():
+        if not chunk and not line.strip():
+            continue
+        chunk.append(line)
+        depth += line.count("{") - line.count("}") + line.count("(") - line.count(")")
+        is_comment = line.lstrip().startswith("//")
+        if depth == 0 and not is_comment and line.rstrip().endswith((";", "}")):
+            declared = _declaration(chunk)
+            if declared:
+                yield declared
+            chunk = []
+
+
+def _declaration(lines):
+    comments = [line for line in lines if line.startswith("//")]
+    code = [line for line in lines if not line.startswith("//")]
+    text = "\n".join(code)
+    named = re.search(r"^(?:enum class|class|struct)\s+(\w+)", text, re.M) or re.search(r"^using\s+(\w+)", text, re.M)
+    if named is None:
+        named = re.search(r"(\w+)\s*\(", text) or re.search(r"(\w+)\s*=", text)
+    is_forward = re.fullmatch(r"(class|struct)\s+\w+;", text.strip())
+    if named is None or is_forward:
+        return None
+    return named[1], comment_text(comments), _public(code)
+
+
+def comment_text(lines):
+    text = []
+    for line in (line.lstrip("/ ").rstrip() for line in lines):
+        tag = re.match(r"@(\w+)\s*(.*)", line)
+        if tag:
+            if text and not text[-1].startswith("* "):
+                text.append("")
+            text.append(f"* *{tag[1]}* {tag[2]}")
+        else:
+            text.append(f"  {line}" if text and text[-1].startswith(("* ", "  ")) and line else line)
+    return "\n".join(text).replace("<", "&lt;").strip()
+
+
+def _public(lines):
+    """Without private sections and the bodies of functions."""
+    kept, hidden_at = [], None
+    for line in lines:
+        indent = len(line) - len(line.lstrip())
+        if re.match(r"\s*(private|protected):", line):
+            hidden_at = indent
+            continue
+        is_public = re.match(r"\s*public:", line) and indent == hidden_at
+        if hidden_at is not None and (is_public or (re.match(r"\s*}", line) and indent < hidden_at)):
+            hidden_at = None
+        if hidden_at is None:
+            kept.append(line)
+    text = re.sub(r"\n{2,}", "\n\n", "\n".join(kept)).strip()
+    return re.sub(r"\n\n(\s*};)", r"\n\1", text)
+
+
+if __name__ == "__main__":
+    pathlib.Path(sys.argv[1]).write_text(page())
