@@ -7,7 +7,6 @@
 All but plan run in a plain Python, too, where the compiled module can be loaded.
 """
 
-import importlib
 import importlib.util
 import pathlib
 import sys
@@ -56,7 +55,7 @@ def main():
 
         if not hasattr(bpy.types.Object, "meanvalue"):  # the add-on is not enabled here, and need not be
             sys.modules[package].register()
-    return importlib.import_module(f"{package}.bake.farm").main(arguments)
+    return __import__(f"{package}.bake.farm", fromlist=["main"]).main(arguments)
 
 
 if __name__ == "__main__":

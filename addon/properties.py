@@ -18,6 +18,7 @@ from . import bake_settings, ids, properties_capture, properties_mix, properties
 from .bridge import carriers, controls, targets
 from .declarations import aside
 from .errors import SceneError
+from .live import engine
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -46,7 +47,8 @@ def _take_hold(group, _context):
         return
     try:
         shown = controls.shown_move(group.id_data, group)
-        bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
+        with engine.held():  # the handle has no place with this control yet: Live would move the mesh for a moment
+            bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
         controls.hold_as_shown(group.id_data, group, shown)
     except (SceneError, np.linalg.LinAlgError):
         controls.take_hold(group, np.zeros((4, 4)))  # told as a problem of the control wherever it is used

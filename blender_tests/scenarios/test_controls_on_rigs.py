@@ -112,6 +112,19 @@ def test_a_bone_that_deforms_its_handle_in_part_moves_it_once():
     assert np.abs(after - expected).max() < NEAR * rigs.size(obj)
 
 
+def test_choosing_a_control_and_then_its_bone_moves_nothing():
+    obj, armature = rigs.arm()
+    rigs.pin(obj, "Bottom", BOTTOM)
+    rigs.handle(obj, "Part", MIDDLE)
+    line = obj.meanvalue.anchor_groups["Part"]
+    before = steps.key_positions(obj, RESULT)
+    line.control = armature  # far from the handle
+    assert np.abs(steps.key_positions(obj, RESULT) - before).max() < NEAR * rigs.size(obj)
+    line.bone = "Lower"
+    update()
+    assert np.abs(steps.key_positions(obj, RESULT) - before).max() < NEAR * rigs.size(obj)
+
+
 def test_a_bone_that_deforms_its_handle_in_part_is_reset():
     """What is asked of it moves with it."""
     obj, armature, before = bone_carries(MIDDLE)

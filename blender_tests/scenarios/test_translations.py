@@ -5,9 +5,9 @@ import sys
 
 import bpy
 import pytest
-from support import meshes, steps
+from support import installed, meshes, steps
 
-MODULE = "meanvalue_deform"
+MODULE = installed.PACKAGE
 #: A button and a message that Blender's own catalogue does not know, in German.
 BUTTON, GERMAN_BUTTON = "Add Handle", "Neuer Griff"
 #: Blender's French says so, too.

@@ -4,10 +4,8 @@
     ./dev test --only ui -k languages
 """
 
-import sys
-
 import bpy
-from support import meshes, steps
+from support import installed, meshes, steps
 
 SEGMENTS = 24
 
@@ -40,13 +38,13 @@ def _pictures(ui, language, bound):
         yield from ui.screenshot(f"language_{language}_1_no_handles")
         steps.list_anchors(tube, Bottom=range(SEGMENTS), Top=range(24 * SEGMENTS, 25 * SEGMENTS))
         assert bpy.ops.meanvalue.bind('EXEC_DEFAULT', True) == {'FINISHED'}
-        object_model = sys.modules["meanvalue_deform.bridge.object_model"]
+        object_model = installed.part("bridge.object_model")
         yield
         yield from ui.wait_until(lambda: object_model.quiet_in() <= 0.0, "the mesh was left alone")
         for _ in range(20):  # panels slide to their new places
             yield
         yield from ui.screenshot(f"language_{language}_2_bound")
-        status = sys.modules["meanvalue_deform.bridge.object_status"].status(tube)
+        status = installed.part("bridge.object_status").status(tube)
         assert status.text.startswith(bound), status.text
     finally:
         settings.language = "en_US"
