@@ -90,6 +90,5 @@ TEST(Preconditioner, AmountsMayChange) {
     EXPECT_EQ(same, right_hand_sides());
 }
 
-
 }  // namespace
 }  // namespace meanvalue::tests
