@@ -102,9 +102,11 @@ def write(obj, weights):
 
 def add_falloff(obj, seeds, inner, outer, before):
     """The region is `before` (n float, 0 to 1) and the surroundings of `seeds`: all of it within the distance `inner`,
-    less and less up to `outer`."""
+    less and less up to `outer`; and loose parts that lie whole within that, as eyes in a head, which follow."""
     weights = region_growth.falloff(distances(obj, seeds, outer), inner, outer)
-    write(obj, np.maximum(weights, before))
+    edges = mesh_arrays.edges(obj.data)
+    loose = region_growth.parts_within(edges, shape_keys.rest_positions(obj.data), seeds, outer)
+    write(obj, np.maximum(np.maximum(weights, loose), before))
 
 
 def handles_outside(obj, mask):

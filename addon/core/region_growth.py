@@ -48,6 +48,34 @@ def _edge_distances(edges, positions, seeds, limit):
     return _nearness(edges, lengths, seeds, len(positions), limit)
 
 
+def parts_within(edges, positions, seeds, limit):
+    """n bool: connected parts without a seed, such as eyes, that lie whole within `limit` of the ball around
+    the seeds, straight through space."""
+    centre = positions[seeds].mean(axis=0, dtype=np.float64)
+    apart = np.linalg.norm(positions - centre, axis=1)
+    is_out = apart > apart[seeds].max() + limit
+    is_out[seeds] = True
+    parts = _parts(edges, len(positions))
+    is_whole = np.ones(len(positions), bool)
+    is_whole[parts[is_out]] = False
+    return is_whole[parts]
+
+
+def _parts(edges, vertex_count):
+    """n int: the lowest vertex of each vertex' connected part. Trees are joined at their roots, and made flat."""
+    roots = np.arange(vertex_count)
+    while True:
+        first, second = roots[edges[:, 0]], roots[edges[:, 1]]
+        is_open = first != second
+        if not is_open.any():
+            return roots
+        edges = edges[is_open]
+        first, second = first[is_open], second[is_open]
+        np.minimum.at(roots, np.maximum(first, second), np.minimum(first, second))
+        while (roots[roots] != roots).any():
+            roots = roots[roots]
+
+
 def falloff(distances, inner, outer):
     """Weights from 0 to 1: 1 up to the distance `inner`, 0 from `outer` on, smooth between, as Proportional Editing's.
 

@@ -9,7 +9,7 @@ import pytest
 
 from addon.core import springs
 from addon.core.bind_input import region_weights, soft_border
-from addon.core.region_growth import distances, falloff, grown_by_distance, grown_by_rings
+from addon.core.region_growth import distances, falloff, grown_by_distance, grown_by_rings, parts_within
 from addon.core.tinted_faces import tinted_faces
 
 CHAIN = np.array([(0, 1), (1, 2), (2, 3), (3, 4), (5, 6)], np.int32)
@@ -34,6 +34,28 @@ def test_rings(seeds, rings, expected):
 )
 def test_distance(seeds, distance, expected):
     assert chosen(grown_by_distance(CHAIN, CHAIN_POSITIONS, np.array(seeds), distance)) == expected
+
+
+@pytest.mark.parametrize(
+    "seeds, distance, expected",
+    [([0], 1.2, []), ([0], 1.5, [5, 6]), ([0, 2], 0.2, []), ([0, 2], 1.0, [5, 6]), ([5], 9.0, []),
+     ([5], 10.1, [0, 1, 2, 3, 4]), ([1, 6], 99.0, [])],
+)  # fmt: skip
+def test_whole_parts_that_are_near_in_space(seeds, distance, expected):
+    assert chosen(parts_within(CHAIN, CHAIN_POSITIONS, np.array(seeds), distance)) == expected
+
+
+def test_parts_are_found_in_whatever_order_their_edges_come():
+    numbers = np.random.default_rng(3)
+    chain = np.stack([np.arange(400), np.arange(1, 401)], axis=1)
+    order = numbers.permutation(403)
+    positions = np.full((403, 3), 0.5, np.float32)
+    positions[order[200]] = 9.0
+    edges = order[np.concatenate([numbers.permutation(chain), [(401, 402)]])]
+    near = parts_within(edges, positions, order[402:], 1.0)
+    assert not near.any(), "one vertex of the chain is far"
+    near = parts_within(edges, positions, order[402:], 99.0)
+    assert chosen(~near) == sorted(order[401:].tolist())
 
 
 def test_what_is_near_in_space_but_not_on_the_surface_is_left_out():

@@ -76,6 +76,23 @@ def test_a_larger_size_has_more_follow():
     assert moved[0] * 2 < moved[1] and moved[1] * 2 < moved[2], moved
 
 
+def test_a_loose_part_within_size_goes_along_whole():
+    """A square beside the middle, just above the sheet, and one at the border."""
+    flat = np.array([(x, y, 0.0) for y in range(COLUMNS) for x in range(COLUMNS)], float)
+    corners = np.array([(-0.4, -0.4, 0.3), (0.4, -0.4, 0.3), (0.4, 0.4, 0.3), (-0.4, 0.4, 0.3)])
+    places = [flat[MIDDLE] + (1.0, 0.0, 0.0), flat[0]]
+    faces = [(i, i + 1, i + COLUMNS + 1, i + COLUMNS) for i in range(len(flat) - COLUMNS) if (i + 1) % COLUMNS]
+    squares = [range(len(flat) + 4 * k, len(flat) + 4 * k + 4) for k in range(2)]
+    vertices = np.concatenate([flat, *(place + corners for place in places)])
+    obj = meshes.make_object(vertices.tolist(), faces + [tuple(square) for square in squares], "Buttons")
+    grab()
+    near, far = (lift(obj)[list(square)] for square in squares)
+    assert near.mean() == pytest.approx(lift(obj)[MIDDLE + 1], rel=0.25), "by what is around it, which is less"
+    lengths = np.linalg.norm(np.diff(handles.shown(obj)[list(squares[0])], axis=0), axis=1)
+    assert lengths == pytest.approx([0.8, 0.8, 0.8], abs=0.1), "as a piece"
+    assert not far.any()
+
+
 def test_a_size_below_one_edge_still_has_something_follow():
     obj = sheet()
     grab(size=0.005)
