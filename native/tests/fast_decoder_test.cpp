@@ -119,7 +119,8 @@ TEST(FastDecoder, APartWithoutAnchorsStaysWhereItIs) {
     const Solution solution = solve(*deformer, rows_of(moved, anchors));
     EXPECT_EQ(solution.vertices.bottomRows(96), mesh.vertices.bottomRows(96));
     EXPECT_LT(largest_distance(solution.vertices.topRows(258), moved.topRows(258)), 1e-8);
-    EXPECT_EQ(solve_from(*deformer, rows_of(moved, anchors), moved).vertices.bottomRows(96), moved.bottomRows(96));
+    const Solution started = solve_from(*deformer, rows_of(moved, anchors), moved);
+    EXPECT_EQ(started.vertices.bottomRows(96), mesh.vertices.bottomRows(96)) << "wherever a solve starts";
 }
 
 TEST(FastDecoder, FewAnchorsMoveTheShapeAlong) {
