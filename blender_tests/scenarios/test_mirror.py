@@ -280,8 +280,8 @@ def test_a_farm_gets_the_planes_too(part, tmp_path):
     targets = bind_input.anchor_rest[None]
     plan = part("bake.plan").BakePlan(bind_input, np.array([1.0]), 1.0, targets, None)
     triangles = part("bridge.mesh_arrays").triangles(obj.data, bind_input.rest)
-    part("bake.bundle").save(tmp_path / "clip.npz", plan, triangles)
-    loaded, _triangles = part("bake.bundle").load(tmp_path / "clip.npz")
+    digest = part("bake.bundle").save(tmp_path / "clip.npz", plan, triangles)
+    loaded, _triangles = part("bake.bundle").load(tmp_path / "clip.npz", digest)
     assert loaded.key == plan.key and loaded.bind_input.planes.shape == (2, 4)
 
 

@@ -3,6 +3,7 @@
 
 import bpy
 import numpy as np
+import pytest
 from support import meshes, steps
 from support.snapshot import assert_same, snapshot
 
@@ -101,13 +102,16 @@ def test_names_with_odd_characters():
         bpy.ops.meanvalue.solve()
 
 
-def test_loose_vertices_stay_in_place():
+@pytest.mark.parametrize("loose_parts", ["follow", "stay"])
+def test_loose_vertices_follow_or_stay(loose_parts):
     obj = meshes.grid()
     steps.edit_mesh(obj, lambda bm: bm.verts.new((9.0, 9.0, 9.0)))
+    obj.meanvalue.loose_parts = loose_parts
     steps.posed_grid(obj)
     steps.solve()
     rest, result = steps.key_positions(obj, "Basis"), steps.key_positions(obj, "Mean-Value")
-    assert np.array_equal(rest[25], result[25])
+    assert np.isfinite(result).all()
+    assert np.array_equal(rest[25], result[25]) == (loose_parts == "stay")
 
 
 def test_an_object_overridden_in_the_context_is_worked_on():
