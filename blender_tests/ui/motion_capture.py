@@ -15,6 +15,8 @@ from support import body_mesh, installed, meshes, take_files, walking_figure
 RINGS, SEGMENTS = 25, 24
 MARKED = [ring * SEGMENTS + segment for ring in range(2, RINGS, 5) for segment in range(0, SEGMENTS, 6)]
 LABELS = tuple(f"RING{vertex // SEGMENTS}_{vertex % SEGMENTS}" for vertex in MARKED)
+#: The walking figure's 41 markers, and a cuff around each shank.
+WITH_CUFFS = 43
 
 
 def _tube():
@@ -148,7 +150,7 @@ def a_body_in_the_walk(ui):
         bpy.context.view_layer.layer_collection.children[collection].hide_viewport = True
     ui.frame_all()
     yield from ui.invoke("meanvalue.match_markers")
-    yield from ui.wait_until(lambda: len(bpy.data.objects["Body"].meanvalue.anchor_groups) == 41, "all are matched")
+    yield from ui.wait_until(lambda: len(_handles_of_body()) == WITH_CUFFS, "all are matched")
     view.area().spaces.active.overlay.show_relationship_lines = False
     yield from ui.screenshot("capture_08_body")
     yield from ui.invoke("meanvalue.toggle_live")
@@ -158,4 +160,8 @@ def a_body_in_the_walk(ui):
     yield from ui.invoke("meanvalue.match_markers")
     yield from ui.key('ESC')  # whether it is heard or comes too late
     yield from ui.wait_until(lambda: ui.status_text() is None, "matching is over")
-    assert len(bpy.data.objects["Body"].meanvalue.anchor_groups) == 41
+    assert len(_handles_of_body()) == WITH_CUFFS
+
+
+def _handles_of_body():
+    return bpy.data.objects["Body"].meanvalue.anchor_groups
