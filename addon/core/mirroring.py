@@ -272,10 +272,7 @@ class Mirrored:
         moves = moved[: len(self._of.rest)].copy()  # of the mesh itself, which is the first image
         for turn, image in zip(self._turns[1:], self._images[1:], strict=True):
             moves += _turned(moved.take(image, axis=0), turn.T)  # a reflection's transpose is what undoes it
-        cut = (self._of.rest + moves / len(self._turns)).view(Cut)
-        cut.whole = positions
-        cut.flags.writeable = False
-        return cut
+        return Cut.of(self._of.rest + moves / len(self._turns), positions)
 
     def cut_back_rows(self, rows):
         """r x N x 3 to r x n x 3 float32."""
@@ -289,3 +286,11 @@ class Cut(np.ndarray):
     """n x 3 of which the solver gave `whole`, N x 3: a drag has to go on from exactly that (decision 0012)."""
 
     whole = None  #: of copies and parts
+
+    @classmethod
+    def of(cls, positions, whole):
+        """`positions`, not to be written to any more."""
+        cut = positions.view(cls)
+        cut.whole = whole
+        cut.flags.writeable = False
+        return cut

@@ -156,10 +156,7 @@ class Welded:
 
     def cut_back(self, positions):
         moves = np.asarray(self._inner.cut_back(positions)) - self._inner_input.rest
-        cut = (self._of.rest + moves[self._merged]).view(Cut)
-        cut.whole = positions
-        cut.flags.writeable = False
-        return cut
+        return Cut.of(self._of.rest + moves[self._merged], positions)
 
     def cut_back_rows(self, rows):
         cut = np.empty((len(rows), *self._of.rest.shape), np.float32)
