@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which settings a binding depends on is said where they are declared, in properties.py, and nowhere else.
+"""Which settings a binding depends on is said where they are declared, in properties*.py, and nowhere else.
 
 Every property of a group counts, unless it is declared by `aside(...)`. So a new setting is one edit: whoever remembers
 anything of an object compares values(), in which it is from then on.
@@ -26,6 +26,11 @@ def aside(declare):
         return setting
 
     return declared
+
+
+def tell(group, _context):
+    """An `update` of a setting: has Blender report the object as updated, which panels and live posing listen for."""
+    group.id_data.update_tag()
 
 
 def names(kind):

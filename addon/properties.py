@@ -2,62 +2,25 @@
 """What is kept on an object: `object.meanvalue`."""
 
 import bpy
-import numpy as np
 from bpy.props import (
     BoolProperty,
     CollectionProperty,
     EnumProperty,
     FloatProperty,
-    FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
 )
 
-from . import bake_settings, ids, properties_capture, properties_mix, properties_wrap
-from .bridge import carriers, controls, targets
-from .declarations import aside
-from .errors import SceneError
-from .live import engine
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-
-
-def _tell(group, _context):
-    """Has Blender report the object as updated, which panels and live posing listen for."""
-    group.id_data.update_tag()
+from . import bake_settings, ids, properties_capture, properties_handles, properties_mix, properties_wrap
+from .bridge import targets
+from .declarations import aside, tell
 
 
 def _choose_region(settings, context):
     """A group that the artist chose is not the add-on's to delete."""
     settings.made_region = ""
-    _tell(settings, context)
-
-
-def _choose_group(group, context):
-    group.made_group = False  # as for the region
-    _tell(group, context)
-
-
-def _take_hold(group, _context):
-    """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
-    group.made_control = False
-    carriers.forget()
-    if controls.is_choosing or group.control is None:
-        return
-    try:
-        shown = controls.shown_move(group.id_data, group)
-        with engine.held():  # the handle has no place with this control yet: Live would move the mesh for a moment
-            bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
-        controls.hold_as_shown(group.id_data, group, shown)
-    except (SceneError, np.linalg.LinAlgError):
-        controls.take_hold(group, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
-    group.id_data.update_tag()
-
-
-def _paint(group, _context):
-    if group.made_control and group.control is not None:
-        group.control.color = (*group.color, 1.0)
+    tell(settings, context)
 
 
 def _make_result_key(settings, _context):
@@ -67,94 +30,6 @@ def _make_result_key(settings, _context):
             settings.mix.is_on = False  # one of both shapes the mesh
         targets.prepare_result(settings.id_data)
     settings.id_data.update_tag()
-
-
-class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
-    """One vertex group whose vertices are anchors: a handle, a pin, or vertices moved in Edit Mode"""
-
-    name: StringProperty(
-        name="Vertex Group",
-        description="Vertex group whose vertices hold and pose the mesh",
-        maxlen=ids.NAME_LENGTH,
-        update=_choose_group,
-    )
-    is_enabled: BoolProperty(
-        name="Enabled",
-        description="Let these vertices hold and pose the mesh. Off, they move like all others",
-        default=True,
-        update=_tell,
-    )
-    follows: EnumProperty(
-        name="Follows",
-        description="What these vertices follow",
-        items=(
-            ('SHAPE', "Shape Key", "The active shape key: move the vertices in Edit Mode", 'SHAPEKEY_DATA', 0),
-            ('CONTROL', "Control", "An object or a bone: move, turn or scale it", 'EMPTY_AXIS', 1),
-            ('REST', "Nothing", "A pin: the vertices stay where the rest shape has them", 'PINNED', 2),
-        ),
-        default='SHAPE',
-        update=_tell,
-    )
-    control: aside(PointerProperty)(
-        name="Control",
-        description="Object that carries these vertices along when it is moved, turned or scaled",
-        type=bpy.types.Object,
-        poll=lambda group, candidate: candidate != group.id_data,
-        update=_take_hold,
-    )
-    bone: aside(StringProperty)(
-        name="Bone",
-        description="Bone of the armature that carries these vertices",
-        maxlen=ids.NAME_LENGTH,
-        update=_take_hold,
-    )
-    rest_relation: aside(FloatVectorProperty)(
-        description="Control relative to the object where the vertices are in the rest shape, row by row",
-        size=16,
-        default=IDENTITY,
-        options={'HIDDEN'},
-    )
-    control_frame: aside(FloatVectorProperty)(
-        description="What takes the object's uneven scale out where the control stands, row by row",
-        size=9,
-        default=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-        options={'HIDDEN'},
-    )
-    control_carried: aside(FloatVectorProperty)(
-        description="The parent inverse that the add-on gave to the control, row by row, to stand where it is seen",
-        size=16,
-        default=IDENTITY,
-        options={'HIDDEN'},
-    )
-    is_soft: BoolProperty(
-        name="Soft",
-        description="Pull the vertices towards their place by springs instead of putting them there",
-        update=_tell,
-    )
-    strength: FloatProperty(
-        name="Strength",
-        description="How hard a soft handle pulls: at 0 hardly at all, at 1 nearly as if it were not soft",
-        default=0.5,
-        min=0.0,
-        max=1.0,
-        subtype='FACTOR',
-        update=_tell,
-    )
-    color: aside(FloatVectorProperty)(
-        name="Colour",
-        description="Colour of the handle in the overlay, and of its control",
-        subtype='COLOR',
-        size=3,
-        min=0.0,
-        max=1.0,
-        default=(1.0, 0.55, 0.1),
-        update=_paint,
-    )
-    made_group: aside(BoolProperty)(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
-    made_control: aside(BoolProperty)(options={'HIDDEN'})
-    is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
-    marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this marker
-    cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this ring of skin
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -186,7 +61,7 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender
 class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     """Settings of Mean-Value Deform for one object"""
 
-    anchor_groups: CollectionProperty(type=MEANVALUE_PG_anchor_group)
+    anchor_groups: CollectionProperty(type=properties_handles.MEANVALUE_PG_anchor_group)
     active_anchor_group: aside(IntProperty)(name="Active Handle", min=0)
     live: aside(BoolProperty)(
         name="Live",
@@ -204,7 +79,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     roi_invert: BoolProperty(
         name="Invert",
         description="The vertices outside the group may move, those in it stay in place",
-        update=_tell,
+        update=tell,
     )
     symmetric: EnumProperty(
         name="Symmetric",
@@ -217,7 +92,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
             ('Z', "Z", "Top and bottom are mirrored"),
         ),
         default='NONE',
-        update=_tell,
+        update=tell,
     )
     method: EnumProperty(
         name="Method",
@@ -228,7 +103,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
             (ids.METHOD_FULL, "Full", "The paper's energy minimised over the whole mesh at once. Slow on big meshes"),
         ),
         default=ids.METHOD_FAST,
-        update=_tell,
+        update=tell,
     )
     rigidity: FloatProperty(
         name="Rigidity",
@@ -238,7 +113,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         min=0.0,
         soft_max=100.0,
         max=1e6,
-        update=_tell,
+        update=tell,
     )
     loose_parts: EnumProperty(
         name="Loose Parts",
@@ -248,7 +123,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
             (ids.LOOSE_STAY, "Stay", "They keep their place"),
         ),
         default=ids.LOOSE_FOLLOW,
-        update=_tell,
+        update=tell,
     )
     merge_distance: FloatProperty(
         name="Merge Distance",
@@ -260,7 +135,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         precision=5,
         step=0.01,
         subtype='DISTANCE',
-        update=_tell,
+        update=tell,
     )
     result_key: StringProperty(
         name="Result",
@@ -284,7 +159,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
         min=0.0,
         max=1.0,
         subtype='FACTOR',
-        update=_tell,
+        update=tell,
     )
     marker: aside(StringProperty)(options={'HIDDEN'})  # of a marker of a take: its name in the file
     marker_number: aside(IntProperty)(options={'HIDDEN'})  # and where it comes in the file
@@ -296,7 +171,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
 
 
 CLASSES = (
-    MEANVALUE_PG_anchor_group,
+    *properties_handles.CLASSES,
     MEANVALUE_PG_bound_record,
     *bake_settings.CLASSES,
     *properties_mix.CLASSES,

@@ -107,7 +107,7 @@ def test_all_that_blender_knows_of_is_in_the_files(part):
                 is_shown = not prop.is_hidden and prop.identifier not in OF_BLENDER
                 assert not is_shown or in_files(prop, wanted, names), (kind, prop.identifier)
         assert told in names or ("*", told) in wanted, kind
-    for kind in (part("properties").MEANVALUE_PG_settings, part("properties").MEANVALUE_PG_anchor_group):
+    for kind in (part("properties").MEANVALUE_PG_settings, part("properties_handles").MEANVALUE_PG_anchor_group):
         for prop in kind.bl_rna.properties:
             declared = kind.__annotations__.get(prop.identifier)
             # Without a name in the declaration, Blender makes one of the identifier: it is shown nowhere.

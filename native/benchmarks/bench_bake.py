@@ -46,19 +46,21 @@ def measure(shape, vertices, frames, rounds):
     targets = trajectories(job, frames)
     seconds = {1: [], 2: []}
     digests = set()
-    spent = {frames: [], frames // 4: []}  # processor time: what other work takes away is no growth
+    # Processor time: what other work takes away is no growth. Whole turns of the path, so that all are as hard.
+    spent = {frames: [], 4 * frames: []}
     for _ in range(rounds):
         for threads in seconds:
             taken, digest = seconds_of(deformer, targets, threads)
             seconds[threads].append(taken)
             digests.add(digest)
         for count, taken in spent.items():
-            taken.append(seconds_of(deformer, targets[:count], 1, time.process_time)[0])
+            repeated = np.concatenate([targets] * (count // frames))
+            taken.append(seconds_of(deformer, repeated, 1, time.process_time)[0])
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     seconds_of(deformer, np.concatenate([targets, targets]), 2)
     more = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     one, two = (float(np.median(seconds[threads])) for threads in seconds)
-    exponent = np.log(np.median(spent[frames]) / np.median(spent[frames // 4])) / np.log(4.0)
+    exponent = np.log(np.median(spent[4 * frames]) / np.median(spent[frames])) / np.log(4.0)
     rate = RATES[min(RATES, key=lambda size: abs(np.log(size / vertices)))]
     same = "yes" if len(digests) == 1 else "no"
     return [

@@ -97,8 +97,8 @@ def measure(arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=pathlib.Path)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--strengths", type=float, nargs="*", default=[1.0, 100.0])
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--strengths", type=float, nargs="*", default=[1.0])
     arguments = parser.parse_args()
     if not DANCER.exists():
         print("skipped: shared/data/poses/samba.npz is missing")
@@ -108,6 +108,10 @@ def main():
     for row in rows:
         told = "reached" if row[4] <= row[5] else "MISSED "
         print(f"{told}  {row[0]}, strength {row[2] or 'hard'}: {row[4]:.3f}, goal {row[5]}")
+    for how in ("freed", "filled"):
+        ratios = [row[4] for row in rows if row[0].endswith(how)]
+        if ratios:
+            print(f"gaps, {how}: mean of {len(ratios)} rows {np.mean(ratios):.3f}, median {np.median(ratios):.3f}")
 
 
 if __name__ == "__main__":
