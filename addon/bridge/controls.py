@@ -168,9 +168,14 @@ def choose(group, control, rest_relation):
 
 
 def remove_control(group):
-    """Deletes the control, with its animation, if it was made for this object."""
+    """Deletes the control, with its animation, if it was made for this object. Another line that follows it gets it."""
     control = group.control
-    if control is not None and group.made_control and owner_of(control) == group.id_data:
+    if control is None or not group.made_control:
+        return
+    heirs = [line for line in group.id_data.meanvalue.anchor_groups if line != group and line.control == control]
+    if heirs:
+        heirs[0].made_control = True
+    elif owner_of(control) == group.id_data:
         for child in control.children:  # what the artist hung on it stays where it is
             world = child.matrix_world.copy()
             child.parent = None

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from . import controls, shape_keys
+from . import controls, shape_keys, vertex_groups
 
 #: Told apart in the overlay without looking alike to most eyes (Okabe and Ito 2008).
 COLORS = (
@@ -22,7 +22,7 @@ def add_line(obj, members, *, group="", new_name=""):
     settings = obj.meanvalue
     made_group = not group
     if made_group:
-        made = obj.vertex_groups.new(name=new_name)
+        made = vertex_groups.make(obj, new_name)
         made.add(members.tolist(), 1.0, 'REPLACE')
         group = made.name
     line = settings.anchor_groups.add()

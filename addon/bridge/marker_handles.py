@@ -65,7 +65,7 @@ def drop(obj, pair):
 def make_line(obj, name, color):
     """A soft handle that follows a control, with a vertex group of its own."""
     line = obj.meanvalue.anchor_groups.add()
-    line.name = obj.vertex_groups.new(name=name).name
+    line.name = vertex_groups.make(obj, name).name
     line.made_group = True
     line.color = color
     line.follows = 'CONTROL'
@@ -77,7 +77,7 @@ def make_line(obj, name, color):
 def give_members(obj, line, vertices):
     """Has the handle carry these vertices, and no other. Its group is made again where the artist took it away."""
     if line.name not in obj.vertex_groups:
-        line.name = obj.vertex_groups.new(name=line.marker or line.cuff).name
+        line.name = vertex_groups.make(obj, line.marker or line.cuff).name
         line.made_group = True  # after naming one, which says that it is the artist's
     vertex_groups.replace_members(obj, obj.vertex_groups[line.name], vertices)
 

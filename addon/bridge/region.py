@@ -24,7 +24,7 @@ def take_group(obj):
     settings = obj.meanvalue
     group = obj.vertex_groups.get(settings.roi_group)
     if group is None:
-        group = obj.vertex_groups.new(name=settings.roi_group or ids.REGION_GROUP)
+        group = vertex_groups.make(obj, settings.roi_group or ids.REGION_GROUP)
         settings.roi_group = group.name
         settings.made_region = group.name  # after the region, which says that the artist chose it
     return group
@@ -34,7 +34,7 @@ def own_group(obj):
     """As take_group(), never the artist's own group: a new one takes its place in the settings."""
     settings = obj.meanvalue
     if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
-        settings.roi_group = obj.vertex_groups.new(name=ids.REGION_GROUP).name
+        settings.roi_group = vertex_groups.make(obj, ids.REGION_GROUP).name
         settings.made_region = settings.roi_group
     return take_group(obj)
 

@@ -103,7 +103,7 @@ def ensure_result_key(obj, pose_key=""):
     if obj.meanvalue.baked.target:
         key.mute = True  # else the mesh would be moved twice
         notes.append(why_result_is_hidden(obj))
-    former = "" if _is_result_of_another(obj, settings.former_result) else settings.former_result
+    former = "" if is_result_of_another(obj, settings.former_result) else settings.former_result
     for other in (keys.key_blocks.get(pose_key), keys.key_blocks.get(former)):
         if other not in {None, key, keys.reference_key} and not other.mute:
             other.mute = True
@@ -116,11 +116,16 @@ def ensure_result_key(obj, pose_key=""):
     return name, notes
 
 
-def _is_result_of_another(obj, name):
+def is_result_of_another(obj, name):
     """Whether another object with the same mesh writes the shape key `name`."""
-    return obj.data.users > 1 and any(
-        other != obj and other.data == obj.data and other.meanvalue.result_key == name for other in bpy.data.objects
-    )
+    return any(other.meanvalue.result_key == name for other in sharing(obj))
+
+
+def sharing(obj):
+    """The other objects with the same mesh."""
+    if obj.data.users == 1:
+        return []
+    return [other for other in bpy.data.objects if other != obj and other.data == obj.data]
 
 
 def write_positions(mesh, key, shape):

@@ -7,6 +7,7 @@ import time
 import bpy
 import numpy as np
 
+from .. import ids
 from ..errors import SceneError
 
 #: Vertices that are read before the clock is looked at: some 5 ms with four groups at each.
@@ -117,6 +118,23 @@ def make_active(obj, name):
     """Makes the group `name` the active one, if it is there."""
     if name in obj.vertex_groups:
         obj.vertex_groups.active_index = obj.vertex_groups[name].index
+
+
+def make(obj, name):
+    """A new vertex group, called so, or numbered where that is taken or names a bone.
+
+    The weights of a group that is called like a bone of the mesh's armature are that bone's skin: a handle or a region
+    of that name would move with the bone.
+    """
+    taken = {*obj.vertex_groups.keys(), *_bone_names(obj)}
+    names = (name, *(f"{name[: ids.NAME_LENGTH - 4]}.{number:03}" for number in range(1, 1000)))
+    return obj.vertex_groups.new(name=next(each for each in names if each not in taken))
+
+
+def _bone_names(obj):
+    """Of all armatures that deform the object."""
+    armatures = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'} | {obj.parent}
+    return [bone.name for each in armatures if each and each.type == 'ARMATURE' for bone in each.data.bones]
 
 
 def remove_made(obj, name):

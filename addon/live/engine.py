@@ -128,11 +128,11 @@ def leave_file():
 def held():
     """Inside, nothing follows: frames are gone through only to see where the controls are."""
     global _is_held
-    _is_held = True
+    before, _is_held = _is_held, True
     try:
         yield
     finally:
-        _is_held = False
+        _is_held = before
 
 
 def forget():

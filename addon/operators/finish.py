@@ -37,7 +37,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             problem = f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
         if problem is None and obj.meanvalue.baked.target:
             problem = shape_keys.BAKE_PLAYS
-        return problem
+        return problem or _posed_by_another(obj)
 
     def prepare(self, obj, reading):
         if self.keep == 'SHAPE_KEY' and shape_keys.result_positions(obj) is not None:
@@ -46,6 +46,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         engine.look_again(obj)
+        _leave_copies(obj)
         kept, notes = self._keep(obj)
         removed = _remove_what_was_made(obj)
         sharing = scene_input.sharing_note(obj)
@@ -81,6 +82,34 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             layout.prop(self, "name")
 
 
+def _posed_by_another(obj):
+    """Why the pose is not this object's alone to finish, as a sentence, or None."""
+    for other in shape_keys.sharing(obj):
+        theirs = other.meanvalue
+        is_posed = any(line.follows != 'REST' for line in theirs.anchor_groups)
+        if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
+            return (
+                f"'{other.name}' poses the same mesh by handles of its own. Remove those, or give '{obj.name}' its own "
+                "mesh (Object > Relations > Make Single User > Object & Data)"
+            )
+    return None
+
+
+def _leave_copies(obj):
+    """Linked duplicates came by our lines when they were made, and have no controls of their own: theirs go as well."""
+    for other in shape_keys.sharing(obj):
+        if _is_copy(other, obj):
+            other.meanvalue.live = False
+            other.meanvalue.anchor_groups.clear()
+
+
+def _is_copy(other, obj):
+    """Whether all lines of `other` are also those of `obj`, by vertex group and control."""
+    ours, theirs = ({(line.name, line.control) for line in each.meanvalue.anchor_groups} for each in (obj, other))
+    mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
+    return bool(theirs) and theirs <= ours and not mine
+
+
 def _kept_name(obj, wanted):
     """What to call the kept key: `wanted`, numbered if that is taken. @throws SceneError if posing writes that key."""
     result, wanted = obj.meanvalue.result_key, wanted.strip() or ids.KEPT_KEY
@@ -97,7 +126,9 @@ def _remove_what_was_made(obj):
     """Takes away all lines, what was made for them, the region and the binding. Returns what that was, in words."""
     settings = obj.meanvalue
     lines = len(settings.anchor_groups)
-    made_controls = sum(line.made_control for line in settings.anchor_groups)
+    made_controls = sum(
+        line.made_control and controls.owner_of(line.control) == obj for line in settings.anchor_groups if line.control
+    )
     made_groups = 0
     if bpy.context.object != obj:
         selection.choose(obj)

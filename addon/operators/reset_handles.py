@@ -7,6 +7,7 @@ from ..bridge import controls, resets
 from ..core import wording
 from ..core.language import translated
 from ..errors import SceneError
+from ..live import engine
 from .base import MeshOperator
 
 
@@ -21,7 +22,10 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         if not lines:
             raise SceneError("No handle has a control. Press Add Handle to make one")
         usable = [line for line in lines if controls.problem(obj, line) is None]
-        held = [line.name for line in resets.reset(obj, usable)]
+        with engine.held():  # the mesh follows once, when all are where they belong
+            held = [line.name for line in resets.reset(obj, usable)]
+        obj.update_tag()
+        bpy.context.view_layer.update()
         notes = [controls.problem(obj, line) for line in lines if line not in usable]
         if held:
             notes.append(

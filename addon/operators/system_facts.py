@@ -11,7 +11,7 @@ import sys
 import bpy
 import numpy as np
 
-from .. import ids, native_loader
+from .. import declarations, ids, native_loader
 from ..bridge import bound_record, object_status, region, scene_input
 from ..core import last_message, system_info, wording
 from ..live import engine
@@ -91,15 +91,23 @@ def _region(obj):
 
 def _settings(settings):
     return (
-        ("Method", settings.method),
-        ("Rigidity", f"{settings.rigidity:g}"),
-        ("Symmetric", settings.symmetric),
+        *_declared_settings(settings),
         ("Live", settings.live),
         ("Rotation-aware keys", settings.mix.is_on),
         ("Markers", len(settings.capture.pairs)),
         ("Wrap pairs", len(settings.wrap.pairs)),
         ("Baked", settings.baked.target or "no"),
     )
+
+
+def _declared_settings(settings):
+    """All that a binding depends on but for names that the artist gave, and the lists."""
+    for name in declarations.names(type(settings)):
+        value, setting = getattr(settings, name), settings.bl_rna.properties[name]
+        if setting.type == 'FLOAT':
+            yield setting.name, f"{value:g}"
+        elif setting.type in {'BOOLEAN', 'INT', 'ENUM'}:
+            yield setting.name, value
 
 
 def _said(obj, private):

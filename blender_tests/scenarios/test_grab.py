@@ -346,6 +346,8 @@ def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses(capfd):
     grab()
     other = obj.copy()
     bpy.context.collection.objects.link(other)
+    other.meanvalue.anchor_groups[0].follows = 'REST'
+    other.meanvalue.anchor_groups[0].control = None
     meshes.activate(obj)
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
     assert {other.meanvalue.anchor_groups[0].name, other.meanvalue.roi_group} <= set(other.vertex_groups.keys())

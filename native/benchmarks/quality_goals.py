@@ -5,7 +5,7 @@ import numpy as np
 
 from native.benchmarks.peers import methods
 
-MEAN_RATIO, MEAN_AIM, WORST_RATIO = 0.90, 0.80, 1.1  # rms over CGAL's, 40 anchors
+MEAN_RATIO, MEAN_AIM, WORST_RATIO = 0.836, 0.80, 1.05  # rms over CGAL's, 40 anchors
 UNEVEN_DEG, VOLUME, ASYMMETRY, SPIKE = 10.0, 0.85, 0.01, 1.5
 BUMP = 0.2  # change of the bumps' height over their height; ours to set: "keep their shape" has no figure
 
