@@ -75,7 +75,14 @@ def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
         shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
         return Mix(shape.astype(np.float64), 0.0, 0, True, 0.0)
-    task = session.call(morpher.start_solve, weights, draft=is_draft, execution=execution, refused=REFUSED_SHAPES)
+    task = session.call(
+        morpher.start_solve,
+        weights,
+        draft=is_draft,
+        parts=mix_input.parts,
+        execution=execution,
+        refused=REFUSED_SHAPES,
+    )
     yield task
     solution = session.call(task.result, refused=REFUSED_SHAPES)
     if not result.all_finite(solution.vertices):

@@ -133,18 +133,21 @@ struct Call {
 };
 
 Call own_call(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
-              std::optional<double> tolerance, int max_iterations, bool draft) {
+              std::optional<double> tolerance, int max_iterations, bool draft,
+              const std::optional<py::object>& parts) {
     Call call{own_weights(weights, morpher.report().shape_count, morpher.report().vertex_count), {}, {}};
     if (start) call.start.emplace(PositionsArray(*start, "start").view());
     call.options.tolerance = tolerance;
     call.options.max_iterations = max_iterations;
     call.options.is_draft = draft;
+    if (parts) call.options.parts = as_indices(*parts, "parts");
     return call;
 }
 
 Solution solve(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
-               std::optional<double> tolerance, int max_iterations, bool draft, const SharedExecution& execution) {
-    const Call call = own_call(morpher, weights, start, tolerance, max_iterations, draft);
+               std::optional<double> tolerance, int max_iterations, bool draft,
+               const std::optional<py::object>& parts, const SharedExecution& execution) {
+    const Call call = own_call(morpher, weights, start, tolerance, max_iterations, draft, parts);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     return call.run(morpher, *held);
@@ -152,8 +155,9 @@ Solution solve(const Morpher& morpher, const py::object& weights, const std::opt
 
 Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weights,
                  const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
-                 bool draft, const SharedExecution& execution) {
-    const auto call = std::make_shared<Call>(own_call(*morpher, weights, start, tolerance, max_iterations, draft));
+                 bool draft, const std::optional<py::object>& parts, const SharedExecution& execution) {
+    const auto call =
+        std::make_shared<Call>(own_call(*morpher, weights, start, tolerance, max_iterations, draft, parts));
     const SharedExecution held = execution_or_new(execution);
     return {held, [morpher, call, held]() -> Task::Deliver {
                 const auto solution = std::make_shared<Solution>(call->run(*morpher, *held));
@@ -237,7 +241,7 @@ void bind_morph(py::module_& module) {
              (std::string("Bind shapes.\n\n") + kBindArguments).c_str())
         .def("solve", &solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("draft") = defaults.is_draft, py::arg("execution") = py::none(),
+             py::arg("draft") = defaults.is_draft, py::arg("parts") = py::none(), py::arg("execution") = py::none(),
              "The shape between all others, or beyond them.\n\n"
              "weights: (k,), one for each shape, or (k, n), one for each of its vertices as well; any numbers, also\n"
              "below 0 and above 1. Those of a vertex are divided by their sum. At 1 for one shape and 0 for the\n"
@@ -249,6 +253,9 @@ void bind_morph(py::module_& module) {
              "draft: for a slider that is being dragged: few iterations, at a tolerance of 3e-3, from where the last "
              "solve ended,\n"
              "if that was of nearly the same weights, (k,). Solve once more without it for the result.\n"
+             "parts: numbers of the shapes that enter only where they have a weight, where weights are (k, n): they\n"
+             "are placed by what fits best where they enter, and the whole is a mix of the others. None: all but the\n"
+             "one with the largest mean weight. Name them where weights change from solve to solve, as with sliders.\n"
              "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
              "Returns a Solution: vertices, energy, iterations, converged, ... Each part of the mesh is placed by "
              "the\n"
@@ -257,7 +264,7 @@ void bind_morph(py::module_& module) {
              "Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.")
         .def("start_solve", &start_solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("draft") = defaults.is_draft, py::arg("execution") = py::none(),
+             py::arg("draft") = defaults.is_draft, py::arg("parts") = py::none(), py::arg("execution") = py::none(),
              "As solve(), beside the interpreter. Returns a Task whose result is the Solution.\n\n"
              "Arrays are copied first. Raises InvalidInput for arrays of another form.")
         .def_property_readonly("report", &Morpher::report, py::return_value_policy::reference_internal,

@@ -51,13 +51,27 @@ class MixInput:
         return float(np.linalg.norm(np.ptp(self.rest, axis=0))) if len(self.rest) else 0.0
 
     def weights(self, values):
-        """(k + 1,) or, with masks, (k + 1, n) float64, the rest shape first: they sum to 1 at each vertex.
+        """(k + 1,) or, where a layer counts here more than there, (k + 1, n) float64, the rest shape first: they sum to
+        1 at each vertex.
 
         values: (k,) of the sliders.
         """
-        values = np.asarray(values, np.float64)
-        counts = values if self.masks is None else values[:, None] * self.masks
+        counts = np.asarray(values, np.float64)
+        if self.masks is not None:
+            is_needed = counts[self._is_part].any()
+            counts = counts[:, None] * self.masks if is_needed else counts * self.masks[:, 0]
         return np.concatenate([[1.0 - counts.sum(axis=0)], counts])
+
+    @cached_property
+    def parts(self):
+        """Numbers of the shapes, as of weights(), that do not count alike at all vertices; int32."""
+        return 1 + np.flatnonzero(self._is_part).astype(np.int32)
+
+    @cached_property
+    def _is_part(self):
+        if self.masks is None:
+            return np.zeros(len(self.layers), bool)
+        return (self.masks != self.masks[:, :1]).any(axis=1)
 
     def linear(self, values):
         """n x 3 float64: the mix in straight lines, as Blender makes it."""

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "meanvalue/decode/fast/deformation_energy.h"
@@ -25,9 +26,8 @@ struct RingParts {
 struct Morpher::Bound {
     Bound(const MorphBinding& binding, Execution& execution);
 
-    /// How shapes are put over each other for some weights. Where these are the same for all vertices, about their
-    /// centres and at their common size; else onto the one that counts most, by what fits best where one shape goes
-    /// over into another.
+    /// How shapes are put over each other for some weights: those that the whole is a mix of about their centres and
+    /// at their common size, those that enter in part by what fits best where they do.
     struct Overlay {
         std::vector<Similarity> places;  ///< of each shape
         std::vector<double> sizes;       ///< see TurnedCells::fill()
@@ -35,7 +35,9 @@ struct Morpher::Bound {
         Quaternion turn;                 ///< of the whole
         std::vector<double> counts;      ///< n: what each vertex counts when the result is placed
     };
-    Overlay overlay(const ShapeWeights& weights, const Execution& execution) const;
+    /// @param parts as MorphOptions::parts. @throws InvalidInput where these are no shapes, or all of them.
+    Overlay overlay(const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
+                    const Execution& execution) const;
     /// The average shape by positions alone. @return n x 3.
     Positions linear_blend(const ShapeWeights& weights, const Overlay& overlay, int threads,
                            const Execution& execution) const;
@@ -69,7 +71,14 @@ struct Morpher::Bound {
                                 const Execution& execution) const;
 
   private:
-    Overlay graft(const ShapeWeights& weights, const Execution& execution) const;
+    Overlay stack(const std::vector<double>& weights) const;
+    std::vector<char> flag_parts(const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts) const;
+    std::vector<double> whole_of(const ShapeWeights& weights, const std::vector<char>& is_part,
+                                 const Execution& execution) const;
+    Similarity place_of_part(std::size_t part, const ShapeWeights& weights, const std::vector<double>& whole,
+                             const Overlay& overlay, const Execution& execution) const;
+    Matrix3 turn_from(std::size_t shape, const std::vector<Quaternion>& turns, const std::vector<Index>& vertices,
+                      const std::vector<double>& counts, const Execution& execution) const;
     void encode_shapes(const MorphBinding& binding, Execution& execution);
     void find_parts(const Execution& execution);
     void find_what_stays(const Execution& execution);

@@ -53,7 +53,7 @@ class Morpher::Solve {
           options_(options),
           execution_(execution),
           threads_(options.threads > 0 ? thread_count(options.threads) : bound.threads),
-          overlay_(bound.overlay(weights, execution)),
+          overlay_(bound.overlay(weights, options.parts, execution)),
           size_(TurnedCells::geometric_mean(sizes_over(bound.diagonals, overlay_.sizes), weights.mean().data())) {}
 
     Solution run(const std::optional<PositionsView>& start) {

@@ -2,9 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
 
+#include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/morph/bound_shapes.h"
 
@@ -16,17 +19,44 @@ namespace {
 constexpr double kTurnShare = 0.25;
 // What a vertex without a weight counts when a graft is placed.
 constexpr double kLeastCount = 1e-3;
+// Of the weights of the whole where the least of its parts is: less tells nothing of what it is a mix of.
+constexpr double kLeastShare = 1e-3;
 
 }  // namespace
 
-Morpher::Bound::Overlay Morpher::Bound::overlay(const ShapeWeights& weights, const Execution& execution) const {
-    if (!weights.is_uniform()) return graft(weights, execution);
+Morpher::Bound::Overlay Morpher::Bound::overlay(const ShapeWeights& weights,
+                                                const std::optional<std::vector<Index>>& parts,
+                                                const Execution& execution) const {
+    const std::vector<char> is_part = flag_parts(weights, parts);
+    if (weights.is_uniform()) return stack(weights.mean());
+    const std::vector<double> whole = whole_of(weights, is_part, execution);
+    Overlay result = stack(whole);
+    result.frames.assign(shapes.size(), Quaternion::Identity());
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+        if (!is_part[k]) continue;
+        result.places[k] = place_of_part(k, weights, whole, result, execution);
+        result.sizes[k] = result.places[k].scale;
+        result.frames[k] =
+            result.turn.conjugate() * quaternion_of(result.places[k].rotation) * cells->whole(k);
+    }
+    for (Index v = 0; v < encodings->layout().vertex_count(); ++v) {
+        execution.check_every(v);
+        double share = 0.0;
+        for (std::size_t k = 0; k < shapes.size(); ++k)
+            share += is_part[k] ? 0.0 : weights.of(v)[k];
+        result.counts[v] *= std::max(share, kLeastCount);
+    }
+    return result;
+}
+
+/// About their centres, at their common size.
+Morpher::Bound::Overlay Morpher::Bound::stack(const std::vector<double>& weights) const {
     Overlay result;
-    result.sizes = cells->common_sizes(weights.mean());
-    result.turn = cells->whole_turn(weights.mean());
+    result.sizes = cells->common_sizes(weights);
+    result.turn = cells->whole_turn(weights);
     Vector3 middle = Vector3::Zero();
     for (std::size_t k = 0; k < shapes.size(); ++k)
-        middle += weights.mean()[k] * Vector3(shapes[k].colwise().mean());
+        middle += weights[k] * Vector3(shapes[k].colwise().mean());
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         Similarity place;
         place.scale = result.sizes[k];
@@ -37,39 +67,119 @@ Morpher::Bound::Overlay Morpher::Bound::overlay(const ShapeWeights& weights, con
     return result;
 }
 
-Morpher::Bound::Overlay Morpher::Bound::graft(const ShapeWeights& weights, const Execution& execution) const {
-    const Encoding& layout = encodings->layout();
-    const auto most = static_cast<std::size_t>(std::max_element(weights.mean().begin(), weights.mean().end()) -
-                                               weights.mean().begin());
-    Overlay result;
-    result.turn = cells->whole(most);
-    std::vector<Index> all_vertices(layout.vertex_count());
-    std::iota(all_vertices.begin(), all_vertices.end(), 0);
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-        // The border of shape k counts by how much its weight changes from a vertex to its ring.
-        std::vector<Index> border;
-        std::vector<double> changes(layout.vertex_count(), 0.0);
-        for (Index v = 0; v < layout.vertex_count(); ++v) {
-            execution.check_every(v);
-            for (Index place = layout.ring_offsets[v]; place < layout.ring_offsets[v + 1]; ++place)
-                changes[v] += std::abs(weights.of(v)[k] - weights.of(layout.ring[place])[k]);
-            if (changes[v] > 0.0) border.push_back(v);
-        }
-        Similarity place;
-        if (k != most) {
-            if (border.size() < 3) {
-                border = unknowns.free.size() < 3 ? all_vertices : unknowns.free;
-                changes.clear();
-            }
-            place = fit_similarity(shapes[k], shapes[most], border, changes);
-        }
-        result.places.push_back(place);
-        result.sizes.push_back(place.scale);
-        result.frames.push_back(result.turn.conjugate() * quaternion_of(place.rotation) * cells->whole(k));
+std::vector<char> Morpher::Bound::flag_parts(const ShapeWeights& weights,
+                                             const std::optional<std::vector<Index>>& parts) const {
+    const auto count = static_cast<Index>(shapes.size());
+    std::vector<char> is_part(shapes.size(), parts ? 0 : 1);
+    if (!parts) {
+        const auto most = std::max_element(weights.mean().begin(), weights.mean().end()) - weights.mean().begin();
+        is_part[most] = 0;
+        return is_part;
     }
-    for (Index v = 0; v < layout.vertex_count(); ++v)
-        result.counts.push_back(std::max(weights.of(v)[most], kLeastCount));
-    return result;
+    for (const Index part : *parts) {
+        if (part < 0 || part >= count) throw InvalidInput(message("parts has ", part, ", but there are ", count, " shapes"));
+        is_part[part] = 1;
+    }
+    if (std::all_of(is_part.begin(), is_part.end(), [](char c) { return c != 0; }))
+        throw InvalidInput(message("all ", count, " shapes are parts; leave out one that they are parts of"));
+    return is_part;
+}
+
+/// The weights where the least of the parts enters: those of what they enter into.
+std::vector<double> Morpher::Bound::whole_of(const ShapeWeights& weights, const std::vector<char>& is_part,
+                                             const Execution& execution) const {
+    Index at = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (Index v = 0; v < encodings->layout().vertex_count() && least > 0.0; ++v) {
+        execution.check_every(v);
+        double sum = 0.0;
+        for (std::size_t k = 0; k < shapes.size(); ++k)
+            sum += is_part[k] ? std::abs(weights.of(v)[k]) : 0.0;
+        if (sum < least) {
+            least = sum;
+            at = v;
+        }
+    }
+    std::vector<double> whole(shapes.size(), 0.0);
+    double sum = 0.0;
+    double size = 0.0;
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+        whole[k] = is_part[k] ? 0.0 : weights.of(at)[k];
+        sum += whole[k];
+        size += std::abs(whole[k]);
+    }
+    if (std::abs(sum) > kLeastShare * size && std::abs(sum) > kLeastShare) {
+        for (double& weight : whole)
+            weight /= sum;
+    } else {  // a part is everywhere, or nearly: whatever it is put on counts for nothing
+        std::fill(whole.begin(), whole.end(), 0.0);
+        whole[std::find(is_part.begin(), is_part.end(), 0) - is_part.begin()] = 1.0;
+    }
+    return whole;
+}
+
+/// By what fits best where it goes over into the whole: against each shape of that, turned and scaled as these are in
+/// between.
+Similarity Morpher::Bound::place_of_part(std::size_t part, const ShapeWeights& weights,
+                                         const std::vector<double>& whole, const Overlay& overlay,
+                                         const Execution& execution) const {
+    const Encoding& layout = encodings->layout();
+    // A vertex counts by how much the weight changes from it to its ring.
+    std::vector<Index> border;
+    std::vector<double> changes(layout.vertex_count(), 0.0);
+    bool is_there = false;
+    for (Index v = 0; v < layout.vertex_count(); ++v) {
+        execution.check_every(v);
+        is_there = is_there || weights.of(v)[part] != 0.0;
+        for (Index place = layout.ring_offsets[v]; place < layout.ring_offsets[v + 1]; ++place)
+            changes[v] += std::abs(weights.of(v)[part] - weights.of(layout.ring[place])[part]);
+        if (changes[v] > 0.0) border.push_back(v);
+    }
+    if (!is_there) return overlay.places[part];
+    if (border.size() < 3) {
+        border = unknowns.free;
+        if (border.size() < 3) {
+            border.resize(layout.vertex_count());
+            std::iota(border.begin(), border.end(), 0);
+        }
+        std::fill(changes.begin(), changes.end(), 1.0);
+    }
+    Vector3 centre = Vector3::Zero();
+    double sum = 0.0;
+    for (const Index v : border) {
+        centre += changes[v] * Vector3(shapes[part].row(v));
+        sum += changes[v];
+    }
+    centre /= sum;
+    const std::vector<Quaternion> between = cells->turns(whole, border, execution);
+    Vector3 to = Vector3::Zero();
+    Matrix3 turns = Matrix3::Zero();
+    std::vector<double> scales(shapes.size(), 1.0);
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+        if (whole[k] == 0.0) continue;
+        const Similarity fit = fit_similarity(shapes[part], shapes[k], border, changes);
+        turns += whole[k] * turn_from(k, between, border, changes, execution) * fit.rotation;
+        scales[k] = fit.scale * overlay.sizes[k];
+        to += whole[k] * overlay.places[k].apply(fit.apply(centre));
+    }
+    Similarity place;
+    place.scale = TurnedCells::geometric_mean(scales, whole.data());
+    place.rotation = closest_rotation(turns);
+    place.translation = to - place.scale * place.rotation * centre;
+    return place;
+}
+
+/// What cells are turned by in the mean, from how they are in a shape. @param turns one for each of `vertices`.
+Matrix3 Morpher::Bound::turn_from(std::size_t shape, const std::vector<Quaternion>& turns,
+                                  const std::vector<Index>& vertices, const std::vector<double>& counts,
+                                  const Execution& execution) const {
+    std::vector<double> alone(shapes.size(), 0.0);
+    alone[shape] = 1.0;
+    const std::vector<Quaternion> from = cells->turns(alone, vertices, execution);
+    Matrix3 sum = Matrix3::Zero();
+    for (std::size_t k = 0; k < vertices.size(); ++k)
+        sum += counts[vertices[k]] * (turns[k] * from[k].conjugate()).toRotationMatrix();
+    return closest_rotation(sum);
 }
 
 Positions Morpher::Bound::linear_blend(const ShapeWeights& weights, const Overlay& overlay, int threads,

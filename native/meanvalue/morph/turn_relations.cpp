@@ -288,6 +288,26 @@ void TurnRelations::fill(const ShapeWeights& weights, const std::vector<Quaterni
     });
 }
 
+std::vector<Quaternion> TurnRelations::find(const std::vector<double>& weights, const std::vector<Index>& vertices,
+                                            const Execution& execution) const {
+    const auto count = static_cast<std::size_t>(shape_count_);
+    const std::size_t most = std::max_element(weights.begin(), weights.end()) - weights.begin();
+    std::vector<Quaternion> patches;
+    if (weights[most] == 1.0 && std::count(weights.begin(), weights.end(), 0.0) + 1 == shape_count_) {
+        for (Index patch = 0; patch < patch_count_; ++patch)
+            patches.push_back(means_[patch * count + most]);
+    } else {
+        const ShapeWeights alike(weights, shape_count_, layout_.vertex_count());
+        patches = find_patches_between(weights_of_patches(alike), {}, execution);
+    }
+    std::vector<Quaternion> result;
+    for (const Index v : vertices) {
+        const Vector3* const own = own_turns_.data() + v * count;
+        result.push_back(mean_of_patches(v, patches.data(), 1) * average_turn(own, {}, weights.data(), shape_count_));
+    }
+    return result;
+}
+
 std::size_t TurnRelations::bytes() const {
     return patches_.bytes() + bytes_of(turns_) + bytes_of(means_) + bytes_of(own_turns_) + bytes_of(pairs_) +
            bytes_of(relative_) + bytes_of(tree_) + factor_.bytes();

@@ -32,6 +32,10 @@ class TurnRelations {
     void fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& turn, int threads,
               const Execution& execution, std::vector<Quaternion>& rotations) const;
 
+    /// Those of some cells, with the same weights for all. @return one for each of `vertices`.
+    std::vector<Quaternion> find(const std::vector<double>& weights, const std::vector<Index>& vertices,
+                                 const Execution& execution) const;
+
     std::size_t bytes() const;
 
   private:

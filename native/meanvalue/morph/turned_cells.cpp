@@ -290,6 +290,15 @@ Quaternion TurnedCells::whole_turn(const std::vector<double>& weights) const {
     return quaternion_by(sum) * quaternion_of(mean);
 }
 
+std::vector<Quaternion> TurnedCells::turns(const std::vector<double>& weights, const std::vector<Index>& vertices,
+                                           const Execution& execution) const {
+    std::vector<Quaternion> result = relations_->find(weights, vertices, execution);
+    const Quaternion whole = whole_turn(weights);
+    for (Quaternion& turn : result)
+        turn = whole * turn;
+    return result;
+}
+
 double TurnedCells::geometric_mean(const std::vector<double>& values, const double* weights) {
     double result = 1.0;
     for (std::size_t k = 0; k < values.size(); ++k)

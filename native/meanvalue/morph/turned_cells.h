@@ -43,6 +43,9 @@ class TurnedCells {
     const Quaternion& whole(std::size_t shape) const { return wholes_[shape]; }
     /// The average of the G_k.
     Quaternion whole_turn(const std::vector<double>& weights) const;
+    /// How some cells are turned in space, with the same weights for all. @return one for each of `vertices`.
+    std::vector<Quaternion> turns(const std::vector<double>& weights, const std::vector<Index>& vertices,
+                                  const Execution& execution) const;
     /// Of an in-between shape, the same way. @param values one for each shape, above 0.
     static double geometric_mean(const std::vector<double>& values, const double* weights);
 

@@ -221,6 +221,7 @@ class Morpher:
         tolerance: float | None = None,
         max_iterations: int = 1000,
         draft: bool = False,
+        parts: ArrayLike | None = None,
         execution: Execution | None = None,
     ) -> Solution: ...
     def start_solve(
@@ -231,6 +232,7 @@ class Morpher:
         tolerance: float | None = None,
         max_iterations: int = 1000,
         draft: bool = False,
+        parts: ArrayLike | None = None,
         execution: Execution | None = None,
     ) -> Task: ...
 
