@@ -48,6 +48,11 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     def finish(self, obj, prepared, found):
         settings = obj.meanvalue.mix
         share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
+        if not found.nodes and found.error > prepared.tolerance:
+            raise SceneError(
+                f"No in-between key brings the mix of '{obj.name}' nearer than straight lines, which are {share:.2%} of "
+                f"its size off: {_advice(prepared.bind_input, found)}"
+            )
         if not found.nodes:
             return _without_any(obj, share)
         settings.is_on = False
@@ -57,12 +62,12 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         if found.error > prepared.tolerance:
             warnings.append(
                 f"The tolerance of {settings.tolerance_share:g}% is not reached with "
-                f"{wording.counted(len(made), 'key')}: {_advice(prepared.bind_input, found, settings)}"
+                f"{wording.counted(len(made), 'key')}: {_advice(prepared.bind_input, found)}"
             )
         return f"'{obj.name}' has {settings.note}, driven by its sliders", warnings
 
 
-def _advice(mix_input, found, settings):
+def _advice(mix_input, found):
     """What helps where the tolerance is not reached."""
     others = "raise the tolerance, or bake the animation to a point cache"
     if found.used_up:
@@ -71,7 +76,7 @@ def _advice(mix_input, found, settings):
             f"all {leja.MOST} places along {names} are used up, since the mix goes unevenly there. More keys would not "
             f"help; narrow the slider's range, {others}"
         )
-    if len(found.nodes) >= settings.most_keys:
+    if found.would_more_help:
         return f"allow more of them, {others}"
     return f"no key that could be added brings the mix nearer. More keys would not help; {others}"
 

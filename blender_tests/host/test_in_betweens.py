@@ -101,14 +101,36 @@ def test_no_more_keys_than_allowed_and_the_error_is_told():
     found, _asked = search(corrections([3.0, 3.0]), [(0.0, 1.0)] * 2, 1e-6, most=5)
     assert len(found.nodes) <= 5
     assert found.error > 1e-6
-    assert found.used_up == ()  # more keys would help
+    assert found.used_up == () and found.would_more_help
 
 
 def test_a_jump_ends_with_its_error_told():
     """What is no smooth motion cannot be met by polynomials: it must end."""
     found, _asked = search(lambda values: np.full(ARM.shape, 0.1 * (values[0] > 0.3)), [(0.0, 1.0)], 1e-3)
     assert found.error > 1e-3
-    assert found.used_up == (0,)  # nothing would
+    assert found.used_up == (0,) and not found.would_more_help
+
+
+def jumps(values):
+    """Two sliders that turn, and jump where they pass each other."""
+    return corrections([0.8, -0.5])(values) + 0.1 * (values[0] > values[1] + 0.05)
+
+
+def test_where_two_sliders_jump_together_more_keys_are_not_proposed():
+    found, _asked = search(jumps, [(0.0, 1.0)] * 2, 1e-3, most=40)
+    assert found.error > 1e-3 and not found.would_more_help
+
+
+@pytest.mark.parametrize("most", [3, 10, 40])
+def test_what_cannot_be_met_is_not_made_worse(most):
+    """Polynomials through a jump swing; as many keys are kept as bring it nearest, and all that is left is told."""
+    ranges = [(0.0, 1.0)] * 2
+    found, _asked = search(jumps, ranges, 1e-3, most=most)
+    settings = [in_betweens._setting(ranges, number) for number in range(in_betweens.CHECKS)]
+    total = sum_of(found, ranges)
+    left = [np.linalg.norm(jumps(values) - total.at(values), axis=1).max() for values in settings]
+    assert max(left) <= found.error + 1e-9
+    assert found.error <= max(np.linalg.norm(jumps(values), axis=1).max() for values in settings)
 
 
 def test_expressions_say_what_the_polynomials_are():

@@ -184,6 +184,47 @@ def test_two_sliders_baked_together():
         assert np.linalg.norm(shown(obj) - truth, axis=1).max() <= 1.5 * 0.01 * DIAGONAL
 
 
+def masked_and_bending():
+    """A key that is thicker in the last third alone, by a group with a soft edge, beside one that bends all."""
+    obj = limb(Thick=rest() * (1.0, 1.5, 1.5), Bend=bent_limb.bent(rest(), 110.0))
+    group = obj.vertex_groups.new(name="Tail")
+    for index, weight in enumerate(np.clip((rest()[:, 0] - 3.5) / 0.5, 0.0, 1.0)):
+        if weight > 0.0:
+            group.add([index], float(weight), 'REPLACE')
+    obj.data.shape_keys.key_blocks["Thick"].vertex_group = "Tail"
+    return obj
+
+
+def test_a_masked_slider_beside_another_is_baked_within_the_tolerance():
+    obj = masked_and_bending()
+    obj.meanvalue.mix.is_on = True
+    settings = np.random.default_rng(6).uniform(0.0, 1.0, (8, 2))
+    truths = []
+    for thick, bend in settings:
+        set_value(obj, "Thick", thick)
+        set_value(obj, "Bend", bend)
+        truths.append(shown(obj))
+    bake(obj)
+    assert len(in_betweens_of(obj)) <= 15
+    for (thick, bend), truth in zip(settings, truths, strict=True):
+        set_value(obj, "Thick", thick)
+        set_value(obj, "Bend", bend)
+        assert np.linalg.norm(shown(obj) - truth, axis=1).max() <= 0.002 * DIAGONAL
+
+
+def test_a_masked_slider_does_not_make_the_mesh_jump():
+    obj = masked_and_bending()
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Thick", 0.6)
+    shapes = []
+    for bend in np.linspace(0.0, 1.0, 21):
+        set_value(obj, "Bend", bend)
+        shapes.append(shown(obj))
+    assert np.linalg.norm(np.diff(shapes, axis=0), axis=2).max() <= 0.1 * DIAGONAL
+    set_value(obj, "Thick", 0.0)
+    np.testing.assert_allclose(shown(obj), bent_limb.bent(rest(), 110.0), atol=1e-5)
+
+
 def test_in_betweens_taken_back_leave_nothing():
     obj = bending()
     before = snapshot(obj, without=("settings",))

@@ -16,8 +16,23 @@ from . import drivers, leja
 #: Nodes of so small a share of the tolerance are left out.
 NOTHING = 1e-3
 
-#: Settings of the sliders, drawn evenly, at which the interpolation is compared with the mix itself.
-CHECKS = 64
+#: Settings of the sliders, drawn evenly, at which the interpolation is compared with the mix itself; and those at which
+#: the nodes that were chosen by these are looked at afterwards, so often at most.
+CHECKS = 48
+HELD_OUT = 32
+MOST_LOOKS = 4
+
+#: The search ends where no check is farther off than this share of the tolerance: between checks it may be more.
+ROOM = 0.9
+
+#: So many times as many nodes are searched as are allowed in the end: most of them turn out not to be needed.
+SEARCHED = 4
+
+#: What is expected of the next polynomial of a slider, as a share of what the one before adds together with others.
+NEXT = 0.3
+
+#: Of the error with half as many nodes, what is left where more nodes would help.
+STILL_FALLS = 0.75
 
 #: Sliders that are at work in one node.
 MOST_SLIDERS = 3
@@ -39,21 +54,23 @@ class InBetween:
 class Found:
     """nodes: tuple of InBetween; error: the largest distance of a vertex from the mix, at CHECKS settings.
 
-    used_up: the numbers of the sliders on which there is no place left for another node, where that ended the search.
+    Where the error is above the tolerance: used_up, the numbers of the sliders that have a node at each of their places
+    and would need more; would_more_help, whether nodes beyond the most that were allowed would bring it down.
     """
 
     nodes: tuple
     error: float
     used_up: tuple = ()
+    would_more_help: bool = False
 
 
 class Interpolation:
     """The sum of nodes. knots: for each slider the places of leja.places()."""
 
-    def __init__(self, knots, shape):
+    def __init__(self, knots, shape, nodes=()):
         self.knots = knots
-        self.nodes = []
-        self._shape = shape
+        self.nodes = list(nodes)
+        self.shape = shape
 
     def place(self, orders):
         """(k,): the sliders at a node."""
@@ -68,7 +85,7 @@ class Interpolation:
 
     def at(self, values):
         """n x 3."""
-        result = np.zeros(self._shape)
+        result = np.zeros(self.shape)
         for node in self.nodes:
             weight = self.weight(node.orders, values)
             if weight:
@@ -83,25 +100,67 @@ def found(ranges, shape, tolerance, most, may_join=lambda _first, _second: True)
     distance; most: nodes at most; may_join(a, b): whether sliders a and b may change each other's effect.
     """
     search = _Search(Interpolation([leja.places(*each) for each in ranges], shape), may_join)
-    checks = []
-    goal = 0.5 * tolerance
-    while True:
-        yield from search.refine(goal, most)
-        error = 0.0
-        for number in range(CHECKS):
-            if number == len(checks):
-                values = _setting(ranges, number)
-                checks.append((values, (yield values)))
-            values, truth = checks[number]
-            error = max(error, _height(truth - search.sum.at(values)))
-            if error > tolerance:
+    checks, count, goal = [], CHECKS, 0.5 * tolerance
+    chosen = search.sum
+    for _ in range(MOST_LOOKS):
+        while True:
+            yield from search.refine(goal, SEARCHED * most)
+            is_near = yield from _is_near(search.sum, checks, ranges, count, ROOM * tolerance)
+            if is_near or len(search.sum.nodes) >= SEARCHED * most or not search.has_candidates:
                 break
-        if error <= tolerance or len(search.sum.nodes) >= most or not search.has_candidates:
+            goal *= 0.5
+        if not is_near:
             break
-        goal *= 0.5
-    used_up = search.used_up if error > tolerance and len(search.sum.nodes) < most else ()
-    nodes = _thinned(search.sum, checks, tolerance)
-    return Found(tuple(nodes), max((_height(t - search.sum.at(v)) for v, t in checks), default=0.0), used_up)
+        chosen = _thinned(search.sum, checks, tolerance, most)
+        count += HELD_OUT
+        if (yield from _is_near(chosen, checks, ranges, count, tolerance)):
+            return Found(tuple(chosen.nodes), _error(chosen, checks))
+    while len(checks) < count:  # so that what is left is told of all
+        yield from _check(checks, ranges)
+    errors = _errors(search.sum, checks)
+    # What is no smooth motion may become worse by more nodes.
+    best = Interpolation(search.sum.knots, shape, search.sum.nodes[: int(np.argmin(errors))])
+    chosen = _thinned(best, checks, tolerance, most)
+    error = _error(chosen, checks)
+    used_up = search.used_up(tolerance)
+    are_few = len(errors) <= leja.MOST * len(ranges)  # to tell by what they have brought
+    still_falls = search.has_candidates and (are_few or errors[-1] <= STILL_FALLS * errors[len(errors) // 2])
+    would_more_help = not used_up and (still_falls or min(errors) <= STILL_FALLS * error)
+    return Found(tuple(chosen.nodes), error, used_up, would_more_help)
+
+
+def _is_near(interpolation, checks, ranges, count, distance):
+    """Whether none of `count` checks is farther off. Solves those that are not there yet, as long as that is so."""
+    for number in range(count):
+        if number == len(checks):
+            yield from _check(checks, ranges)
+        values, truth = checks[number]
+        if _height(truth - interpolation.at(values)) > distance:
+            return False
+    return True
+
+
+def _check(checks, ranges):
+    """Solves one more."""
+    values = _setting(ranges, len(checks))
+    checks.append((values, (yield values)))
+
+
+def _error(interpolation, checks):
+    return max((_height(truth - interpolation.at(values)) for values, truth in checks), default=0.0)
+
+
+def _errors(interpolation, checks):
+    """With none of the nodes, with the first, with the first two, ..."""
+    left = [truth.copy() for _values, truth in checks]
+    errors = [max(map(_height, left))]
+    for node in interpolation.nodes:
+        for rest, (values, _truth) in zip(left, checks, strict=True):
+            weight = interpolation.weight(node.orders, values)
+            if weight:
+                rest -= weight * node.offset
+        errors.append(max(map(_height, left)))
+    return errors
 
 
 class _Search:
@@ -112,6 +171,7 @@ class _Search:
         self._may_join = may_join
         self._taken = {()}
         self._candidates = {}  # orders: offset
+        self._with_others = {}  # orders: height of the largest node that was taken of these and more sliders
         self._sliders = range(len(interpolation.knots))
         self._must_look = [((slider, 1),) for slider in self._sliders]
 
@@ -119,10 +179,10 @@ class _Search:
     def has_candidates(self):
         return bool(self._candidates or self._must_look)
 
-    @property
-    def used_up(self):
-        """The sliders that have a node at each of their places."""
-        return tuple(slider for slider in self._sliders if ((slider, leja.MOST - 1),) in self._taken)
+    def used_up(self, tolerance):
+        """The sliders that have a node at each of their places, the last of which still changed the mix."""
+        last = {node.orders[0][0]: node.height for node in self.sum.nodes if _is_last(node.orders)}
+        return tuple(slider for slider in self._sliders if last.get(slider, 0.0) > tolerance)
 
     def refine(self, goal, most):
         """Takes the candidate that adds most until none adds more than `goal`."""
@@ -139,16 +199,27 @@ class _Search:
             self._take(orders)
 
     def _rank(self, orders):
-        """What lies on one slider alone is always looked at once between its ends, where nothing shows at these."""
+        """What it adds, or what may be behind it: nothing may show along one slider alone of what it does to others.
+
+        What lies on one slider alone is always looked at once between its ends, where nothing shows at these.
+        """
         if len(orders) == 1 and orders[0][1] == 1:
             return np.inf
-        return _height(self._candidates[orders])
+        return max(_height(self._candidates[orders]), NEXT * self._together(orders))
+
+    def _together(self, orders):
+        """The most that was added by a node with one polynomial less and by other sliders as well."""
+        return max((self._with_others.get(before, 0.0) for before in _before(orders)), default=0.0)
 
     def _take(self, orders):
         offset = self._candidates.pop(orders)
         node = InBetween(orders, offset)
         self.sum.nodes.append(node)
         self._taken.add(orders)
+        height = node.height
+        for number in range(1, len(orders)):
+            for some in itertools.combinations(orders, number):
+                self._with_others[some] = max(height, self._with_others.get(some, 0.0))
         for other, former in self._candidates.items():  # the sum is another one now
             weight = self.sum.weight(orders, self.sum.place(other))
             if weight:
@@ -169,6 +240,10 @@ class _Search:
                 yield new
 
 
+def _is_last(orders):
+    return len(orders) == 1 and orders[0][1] == leja.MOST - 1
+
+
 def _before(orders):
     """All nodes with one polynomial less."""
     for index, (slider, number) in enumerate(orders):
@@ -176,24 +251,32 @@ def _before(orders):
         yield (*orders[:index], *less, *orders[index + 1 :])
 
 
-def _thinned(interpolation, checks, tolerance):
-    """The nodes without those that are not needed at any check; `interpolation` is left with these."""
-    heights = [node.height for node in interpolation.nodes]
+def _thinned(interpolation, checks, tolerance, most):
+    """An Interpolation without the nodes that are not needed at any check, and with `most` of them at most."""
+    nodes = interpolation.nodes
+    heights = [node.height for node in nodes]
     left = [truth - interpolation.at(values) for values, truth in checks]
-    for index in sorted(range(len(heights)), key=heights.__getitem__):
-        node = interpolation.nodes[index]
-        if heights[index] > tolerance:
-            break
-        without = [
-            rest + interpolation.weight(node.orders, values) * node.offset
-            for rest, (values, _) in zip(left, checks, strict=True)
-        ]
-        if heights[index] <= NOTHING * tolerance or all(_height(each) <= 0.9 * tolerance for each in without):
+    dropped = set()
+    for index in sorted(range(len(nodes)), key=heights.__getitem__):
+        most_left = np.inf if heights[index] <= NOTHING * tolerance else ROOM * tolerance
+        without = _without(interpolation, nodes[index], left, checks, most_left)
+        if without is not None:
             left = without
-            heights[index] = 0.0
-    kept = [node for node, height in zip(interpolation.nodes, heights, strict=True) if height]
-    interpolation.nodes = kept
-    return kept
+            dropped.add(index)
+    kept = [index for index in range(len(nodes)) if index not in dropped]
+    kept = sorted(sorted(kept, key=lambda index: -heights[index])[:most])
+    return Interpolation(interpolation.knots, interpolation.shape, [nodes[index] for index in kept])
+
+
+def _without(interpolation, node, left, checks, most_left):
+    """What is left at each check without a node, or None where that is more than `most_left` anywhere."""
+    without = []
+    for rest, (values, _truth) in zip(left, checks, strict=True):
+        weight = interpolation.weight(node.orders, values)
+        without.append(rest + weight * node.offset if weight else rest)
+        if _height(without[-1]) > most_left:
+            return None
+    return without
 
 
 def _setting(ranges, number):
