@@ -239,29 +239,30 @@ void bind_morph(py::module_& module) {
              py::kw_only(), py::arg("rigidity") = py::none(), py::arg("hold") = py::none(), py::arg("threads") = 0,
              py::arg("portable") = false, py::arg("execution") = py::none(),
              (std::string("Bind shapes.\n\n") + kBindArguments).c_str())
-        .def("solve", &solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
-             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("draft") = defaults.is_draft, py::arg("parts") = py::none(), py::arg("execution") = py::none(),
-             "The shape between all others, or beyond them.\n\n"
-             "weights: (k,), one for each shape, or (k, n), one for each of its vertices as well; any numbers, also\n"
-             "below 0 and above 1. Those of a vertex are divided by their sum. At 1 for one shape and 0 for the\n"
-             "others the result is that shape.\n"
-             "start: (n, 3) a shape to begin from; None: all cells at the average of their turns, so that parts may\n"
-             "turn by more than 180 degrees between shapes.\n"
-             "tolerance: stop when no vertex moves farther in a step than this share of the shape's diagonal; None:\n"
-             "1e-4. max_iterations: the most; at the limit the best shape so far is returned.\n"
-             "draft: for a slider that is being dragged: few iterations, at a tolerance of 3e-3, from where the last "
-             "solve ended,\n"
-             "if that was of nearly the same weights, (k,). Solve once more without it for the result.\n"
-             "parts: numbers of the shapes that enter only where they have a weight, where weights are (k, n): they\n"
-             "are placed by what fits best where they enter, and the whole is a mix of the others. None: all but the\n"
-             "one with the largest mean weight. Name them where weights change from solve to solve, as with sliders.\n"
-             "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
-             "Returns a Solution: vertices, energy, iterations, converged, ... Each part of the mesh is placed by "
-             "the\n"
-             "best fit of rotation and translation to the average positions. The result depends on the weights (and\n"
-             "start) alone, not on solves before, but for drafts. Threads may solve on one morpher side by side.\n"
-             "Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.")
+        .def(
+            "solve", &solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
+            py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+            py::arg("draft") = defaults.is_draft, py::arg("parts") = py::none(), py::arg("execution") = py::none(),
+            "The shape between all others, or beyond them.\n\n"
+            "weights: (k,), one for each shape, or (k, n), one for each of its vertices as well; any numbers, also\n"
+            "below 0 and above 1. Those of a vertex are divided by their sum. At 1 for one shape and 0 for the\n"
+            "others the result is that shape.\n"
+            "start: (n, 3) a shape to begin from; None: all cells at the average of their turns, so that parts may\n"
+            "turn by more than 180 degrees between shapes.\n"
+            "tolerance: stop when no vertex moves farther in a step than this share of the shape's diagonal; None:\n"
+            "1e-4. max_iterations: the most; at the limit the best shape so far is returned.\n"
+            "draft: for a slider that is being dragged: few iterations, at a tolerance of 3e-3, from where the last "
+            "solve ended,\n"
+            "if that was of nearly the same weights, (k,). Solve once more without it for the result.\n"
+            "parts: numbers of the shapes that enter only where they have a weight, where weights are (k, n): they\n"
+            "are placed by what fits best where they enter, and the whole is a mix of the others. None: all but the\n"
+            "one with the largest mean weight. Name them where weights change from solve to solve, as with sliders.\n"
+            "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
+            "Returns a Solution: vertices, energy, iterations, converged, ... Each part of the mesh is placed by "
+            "the\n"
+            "best fit of rotation and translation to the average positions. The result depends on the weights (and\n"
+            "start) alone, not on solves before, but for drafts. Threads may solve on one morpher side by side.\n"
+            "Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.")
         .def("start_solve", &start_solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
              py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
              py::arg("draft") = defaults.is_draft, py::arg("parts") = py::none(), py::arg("execution") = py::none(),

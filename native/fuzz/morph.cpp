@@ -55,6 +55,11 @@ Outcome morph(Bytes bytes) {
             options.tolerance = read_tolerance(bytes);
             options.max_iterations = bytes.once_in(4) ? bytes.below(30) - 1 : 100;
             options.is_draft = bytes.once_in(3);
+            if (bytes.once_in(4)) {
+                options.parts.emplace();
+                for (int more = bytes.below(3); more > 0; --more)
+                    options.parts->push_back(bytes.below(static_cast<Index>(shapes.size()) + 1) - bytes.once_in(16));
+            }
             const std::vector<double> weights = read_shares(bytes, shapes.size(), mesh.vertex_count());
             const Solution solution = morpher.solve(
                 weights, start ? std::optional<PositionsView>(*start) : std::nullopt, options, execution);

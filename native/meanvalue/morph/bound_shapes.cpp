@@ -101,6 +101,7 @@ Morpher::Bound::Bound(const MorphBinding& binding, Execution& execution)
     is_fixed = fixed_flags(static_cast<Index>(shapes[0].rows()), anchors, {});
     encode_shapes(binding, execution);
     find_parts(execution);
+    following = FollowingParts(shapes, binding.faces, is_fixed, threads, execution);
     find_what_stays(execution);
     factorise(execution);
 }
@@ -234,7 +235,7 @@ void Morpher::Bound::factorise(const DeformationEnergy& energy, Execution& execu
 
 std::size_t Morpher::Bound::bytes() const {
     return shapes.size() * static_cast<std::size_t>(shapes[0].size()) * sizeof(double) + encodings->bytes() +
-           cells->bytes() + assembly->bytes() + factor.bytes();
+           cells->bytes() + following.bytes() + assembly->bytes() + factor.bytes();
 }
 
 Morpher::Workspace::Workspace(const Bound& bound, const Execution& execution)

@@ -10,6 +10,7 @@
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/morph/cell_assembly.h"
+#include "meanvalue/morph/following_parts.h"
 #include "meanvalue/morph/morpher.h"
 #include "meanvalue/morph/turned_cells.h"
 #include "meanvalue/optimise/lbfgs.h"
@@ -42,10 +43,12 @@ struct Morpher::Bound {
     Positions linear_blend(const ShapeWeights& weights, const Overlay& overlay, int threads,
                            const Execution& execution) const;
     /// Moves each part of a shape onto another one by the rotation and translation that fit best; anchored parts by
-    /// their anchors where these determine it. What is left open stays as it is turned.
+    /// their anchors where these determine it. What is left open stays as it is turned. Parts that follow stay.
     /// @param counts n, or empty.
     void place(const Positions& onto, const std::vector<double>& counts, bool skip_anchored,
                Positions& positions) const;
+    /// Moves parts that follow where the others take them, by rotation and translation.
+    void take_along(const ShapeWeights& weights, int threads, const Execution& execution, Positions& positions) const;
     std::size_t bytes() const;
 
     std::vector<Positions> shapes;
@@ -60,6 +63,7 @@ struct Morpher::Bound {
     std::unique_ptr<EncodingBlend> encodings;
     std::unique_ptr<TurnedCells> cells;
     RingParts parts;
+    FollowingParts following;
     std::vector<double> stays;  // n: how much of each vertex stays where it is from shape to shape, above 0 to 1
     std::unique_ptr<CellAssembly> assembly;
     // What is solved for: all but the anchors, on springs.

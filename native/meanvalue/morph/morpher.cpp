@@ -76,6 +76,7 @@ class Morpher::Solve {
                 work_.last.weights = weights_.mean();
             }
             if (bound_.springs.empty()) bound_.place(guess, {}, true, solution.vertices);
+            bound_.take_along(weights_, threads_, execution_, solution.vertices);
         }
         return solution;
     }
@@ -97,6 +98,7 @@ class Morpher::Solve {
         Positions positions = linear;
         bound_.assembly->solve(work_.cells, work_.rotations, threads_, execution_, work_.assembly, positions);
         bound_.place(linear, overlay_.counts, false, positions);
+        bound_.take_along(weights_, threads_, execution_, positions);
         return positions;
     }
 

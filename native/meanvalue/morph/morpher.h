@@ -36,9 +36,9 @@ struct MorphOptions {
     /// For a slider that is being dragged: few iterations, from where the last solve ended if that was of nearly the
     /// same weights. What it gives depends on that one.
     bool is_draft = false;
-    /// Where weights differ between vertices: the shapes that enter only where they have a weight, placed by what fits
-    /// best where they enter; the whole is a mix of the others. None: all but the one with the largest mean weight.
-    /// Name them where weights change from solve to solve, since that one may change.
+    /// Where weights differ between vertices: the shapes that enter only where they have a weight, placed by what
+    /// fits best where they enter; the whole is a mix of the others. None: all but the one with the largest mean
+    /// weight. Name them where weights change from solve to solve, since that one may change.
     std::optional<std::vector<Index>> parts = {};
 };
 

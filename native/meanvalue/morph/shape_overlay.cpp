@@ -22,6 +22,19 @@ constexpr double kLeastCount = 1e-3;
 // Of the weights of the whole where the least of its parts is: less tells nothing of what it is a mix of.
 constexpr double kLeastShare = 1e-3;
 
+/// Moves vertices by the rotation and translation that fit best for some of them. @param turn_share what the own turn
+/// counts beside the fit.
+void move_onto(const Positions& onto, const std::vector<double>& counts, double turn_share,
+               const std::vector<Index>& by, const std::vector<Index>& vertices, Positions& positions) {
+    const Correlation sums = correlate(positions, onto, by.data(), by.size(), counts);
+    const double share = turn_share * std::sqrt(sums.from_spread * sums.to_spread) + turn_share * sums.from_spread;
+    const Matrix3 rotation = fit_rotation(sums.covariance + share * Matrix3::Identity());
+    for (const Index v : vertices) {
+        const Vector3 offset = Vector3(positions.row(v)) - sums.from_centre;
+        positions.row(v) = (sums.to_centre + rotation * offset).transpose();
+    }
+}
+
 }  // namespace
 
 Morpher::Bound::Overlay Morpher::Bound::overlay(const ShapeWeights& weights,
@@ -36,8 +49,7 @@ Morpher::Bound::Overlay Morpher::Bound::overlay(const ShapeWeights& weights,
         if (!is_part[k]) continue;
         result.places[k] = place_of_part(k, weights, whole, result, execution);
         result.sizes[k] = result.places[k].scale;
-        result.frames[k] =
-            result.turn.conjugate() * quaternion_of(result.places[k].rotation) * cells->whole(k);
+        result.frames[k] = result.turn.conjugate() * quaternion_of(result.places[k].rotation) * cells->whole(k);
     }
     for (Index v = 0; v < encodings->layout().vertex_count(); ++v) {
         execution.check_every(v);
@@ -77,7 +89,8 @@ std::vector<char> Morpher::Bound::flag_parts(const ShapeWeights& weights,
         return is_part;
     }
     for (const Index part : *parts) {
-        if (part < 0 || part >= count) throw InvalidInput(message("parts has ", part, ", but there are ", count, " shapes"));
+        if (part < 0 || part >= count)
+            throw InvalidInput(message("parts has ", part, ", but there are ", count, " shapes"));
         is_part[part] = 1;
     }
     if (std::all_of(is_part.begin(), is_part.end(), [](char c) { return c != 0; }))
@@ -201,18 +214,20 @@ void Morpher::Bound::place(const Positions& onto, const std::vector<double>& cou
     for (std::size_t part = 0; part < parts.members.size(); ++part) {
         if (skip_anchored && parts.is_anchored[part]) continue;
         const std::vector<Index>& all = parts.members[part];
+        if (following.follows(all.front())) continue;
         std::vector<Index> held;
         if (parts.is_anchored[part])
             std::copy_if(all.begin(), all.end(), std::back_inserter(held), [&](Index v) { return is_fixed[v]; });
-        const std::vector<Index>& by = held.size() >= 3 ? held : all;
-        const Correlation sums = correlate(positions, onto, by.data(), by.size(), counts);
-        const double share =
-            kTurnShare * std::sqrt(sums.from_spread * sums.to_spread) + kTurnShare * sums.from_spread;
-        const Matrix3 rotation = fit_rotation(sums.covariance + share * Matrix3::Identity());
-        for (const Index v : all) {
-            const Vector3 offset = Vector3(positions.row(v)) - sums.from_centre;
-            positions.row(v) = (sums.to_centre + rotation * offset).transpose();
-        }
+        move_onto(onto, counts, kTurnShare, held.size() >= 3 ? held : all, all, positions);
+    }
+}
+
+void Morpher::Bound::take_along(const ShapeWeights& weights, int threads, const Execution& execution,
+                                Positions& positions) const {
+    if (following.empty()) return;
+    const Positions onto = following.carried(shapes, weights, positions, threads, execution);
+    for (const std::vector<Index>& part : parts.members) {
+        if (following.follows(part.front())) move_onto(onto, {}, 0.0, part, part, positions);
     }
 }
 

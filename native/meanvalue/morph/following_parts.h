@@ -1,0 +1,46 @@
+// Small parts of a mesh (eyes, teeth, buttons) that go along with a larger one from shape to shape.
+#pragma once
+
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/deform/loose_parts.h"
+#include "meanvalue/encoding/shape_weights.h"
+
+namespace meanvalue {
+
+/// Placed each by itself, a part is where the average of its own places is: an eye of a head that turns would go
+/// straight while the head goes round. So each shape carries it along with the surface that is near to it there
+/// (LooseParts), and it is placed by the average of that. In each shape it is where it is in that one.
+class FollowingParts {
+  public:
+    /// No part follows.
+    FollowingParts() = default;
+
+    /// Parts may follow that are much smaller than the largest one and not anchored; they do where that takes them
+    /// along from each shape to each other one.
+    /// @param shapes n x 3 each; @param is_anchored n. The same bits for any `threads`. @throws Cancelled.
+    /// Cost: that of sorting the vertices of each shape, where there are small parts; else that of looking.
+    FollowingParts(const std::vector<Positions>& shapes, const TrianglesView& faces,
+                   const std::vector<char>& is_anchored, int threads, const Execution& execution);
+
+    /// Whether the part of a vertex follows.
+    bool follows(Index vertex) const { return !follows_.empty() && follows_[vertex] != 0; }
+    bool empty() const { return carried_by_.empty(); }
+
+    /// Where the vertices of parts that follow belong, beside all others.
+    /// @param shapes as for the constructor. @param positions n x 3, others' rows of which are read.
+    /// @return n x 3; the rows of others are those of `positions`. @throws Cancelled.
+    Positions carried(const std::vector<Positions>& shapes, const ShapeWeights& weights, const Positions& positions,
+                      int threads, const Execution& execution) const;
+
+    std::size_t bytes() const;
+
+  private:
+    std::vector<char> follows_;           // n, or empty
+    std::vector<Index> vertices_;         // that do
+    std::vector<LooseParts> carried_by_;  // in each shape
+};
+
+}  // namespace meanvalue
