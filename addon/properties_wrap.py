@@ -3,6 +3,7 @@
 
 import bpy
 from bpy.props import (
+    BoolProperty,
     CollectionProperty,
     FloatProperty,
     FloatVectorProperty,
@@ -31,6 +32,9 @@ class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
         poll=lambda group, candidate: candidate.type == 'MESH' and candidate != group.id_data,
     )
     pairs: CollectionProperty(type=MEANVALUE_PG_wrap_pair)
+    show_pairs: BoolProperty(
+        name="Lines", description="Show a line from each picked vertex to its place on the other mesh", default=True
+    )
     tolerance_share: FloatProperty(
         name="Left Over",
         description="Vertices that end farther from the other mesh than this part of its size are put in a group",

@@ -4,7 +4,7 @@
 import bpy
 
 from .. import ids
-from ..bridge import scene_input, wrap_scene
+from ..bridge import scene_input, views, wrap_lines, wrap_scene
 from ..core import wording
 from ..errors import MeanValueError, SceneError
 from . import under_mouse
@@ -62,6 +62,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
                 except MeanValueError as error:  # said, and the artist clicks again
                     self.say('WARNING', wording.sentence(str(error)))
                     self.vertex = -1
+                    wrap_lines.end()
                 self._tell_next(context)
             return {'RUNNING_MODAL'}
         return {'PASS_THROUGH'} if event.type in VIEW_EVENTS else {'RUNNING_MODAL'}
@@ -88,6 +89,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
             if vertex is None:
                 raise SceneError(f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
             self.vertex = vertex
+            wrap_lines.begin(obj, vertex)
             return
         place = under_mouse.place_under(target, *view)
         if place is None:
@@ -96,6 +98,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
         self.place = place
         self.run(obj)
         self.vertex = -1
+        wrap_lines.end()
         self._made += 1
 
     def _tell_next(self, context):
@@ -104,8 +107,11 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
         context.workspace.status_text_set(
             f"Click {what} of '{where}'    {wording.counted(self._made, 'pair')} picked    Enter: Done"
         )
+        views.draw_again('WINDOW')
 
     def _end(self, context):
+        wrap_lines.end()
+        views.draw_again('WINDOW')
         if context.window is not None:
             context.window.cursor_modal_restore()
         if context.workspace is not None:

@@ -32,6 +32,7 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
         undo.enabled = len(settings.pairs) > 0
         undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon='LOOP_BACK').only_last = True
         undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon="X").only_last = False
+        row.prop(settings, "show_pairs", text="", icon='OVERLAY')
         layout.label(text=translated("Pairs picked: {count}", count=len(settings.pairs)))
         wrap = layout.column()
         wrap.scale_y = 1.4

@@ -69,6 +69,27 @@ def test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space(two):
     assert len(obj.data.vertices) == len(basis)
 
 
+def test_lines_go_from_each_picked_vertex_to_its_place(two, part):
+    obj, other = two
+    lines = part("bridge.wrap_lines")
+    assert not lines.is_any(obj) and len(lines.lines(obj).ends) == 0
+    pick(obj, other)
+    ends = in_the_world(obj, lines.lines(obj).ends).reshape(-1, 2, 3)
+    np.testing.assert_allclose(ends[:, 0], in_the_world(obj, np.array([v.co for v in obj.data.vertices])[:5]), atol=1e-5)
+    np.testing.assert_allclose(ends[:, 1], in_the_world(other, np.array([v.co for v in other.data.vertices])[:5]), atol=1e-5)
+    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
+    bpy.context.view_layer.update()
+    ends = lines.lines(obj).ends.reshape(-1, 2, 3)
+    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() < 0.05, "where they were wanted"
+    lines.begin(obj, 7)
+    assert len(lines.lines(obj).ends) == 2 * len(PAIRS) + 2
+    lines.end()
+    bpy.data.objects.remove(other)
+    assert len(lines.lines(obj).ends) == 0
+    obj.meanvalue.wrap.show_pairs = False
+    assert len(lines.lines(obj).ends) == 0
+
+
 def test_again_it_writes_the_same_key(two):
     obj, other = two
     pick(obj, other)

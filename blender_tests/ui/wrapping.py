@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from harness import view
 from mathutils import Vector
-from support import meshes
+from support import installed, meshes
 
 
 def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
@@ -20,6 +20,8 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     for number, place in enumerate(_seen()):
         yield from ui.click(*ui.project(_on(bpy.data.objects["Ball"], place)))
         assert "'Egg'" in ui.status_text(), ui.status_text()
+        if number == 1:
+            yield from ui.screenshot("wrap_00_half_a_pair")
         yield from ui.click(*ui.project(_on(bpy.data.objects["Egg"], place)))
         pairs = bpy.data.objects["Ball"].meanvalue.wrap.pairs
         assert len(pairs) == number + 1
@@ -29,6 +31,10 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     yield from ui.key('RET')
     assert ui.status_text() is None
     yield from ui.screenshot("wrap_01_picked")
+    bpy.data.objects["Ball"].meanvalue.wrap.show_pairs = False
+    yield from ui.screenshot("wrap_01_without_lines")
+    assert _share_that_differs(ui, "wrap_01_picked", "wrap_01_without_lines") > 0.9
+    bpy.data.objects["Ball"].meanvalue.wrap.show_pairs = True
 
     yield from ui.invoke("meanvalue.wrap")
     yield from ui.wait_until(lambda: bpy.data.objects["Ball"].data.shape_keys is not None, "the mesh is fitted")
@@ -37,6 +43,23 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     height = np.ptp([point.co.z for point in key.data])
     assert abs(height - 3.0) < 0.1, height
     yield from ui.screenshot("wrap_02_fitted")
+    ends = installed.part("bridge.wrap_lines").lines(obj).ends.reshape(-1, 2, 3)
+    assert len(ends) == 3 and np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() < 0.1
+
+
+def _share_that_differs(ui, one, other):
+    """Between two pictures, of all places along the lines of the pairs."""
+    pictures = [ui.picture(name) for name in (one, other)]
+    obj, target = bpy.data.objects["Ball"], bpy.data.objects["Egg"]
+    differs = []
+    for pair in obj.meanvalue.wrap.pairs:
+        begin = obj.matrix_world @ obj.data.vertices[pair.vertex].co
+        end = target.matrix_world @ Vector(pair.place)
+        for share in np.linspace(0.1, 0.9, 17):
+            x, y = (round(value) for value in ui.project(begin.lerp(end, share)))
+            around = [picture[y - 2 : y + 3, x - 2 : x + 3, :3] for picture in pictures]
+            differs.append(np.abs(around[0] - around[1]).max() > 0.1)
+    return np.mean(differs)
 
 
 def esc_stops_it(ui):

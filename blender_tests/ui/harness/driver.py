@@ -10,6 +10,7 @@ import pathlib
 import time
 
 import bpy
+import numpy as np
 
 from . import display, message_log, status_bar, tabs, view
 from .acting import act
@@ -160,6 +161,17 @@ class Ui:
         shown = pathlib.Path(os.environ["MEANVALUE_UI_DISPLAY_FILE"])
         colours = display.photograph(shown, self._pictures / f"{name}.png")
         assert colours > 1, f"nothing is drawn: {name}.png is of one colour"
+
+    def picture(self, name):
+        """(height, width, 4) float32 of build/ui/NAME.png, from the lower left as project() counts."""
+        image = bpy.data.images.load(str(self._pictures / f"{name}.png"))
+        try:
+            width, height = image.size
+            pixels = np.empty(4 * width * height, np.float32)
+            image.pixels.foreach_get(pixels)
+            return pixels.reshape(height, width, 4)
+        finally:
+            bpy.data.images.remove(image)
 
     def remember(self):
         """An undo step for what the scenario itself did to the scene; without it, undo would take that back as well."""
