@@ -60,6 +60,16 @@ def made_names(obj):
     return [key.name for key in obj.data.shape_keys.key_blocks if value_path(key.name) in paths]
 
 
+def made_for_former_rest(obj, carried):
+    """What Apply as Rest leaves to be done for a mix: (the names of the artist's keys among `carried`, a note or "")."""
+    made = made_names(obj)
+    own = [name for name in carried if name != ids.MIX_KEY and name not in made]
+    if not made:
+        return own, ""
+    keys = wording.counted(len(made), "in-between key")
+    return own, f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew"
+
+
 def value_path(name):
     """From a mesh's shape keys to the slider of one."""
     return f'key_blocks["{bpy.utils.escape_identifier(name)}"].value'

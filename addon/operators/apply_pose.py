@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..bridge import bound_record, controls, scene_input, shape_keys, targets
+from ..bridge import bound_record, controls, mix_layers, scene_input, shape_keys, targets
 from ..core import wording
 from ..core.language import translated
 from ..live import engine
@@ -24,6 +24,8 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         bound_record.clear(obj.meanvalue.bound)
         controls.hold_at_rest(obj, lines, seats)
         notes = [scene_input.sharing_note(obj)] if scene_input.sharing_note(obj) else []
+        carried, note = mix_layers.made_for_former_rest(obj, carried)
+        notes += [note] if note else []
         if carried:
             keys = wording.counted(len(carried), "shape key")
             notes.append(f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}")

@@ -4,7 +4,7 @@
 import bpy
 
 from .. import ids, session
-from ..bridge import bound_record, controls, region, scene_input, selection, shape_keys, targets
+from ..bridge import bound_record, controls, mix_layers, region, scene_input, selection, shape_keys, targets
 from ..core import wording
 from ..errors import SceneError
 from ..live import engine
@@ -65,7 +65,8 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             shape_keys.remove(obj, [settings.result_key])
             if len(obj.data.shape_keys.key_blocks) == 1:
                 obj.shape_key_clear()
-            notes = []
+            carried, note = mix_layers.made_for_former_rest(obj, carried)
+            notes = [note] if note else []
             if carried:
                 notes.append(f"Carried along by what they add, and may look different: {wording.quoted(carried)}")
             return "The pose is the rest shape now", notes
