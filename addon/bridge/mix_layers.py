@@ -61,7 +61,7 @@ def made_names(obj):
 
 
 def made_for_former_rest(obj, carried):
-    """What Apply as Rest leaves to be done for a mix: (the names of the artist's keys among `carried`, a note or "")."""
+    """(names of the artist's keys among `carried`, what Apply as Rest leaves to be done for a mix as a note, or "")."""
     made = made_names(obj)
     own = [name for name in carried if name != ids.MIX_KEY and name not in made]
     if not made:

@@ -50,8 +50,8 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
         if not found.nodes and found.error > prepared.tolerance:
             raise SceneError(
-                f"No in-between key brings the mix of '{obj.name}' nearer than straight lines, which are {share:.2%} of "
-                f"its size off: {_advice(prepared.bind_input, found)}"
+                f"No in-between key brings the mix of '{obj.name}' nearer than straight lines, which are {share:.2%} "
+                f"of its size off: {_advice(prepared.bind_input, found)}"
             )
         if not found.nodes:
             return _without_any(obj, share)

@@ -23,7 +23,8 @@ MOTIONS = {
 
 def octahedron():
     points = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64)
-    return points, np.array([(a, b, c) if (a + b + c) % 2 else (a, c, b) for a in (0, 1) for b in (2, 3) for c in (4, 5)])
+    corners = [(a, b, c) for a in (0, 1) for b in (2, 3) for c in (4, 5)]
+    return points, np.array([(a, c, b) if (a + b + c) % 2 else (a, b, c) for a, b, c in corners])
 
 
 def frame_of(deform, point, step=1e-4):
@@ -60,10 +61,9 @@ def test_parts_stay_on_what_they_lie_on(motion, share):
     morpher = meanvalue.Morpher(shapes, all_faces())
     assert morpher.report.component_count == 1 + len(HEIGHTS)
     between = morpher.solve([1 - share, share]).vertices
-    rotation = rigid.nearest_rotations(
-        ((truth[: len(TUBE)] - truth[: len(TUBE)].mean(0)).T @ (between[: len(TUBE)] - between[: len(TUBE)].mean(0)))[None]
-    )[0]
-    placed = (between - between[: len(TUBE)].mean(0)) @ rotation.T + truth[: len(TUBE)].mean(0)
+    centres = [shape[: len(TUBE)].mean(axis=0) for shape in (truth, between)]
+    moment = (truth - centres[0])[: len(TUBE)].T @ (between - centres[1])[: len(TUBE)]
+    placed = (between - centres[1]) @ rigid.nearest_rotations(moment[None])[0].T + centres[0]
     for rows in button_rows():
         assert np.linalg.norm((placed - truth)[rows].mean(axis=0)) < 0.25 * RADIUS
         assert rms(between[rows], shapes[0][rows]) < 1e-3, "rigid"

@@ -75,8 +75,9 @@ def test_lines_go_from_each_picked_vertex_to_its_place(two, part):
     assert not lines.is_any(obj) and len(lines.lines(obj).ends) == 0
     pick(obj, other)
     ends = in_the_world(obj, lines.lines(obj).ends).reshape(-1, 2, 3)
-    np.testing.assert_allclose(ends[:, 0], in_the_world(obj, np.array([v.co for v in obj.data.vertices])[:5]), atol=1e-5)
-    np.testing.assert_allclose(ends[:, 1], in_the_world(other, np.array([v.co for v in other.data.vertices])[:5]), atol=1e-5)
+    for number, each in enumerate((obj, other)):
+        places = np.array([vertex.co for vertex in each.data.vertices])[: len(PAIRS)]
+        np.testing.assert_allclose(ends[:, number], in_the_world(each, places), atol=1e-5)
     assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
     bpy.context.view_layer.update()
     ends = lines.lines(obj).ends.reshape(-1, 2, 3)
