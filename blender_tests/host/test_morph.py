@@ -340,3 +340,39 @@ def test_weights_that_say_nothing_are_refused(three, weights, words):
     with pytest.raises(meanvalue.InvalidInput, match=words):
         morpher.solve(weights)
     assert morpher.solve([1, 0, 0]).converged
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ([3], "parts has 3, but there are 3 shapes"),
+        ([-1], "parts has -1"),
+        ([0, 1, 2], "all 3 shapes are parts"),
+        ([0.5], "parts"),
+    ],
+)
+def test_parts_that_are_none_are_refused(three, parts, words):
+    _, shapes, morpher = three
+    weights = np.repeat([[0.2], [0.3], [0.5]], len(shapes[0]), axis=1)
+    with pytest.raises(meanvalue.InvalidInput, match=words):
+        morpher.solve(weights, parts=parts)
+    with pytest.raises(meanvalue.InvalidInput, match=words):
+        morpher.solve([1, 0, 0], parts=parts)
+
+
+def test_a_part_is_put_on_the_mix_of_the_others(three):
+    """Alike everywhere, the weights are those of a mix without parts; and whichever has most, nothing jumps."""
+    _, shapes, morpher = three
+    height = shapes[0][:, 2]
+    tip = np.clip(height - 7.0, 0.0, 1.0)
+
+    def mixed(share, amount):
+        weights = np.stack([1 - share - amount * tip, amount * tip, np.full(len(tip), share)])
+        return morpher.solve(weights, parts=[1]).vertices
+
+    for share in (0.3, 0.7):
+        near = largest_move(mixed(share, 1e-6), morpher.solve([1 - share, 0, share]).vertices)
+        assert near < 1e-4
+    path = np.array([mixed(share, 0.8) for share in np.linspace(0, 1, 41)])
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=2).max(axis=1)
+    assert np.linalg.norm(np.diff(path, 2, axis=0), axis=2).max() < 0.25 * steps.max()
