@@ -13,7 +13,7 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     other.scale.z = 1.5
     obj = _ball("Ball", 40, 56, 0.0)
     ui.frame_all()
-    yield from ui.open_tab("Mean-Value")
+    yield from _open_panel(ui)
     other.select_set(True)
     yield from ui.invoke("meanvalue.pick_wrap_pairs")
     assert "'Ball'" in ui.status_text(), ui.status_text()
@@ -45,6 +45,16 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     yield from ui.screenshot("wrap_02_fitted")
     ends = installed.part("bridge.wrap_lines").lines(obj).ends.reshape(-1, 2, 3)
     assert len(ends) == 3 and np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() < 0.1
+
+
+def _open_panel(ui):
+    """With Wrap open, and the parts that are around it closed."""
+    modules = [installed.part(f"ui.{name}") for name in ("panel", "wrap_panel")]
+    for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
+        bpy.utils.unregister_class(panel)
+        panel.bl_options = set() if "wrap" in panel.__name__ else {'DEFAULT_CLOSED'}
+        bpy.utils.register_class(panel)
+    yield from ui.open_tab("Mean-Value")
 
 
 def _share_that_differs(ui, one, other):
