@@ -100,8 +100,10 @@ class BindInput:
 
     @cached_property
     def fixed(self):
-        """Indices of the vertices that are not free."""
-        return np.flatnonzero(~self.free)
+        """Indices of the vertices that stay in the rest shape: outside the region, and no copies of a hard anchor."""
+        goes_along = np.zeros(int(self.whole.places.max(initial=-1)) + 1, bool)
+        goes_along[self.whole.places[self.hard_vertices]] = True
+        return np.flatnonzero(~self.roi & ~goes_along[self.whole.places])
 
     @cached_property
     def fixed_rest(self):

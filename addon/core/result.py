@@ -12,9 +12,9 @@ from .language import translated
 def compose(bind_input, targets, solved):
     """n x 3 float32 for the result key.
 
-    Free vertices are where the solver put them. What is fixed is copied, not converted there and back, so it keeps
-    its bits: hard anchors those of their targets (k x 3) as far as mirroring lets them go there, all else those of the
-    rest shape.
+    Free vertices are where the solver put them, and so are copies of hard anchors. What is fixed is copied, not
+    converted there and back, so it keeps its bits: hard anchors those of their targets (k x 3) as far as mirroring and
+    merging let them go there, all else those of the rest shape.
     """
     positions = np.array(solved, np.float32)
     positions[bind_input.fixed] = bind_input.fixed_rest
