@@ -139,7 +139,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
                 return
             self._grip = Grip(obj, self.vertex, self.size, self.handle)
             self._size_taken = self.size
-        self.offset = self._on_plane(self._mouse) - self._on_plane(self._start)
+        self.offset = self._pressed.turn @ (self._on_plane(self._mouse) - self._on_plane(self._start))
         self._grip.move(obj, Vector(self.offset))
 
     def _handle(self, obj):
