@@ -143,7 +143,7 @@ def _box_distance(points, others):
 
 
 def _cells(points, distance):
-    """n x 3 int64. Empty stretches are cut down to three cells, beyond which nothing is near: numbers stay below 4 n."""
+    """n x 3 int64. Empty stretches are cut down to three cells, beyond which nothing is near: numbers are below 3 n."""
     numbers = np.floor((points - points.min(axis=0)) / (_SIDE * distance)).astype(np.int64)
     for axis in range(3):
         found, back = np.unique(numbers[:, axis], return_inverse=True)

@@ -14,6 +14,9 @@ from . import mirroring
 from .coincidence import first_of_place
 from .mirroring import Cut
 
+#: Of the faces' edges: where merging takes more of them away, it merges what is no seam.
+MOST_COLLAPSED = 0.02
+
 
 def copies(rest, merge_distance):
     """n int, not to be written to: of n x 3 float32 `rest` the lowest numbered copy of each vertex; None if there is
@@ -22,6 +25,36 @@ def copies(rest, merge_distance):
         return None
     first = first_of_place(rest, merge_distance)
     return None if np.array_equal(first, np.arange(len(first))) else first
+
+
+def collapsed_share(rest, face_corners, face_starts, merge_distance):
+    """Share, 0 to 1, of the faces' edges with ends apart that merging takes the length of."""
+    first = copies(rest, merge_distance)
+    if first is None or len(face_corners) == 0:
+        return 0.0
+    lengths, ends = _edges(rest, face_corners, face_starts)
+    has_length = lengths > 0.0
+    is_gone = first[face_corners] == first[ends]
+    return np.count_nonzero(is_gone & has_length) / max(1, np.count_nonzero(has_length))
+
+
+def harmless_distance(rest, face_corners, face_starts, merge_distance):
+    """A shorter merge distance, rounded down to one figure, that takes no more edges away than MOST_COLLAPSED."""
+    lengths, _ends = _edges(rest, face_corners, face_starts)
+    distance = min(merge_distance, float(np.quantile(lengths[lengths > 0.0], MOST_COLLAPSED)))
+    while True:
+        distance *= 0.5
+        figure = 10.0 ** np.floor(np.log10(distance))
+        rounded = float(f"{np.floor(distance / figure) * figure:.1g}")
+        if collapsed_share(rest, face_corners, face_starts, rounded) <= MOST_COLLAPSED:
+            return rounded
+
+
+def _edges(rest, corners, starts):
+    """(lengths, ends) of the edges from each face corner to the next one of its face."""
+    ends = np.append(corners[1:], corners[:1])
+    ends[np.append(starts[1:], len(corners)) - 1] = corners[starts]
+    return np.linalg.norm(rest[corners].astype(np.float64) - rest[ends], axis=1), ends
 
 
 def spread(weights, first, lowest=False):

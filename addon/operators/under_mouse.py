@@ -114,8 +114,8 @@ def own_vertex(obj, place):
 
 
 def vertex_or_image(obj, place):
-    """(vertex, 3 x 3 Matrix) of a place as of own_vertex(): the vertex whose image in Mirror modifiers is nearest, if it
-    is not nearest itself, and what turns moves there into its own. None on all other copies."""
+    """(vertex, 3 x 3 Matrix) of a place as of own_vertex(): the vertex that is nearest there, itself or its image in
+    Mirror modifiers, and what turns moves there into its own. None on all other copies."""
     surface = _Surface(obj)
     best = None
     for matrix, shift in mirrors.images(obj):

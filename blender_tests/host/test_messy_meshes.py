@@ -394,6 +394,25 @@ def test_a_merge_distance_that_is_no_seam_is_refused():
         given(vertices, triangles, np.arange(12), merge_distance=0.5).check()
 
 
+@pytest.mark.parametrize("share", [0.004, 0.009])
+def test_a_merge_distance_longer_than_edges_is_refused_and_one_that_does_is_named(share):
+    side = 200
+    numbers = np.arange(side * side).reshape(side, side)
+    vertices = np.stack([numbers % side, numbers // side, 0.0 * numbers], axis=2).reshape(-1, 3) / (side * 2.0**0.5)
+    one, two, three, four = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
+    triangles = np.stack([one, two, three, one, three, four], axis=2).reshape(-1, 3).astype(np.int32)
+    # an open seam, which is closed with what is named
+    vertices = np.concatenate([vertices, vertices[side // 2 :: side] + 1e-5])
+    told = r"Merge Distance 0\.00\d is longer than edges .* 100\.0% .* Choose \S+ or less"
+    with pytest.raises(SceneError, match=told) as refused:
+        given(vertices, triangles, np.arange(side), merge_distance=share).check()
+    named = float(str(refused.value).split("Choose ")[1].split()[0])
+    assert 1e-3 <= named < 1.0 / side
+    bind_input = given(vertices, triangles, np.arange(side), merge_distance=named)
+    bind_input.check()
+    assert len(bind_input.whole.rest) == side * side
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_points_in_one_place(seed):
     random = np.random.default_rng(seed)

@@ -35,7 +35,8 @@ def as_it_is(vertices, faces):
 
 def split(vertices, faces):
     """All faces with corners of their own."""
-    return [vertices[each] for face in faces for each in face], [tuple(range(4 * k, 4 * k + 4)) for k in range(len(faces))]
+    corners = [vertices[each] for face in faces for each in face]
+    return corners, [tuple(range(4 * k, 4 * k + 4)) for k in range(len(faces))]
 
 
 def joined():
