@@ -186,8 +186,14 @@ class Welded:
         return self._inner.targets(self._asked(positions))
 
     def met(self, positions):
-        inner = self._inner_input.anchor_rest
-        moves = self._inner.met(self._asked(positions)) - inner
+        return self._of_anchors(self._inner.met(self._asked(positions)))
+
+    def merged(self, positions):
+        return self._of_anchors(self._asked(positions))
+
+    def _of_anchors(self, merged):
+        """Where the mesh's own anchors are, ... x k x 3, with the merged ones at ... x r x 3."""
+        moves = merged - self._inner_input.anchor_rest
         return self._of.anchor_rest + moves[..., self._places, :]
 
     def weights(self, weights):
