@@ -32,15 +32,16 @@ def collapsed_share(rest, face_corners, face_starts, merge_distance):
     first = copies(rest, merge_distance)
     if first is None or len(face_corners) == 0:
         return 0.0
-    lengths, ends = _edges(rest, face_corners, face_starts)
-    has_length = lengths > 0.0
-    is_gone = first[face_corners] == first[ends]
-    return np.count_nonzero(is_gone & has_length) / max(1, np.count_nonzero(has_length))
+    ends = _edge_ends(face_corners, face_starts)
+    gone = np.flatnonzero(first[face_corners] == first[ends])  # all without length are among them
+    had_length = np.count_nonzero((rest[face_corners[gone]] != rest[ends[gone]]).any(axis=1))
+    return had_length / max(1, len(ends) - len(gone) + had_length)
 
 
 def harmless_distance(rest, face_corners, face_starts, merge_distance):
     """A shorter merge distance, rounded down to one figure, that takes no more edges away than MOST_COLLAPSED."""
-    lengths, _ends = _edges(rest, face_corners, face_starts)
+    ends = _edge_ends(face_corners, face_starts)
+    lengths = np.linalg.norm(rest[face_corners].astype(np.float64) - rest[ends], axis=1)
     distance = min(merge_distance, float(np.quantile(lengths[lengths > 0.0], MOST_COLLAPSED)))
     while True:
         distance *= 0.5
@@ -50,11 +51,11 @@ def harmless_distance(rest, face_corners, face_starts, merge_distance):
             return rounded
 
 
-def _edges(rest, corners, starts):
-    """(lengths, ends) of the edges from each face corner to the next one of its face."""
+def _edge_ends(corners, starts):
+    """Where the edge from each face corner goes to: the next corner of its face."""
     ends = np.append(corners[1:], corners[:1])
     ends[np.append(starts[1:], len(corners)) - 1] = corners[starts]
-    return np.linalg.norm(rest[corners].astype(np.float64) - rest[ends], axis=1), ends
+    return ends
 
 
 def spread(weights, first, lowest=False):
