@@ -124,10 +124,14 @@ def _without_area(rest, triangles):
 
 
 def _crowded(rest, triangles):
-    edges = _edges(triangles)
-    lengths = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
-    ends = edges.ravel()
-    means = np.bincount(ends, np.repeat(lengths, 2), len(rest)) / np.maximum(1, np.bincount(ends, minlength=len(rest)))
+    sums, counts, columns = np.zeros(len(rest)), np.zeros(len(rest), int), rest.T
+    for number in range(3):
+        start, end = triangles[:, number - 1], triangles[:, number]
+        lengths = np.sqrt(((columns[:, start] - columns[:, end]) ** 2).sum(axis=0))
+        for ends in (start, end):
+            sums += np.bincount(ends, lengths, len(rest))
+            counts += np.bincount(ends, minlength=len(rest))
+    means = sums / np.maximum(1, counts)
     used = means > 0.0
     if not used.any():
         return "", np.empty(0, int)
