@@ -106,6 +106,20 @@ def test_grab_goes_over_merged_seams_as_if_they_were_joined(make, x):
         assert np.ptp(region_weights(obj)[at(obj, *place)]) < 1e-6
 
 
+@pytest.mark.parametrize("make", [open_seam, split_faces])
+def test_symmetric_and_merged_is_as_symmetric_and_joined(make):
+    def grabbed(obj):
+        obj.meanvalue.symmetric = 'X'
+        options = {"size": 0.2, "offset": (0.0, 0.0, 2.0)}
+        assert bpy.ops.meanvalue.grab(vertex=int(at(obj, -5, 8)[0]), **options) == {'FINISHED'}
+        handles.update()
+        return obj
+
+    expected = lifts(grabbed(joined()))
+    assert expected[(5, 8)][0] == pytest.approx(2.0, abs=1e-3) and 0.1 < expected[(0, 8)][0] < 1.9
+    assert_lifted_alike(grabbed(make()), expected)
+
+
 @pytest.mark.parametrize("mode", ['RINGS', 'DISTANCE'])
 def test_a_region_grows_over_merged_seams(mode):
     def grown(obj):
