@@ -83,7 +83,8 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
         )
     yield task
     deformer = call(task.result)
-    summary = whole.without_images(result.BindSummary.of(deformer.report, len(anchors) - len(whole.anchors)))
+    summary = result.BindSummary.of(deformer.report, len(anchors) - len(whole.anchors), whole.places)
+    summary = whole.without_images(summary)
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "

@@ -42,7 +42,7 @@ class Grip:
         self.vertex = vertex
         self._before = _Before(obj)
         index = obj.meanvalue.anchor_groups.find(handle)
-        index = handle_lines.line_at(obj, vertex) if index < 0 else index
+        index = line_at(obj, vertex) if index < 0 else index
         self.is_new = index is None
         if self.is_new:
             self._require_can_be_posed(obj)
@@ -180,6 +180,13 @@ class _Before:
 def radius(obj, size):
     """Length of the share `size` of the mesh's size."""
     return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
+
+
+def line_at(obj, vertex):
+    """Number of the first line that is turned on and has the vertex, or one that is merged with it; None if none
+    has."""
+    found = (handle_lines.line_at(obj, each) for each in region.copies_of(obj, vertex))
+    return next((index for index in found if index is not None), None)
 
 
 def near_vertices(obj, vertex, distance):

@@ -45,6 +45,16 @@ def notes(obj):
     return _read(obj)[1]
 
 
+def images(obj):
+    """[(3 x 3, (3,))] in object space: x is seen at matrix x + vector, for the mesh itself, which is the first, and
+    each image that Mirror modifiers show of it. None of those of which notes() tells."""
+    found = [(np.eye(3), np.zeros(3))]
+    for plane in _read(obj)[0]:
+        matrix, shift = mirror_planes.reflection(plane.row)
+        found += [(matrix @ each, matrix @ moved + shift) for each, moved in found]
+    return found
+
+
 def gather(obj, rest, corners, starts):
     """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError."""
     planes, joined = [], []

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import compat
 from ..core import bind_input, tinted_faces
-from . import mesh_arrays, mirrors, object_model, rig_space, shape_keys, shared_readings, targets
+from . import mesh_arrays, mirrors, object_model, rig_space, scene_input, shape_keys, shared_readings, targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,14 +91,15 @@ def _read(obj, stamp, reading):
     region = obj.meanvalue.roi_group
     members = reading.members
     anchors, pieces = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
-    twins = mirrors.partners(obj, shape_keys.rest_positions(obj.data), *reading.faces)
+    rest = shape_keys.rest_positions(obj.data)
+    twins = mirrors.partners(obj, rest, *reading.faces)
     anchors, pieces = _on_both_sides(anchors, pieces, twins)
     vertices, corners, freedom = np.empty(0, np.int32), np.empty((0, 3), np.int32), np.empty(0)
     if region in members:
         freedom = bind_input.region_weights(
             len(obj.data.vertices), members[region], reading.region_weights, obj.meanvalue.roi_invert
         )
-        freedom = mirrors.on_both_sides(obj, freedom, None if twins is None else twins[None])
+        freedom = scene_input.effective_region(obj, freedom, rest, None if twins is None else twins[None])
         triangles = mesh_arrays.shown_triangles(obj.data)
         vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, freedom > 0.0)
     return _Known(

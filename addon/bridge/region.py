@@ -4,7 +4,7 @@
 import numpy as np
 
 from .. import ids
-from ..core import region_growth
+from ..core import region_growth, welding
 from ..errors import SceneError
 from . import mesh_arrays, shape_keys, vertex_groups
 
@@ -64,7 +64,35 @@ def weights(obj):
 
 def current_mask(obj):
     """n bool: what may move by the settings; nothing if no region is set or its group is missing."""
-    return weights(obj) > 0.0
+    return welding.spread(weights(obj), copies(obj), obj.meanvalue.roi_invert) > 0.0
+
+
+def copies(obj):
+    """n int, the lowest numbered copy of each vertex by Merge Distance; None if nothing is merged."""
+    return welding.copies(shape_keys.rest_positions(obj.data), obj.meanvalue.merge_distance)
+
+
+def copies_of(obj, vertex):
+    """Numbers of the vertices that are one with `vertex`, itself the first of them."""
+    first = copies(obj)
+    if first is None:
+        return [vertex]
+    return [vertex, *(int(each) for each in np.flatnonzero(first == first[vertex]) if each != vertex)]
+
+
+class _Surface:
+    """The mesh over which regions grow: rest shape, edges and seeds, with copies merged."""
+
+    def __init__(self, obj, seeds):
+        self.rest = shape_keys.rest_positions(obj.data)
+        self.edges, self.seeds, self._first = mesh_arrays.edges(obj.data), seeds, copies(obj)
+        if self._first is not None:
+            edges = self._first[self.edges]
+            self.edges, self.seeds = edges[edges[:, 0] != edges[:, 1]], np.unique(self._first[seeds])
+
+    def of_mesh(self, values):
+        """What was found of the merged vertices, for all copies of each."""
+        return values if self._first is None else values[self._first]
 
 
 def handle_members(obj, name):
@@ -78,20 +106,24 @@ def handle_members(obj, name):
 
 def grown_by_rings(obj, seeds, ring_count):
     """n bool."""
-    edges = mesh_arrays.edges(obj.data)
-    return region_growth.grown_by_rings(edges, seeds, len(obj.data.vertices), ring_count)
+    surface = _Surface(obj, seeds)
+    return surface.of_mesh(
+        region_growth.grown_by_rings(surface.edges, surface.seeds, len(obj.data.vertices), ring_count)
+    )
 
 
 def grown_by_distance(obj, seeds, distance):
     """n bool; measured on the rest shape."""
-    edges = mesh_arrays.edges(obj.data)
-    return region_growth.grown_by_distance(edges, shape_keys.rest_positions(obj.data), seeds, distance)
+    surface = _Surface(obj, seeds)
+    return surface.of_mesh(
+        region_growth.grown_by_distance(surface.edges, surface.rest, surface.seeds, distance)
+    )
 
 
 def distances(obj, seeds, limit):
     """n float64: from the vertices `seeds` along edges of the rest shape; infinite beyond `limit`."""
-    edges = mesh_arrays.edges(obj.data)
-    return region_growth.distances(edges, shape_keys.rest_positions(obj.data), seeds, limit)
+    surface = _Surface(obj, seeds)
+    return surface.of_mesh(region_growth.distances(surface.edges, surface.rest, surface.seeds, limit))
 
 
 def write(obj, weights):
@@ -104,8 +136,8 @@ def add_falloff(obj, seeds, inner, outer, before):
     """The region is `before` (n float, 0 to 1) and the surroundings of `seeds`: all of it within the distance `inner`,
     less and less up to `outer`; and loose parts that lie whole within that, as eyes in a head, which follow."""
     weights = region_growth.falloff(distances(obj, seeds, outer), inner, outer)
-    edges = mesh_arrays.edges(obj.data)
-    loose = region_growth.parts_within(edges, shape_keys.rest_positions(obj.data), seeds, outer)
+    surface = _Surface(obj, seeds)
+    loose = surface.of_mesh(region_growth.parts_within(surface.edges, surface.rest, surface.seeds, outer))
     write(obj, np.maximum(np.maximum(weights, loose), before))
 
 

@@ -2,7 +2,7 @@
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
 from .. import ids
-from ..core import mirror_planes, springs, wording
+from ..core import mirror_planes, springs, welding, wording
 from ..core.bind_input import BindInput, anchor_layout, region_weights, require_finite, soft_border
 from ..core.language import translated
 from ..errors import SceneError
@@ -97,7 +97,7 @@ def gather(obj, reading=None):
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
-    freedom = mirrors.on_both_sides(obj, freedom, twins)
+    freedom = effective_region(obj, freedom, rest, twins)
     roi = freedom > 0.0
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
@@ -127,6 +127,14 @@ def gather(obj, reading=None):
     )
     bind_input.check()
     return bind_input
+
+
+def effective_region(obj, freedom, rest, twins):
+    """Of n weights of the region those that count: the same for all copies of a merged vertex, and on both sides of a
+    symmetric mesh. rest, twins: as of a BindInput."""
+    first, invert = welding.copies(rest, obj.meanvalue.merge_distance), obj.meanvalue.roi_invert
+    freedom = welding.spread(freedom, first, invert)
+    return welding.spread(mirrors.on_both_sides(obj, freedom, twins), first, invert)
 
 
 def require_groups(obj):

@@ -36,8 +36,17 @@ def choose(obj):
 
 
 def edit_with_selected(obj, vertices):
-    """Goes to Edit Mode on the active object, where the vertices with these indices are selected and nothing else."""
+    """Goes to Edit Mode on the active object, where the vertices with these indices are selected and nothing else.
+
+    Hidden ones, which could not be selected, are shown. Returns sentences on that.
+    """
     mesh = obj.data
+    is_hidden = np.zeros(len(mesh.vertices), bool)
+    mesh.vertices.foreach_get("hide", is_hidden)
+    shown_count = np.count_nonzero(is_hidden[vertices])
+    if shown_count:
+        is_hidden[vertices] = False
+        mesh.vertices.foreach_set("hide", is_hidden)
     for elements in (mesh.edges, mesh.polygons):
         elements.foreach_set("select", np.zeros(len(elements), bool))
     flags = np.zeros(len(mesh.vertices), bool)
@@ -45,3 +54,6 @@ def edit_with_selected(obj, vertices):
     mesh.vertices.foreach_set("select", flags)
     bpy.context.tool_settings.mesh_select_mode = (True, False, False)
     bpy.ops.object.mode_set(mode='EDIT')
+    if shown_count == 0:
+        return []
+    return [f"{shown_count:,} of them {'was' if shown_count == 1 else 'were'} hidden, and can be seen again"]

@@ -100,8 +100,10 @@ class BindInput:
 
     @cached_property
     def fixed(self):
-        """Indices of the vertices that are not free."""
-        return np.flatnonzero(~self.free)
+        """Indices of the vertices that stay in the rest shape: outside the region, and no copies of a hard anchor."""
+        goes_along = np.zeros(int(self.whole.places.max(initial=-1)) + 1, bool)
+        goes_along[self.whole.places[self.hard_vertices]] = True
+        return np.flatnonzero(~self.roi & ~goes_along[self.whole.places])
 
     @cached_property
     def fixed_rest(self):
@@ -141,6 +143,14 @@ class BindInput:
             raise SceneError(
                 f"The Merge Distance {self.merge_distance:g} is more than {wording.share(MOST_MERGED)} of the mesh's "
                 f"size ({self.diagonal:g}), and would merge what is no seam. Choose a smaller one (Advanced > Solver)"
+            )
+        mesh = self.rest, self.face_corners, self.face_starts
+        collapsed = welding.collapsed_share(*mesh, self.merge_distance)
+        if collapsed > welding.MOST_COLLAPSED:
+            named = welding.harmless_distance(*mesh, self.merge_distance)
+            raise SceneError(
+                f"The Merge Distance {self.merge_distance:g} is longer than edges of the mesh, and would merge "
+                f"{wording.share(collapsed)} of its edges to points. Choose {named:g} or less (Advanced > Solver)"
             )
         outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
         if outside:

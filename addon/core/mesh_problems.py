@@ -44,24 +44,47 @@ class Problem:
 def find(rest, triangles, report=None, places=None):
     """All Problems of n x 3 `rest` and m x 3 `triangles`, in the order of KINDS.
 
-    report: the native one of a binding, which knows some of them; places: which of its vertices each of the n is.
+    report: the native one of a binding, which knows some of them; places: which vertex of what the solver gets each of
+    the n is (BindInput.whole). Doubles that are one there are none.
     """
+    steps = search(rest, triangles, report, places)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+def search(rest, triangles, report=None, places=None):
+    """Generator of the share that is done, 0 to 1, after each bit of work; returns what find() does."""
     rest = np.asarray(rest, np.float64)
-    corners = rest[triangles]
-    found = {
-        'WIRE': _wire(len(rest), triangles),
-        'DOUBLE': _doubles(rest, triangles),
-        'NO_AREA': _without_area(corners, triangles),
-        'CROWDED': _crowded(rest, triangles),
-        **_of_edges(triangles),
-    }
+    places = np.arange(len(rest)) if places is None else places
+    found = {'WIRE': _wire(len(rest), triangles)}
+    yield 0.1
+    found['DOUBLE'] = _doubles(rest, triangles, places)
+    yield 0.3
+    found['NO_AREA'] = _without_area(rest, triangles)
+    yield 0.5
+    found['CROWDED'] = _crowded(rest, triangles)
+    yield 0.6
+    if _has_repeated_edges(triangles):
+        yield 0.7
+        found['TWICE'], single = _twice(triangles)
+        yield 0.8
+        found['FLIPPED'], found['FIN'] = _of_edges(single)
+    yield 0.9
     if report is not None:
-        found.update(_of_report(report, np.arange(len(rest)) if places is None else places))
+        found.update(_of_report(report, places))
     return [Problem(kind, *found[kind]) for kind, *_ in KINDS if kind in found and len(found[kind][1])]
 
 
+#: What a binding's summary and its other notes tell already.
+_TOLD_OTHERWISE = {'LOOSE', 'UNHELD', 'FALLBACK'}
+
+
 def text(problems):
-    """One sentence for all, or nothing."""
+    """One sentence for all that Bind does not tell otherwise, or nothing."""
+    problems = [each for each in problems if each.kind not in _TOLD_OTHERWISE]
     if problems:
         yield f"Found {wording.listed([each.text for each in problems])}. Select Problem Vertices shows where"
 
@@ -73,28 +96,42 @@ def _wire(count, triangles):
     return f"{wording.vertices(len(vertices))} without faces", vertices
 
 
-def _doubles(rest, triangles):
-    used = np.unique(triangles)
+def _doubles(rest, triangles, places):
+    is_used = np.zeros(len(rest), bool)
+    is_used[triangles] = True
+    used = np.flatnonzero(is_used)
     distance = SAME_PLACE * fixed_points.bounding_box_diagonal(rest)
     first = coincidence.first_of_place(rest[used], distance)
-    is_double = np.isin(first, first[first != np.arange(len(used))])
-    extra = np.count_nonzero(first != np.arange(len(used)))
+    apart = np.flatnonzero(first != np.arange(len(used)))
+    if len(apart) == 0:
+        return "", apart
+    # Of what lies in one place the solver gets so many vertices; all but one are doubles.
+    count = int(places.max()) + 1
+    counts = np.bincount(np.unique(first * count + places[used]) // count, minlength=len(used))
+    extra = int(np.maximum(0, counts - 1).sum())
+    is_double = counts[first] > 1
     return f"{wording.counted(extra, 'doubled vertex', 'doubled vertices')}", used[is_double]
 
 
-def _without_area(corners, triangles):
-    edges = corners - np.roll(corners, 1, axis=1)
-    longest = (edges**2).sum(axis=2).max(axis=1, initial=0.0)
-    areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+def _without_area(rest, triangles):
+    corners = [rest.T[:, triangles[:, number]] for number in range(3)]  # 3 x m each: columns are quicker than rows
+    edges = [corners[number] - corners[number - 1] for number in range(3)]
+    longest = np.max([(edge**2).sum(axis=0) for edge in edges], axis=0)
+    (x, y, z), (u, v, w) = edges[:2]
+    areas = np.sqrt((y * w - z * v) ** 2 + (z * u - x * w) ** 2 + (x * v - y * u) ** 2)
     flat = areas <= NO_HEIGHT * longest
     return f"{wording.counted(np.count_nonzero(flat), 'triangle')} without area", np.unique(triangles[flat])
 
 
 def _crowded(rest, triangles):
-    edges = _edges(triangles)
-    lengths = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
-    ends = edges.ravel()
-    means = np.bincount(ends, np.repeat(lengths, 2), len(rest)) / np.maximum(1, np.bincount(ends, minlength=len(rest)))
+    sums, counts, columns = np.zeros(len(rest)), np.zeros(len(rest), int), rest.T
+    for number in range(3):
+        start, end = triangles[:, number - 1], triangles[:, number]
+        lengths = np.sqrt(((columns[:, start] - columns[:, end]) ** 2).sum(axis=0))
+        for ends in (start, end):
+            sums += np.bincount(ends, lengths, len(rest))
+            counts += np.bincount(ends, minlength=len(rest))
+    means = sums / np.maximum(1, counts)
     used = means > 0.0
     if not used.any():
         return "", np.empty(0, int)
@@ -107,21 +144,42 @@ def _edges(triangles):
     return np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
-def _of_edges(triangles):
+def _has_repeated_edges(triangles):
     """What faces that are there twice, look to opposite sides or are one too many at an edge have in common: edges that
     are gone along twice in one direction."""
     count = int(triangles.max(initial=-1)) + 1
     edges = _edges(triangles).astype(np.int64)
     directed = np.sort(edges[:, 0] * count + edges[:, 1])
-    if not (directed[1:] == directed[:-1]).any():
-        return {}
-    _, first, repeats = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True, return_counts=True)
-    again = np.ones(len(triangles), bool)
-    again[first] = False
-    single = triangles[~again]
-    edges = _edges(single).astype(np.int64)
+    return bool((directed[1:] == directed[:-1]).any())
+
+
+def _twice(triangles):
+    """((text, vertices) of faces that are there again, the triangles without them)."""
+    low, middle, high = np.sort(triangles, axis=1).T
+    order = np.lexsort((high, middle, low))  # stable: the first of equal ones comes first
+    alike = np.stack([low, middle, high], axis=1)[order]
+    is_again = np.append(False, (alike[1:] == alike[:-1]).all(axis=1))
+    again = order[is_again]
+    text = f"{wording.counted(len(again), 'duplicate triangle')}"
+    return (text, np.unique(triangles[again])), np.delete(triangles, again, axis=0)
+
+
+def _of_edges(triangles):
+    """(text, vertices) each of edges of faces that look to opposite sides, and of those that more than two share.
+
+    triangles: none of them twice.
+    """
+    count = int(triangles.max(initial=-1)) + 1
+    edges = _edges(triangles).astype(np.int64)
     directed = edges[:, 0] * count + edges[:, 1]
-    low, high = edges.min(axis=1), edges.max(axis=1)
+    low, high = np.minimum(*edges.T), np.maximum(*edges.T)
+    # All of both kinds are gone along twice in one direction: nothing else needs to be looked at.
+    ordered = np.sort(directed)
+    start, end = np.divmod(ordered[1:][ordered[1:] == ordered[:-1]], count)
+    ends = np.unique(np.minimum(start, end) * count + np.maximum(start, end))
+    place = np.searchsorted(ends, low * count + high)
+    among = np.append(ends, -1)[place] == low * count + high
+    edges, directed, low, high = edges[among], directed[among], low[among], high[among]
     _, of_edge, uses = np.unique(low * count + high, return_inverse=True, return_counts=True)
     uses = uses[of_edge.ravel()]
     _, of_directed, ways = np.unique(directed, return_inverse=True, return_counts=True)
@@ -129,24 +187,19 @@ def _of_edges(triangles):
     fins = uses > 2
     fin_count = len(np.unique(low[fins] * count + high[fins]))
     turned_count = np.count_nonzero(turned) // 2
-    return {
-        'TWICE': (
-            f"{wording.counted(int(again.sum()), 'duplicate triangle')}",
-            np.unique(triangles[first[repeats > 1]]),
-        ),
-        'FLIPPED': (
-            f"{wording.counted(turned_count, 'edge')} between faces that look to opposite sides",
-            np.unique(edges[turned]),
-        ),
-        'FIN': (f"{wording.counted(fin_count, 'edge')} of more than two faces", np.unique(edges[fins])),
-    }
+    flipped = f"{wording.counted(turned_count, 'edge')} between faces that look to opposite sides"
+    return (
+        (flipped, np.unique(edges[turned])),
+        (f"{wording.counted(fin_count, 'edge')} of more than two faces", np.unique(edges[fins])),
+    )
 
 
 def _of_report(report, places):
     part_of = np.asarray(report.part_of)[places]
     parts = list(report.components)
-    loose = [k for k, part in enumerate(parts) if part.free_count and part.undetermined == 7]
-    unheld = [k for k, part in enumerate(parts) if part.free_count and 0 < part.undetermined < 7]
+    own = [k for k in np.unique(part_of) if k >= 0 and parts[k].free_count]  # the others are mirror images
+    loose = [k for k in own if parts[k].undetermined == 7]
+    unheld = [k for k in own if 0 < parts[k].undetermined < 7]
     by_reason = report.guarded_by_reason
     guarded = np.zeros(len(report.part_of), bool)
     guarded[list(report.guarded)] = True

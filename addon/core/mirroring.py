@@ -80,6 +80,9 @@ class AsItIs:
     def met(self, positions):
         return positions
 
+    def merged(self, positions):
+        return positions
+
 
 class Mirrored:
     """The whole, N vertices of which the first n are those of the mesh, and K anchors.
@@ -230,6 +233,10 @@ class Mirrored:
     def met(self, positions):
         """Where the anchors get to that ... x k x 3 `positions` ask for: both ... x k x 3 float64."""
         return self._of.anchor_rest + self._moves(positions)[..., self._places[0], :]
+
+    def merged(self, positions):
+        """Where merging alone has the anchors go, of core.welding."""
+        return positions
 
     def _moves(self, positions):
         """... x K x 3: from rest, the mean of what all images of the leading handle ask for. Handles that a plane goes

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from . import connected
+
 #: How much longer than straight over the faces a way along edges is on a grid of squares.
 MOST_DETOUR = 2.0**0.5
 
@@ -55,25 +57,10 @@ def parts_within(edges, positions, seeds, limit):
     apart = np.linalg.norm(positions - centre, axis=1)
     is_out = apart > apart[seeds].max() + limit
     is_out[seeds] = True
-    parts = _parts(edges, len(positions))
+    parts = connected.parts(edges, len(positions))
     is_whole = np.ones(len(positions), bool)
     is_whole[parts[is_out]] = False
     return is_whole[parts]
-
-
-def _parts(edges, vertex_count):
-    """n int: the lowest vertex of each vertex' connected part. Trees are joined at their roots, and made flat."""
-    roots = np.arange(vertex_count)
-    while True:
-        first, second = roots[edges[:, 0]], roots[edges[:, 1]]
-        is_open = first != second
-        if not is_open.any():
-            return roots
-        edges = edges[is_open]
-        first, second = first[is_open], second[is_open]
-        np.minimum.at(roots, np.maximum(first, second), np.minimum(first, second))
-        while (roots[roots] != roots).any():
-            roots = roots[roots]
 
 
 def falloff(distances, inner, outer):

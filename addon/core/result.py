@@ -12,9 +12,9 @@ from .language import translated
 def compose(bind_input, targets, solved):
     """n x 3 float32 for the result key.
 
-    Free vertices are where the solver put them. What is fixed is copied, not converted there and back, so it keeps
-    its bits: hard anchors those of their targets (k x 3) as far as mirroring lets them go there, all else those of the
-    rest shape.
+    Free vertices are where the solver put them, and so are copies of hard anchors. What is fixed is copied, not
+    converted there and back, so it keeps its bits: hard anchors those of their targets (k x 3) as far as mirroring and
+    merging let them go there, all else those of the rest shape.
     """
     positions = np.array(solved, np.float32)
     positions[bind_input.fixed] = bind_input.fixed_rest
@@ -55,14 +55,30 @@ def torn_notes(bind_input, targets):
             f"{wording.vertices(torn)} of moved handles outside the region: the vertices around stay in place, which "
             "tears the surface there. Take the surroundings into the region"
         )
-    missed = np.abs(bind_input.whole.met(targets) - targets).max(axis=1, initial=0.0)
-    kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
+    merged = bind_input.whole.merged(targets)
+    kept_back = _missing_count(merged, targets, bind_input)
     if kept_back:
         yield (
-            f"Mirroring keeps {wording.vertices(kept_back)} from where {'its' if kept_back == 1 else 'their'} "
-            "handle is: a handle across the mirror plane goes along it and turns in it, and of two handles on mirrored "
-            "places the upper one in the list leads"
+            f"Merge Distance keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: of two "
+            "handles on merged vertices the upper one in the list leads, or one that is not soft"
         )
+    kept_back = _missing_count(bind_input.whole.met(targets), merged, bind_input)
+    if kept_back:
+        yield (
+            f"Mirroring keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: a handle across "
+            "the mirror plane goes along it and turns in it, and of two handles on mirrored places the upper one in "
+            "the list leads"
+        )
+
+
+def _missing_count(met, targets, bind_input):
+    """How many of k x 3 `targets` are not met."""
+    missed = np.abs(met - targets).max(axis=1, initial=0.0)
+    return np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
+
+
+def _their(count):
+    return "its" if count == 1 else "their"
 
 
 @dataclass(frozen=True)
@@ -99,27 +115,41 @@ class BindSummary:
             )
 
     @classmethod
-    def of(cls, report, border_count=0):
-        """From the native deformer's report, to which the springs of a soft border are anchors as well."""
+    def of(cls, report, border_count=0, places=None):
+        """From the native deformer's report, to which the springs of a soft border are anchors as well.
+
+        places: n int, which of its vertices are those of the mesh, whose parts alone are counted; None: all are.
+        """
+        numbers = range(len(report.components)) if places is None else np.unique(np.asarray(report.part_of)[places])
+        parts = [(report.components[k], report.carriers[k]) for k in numbers if k >= 0]
         return cls(
             vertex_count=int(report.vertex_count),
             anchor_count=int(report.anchor_count) - border_count,
             free_count=int(report.free_count),
             unheld_part_count=sum(
                 1
-                for part, carrier in zip(report.components, report.carriers, strict=True)
+                for part, carrier in parts
                 if part.free_count and part.undetermined and carrier < 0
             ),
             seconds=float(sum(report.timings.values())),
-            following_part_count=sum(1 for carrier in report.carriers if carrier >= 0),
+            following_part_count=sum(1 for _part, carrier in parts if carrier >= 0),
         )
 
 
-def guarded_notes(report):
-    """A sentence on the vertices that the encoder had to treat by a fallback rule, if there are any."""
-    if len(report.guarded):
-        rules = ", ".join(f"{reason}: {count:,}" for reason, count in report.guarded_reasons.items())
-        yield f"{wording.vertices(len(report.guarded))} encoded by a fallback rule ({rules})"
+def guarded_notes(report, places):
+    """A sentence on the vertices that the encoder had to treat by a fallback rule, if there are any. places: as of
+    BindSummary.of()."""
+
+    def count(vertices):
+        is_guarded = np.zeros(int(places.max(initial=-1)) + 1, bool)
+        vertices = np.asarray(vertices, int)
+        is_guarded[vertices[vertices < len(is_guarded)]] = True
+        return int(np.count_nonzero(is_guarded[places]))
+
+    if count(report.guarded):
+        counts = {reason: count(vertices) for reason, vertices in report.guarded_by_reason.items()}
+        rules = ", ".join(f"{reason}: {number:,}" for reason, number in counts.items() if number)
+        yield f"{wording.vertices(count(report.guarded))} encoded by a fallback rule ({rules})"
 
 
 # Bind and the first solve take some ten seconds here, and a minute for four times as many; Blender waits meanwhile.

@@ -2,7 +2,8 @@
 """Vertices within a distance are one to the solver: open seams and doubles, without a change of the artist's mesh.
 
 As mirrored meshes (core.mirroring) the mesh has a *whole* that the solver gets; all copies of a vertex of it take what
-that was moved by, so they stay as far apart as they are at rest.
+that was moved by, so they stay as far apart as they are at rest. That holds as long as the region has all copies or
+none: spread() sees to it.
 """
 
 from dataclasses import replace
@@ -13,23 +14,71 @@ from . import mirroring
 from .coincidence import first_of_place
 from .mirroring import Cut
 
+#: Of the faces' edges: where merging takes more of them away, it merges what is no seam.
+MOST_COLLAPSED = 0.02
+
+
+def copies(rest, merge_distance):
+    """n int, not to be written to: of n x 3 float32 `rest` the lowest numbered copy of each vertex; None if there is
+    nothing to merge."""
+    if merge_distance <= 0.0:
+        return None
+    first = first_of_place(rest, merge_distance)
+    return None if np.array_equal(first, np.arange(len(first))) else first
+
+
+def collapsed_share(rest, face_corners, face_starts, merge_distance):
+    """Share, 0 to 1, of the faces' edges with ends apart that merging takes the length of."""
+    first = copies(rest, merge_distance)
+    if first is None or len(face_corners) == 0:
+        return 0.0
+    ends = _edge_ends(face_corners, face_starts)
+    gone = np.flatnonzero(first[face_corners] == first[ends])  # all without length are among them
+    had_length = np.count_nonzero((rest[face_corners[gone]] != rest[ends[gone]]).any(axis=1))
+    return had_length / max(1, len(ends) - len(gone) + had_length)
+
+
+def harmless_distance(rest, face_corners, face_starts, merge_distance):
+    """A shorter merge distance, rounded down to one figure, that takes no more edges away than MOST_COLLAPSED."""
+    ends = _edge_ends(face_corners, face_starts)
+    lengths = np.linalg.norm(rest[face_corners].astype(np.float64) - rest[ends], axis=1)
+    distance = min(merge_distance, float(np.quantile(lengths[lengths > 0.0], MOST_COLLAPSED)))
+    while True:
+        distance *= 0.5
+        figure = 10.0 ** np.floor(np.log10(distance))
+        rounded = float(f"{np.floor(distance / figure) * figure:.1g}")
+        if collapsed_share(rest, face_corners, face_starts, rounded) <= MOST_COLLAPSED:
+            return rounded
+
+
+def _edge_ends(corners, starts):
+    """Where the edge from each face corner goes to: the next corner of its face."""
+    ends = np.append(corners[1:], corners[:1])
+    ends[np.append(starts[1:], len(corners)) - 1] = corners[starts]
+    return ends
+
+
+def spread(weights, first, lowest=False):
+    """n float: the highest of the weights of all copies (`first`, of copies()), or the lowest."""
+    if first is None:
+        return weights
+    found = weights.copy()
+    (np.minimum if lowest else np.maximum).at(found, first, weights)
+    return found[first]
+
 
 def of(bind_input):
     """What of `bind_input` (a BindInput) goes to the solver, and back: a Welded where vertices are to be merged, else
     what mirroring.of() makes of it."""
-    if bind_input.merge_distance <= 0.0:
-        return mirroring.of(bind_input)
-    first = first_of_place(bind_input.rest, bind_input.merge_distance)
-    if np.array_equal(first, np.arange(len(first))):
-        return mirroring.of(bind_input)
-    return Welded(bind_input, first)
+    first = copies(bind_input.rest, bind_input.merge_distance)
+    return mirroring.of(bind_input) if first is None else Welded(bind_input, first)
 
 
 class Welded:
-    """The whole of the mesh with its copies merged.
+    """The whole of the mesh with its copies merged, see mirroring.Mirrored for what it consists of.
 
-    Where several copies of a vertex are anchors, hard ones lead, then those of the handle with the lower number. What
-    one copy is fixed by fixes all.
+    Where several copies of a vertex are anchors, hard ones lead, then those of the handle with the lower number. A
+    vertex of the whole may move where all of its copies may.
     """
 
     def __init__(self, bind_input, first):
@@ -51,7 +100,8 @@ class Welded:
         roi = np.bincount(self._merged, ~of.roi) == 0
         anchors, self._places = np.unique(self._merged[of.anchors], return_inverse=True)
         pieces = self._choose_leaders(len(anchors))
-        border, border_strengths = self._merged_border(roi, anchors)
+        share = of.roi.sum() / max(1, roi.sum())  # springs are for a count of what may move, see core.springs
+        border, border_strengths = self._merged_border(roi, anchors, share)
         twins = of.twins
         if twins is not None:
             twins = np.full((len(of.twins), count), -1, np.int32)
@@ -64,7 +114,7 @@ class Welded:
             anchors=anchors.astype(np.int32),
             roi=roi,
             pieces=pieces,
-            strengths=self._merged_strengths(pieces),
+            strengths=self._merged_strengths(pieces, share),
             border=border,
             border_strengths=border_strengths,
             twins=twins,
@@ -82,21 +132,21 @@ class Welded:
         self._begins = np.searchsorted(self._places[self._claims], np.arange(count))
         return of.pieces[self._claims[self._begins]].astype(np.int32)
 
-    def _merged_strengths(self, pieces):
+    def _merged_strengths(self, pieces, share):
         """A handle's spring is shared out among the vertices that it still has."""
         of = self._of
         if of.strengths is None:
             return None
         counts = np.bincount(of.pieces) / np.maximum(1, np.bincount(pieces, minlength=int(of.pieces.max()) + 1))
-        return of.strengths[self._claims[self._begins]] * counts[pieces]
+        return of.strengths[self._claims[self._begins]] * (counts[pieces] * share)
 
-    def _merged_border(self, roi, anchors):
+    def _merged_border(self, roi, anchors, share):
         of = self._of
         if of.border is None:
             return None, None
         border, first = np.unique(self._merged[of.border], return_index=True)
         is_own = roi[border] & ~np.isin(border, anchors)
-        return border[is_own].astype(np.int32), of.border_strengths[first][is_own]
+        return border[is_own].astype(np.int32), of.border_strengths[first][is_own] * share**2
 
     roi = property(lambda self: self._inner.roi)
     anchors = property(lambda self: self._inner.anchors)
@@ -137,8 +187,14 @@ class Welded:
         return self._inner.targets(self._asked(positions))
 
     def met(self, positions):
-        inner = self._inner_input.anchor_rest
-        moves = self._inner.met(self._asked(positions)) - inner
+        return self._of_anchors(self._inner.met(self._asked(positions)))
+
+    def merged(self, positions):
+        return self._of_anchors(self._asked(positions))
+
+    def _of_anchors(self, merged):
+        """Where the mesh's own anchors are, ... x k x 3, with the merged ones at ... x r x 3."""
+        moves = merged - self._inner_input.anchor_rest
         return self._of.anchor_rest + moves[..., self._places, :]
 
     def weights(self, weights):

@@ -6,8 +6,8 @@ from bpy_extras import view3d_utils
 from mathutils import Vector
 
 from .. import compat, ids
-from ..bridge import controls, handle_lines, scene_input
-from ..bridge.grip import Grip, radius
+from ..bridge import controls, scene_input
+from ..bridge.grip import Grip, line_at, radius
 from ..core.language import translated
 from ..errors import MeanValueError, SceneError
 from ..live import engine
@@ -139,14 +139,14 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
                 return
             self._grip = Grip(obj, self.vertex, self.size, self.handle)
             self._size_taken = self.size
-        self.offset = self._on_plane(self._mouse) - self._on_plane(self._start)
+        self.offset = self._pressed.turn @ (self._on_plane(self._mouse) - self._on_plane(self._start))
         self._grip.move(obj, Vector(self.offset))
 
     def _handle(self, obj):
         """Name of the handle or pin that is pressed on, or ""."""
         if self._pressed.line is not None:
             return self._pressed.line
-        index = handle_lines.line_at(obj, self.vertex)
+        index = line_at(obj, self.vertex)
         return "" if index is None else obj.meanvalue.anchor_groups[index].name
 
     def _on_plane(self, mouse):

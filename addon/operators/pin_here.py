@@ -5,7 +5,7 @@ import bpy
 
 from .. import ids
 from ..bridge import controls, handle_lines, region, scene_input, vertex_groups
-from ..bridge.grip import HANDLE_SHARE, near_vertices, radius
+from ..bridge.grip import HANDLE_SHARE, line_at, near_vertices, radius
 from ..core import wording
 from ..core.language import translated
 from ..errors import MeanValueError, SceneError
@@ -48,7 +48,7 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
             return self.refuse(error)
 
     def _toggle(self, obj):
-        index = handle_lines.line_at(obj, self.vertex)
+        index = line_at(obj, self.vertex)
         if index is not None:
             return _let_go(obj, index)
         members = near_vertices(obj, self.vertex, HANDLE_SHARE * radius(obj, self.size))

@@ -34,9 +34,9 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
             return f"{what} was found on '{obj.name}'", []
         vertices = np.unique(np.concatenate([each.vertices for each in found]))
         selection.choose(obj)
-        selection.edit_with_selected(obj, vertices)
+        notes = selection.edit_with_selected(obj, vertices)
         found_text = wording.listed([each.text for each in found])
-        return f"{wording.vertices(len(vertices))} selected: {found_text}", []
+        return f"{wording.vertices(len(vertices))} selected: {found_text}", notes
 
 
 def problems(obj):
@@ -49,7 +49,7 @@ def problems(obj):
         return mesh_problems.find(rest, triangles)
     binding = session.cached(bind_input)
     if binding is None:
-        return mesh_problems.find(rest, triangles)
+        return mesh_problems.find(rest, triangles, places=bind_input.whole.places)
     return mesh_problems.find(rest, triangles, binding.deformer.report, bind_input.whole.places)
 
 

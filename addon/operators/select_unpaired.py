@@ -24,5 +24,5 @@ class MEANVALUE_OT_select_unpaired(MeshOperator, bpy.types.Operator):
         if len(unpaired) == 0:
             return f"All {wording.vertices(count)} have a mirror image across {axis}", []
         selection.choose(obj)
-        selection.edit_with_selected(obj, unpaired)
-        return f"{len(unpaired):,} of {wording.vertices(count)} have no mirror image across {axis}: selected", []
+        notes = selection.edit_with_selected(obj, unpaired)
+        return f"{len(unpaired):,} of {wording.vertices(count)} have no mirror image across {axis}: selected", notes

@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What of a mesh is under the mouse, for operators that have the artist click at it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
 from bpy_extras import view3d_utils
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
-from ..bridge import mesh_arrays, overlay_data, views
+from ..bridge import mesh_arrays, mirrors, overlay_data, views
 
 #: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
 BEHIND = 1e-5
 MOST_HIDDEN = 100
+
+#: Modifiers that show the mesh several times, or something else altogether.
+COPYING = {'MIRROR', 'ARRAY', 'SCREW', 'PARTICLE_INSTANCE', 'NODES'}
+
+#: An image is pressed if it is nearer than the mesh itself by more than rounding: they meet in the plane.
+SAME = 1e-4
 
 
 @dataclass(frozen=True)
@@ -20,6 +26,7 @@ class Pressed:
     """A vertex of a mesh object that was pressed: its number, the place pressed in the world, and the view.
 
     line  name of the handle whose control was pressed instead (the vertex is -1 then), or None
+    turn  3 x 3, what moves of the place in the world are of the vertex: a reflection where the place is on an image
     """
 
     vertex: int
@@ -27,6 +34,7 @@ class Pressed:
     region: object
     view: object
     line: str | None = None
+    turn: Matrix = field(default_factory=lambda: Matrix.Identity(3))
 
 
 def view_under(context, event):
@@ -64,17 +72,21 @@ def place_under(obj, region, view, mouse):
 
 
 def vertex_under(obj, region, view, mouse):
-    """The vertex nearest to place_under(), or None."""
+    """As own_vertex() of place_under()."""
     place = place_under(obj, region, view, mouse)
-    return None if place is None else _nearest_vertex(obj, place)
+    return None if place is None else own_vertex(obj, place)
 
 
 def press(obj, region, view, mouse):
     """The Pressed of the surface of `obj` under the mouse, or None."""
     place = place_under(obj, region, view, mouse)
-    if place is None:
+    found = None if place is None else vertex_or_image(obj, place)
+    if found is None:
         return None
-    return Pressed(_nearest_vertex(obj, place), obj.matrix_world @ Vector(place), region, view)
+    vertex, turn = found
+    to_world = obj.matrix_world.to_3x3()
+    turn = to_world @ turn @ to_world.inverted_safe()
+    return Pressed(vertex, obj.matrix_world @ Vector(place), region, view, turn=turn)
 
 
 def first_object(context, region, view, mouse):
@@ -93,15 +105,58 @@ def first_object(context, region, view, mouse):
     return None
 
 
-def _nearest_vertex(obj, place):
-    """Of those that faces have: what a loose one holds is not what was pressed."""
-    distances = np.linalg.norm(overlay_data.shown_positions(obj) - place, axis=1)
-    corners, _starts = mesh_arrays.faces(obj.data)
-    if len(corners):
-        is_loose = np.ones(len(distances), bool)
-        is_loose[corners] = False
-        distances[is_loose] = np.inf
-    return int(distances.argmin())
+def own_vertex(obj, place):
+    """The vertex nearest to a place on what is shown of `obj`, (3,) in its own space; None where that is on an image or
+    copy of the mesh."""
+    surface = _Surface(obj)
+    vertex, _distance = surface.nearest(place)
+    return vertex if surface.has(place) else None
+
+
+def vertex_or_image(obj, place):
+    """(vertex, 3 x 3 Matrix) of a place as of own_vertex(): the vertex that is nearest there, itself or its image in
+    Mirror modifiers, and what turns moves there into its own. None on all other copies."""
+    surface = _Surface(obj)
+    best = None
+    for matrix, shift in mirrors.images(obj):
+        own = matrix.T @ (place - shift)
+        vertex, distance = surface.nearest(own)
+        if best is None or distance < (1.0 - SAME) * best[0]:
+            best = distance, vertex, matrix.T, own
+    _distance, vertex, turn, own = best
+    return (vertex, Matrix(turn.tolist())) if surface.has(own) else None
+
+
+class _Surface:
+    """The mesh's own surface, where it is shown."""
+
+    def __init__(self, obj):
+        self._positions = overlay_data.shown_positions(obj)
+        self._corners, self._starts = mesh_arrays.faces(obj.data)
+        self._is_copied = any(each.type in COPYING and each.show_viewport for each in obj.modifiers)
+
+    def nearest(self, place):
+        """(vertex, distance), of those that faces have: what a loose one holds is not what was pressed."""
+        distances = self._distances(place)
+        vertex = int(distances.argmin())
+        return vertex, float(distances[vertex])
+
+    def has(self, place):
+        """Whether a face is as near as it is large: what copies a mesh tells nothing of what is a copy."""
+        if not self._is_copied or len(self._starts) == 0:
+            return True
+        corners = self._positions[self._corners]
+        extents = np.maximum.reduceat(corners, self._starts) - np.minimum.reduceat(corners, self._starts)
+        nearest = np.minimum.reduceat(self._distances(place)[self._corners], self._starts)
+        return bool((nearest <= np.linalg.norm(extents, axis=1)).any())
+
+    def _distances(self, place):
+        distances = np.linalg.norm(self._positions - np.asarray(place, np.float32), axis=1)
+        if len(self._corners):
+            is_loose = np.ones(len(distances), bool)
+            is_loose[self._corners] = False
+            distances[is_loose] = np.inf
+        return distances
 
 
 def _is_in(region, event):

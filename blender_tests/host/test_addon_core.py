@@ -226,7 +226,7 @@ def report(*parts):
         anchor_count=3,
         free_count=30,
         guarded=np.array([4, 5, 9]),
-        guarded_reasons={"extended ring": 2, "on ring edge": 1},
+        guarded_by_reason={"extended ring": np.array([4, 9]), "on ring edge": np.array([5])},
         components=components,
         carriers=[carrier[0] if carrier else -1 for _free, _left, *carrier in parts],
         timings={"encode": 0.05, "factor": 0.2},
@@ -246,9 +246,12 @@ def test_parts_that_are_not_held():
 
 
 def test_fallback_rules_are_told():
-    told = list(result.guarded_notes(report((10, 0))))
+    told = list(result.guarded_notes(report((10, 0)), np.arange(40)))
     assert told == ["3 vertices encoded by a fallback rule (extended ring: 2, on ring edge: 1)"]
-    assert list(result.guarded_notes(types.SimpleNamespace(guarded=[], guarded_reasons={}))) == []
+    # Of mirror images nothing is told.
+    told = list(result.guarded_notes(report((10, 0)), np.arange(5)))
+    assert told == ["1 vertex encoded by a fallback rule (extended ring: 1)"]
+    assert list(result.guarded_notes(report((10, 0)), np.arange(4))) == []
 
 
 def test_only_a_large_binding_warns_of_a_long_solve():

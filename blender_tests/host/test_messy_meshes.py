@@ -394,6 +394,25 @@ def test_a_merge_distance_that_is_no_seam_is_refused():
         given(vertices, triangles, np.arange(12), merge_distance=0.5).check()
 
 
+@pytest.mark.parametrize("share", [0.004, 0.009])
+def test_a_merge_distance_longer_than_edges_is_refused_and_one_that_does_is_named(share):
+    side = 200
+    numbers = np.arange(side * side).reshape(side, side)
+    vertices = np.stack([numbers % side, numbers // side, 0.0 * numbers], axis=2).reshape(-1, 3) / (side * 2.0**0.5)
+    one, two, three, four = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
+    triangles = np.stack([one, two, three, one, three, four], axis=2).reshape(-1, 3).astype(np.int32)
+    # an open seam, which is closed with what is named
+    vertices = np.concatenate([vertices, vertices[side // 2 :: side] + 1e-5])
+    told = r"Merge Distance 0\.00\d is longer than edges .* 100\.0% .* Choose \S+ or less"
+    with pytest.raises(SceneError, match=told) as refused:
+        given(vertices, triangles, np.arange(side), merge_distance=share).check()
+    named = float(str(refused.value).split("Choose ")[1].split()[0])
+    assert 1e-3 <= named < 1.0 / side
+    bind_input = given(vertices, triangles, np.arange(side), merge_distance=named)
+    bind_input.check()
+    assert len(bind_input.whole.rest) == side * side
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_points_in_one_place(seed):
     random = np.random.default_rng(seed)
@@ -405,3 +424,44 @@ def test_points_in_one_place(seed):
     assert first_of_place(points, 0.0).tolist() == list(range(200))
     assert first_of_place(places, 0.0).tolist() == expected
     assert first_of_place(np.empty((0, 3)), 1.0).tolist() == []
+
+
+def joined_by_comparing_all(points, distance):
+    is_near = ((points[:, None] - points[None]) ** 2).sum(axis=2) <= distance**2
+    first = np.arange(len(points))
+    while True:
+        lowest = np.where(is_near, first[None], len(points)).min(axis=1)
+        if np.array_equal(lowest, first):
+            return first
+        first = lowest
+
+
+@pytest.mark.parametrize("distance", [1e-9, 0.01, 0.04, 0.08, 0.3, 3.0])
+@pytest.mark.parametrize("offset", [0.0, 1e4])
+def test_points_in_one_place_are_those_that_comparing_all_finds(distance, offset):
+    random = np.random.default_rng(7)
+    piles = np.repeat(random.random((20, 3)), 20, axis=0)
+    points = np.concatenate([random.random((500, 3)), piles, piles + random.uniform(-0.01, 0.01, piles.shape)]) + offset
+    assert np.array_equal(first_of_place(points, distance), joined_by_comparing_all(points, distance))
+
+
+def test_many_points_in_one_place_cost_no_more_than_others():
+    """All pairs of them would not fit into memory."""
+    random = np.random.default_rng(8)
+    pile = np.zeros((100_000, 3))
+    jittered = random.uniform(-0.1, 0.1, (20_000, 3)) * 1e-3
+    beside = np.array([1.05e-3, 0.0, 0.0])  # in the cells around, out of reach for most
+    points = np.concatenate([pile + 5.0, jittered, jittered + beside, random.random((1000, 3)) + 10.0])
+    first = first_of_place(points, 1e-3)
+    assert (first[:100_000] == 0).all()
+    assert (first[100_000:140_000] == 100_000).all()
+    first = first_of_place(points, 0.7e-3)
+    assert (first[100_000:120_000] == 100_000).all() and (first[120_000:140_000] == 120_000).all()
+    assert len(np.unique(first[140_000:])) == 1000
+
+
+def test_what_was_found_is_remembered():
+    points = np.random.default_rng(9).random((100, 3)).astype(np.float32)
+    found = first_of_place(points, 0.1)
+    assert first_of_place(points.copy(), 0.1) is found and not found.flags.writeable
+    assert first_of_place(points, 0.2) is not found

@@ -153,6 +153,44 @@ def test_problems_can_be_looked_for_without_a_binding(capfd):
     assert "Nothing unusual was found" in capfd.readouterr().out
 
 
+def test_bind_and_select_problems_count_alike(capfd):
+    obj = messy_grid()
+    obj.data.vertices.add(1)  # 32: joined to the grid at a point alone
+    steps.list_anchors(obj, Corners=[0, 4, 20], Tip=[24])
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    told = capfd.readouterr().out
+    assert bpy.ops.meanvalue.select_problems() == {'FINISHED'}
+    listed = capfd.readouterr().out
+    for text in ("3 vertices without faces", "4 doubled vertices", "1 triangle without area", "where surfaces meet"):
+        assert (text in told) == (text in listed)
+
+
+def test_parts_are_counted_without_their_mirror_images(capfd):
+    side = [(x, y, 0.1 * x * y) for y in range(4) for x in range(4)]
+    eye = [(x * 0.2 + 1.0, y * 0.2 + 1.0, 0.5) for y in range(2) for x in range(2)]
+    faces = [(low, low + 1, low + 5, low + 4) for row in range(3) for low in range(4 * row, 4 * row + 3)]
+    obj = meshes.make_object(side + eye, [*faces, (16, 17, 19, 18)], "Half")
+    obj.modifiers.new("Mirror", 'MIRROR')
+    steps.list_anchors(obj, Right=[3, 7, 11, 15])
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    assert "1 loose part follows" in capfd.readouterr().out
+    assert bpy.ops.meanvalue.select_problems(kind='LOOSE') == {'FINISHED'}
+    assert "1 part without a handle" in capfd.readouterr().out
+    assert selected(obj) == [16, 17, 18, 19]
+
+
+def test_what_is_hidden_is_shown_when_it_is_selected(capfd):
+    obj = messy_grid()
+    obj.data.vertices[30].hide = True
+    obj.data.edges[0].hide = True
+    assert bpy.ops.meanvalue.select_problems(kind='WIRE') == {'FINISHED'}
+    assert "1 of them was hidden" in capfd.readouterr().out
+    assert selected(obj) == [29, 30]
+    assert not obj.data.vertices[30].hide
+    assert bpy.ops.meanvalue.select_problems(kind='WIRE') == {'FINISHED'}
+    assert "hidden" not in capfd.readouterr().out
+
+
 # -- an open seam -----------------------------------------------------------------------------------------------------
 
 

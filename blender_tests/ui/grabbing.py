@@ -5,7 +5,7 @@
 import bpy
 import numpy as np
 from harness import view
-from support import installed, meshes
+from support import installed, meshes, steps
 
 TOOL = "meanvalue.grab"
 
@@ -105,6 +105,39 @@ def three_acts_from_a_fresh_mesh(ui):
     yield from ui.wait_until(_settled, "the second handle has followed")
     assert len(lines()) == 2
     yield from ui.screenshot("grab_2_second_handle")
+
+
+def an_image_of_a_mirror_is_dragged(ui):
+    _make_ball(ui)
+    steps.edit_mesh(ball(), _cut_off_the_left)
+    ball().modifiers.new("Mirror", 'MIRROR')
+    ui.remember()
+    yield from _look_along_y(ui)
+    _choose_tool()
+    start = ui.project(_front(x=-1.2, z=0.3))
+    end = (start[0] - 90, start[1] + 20)
+    yield from ui.drag_mouse(start, end, between=lambda step: ui.pause(0.1))
+    assert len(lines()) == 1, ui.reports()
+    yield from ui.wait_until(_settled, "the mesh has followed")
+    yield from ui.screenshot("grab_image_dragged")
+    place = lines()[0].control.matrix_world.translation
+    assert place.x > 1.2
+    seen = ui.project((-place.x, place.y, place.z))
+    assert np.abs(np.subtract(seen, end)).max() < 30, (seen, end)  # where the vertex was pressed, to an edge
+    # What an Array shows is nobody's.
+    array = ball().modifiers.new("Array", 'ARRAY')
+    array.relative_offset_displace = (0.0, 0.0, 1.2)
+    ui.frame_all()
+    yield from ui.pause(0.5)
+    yield from ui.click(*ui.project((1.0, -1.7, 5.0)))
+    assert any("no surface of its own" in line for line in ui.reports()), ui.reports()
+    assert len(lines()) == 1
+
+
+def _cut_off_the_left(mesh):
+    import bmesh
+
+    bmesh.ops.delete(mesh, geom=[vertex for vertex in mesh.verts if vertex.co.x < -1e-3], context='VERTS')
 
 
 def escape_takes_all_back(ui):

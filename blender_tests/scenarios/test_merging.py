@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Merge Distance with regions and handles: an open seam behaves as the mesh that is joined there."""
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, steps
+from support.handles import rest, shown
+
+#: Quads on a side of each half, and the distance that merges the doubles of the seam.
+SIDE, MERGE = 15, 1e-3
+
+
+def height(x, y):
+    return 0.05 * np.sin(np.abs(x) + y)
+
+
+def surface(columns, faces_of, name):
+    """The surface over x = -SIDE to SIDE, y = 0 to SIDE, of the blocks of columns that are given."""
+    vertices, faces = [], []
+    for low, high in columns:
+        first, width = len(vertices), high - low + 1
+        vertices += [(x, y, height(x, y)) for y in range(SIDE + 1) for x in range(low, high + 1)]
+        faces += [
+            tuple(first + row * width + column + each for each in (0, 1, width + 1, width))
+            for row in range(SIDE)
+            for column in range(width - 1)
+        ]
+    return meshes.make_object(*faces_of(vertices, faces), name)
+
+
+def as_it_is(vertices, faces):
+    return vertices, faces
+
+
+def split(vertices, faces):
+    """All faces with corners of their own."""
+    corners = [vertices[each] for face in faces for each in face]
+    return corners, [tuple(range(4 * k, 4 * k + 4)) for k in range(len(faces))]
+
+
+def joined():
+    return surface([(-SIDE, SIDE)], as_it_is, "Joined")
+
+
+def open_seam():
+    obj = surface([(-SIDE, 0), (0, SIDE)], as_it_is, "Seam")
+    obj.meanvalue.merge_distance = MERGE
+    return obj
+
+
+def split_faces():
+    obj = surface([(-SIDE, SIDE)], split, "Split")
+    obj.meanvalue.merge_distance = MERGE
+    return obj
+
+
+def positions(obj):
+    return np.array([tuple(vertex.co) for vertex in obj.data.vertices])
+
+
+def at(obj, x, y):
+    """Numbers of the vertices over (x, y)."""
+    return np.flatnonzero((np.abs(positions(obj)[:, :2] - (x, y)) < 1e-4).all(axis=1))
+
+
+def over(obj, condition):
+    """Numbers of the vertices whose x and y fulfil a condition."""
+    x, y, _ = positions(obj).T
+    return np.flatnonzero(condition(x, y)).tolist()
+
+
+def lifts(obj):
+    """{(x, y): [how far each vertex there was lifted]}."""
+    found = {}
+    for place, lift in zip(np.round(positions(obj)[:, :2]).astype(int), (shown(obj) - rest(obj))[:, 2], strict=True):
+        found.setdefault(tuple(place), []).append(float(lift))
+    return found
+
+
+def region_weights(obj):
+    group = obj.vertex_groups[obj.meanvalue.roi_group].index
+    return np.array([next((e.weight for e in v.groups if e.group == group), 0.0) for v in obj.data.vertices])
+
+
+def assert_lifted_alike(obj, expected):
+    for place, found in lifts(obj).items():
+        assert np.ptp(found) < 1e-5, place  # copies stay together
+        assert found[0] == pytest.approx(expected[place][0], abs=2e-2), place
+
+
+@pytest.mark.parametrize("x", [0, -3, -8])
+@pytest.mark.parametrize("make", [open_seam, split_faces])
+def test_grab_goes_over_merged_seams_as_if_they_were_joined(make, x):
+    def grabbed(obj):
+        options = {"size": 0.3, "offset": (0.0, 0.0, 2.0)}
+        assert bpy.ops.meanvalue.grab(vertex=int(at(obj, x, 8)[0]), **options) == {'FINISHED'}
+        handles.update()
+        return obj
+
+    expected = lifts(grabbed(joined()))
+    assert sum(0.1 < each[0] < 1.9 for each in expected.values()) > 50
+    obj = grabbed(make())
+    assert_lifted_alike(obj, expected)
+    for place in expected:
+        assert np.ptp(region_weights(obj)[at(obj, *place)]) < 1e-6
+
+
+@pytest.mark.parametrize("make", [open_seam, split_faces])
+def test_symmetric_and_merged_is_as_symmetric_and_joined(make):
+    def grabbed(obj):
+        obj.meanvalue.symmetric = 'X'
+        options = {"size": 0.2, "offset": (0.0, 0.0, 2.0)}
+        assert bpy.ops.meanvalue.grab(vertex=int(at(obj, -5, 8)[0]), **options) == {'FINISHED'}
+        handles.update()
+        return obj
+
+    expected = lifts(grabbed(joined()))
+    assert expected[(5, 8)][0] == pytest.approx(2.0, abs=1e-3) and 0.1 < expected[(0, 8)][0] < 1.9
+    assert_lifted_alike(grabbed(make()), expected)
+
+
+@pytest.mark.parametrize("mode", ['RINGS', 'DISTANCE'])
+def test_a_region_grows_over_merged_seams(mode):
+    def grown(obj):
+        steps.add_group(obj, "Handle", at(obj, -2, 8).tolist()[:1])
+        assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
+        meshes.activate(obj)
+        assert bpy.ops.meanvalue.grow_region(mode=mode, rings=5, distance=5.2) == {'FINISHED'}
+        return {tuple(each) for each in np.round(positions(obj)[region_weights(obj) > 0.0, :2]).astype(int)}
+
+    assert grown(joined()) == grown(open_seam()) == grown(split_faces())
+
+
+def bound(obj, seam_rows, region, is_soft=False, invert=False):
+    """(object, control): the left border pinned, a handle on the left copies of the seam, a region."""
+    steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
+    steps.add_group(obj, "Handle", [int(at(obj, 0, y)[0]) for y in seam_rows])
+    steps.add_group(obj, "Region", region)
+    assert bpy.ops.meanvalue.add_pin(group="Pin") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
+    control = bpy.context.object
+    meshes.activate(obj)
+    obj.meanvalue.roi_group, obj.meanvalue.roi_invert = "Region", invert
+    obj.meanvalue.anchor_groups["Handle"].is_soft = is_soft
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    return obj, control
+
+
+def lifted(obj, control):
+    control.location.z += 1.0
+    handles.update()
+    steps.solve()
+    return lifts(obj)
+
+
+LEFT = range((SIDE + 1) ** 2)  #: of open_seam()
+
+
+@pytest.mark.parametrize("is_soft", [False, True])
+def test_what_is_in_the_region_on_one_side_of_a_seam_is_on_both(is_soft):
+    obj, control = bound(open_seam(), (6, 7, 8), LEFT, is_soft)
+    for place, found in lifted(obj, control).items():
+        assert np.ptp(found) < 1e-5, place
+        assert (max(found) > 0.02) <= (place[0] <= 0), place
+    assert lifts(obj)[(0, 7)][0] > (0.05 if is_soft else 0.99)
+    assert lifts(obj)[(0, 12)][0] > 1e-3  # the seam itself is free
+
+
+def test_what_an_inverted_region_holds_on_one_side_of_a_seam_it_holds_on_both():
+    obj = open_seam()
+    obj, control = bound(obj, (6, 7, 8), range(len(LEFT), len(obj.data.vertices)), invert=True)
+    for place, found in lifted(obj, control).items():
+        assert np.ptp(found) < 1e-5, place
+    assert lifts(obj)[(0, 7)][0] == pytest.approx(1.0, abs=1e-5)
+    assert lifts(obj)[(0, 12)] == [0.0, 0.0]
+
+
+def test_a_handle_outside_the_region_takes_its_doubles_along():
+    obj = open_seam()
+    obj, control = bound(obj, (6, 7, 8), over(obj, lambda x, y: x < -2))
+    found = lifted(obj, control)
+    assert np.allclose(found[(0, 7)], 1.0, atol=1e-5)
+    assert found[(0, 12)] == [0.0, 0.0]
+
+
+def test_a_handle_is_found_on_all_copies():
+    obj = open_seam()
+    left, right = (int(each) for each in at(obj, 0, 8))
+    steps.add_group(obj, "Handle", [left])
+    assert bpy.ops.meanvalue.add_handle(group="Handle", size=0.3) == {'FINISHED'}
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.grab(vertex=right, offset=(0.0, 0.0, 1.0)) == {'FINISHED'}
+    handles.update()
+    assert [line.name for line in obj.meanvalue.anchor_groups] == ["Handle"]
+    assert np.allclose(lifts(obj)[(0, 8)], 1.0, atol=1e-4)
+
+
+# -- what is told of it
+
+
+def two_handles_on_the_seam():
+    obj = open_seam()
+    steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
+    for name, copy in (("Upper", 0), ("Lower", 1)):
+        steps.add_group(obj, name, [int(at(obj, 0, y)[copy]) for y in (6, 7, 8)])
+    assert bpy.ops.meanvalue.add_pin(group="Pin") == {'FINISHED'}
+    controls = []
+    for name in ("Upper", "Lower"):
+        meshes.activate(obj)
+        assert bpy.ops.meanvalue.add_handle(group=name, live=False) == {'FINISHED'}
+        controls.append(bpy.context.object)
+    meshes.activate(obj)
+    return obj, controls
+
+
+def test_of_two_handles_on_a_merged_seam_the_upper_one_leads_and_that_is_told(capfd):
+    _obj, (_upper, lower) = two_handles_on_the_seam()
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    lower.location.z += 1.0
+    handles.update()
+    steps.solve()
+    told = capfd.readouterr().out
+    assert "Merge Distance keeps 3 vertices from where their handle is" in told
+    assert "irror" not in told
+
+
+def test_merged_doubles_are_no_problem_any_more(capfd):
+    obj = open_seam()
+    steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
+    steps.add_group(obj, "Handle", over(obj, lambda x, y: x == SIDE))
+    assert bpy.ops.meanvalue.add_pin(group="Pin") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
+    for distance, is_told in ((MERGE, False), (0.0, True)):
+        meshes.activate(obj)
+        obj.meanvalue.merge_distance = distance
+        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        assert ("16 doubled vertices" in capfd.readouterr().out) == is_told
+        assert bpy.ops.meanvalue.select_problems(kind='DOUBLE') == {'FINISHED'}
+        assert ("16 doubled vertices" in capfd.readouterr().out) == is_told
+        assert (obj.mode == 'EDIT') == is_told
