@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes wheels for any Linux with glibc 2.28 or later: docs/decisions/0022-packaging.md.
 
-    build_wheels.py BUILD_FOLDER [PYTHON_VERSION ...]      3.11 and 3.13 without one
+    build_wheels.py BUILD_FOLDER [PYTHON_VERSION ...]      3.11, 3.13 and 3.14 without one
 
 All is taken from Debian's archive and the Python package registry and kept in BUILD_FOLDER/portable; the wheels are put
 into BUILD_FOLDER/wheels. The compiler is Zig's Clang, which brings libraries and headers for older glibc versions and
@@ -20,7 +20,7 @@ GLIBC = "2.28"
 MIRROR = "http://deb.debian.org/debian"
 KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
 #: The Debian release that has the headers of a Python.
-SUITES = {"3.11": "bookworm", "3.13": "trixie"}
+SUITES = {"3.11": "bookworm", "3.13": "trixie", "3.14": "sid"}
 TOOLS = ("ziglang==0.17.*", "scikit-build-core>=0.11", "pybind11==3.1.*", "auditwheel>=6.8,<7", "wheel")
 LARGEST = 8 * 2**20  # bytes of a wheel
 
@@ -132,7 +132,8 @@ def cmake_options(work, toolchain, version):
     return {
         "CMAKE_TOOLCHAIN_FILE": toolchain,
         "CMAKE_INTERPROCEDURAL_OPTIMIZATION": "OFF",
-        "CMAKE_CXX_FLAGS": "-g0 -fomit-frame-pointer",  # Zig's defaults are otherwise
+        # Zig's defaults are otherwise. Of -O3 it makes -O2; what it does not look at comes after that, and counts.
+        "CMAKE_CXX_FLAGS": "-g0 -fomit-frame-pointer -Xclang -O3",
         "MEANVALUE_OPENMESH_SOURCE": work / "openmesh",
         "Python_INCLUDE_DIR": work / f"python{version}",
         "Python_SOABI": f"cpython-{version.replace('.', '')}-x86_64-linux-gnu",
@@ -140,10 +141,13 @@ def cmake_options(work, toolchain, version):
 
 
 def build(work, output, tools, toolchain, version):
-    """Compiles for a Python, retags and checks. Returns the wheel's path in `output`."""
+    """Compiles for a Python, retags and checks. Returns the wheel's path in `output`.
+
+    In one folder for all Pythons: of the next one only what knows Python, the bindings, is compiled again.
+    """
     raw = work / f"raw-{version}"
     shutil.rmtree(raw, ignore_errors=True)
-    arguments = [f"--config-settings=build-dir={work}/cmake-{version}"]
+    arguments = [f"--config-settings=build-dir={work}/cmake"]
     arguments += [
         f"--config-settings=cmake.define.{name}={value}"
         for name, value in cmake_options(work, toolchain, version).items()
