@@ -129,6 +129,7 @@ def write_toolchain(work, tools):
 
 
 def cmake_options(work, toolchain, version):
+    abi = f"cpython-{version.replace('.', '')}-x86_64-linux-gnu"
     return {
         "CMAKE_TOOLCHAIN_FILE": toolchain,
         "CMAKE_INTERPROCEDURAL_OPTIMIZATION": "OFF",
@@ -136,7 +137,11 @@ def cmake_options(work, toolchain, version):
         "CMAKE_CXX_FLAGS": "-g0 -fomit-frame-pointer -Xclang -O3",
         "MEANVALUE_OPENMESH_SOURCE": work / "openmesh",
         "Python_INCLUDE_DIR": work / f"python{version}",
-        "Python_SOABI": f"cpython-{version.replace('.', '')}-x86_64-linux-gnu",
+        "Python_SOABI": abi,
+        # pybind11 would take the Python that runs, or the one before.
+        "PYTHON_MODULE_EXTENSION": f".{abi}.so",
+        "PYTHON_MODULE_DEBUG_POSTFIX": "",
+        "PYTHON_IS_DEBUG": "OFF",
     }
 
 
