@@ -9,6 +9,7 @@ into BUILD_FOLDER/wheels. The compiler is Zig's Clang, which brings libraries an
 its own libc++; of the system nothing but Eigen's headers is used.
 """
 
+import hashlib
 import pathlib
 import shutil
 import subprocess
@@ -23,6 +24,11 @@ KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
 SUITES = {"3.11": "bookworm", "3.13": "trixie", "3.14": "sid"}
 TOOLS = ("ziglang==0.17.*", "scikit-build-core>=0.11", "pybind11==3.1.*", "auditwheel>=6.8,<7", "wheel")
 LARGEST = 8 * 2**20  # bytes of a wheel
+#: What a wheel is made of.
+SOURCES = (
+    "CMakeLists.txt", "pyproject.toml", "README.md", "LICENSE", "NOTICE", "packaging/build_wheels.py",
+    "native/CMakeLists.txt", "native/meanvalue", "native/bindings",
+)  # fmt: skip
 
 
 def run(*command, **options):
@@ -145,6 +151,28 @@ def cmake_options(work, toolchain, version):
     }
 
 
+def digest():
+    """Of all that a wheel is made of here."""
+    found = hashlib.sha256()
+    for name in SOURCES:
+        for path in sorted((ROOT / name).rglob("*")) or [ROOT / name]:
+            if path.is_file() and "__pycache__" not in path.parts:
+                found.update(f"{path.relative_to(ROOT)}\0{path.stat().st_size}\0".encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def build_if_changed(work, output, tools, toolchain, version):
+    """As build(), unless the wheel that is there was made of the same."""
+    record, made_of = work / f"made-{version}", digest()
+    if record.exists():
+        name, before = record.read_text().split()
+        if before == made_of and (output / name).exists():
+            return output / name
+    wheel = build(work, output, tools, toolchain, version)
+    record.write_text(f"{wheel.name} {made_of}")
+    return wheel
+
+
 def build(work, output, tools, toolchain, version):
     """Compiles for a Python, retags and checks. Returns the wheel's path in `output`.
 
@@ -207,7 +235,7 @@ def main(arguments):
     fetch(work, versions)
     toolchain = write_toolchain(work, tools)
     for version in versions:
-        print(build(work, work.parent / "wheels", tools, toolchain, version))
+        print(build_if_changed(work, work.parent / "wheels", tools, toolchain, version))
 
 
 if __name__ == "__main__":
