@@ -257,7 +257,7 @@ def picture_of_the_guide(ui):
     _choose_tool()
     pinned = ui.project((0.0, -1.5, -1.4))
     yield from ui.click(*pinned, shift=True)
-    start = ui.project((2.55, 0.0, 0.75))
+    start = ui.project((2.3, 0.0, 0.75))  # further out a wide sidebar begins
     yield from _drag_open(ui, start, (start[0] + 20, start[1] + 120))
     yield from ui.wait_until(_settled, "the ear has followed")
     yield from ui.screenshot("grab_9_guide")
