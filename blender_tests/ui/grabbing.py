@@ -53,6 +53,8 @@ def _look_along_y(ui):
     yield from ui.open_tab("Mean-Value")
     yield from ui.move_mouse(*view.centre())
     yield from ui.key('NUMPAD_1')
+    seen = view.area().spaces.active.region_3d
+    yield from ui.wait_until(lambda: seen.view_perspective == 'ORTHO', "the view has turned")
     ui.frame_all()
     yield from ui.pause(0.5)
 
