@@ -259,8 +259,8 @@ def picture_of_the_guide(ui):
     _choose_tool()
     pinned = ui.project((0.0, -1.5, -1.4))
     yield from ui.click(*pinned, shift=True)
-    start = ui.project((2.3, 0.0, 0.75))  # further out a wide sidebar begins
-    yield from _drag_open(ui, start, (start[0] + 20, start[1] + 120))
+    start = ui.project((-2.5, 0.0, 0.75))  # the ear away from the sidebar and the buttons beside it
+    yield from _drag_open(ui, start, (start[0] - 20, start[1] + 120))
     yield from ui.wait_until(_settled, "the ear has followed")
     yield from ui.screenshot("grab_9_guide")
     during = _seen()
