@@ -88,9 +88,10 @@ def _explanation(failures):
             f"The solver of this add-on is for another Python: it has {', '.join(bundled)}, this Blender has {here}. "
             "Install the add-on zip made for this Python"
         )
-    python = "".join(platform.python_version_tuple()[:2])
+    python = ".".join(platform.python_version_tuple()[:2])
+    tag = f"cp{python.replace('.', '')}"
     return (
         f"The compiled solver is missing. This Blender has {here}. Install the add-on zip made for it: the one for "
-        f"Blender 4.2 and later needs a wheel for CPython {python} (cp{python}) on this platform in its wheels folder, "
+        f"Blender 4.2 and later needs a wheel for CPython {python} ({tag}) on this platform in its wheels folder, "
         "the one for older Blenders a solver in its lib folder"
     )

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes wheels for any Linux with glibc 2.28 or later: docs/decisions/0022-packaging.md.
 
-    build_wheels.py BUILD_FOLDER [PYTHON_VERSION ...]      3.11 and 3.13 without one
+    build_wheels.py BUILD_FOLDER [PYTHON_VERSION ...]      3.11, 3.13 and 3.14 without one
 
 All is taken from Debian's archive and the Python package registry and kept in BUILD_FOLDER/portable; the wheels are put
 into BUILD_FOLDER/wheels. The compiler is Zig's Clang, which brings libraries and headers for older glibc versions and
 its own libc++; of the system nothing but Eigen's headers is used.
 """
 
+import hashlib
 import pathlib
 import shutil
 import subprocess
@@ -20,9 +21,14 @@ GLIBC = "2.28"
 MIRROR = "http://deb.debian.org/debian"
 KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
 #: The Debian release that has the headers of a Python.
-SUITES = {"3.11": "bookworm", "3.13": "trixie"}
+SUITES = {"3.11": "bookworm", "3.13": "trixie", "3.14": "sid"}
 TOOLS = ("ziglang==0.17.*", "scikit-build-core>=0.11", "pybind11==3.1.*", "auditwheel>=6.8,<7", "wheel")
 LARGEST = 8 * 2**20  # bytes of a wheel
+#: What a wheel is made of, but for its description (README.md), which changes with every figure in it.
+SOURCES = (
+    "CMakeLists.txt", "pyproject.toml", "LICENSE", "NOTICE", "packaging/build_wheels.py",
+    "native/CMakeLists.txt", "native/meanvalue", "native/bindings",
+)  # fmt: skip
 
 
 def run(*command, **options):
@@ -129,21 +135,52 @@ def write_toolchain(work, tools):
 
 
 def cmake_options(work, toolchain, version):
+    abi = f"cpython-{version.replace('.', '')}-x86_64-linux-gnu"
     return {
         "CMAKE_TOOLCHAIN_FILE": toolchain,
         "CMAKE_INTERPROCEDURAL_OPTIMIZATION": "OFF",
-        "CMAKE_CXX_FLAGS": "-g0 -fomit-frame-pointer",  # Zig's defaults are otherwise
+        # Zig's defaults are otherwise. Of -O3 it makes -O2; what it does not look at comes after that, and counts.
+        "CMAKE_CXX_FLAGS": "-g0 -fomit-frame-pointer -Xclang -O3",
         "MEANVALUE_OPENMESH_SOURCE": work / "openmesh",
         "Python_INCLUDE_DIR": work / f"python{version}",
-        "Python_SOABI": f"cpython-{version.replace('.', '')}-x86_64-linux-gnu",
+        "Python_SOABI": abi,
+        # pybind11 would take the Python that runs, or the one before.
+        "PYTHON_MODULE_EXTENSION": f".{abi}.so",
+        "PYTHON_MODULE_DEBUG_POSTFIX": "",
+        "PYTHON_IS_DEBUG": "OFF",
     }
 
 
+def digest():
+    """Of all that a wheel is made of here."""
+    found = hashlib.sha256()
+    for name in SOURCES:
+        for path in sorted((ROOT / name).rglob("*")) or [ROOT / name]:
+            if path.is_file() and "__pycache__" not in path.parts:
+                found.update(f"{path.relative_to(ROOT)}\0{path.stat().st_size}\0".encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def build_if_changed(work, output, tools, toolchain, version):
+    """As build(), unless the wheel that is there was made of the same."""
+    record, made_of = work / f"made-{version}", digest()
+    if record.exists():
+        name, before = record.read_text().split()
+        if before == made_of and (output / name).exists():
+            return output / name
+    wheel = build(work, output, tools, toolchain, version)
+    record.write_text(f"{wheel.name} {made_of}")
+    return wheel
+
+
 def build(work, output, tools, toolchain, version):
-    """Compiles for a Python, retags and checks. Returns the wheel's path in `output`."""
+    """Compiles for a Python, retags and checks. Returns the wheel's path in `output`.
+
+    In one folder for all Pythons: of the next one only what knows Python, the bindings, is compiled again.
+    """
     raw = work / f"raw-{version}"
     shutil.rmtree(raw, ignore_errors=True)
-    arguments = [f"--config-settings=build-dir={work}/cmake-{version}"]
+    arguments = [f"--config-settings=build-dir={work}/cmake"]
     arguments += [
         f"--config-settings=cmake.define.{name}={value}"
         for name, value in cmake_options(work, toolchain, version).items()
@@ -198,7 +235,7 @@ def main(arguments):
     fetch(work, versions)
     toolchain = write_toolchain(work, tools)
     for version in versions:
-        print(build(work, work.parent / "wheels", tools, toolchain, version))
+        print(build_if_changed(work, work.parent / "wheels", tools, toolchain, version))
 
 
 if __name__ == "__main__":

@@ -47,8 +47,9 @@ def edit_with_selected(obj, vertices):
     if shown_count:
         is_hidden[vertices] = False
         mesh.vertices.foreach_set("hide", is_hidden)
-    for elements in (mesh.edges, mesh.polygons):
-        elements.foreach_set("select", np.zeros(len(elements), bool))
+    for name in (".select_edge", ".select_poly"):  # not by edges.foreach_set(), which crashes Blender 5.0.1
+        if flags := mesh.attributes.get(name):  # else none is selected
+            flags.data.foreach_set("value", np.zeros(len(flags.data), bool))
     flags = np.zeros(len(mesh.vertices), bool)
     flags[vertices] = True
     mesh.vertices.foreach_set("select", flags)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+from support import installed
 
 from .errors import DemoError
 
-ADDON = "meanvalue_deform"
+ADDON = installed.PACKAGE
 
 
 @dataclass(frozen=True)

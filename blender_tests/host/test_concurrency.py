@@ -77,11 +77,13 @@ def test_two_deformers_solved_at_once_do_not_know_of_each_other():
             assert np.array_equal(task.result().vertices, vertices)
 
 
+#: From 3.12 on Python warns of every fork beside threads, without knowing what these do.
 FORKED = """
-import os, sys, threading, time
+import os, sys, threading, time, warnings
 import numpy as np, meanvalue
 from blender_tests.support import stress
 
+warnings.filterwarnings("ignore", ".*use of fork", DeprecationWarning)
 one = stress.case("bar", *stress.bar(4000))
 deformer, other = one.bind(threads=2), one.bind(threads=2)
 expected = deformer.solve(one.targets[0]).vertices

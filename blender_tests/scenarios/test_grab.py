@@ -5,7 +5,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import armatures, handles, installed, meshes, posed_rigs, rigs, steps
+from support import armatures, handles, installed, meshes, posed_rigs, rigs, steps, take_files
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 31
@@ -408,7 +408,7 @@ def test_keyframes_on_all_controls_at_the_current_frame():
     bpy.context.scene.frame_set(7)
     assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
     for line in obj.meanvalue.anchor_groups:
-        curves = line.control.animation_data.action.fcurves
+        curves = take_files.curves(line.control)
         assert {(curve.data_path, curve.array_index) for curve in curves} == {
             (path, index) for path in ("location", "rotation_euler", "scale") for index in range(3)
         }
@@ -436,7 +436,7 @@ def test_keyframes_on_bones():
     line.name, line.follows = "Hand", 'CONTROL'
     line.control, line.bone = rig, "Bone"
     assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
-    paths = {curve.data_path for curve in rig.animation_data.action.fcurves}
+    paths = {curve.data_path for curve in take_files.curves(rig)}
     assert paths == {f'pose.bones["Bone"].{path}' for path in ("location", "rotation_quaternion", "scale")}
 
 

@@ -237,8 +237,7 @@ def test_what_was_edited_is_read_back(tmp_path, part):
     read = takes.read(take)
     assert np.array_equal(read.positions.astype(np.float32), positions, equal_nan=True)
     assert np.allclose(read.frames, 1.0 + 0.24 * np.arange(120))
-    action = take.objects[1].animation_data.action
-    curves = list(action.fcurves) if hasattr(action, "fcurves") else list(take_files._bag(take.objects[1]).fcurves)
+    curves = list(take_files.curves(take.objects[1]))
     for curve in curves:
         curve.keyframe_points.remove(curve.keyframe_points[7])
     assert np.isnan(takes.read(take).positions[7, 1]).all()

@@ -134,7 +134,7 @@ def test_points_of_the_overlay_lie_on_the_subdivided_surface(part):
     obj.modifiers.new("Subdivision", 'SUBSURF').levels = 2
     update()
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    places = {tuple(np.round(vertex.co, 4)) for vertex in evaluated.vertices}
+    places = {tuple(np.round(np.array(vertex.co, float), 4)) for vertex in evaluated.vertices}
     found = part("bridge.overlay_data").shown_positions(obj)
     assert len(found) == len(obj.data.vertices)
     assert all(tuple(np.round(point, 4)) in places for point in found.astype(float))

@@ -18,6 +18,7 @@ def limb(name="Limb", **shapes):
     for key_name, shape in shapes.items():
         key = obj.shape_key_add(name=key_name, from_mix=False)
         key.data.foreach_set("co", shape.astype(np.float32).ravel())
+        key.value = 0.0  # of a new one it is 1 from Blender 5.2 on
     return obj
 
 

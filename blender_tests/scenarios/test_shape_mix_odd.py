@@ -140,7 +140,7 @@ def test_muted_and_reordered_while_live():
 def test_tiny_meshes(count, status):
     obj = meshes.make_object([(float(index), 0.0, 0.0) for index in range(count)], [], "Tiny")
     obj.shape_key_add(name="Basis")
-    obj.shape_key_add(name="Other", from_mix=False)
+    obj.shape_key_add(name="Other", from_mix=False).value = 0.0
     before = snapshot(obj)
     with steps.refused("No in-between keys are needed" if count == 2 else "in one place"):
         bpy.ops.meanvalue.bake_mix()

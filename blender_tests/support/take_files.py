@@ -48,11 +48,13 @@ def bring_in(path, **options):
 
 def keys(obj, data_path, index=0):
     """(n, 2) frame and value of the keys of an object's F-curve; none if there is no such curve."""
-    action = obj.animation_data.action
-    curves = action.fcurves if hasattr(action, "fcurves") else _bag(obj).fcurves
-    curve = curves.find(data_path, index=index)
+    curve = curves(obj).find(data_path, index=index)
     return np.array([key.co for key in curve.keyframe_points]).reshape(-1, 2) if curve else np.empty((0, 2))
 
 
-def _bag(obj):
-    return obj.animation_data.action.layers[0].strips[0].channelbag(obj.animation_data.action_slot)
+def curves(obj):
+    """The F-curves of an object's action, which has those of several from Blender 4.4 on."""
+    action = obj.animation_data.action
+    if hasattr(action, "fcurves"):
+        return action.fcurves
+    return action.layers[0].strips[0].channelbag(obj.animation_data.action_slot).fcurves

@@ -53,6 +53,8 @@ def _look_along_y(ui):
     yield from ui.open_tab("Mean-Value")
     yield from ui.move_mouse(*view.centre())
     yield from ui.key('NUMPAD_1')
+    seen = view.area().spaces.active.region_3d
+    yield from ui.wait_until(lambda: seen.view_perspective == 'ORTHO', "the view has turned")
     ui.frame_all()
     yield from ui.pause(0.5)
 
@@ -290,8 +292,8 @@ def picture_of_the_guide(ui):
     _choose_tool()
     pinned = ui.project((0.0, -1.5, -1.4))
     yield from ui.click(*pinned, shift=True)
-    start = ui.project((2.55, 0.0, 0.75))
-    yield from _drag_open(ui, start, (start[0] + 20, start[1] + 120))
+    start = ui.project((-2.5, 0.0, 0.75))  # the ear away from the sidebar and the buttons beside it
+    yield from _drag_open(ui, start, (start[0] - 20, start[1] + 120))
     yield from ui.wait_until(_settled, "the ear has followed")
     yield from ui.screenshot("grab_9_guide")
     during = _seen()

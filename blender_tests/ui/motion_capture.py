@@ -76,7 +76,7 @@ def import_match_and_pick(ui):
 
     _tube().meanvalue.capture.reference_frame = 1.0
     yield from ui.invoke("meanvalue.match_markers")
-    assert any("20 markers matched" in line for line in ui.reports()), ui.reports()
+    yield from ui.wait_until(lambda: any("20 markers matched" in line for line in ui.reports()), "they are matched")
     assert len(_tube().meanvalue.anchor_groups) == len(MARKED)
     yield from _scroll(ui)
     yield from ui.screenshot("capture_04_matched")

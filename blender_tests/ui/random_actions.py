@@ -19,7 +19,7 @@ from support.handles import SEGMENTS
 
 ROUNDS = 80
 SEED = int(os.environ.get("MEANVALUE_UI_SEED", "1"))
-LOG = pathlib.Path(__file__).resolve().parents[2] / "build" / "ui" / "random_actions.log"
+LOG = pathlib.Path(os.environ["MEANVALUE_UI_PICTURES"], "random_actions.log")
 
 #: Blender's and the add-on's messages, in the Info editor or the log: all that these actions may cause.
 EXPECTED = [
