@@ -145,9 +145,9 @@ Solution solve(Deformer& deformer, const py::object& targets, const std::optiona
 /// which nobody writes to, those themselves. A frame of a drag has megabytes of them.
 std::shared_ptr<const Positions> own_positions(const py::object& values, const char* name) {
     if (py::isinstance<py::array>(values)) {
-        const auto array = py::reinterpret_borrow<py::array>(values);
-        if (py::isinstance<Solution>(array.base())) {
-            const auto solution = array.base().cast<std::shared_ptr<Solution>>();
+        const py::object base = py::reinterpret_borrow<py::array>(values).base();
+        if (base && py::isinstance<Solution>(base)) {
+            const auto solution = base.cast<std::shared_ptr<Solution>>();
             const PositionsArray seen(values, name);
             if (seen.view().data() == solution->vertices.data() && seen.view().rows() == solution->vertices.rows())
                 return {solution, &solution->vertices};
