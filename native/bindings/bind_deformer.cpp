@@ -141,17 +141,32 @@ Solution solve(Deformer& deformer, const py::object& targets, const std::optiona
     return deformer.solve(target_array.view(), start_positions, options, *held);
 }
 
+/// Of an array, for work that must not touch Python: a copy, or, where it is Solution.vertices as they were given,
+/// which nobody writes to, those themselves. A frame of a drag has megabytes of them.
+std::shared_ptr<const Positions> own_positions(const py::object& values, const char* name) {
+    if (py::isinstance<py::array>(values)) {
+        const py::object base = py::reinterpret_borrow<py::array>(values).base();
+        if (base && py::isinstance<Solution>(base)) {
+            const auto solution = base.cast<std::shared_ptr<Solution>>();
+            const PositionsArray seen(values, name);
+            if (seen.view().data() == solution->vertices.data() && seen.view().rows() == solution->vertices.rows())
+                return {solution, &solution->vertices};
+        }
+    }
+    return std::make_shared<const Positions>(PositionsArray(values, name).view());
+}
+
 Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
                  const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
                  bool settle, const std::optional<py::object>& weights, const SharedExecution& execution) {
     struct Call {
         Positions targets;
-        std::optional<Positions> start;
+        std::shared_ptr<const Positions> start;
         SolveOptions options;
     };
     const auto call = std::make_shared<Call>(Call{
         PositionsArray(targets, "targets").view(), {}, solve_options(tolerance, max_iterations, settle, weights)});
-    if (start) call->start.emplace(PositionsArray(*start, "start").view());
+    if (start) call->start = own_positions(*start, "start");
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
                 std::optional<PositionsView> start_view;

@@ -12,11 +12,10 @@ std::size_t RegionShape::bytes() const {
     return encoding.bytes() + static_cast<std::size_t>(region.positions.size()) * sizeof(double) +
            (region.vertices.size() + region.faces.size() + rings.offsets.size() + rings.vertices.size()) *
                sizeof(Index) +
-           elimination_order.bytes();
+           elimination_order.bytes() + (stiff_rings ? stiff_rings->bytes() : 0);
 }
 
-std::shared_ptr<const RegionShape> encode_shape(Region region, bool orders_unknowns, int threads,
-                                                Execution& execution) {
+std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution) {
     auto shape = std::make_shared<RegionShape>();
     shape->region = std::move(region);
     shape->region.is_fixed.clear();
@@ -29,7 +28,16 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, bool orders_unkno
         shape->encoding = encode(shape->rings, of.positions, threads, execution);
         shape->size = mean_diagonal(of.positions, threads, execution);
     }
-    if (orders_unknowns) {
+    if (parts.stiff_rings) {
+        const StageTimer timer(shape->timings, "encode");
+        std::vector<Index> vertices;
+        for (Index v = 0; v < shape->encoding.vertex_count(); ++v) {
+            if (shape->encoding.predictable(v)) vertices.push_back(v);
+        }
+        const RestCells cells = rest_cells(shape->encoding, of.positions, threads, execution);
+        shape->stiff_rings = find_stiff_rings(shape->encoding, vertices, cells, execution);
+    }
+    if (parts.elimination_order) {
         const StageTimer timer(shape->timings, "order");
         execution.begin_stage("order");
         shape->elimination_order = find_elimination_order(shape->encoding, threads, execution);
@@ -50,7 +58,7 @@ EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<c
 
 EncodedRegion encode_region(Region region, const std::vector<char>& is_soft, int threads, Execution& execution) {
     std::vector<char> is_fixed = region.is_fixed;
-    auto shape = encode_shape(std::move(region), false, threads, execution);
+    auto shape = encode_shape(std::move(region), {}, threads, execution);
     EncodedRegion result = with_fixed(shape, std::move(is_fixed), is_soft, execution);
     result.timings = shape->timings;
     return result;

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/decode/fast/stiff_spokes.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/components.h"
@@ -21,11 +23,12 @@ namespace meanvalue {
 struct RegionShape {
     Region region;  ///< without is_fixed
     OneRings rings;
-    Encoding encoding;                  ///< by those rings
-    Index detached_triangle_count = 0;  ///< see TriangleMesh
-    double size = 0.0;                  ///< mean_diagonal()
-    RegionOrder elimination_order;      ///< or empty: for methods that have no use for it
-    Timings timings;                    ///< seconds by stage
+    Encoding encoding;                      ///< by those rings
+    Index detached_triangle_count = 0;      ///< see TriangleMesh
+    double size = 0.0;                      ///< mean_diagonal()
+    RegionOrder elimination_order;          ///< or empty: for methods that have no use for it
+    std::optional<StiffRings> stiff_rings;  ///< of all vertices by that encoding; or none, for such methods
+    Timings timings;                        ///< seconds by stage
 
     std::size_t bytes() const;
 };
@@ -43,10 +46,14 @@ struct EncodedRegion {
     std::shared_ptr<const RemovalLog> earlier_removals;
 };
 
-/// @param orders_unknowns elimination_order is wanted. @throws Cancelled. Cost: linear without it, else that of a
-/// nested dissection.
-std::shared_ptr<const RegionShape> encode_shape(Region region, bool orders_unknowns, int threads,
-                                                Execution& execution);
+/// What a method has use for besides rings and encoding.
+struct ShapeParts {
+    bool elimination_order = false;
+    bool stiff_rings = false;
+};
+
+/// @throws Cancelled. Cost: linear, but with an order of elimination that of a nested dissection.
+std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution);
 
 /// @param is_fixed n flags, @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.
 EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,

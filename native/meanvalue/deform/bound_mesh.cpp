@@ -147,7 +147,8 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const std::vector<char>&
     if (is_same) return earlier->decoder().shape();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (method_ == Method::kFast) region = in_spatial_order(region, execution);
-    return encode_shape(std::move(region), method_ != Method::kPaper, threads_, execution);
+    const ShapeParts parts{method_ != Method::kPaper, method_ == Method::kFast};
+    return encode_shape(std::move(region), parts, threads_, execution);
 }
 
 Binding BoundMesh::binding_again() const {
@@ -182,12 +183,12 @@ void BoundMesh::fill_report(Components components) {
     report_.bytes = decoder_->bytes() + loose_parts_.bytes();
 }
 
-Positions BoundMesh::rows_of_region(const PositionsView& positions, const Execution& execution) const {
+Positions BoundMesh::rows_of_region(const PositionsView& positions, int threads, const Execution& execution) const {
     Positions rows(static_cast<Eigen::Index>(region_vertices_.size()), 3);
-    execution.check();
-    for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
-        rows.row(k) = positions.row(region_vertices_[k]);
-    }
+    parallel_for(static_cast<Index>(region_vertices_.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            rows.row(k) = positions.row(region_vertices_[k]);
+    });
     return rows;
 }
 
@@ -226,17 +227,20 @@ Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const st
 }
 
 Positions BoundMesh::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
-                                   const std::vector<double>& weights, const Execution& execution) const {
+                                   const std::vector<double>& weights, int threads,
+                                   const Execution& execution) const {
     require_targets(targets, anchors_, rest(), mesh_->diagonal);
-    execution.check();
-    Positions positions = rest();
-    execution.check();
-    if (start) {
-        require_start(*start, rest(), mesh_->diagonal, is_fixed_, execution);
-        for (Index v = 0; v < positions.rows(); ++v) {
-            if (!is_fixed_[v]) positions.row(v) = start->row(v);
+    if (start) require_start(*start, rest(), mesh_->diagonal, is_fixed_, execution);
+    Positions positions(rest().rows(), 3);
+    parallel_for(static_cast<Index>(positions.rows()), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            if (start && !is_fixed_[v]) {
+                positions.row(v) = start->row(v);
+            } else {
+                positions.row(v) = rest().row(v);
+            }
         }
-    }
+    });
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
         const bool is_free = !weights.empty() && weights[k] == 0.0;
         if ((!start && !is_free) || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
@@ -244,10 +248,13 @@ Positions BoundMesh::place_anchors(const PositionsView& targets, const std::opti
     return positions;
 }
 
-void BoundMesh::put_rows_of_region(const Positions& rows, Positions& positions) const {
-    for (std::size_t k = 0; k < region_vertices_.size(); ++k) {
-        if (!is_fixed_[region_vertices_[k]]) positions.row(region_vertices_[k]) = rows.row(k);
-    }
+void BoundMesh::put_rows_of_region(const Positions& rows, Positions& positions, int threads) const {
+    const Execution uncancelled;
+    parallel_for(static_cast<Index>(region_vertices_.size()), threads, uncancelled, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            if (!is_fixed_[region_vertices_[k]]) positions.row(region_vertices_[k]) = rows.row(k);
+        }
+    });
 }
 
 }  // namespace meanvalue

@@ -120,12 +120,14 @@ class BoundMesh {
     /// @throws as check_weights().
     Positions targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const;
     /// n x 3: the rest shape with the anchors that are not freed at their targets and everything else that may move
-    /// at `start`, where given. @param weights that targets_without_gaps() took. @throws InvalidInput, Cancelled.
+    /// at `start`, where given. @param weights that targets_without_gaps() took. @param threads as given by
+    /// threads_of(), here and below. @throws InvalidInput, Cancelled.
     Positions place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
-                            const std::vector<double>& weights, const Execution& execution) const;
-    /// The rows of `positions` (n x 3) that belong to the decoder's vertices, and what may move of these put back.
-    Positions rows_of_region(const PositionsView& positions, const Execution& execution) const;
-    void put_rows_of_region(const Positions& rows, Positions& positions) const;
+                            const std::vector<double>& weights, int threads, const Execution& execution) const;
+    /// The rows of `positions` (n x 3) that belong to the decoder's vertices. @throws Cancelled.
+    Positions rows_of_region(const PositionsView& positions, int threads, const Execution& execution) const;
+    /// What may move of them put back.
+    void put_rows_of_region(const Positions& rows, Positions& positions, int threads) const;
     /// The parts that go along with others, which have no rows.
     const LooseParts& loose_parts() const { return loose_parts_; }
 

@@ -36,9 +36,10 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
     const Positions filled = bound_.targets_without_gaps(targets, weights);
     const PositionsView filled_view = filled;
     Solution solution;
-    solution.vertices = bound_.place_anchors(filled, start, weights, execution);
-    Positions positions = bound_.rows_of_region(solution.vertices, execution);
-    const Positions previous = start ? bound_.rows_of_region(*start, execution) : Positions();
+    const int threads = bound_.threads_of(options.threads > 0 ? thread_count(options.threads) : 0);
+    solution.vertices = bound_.place_anchors(filled, start, weights, threads, execution);
+    Positions positions = bound_.rows_of_region(solution.vertices, threads, execution);
+    const Positions previous = start ? bound_.rows_of_region(*start, threads, execution) : Positions();
     DecodeReport report;
     Timings total;
     {
@@ -50,7 +51,7 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
         decode_options.previous = start ? &previous : nullptr;
         decode_options.targets = &filled_view;
         decode_options.weights = weights.empty() ? nullptr : &weights;
-        decode_options.threads = options.threads > 0 ? thread_count(options.threads) : 0;
+        decode_options.threads = threads;
         decode_options.is_last = options.settle;
         const Decoder& decoder = bound_.decoder();
         std::optional<WorkspacePool::Loan> borrowed;
@@ -58,7 +59,8 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
         Workspace& workspace = loan->workspace();
         report = decoder.decode(decode_options, workspace, positions, execution);
         if (start && options.settle) {
-            Positions fresh = bound_.rows_of_region(bound_.place_anchors(filled, {}, weights, execution), execution);
+            Positions fresh = bound_.rows_of_region(bound_.place_anchors(filled, {}, weights, threads, execution),
+                                                    threads, execution);
             decode_options.previous = nullptr;
             DecodeReport fresh_report = decoder.decode(decode_options, workspace, fresh, execution);
             if (fresh_report.energies.back() < report.energies.back()) {
@@ -69,9 +71,8 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
         // Once both are done: after a cancel the next frame goes on from the answer before.
         if (options.settle) workspace.forget();
     }
-    bound_.put_rows_of_region(positions, solution.vertices);
-    bound_.loose_parts().carry(bound_.rest(), solution.vertices.data(), bound_.threads_of(options.threads),
-                               execution);
+    bound_.put_rows_of_region(positions, solution.vertices, threads);
+    bound_.loose_parts().carry(bound_.rest(), solution.vertices.data(), threads, execution);
     solution.energies = report.energies;
     solution.initial_energy = report.energies.front();
     solution.energy = report.energies.back();

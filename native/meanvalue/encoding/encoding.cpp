@@ -24,14 +24,6 @@ std::size_t bytes_of(const std::vector<T>& items) {
 
 }  // namespace
 
-EncodedRing Encoding::ring_of(Index vertex) const {
-    const Index begin = ring_offsets[vertex];
-    const Index steep = steep_offset[vertex];
-    return {ring.data() + begin,    weights.data() + begin,
-            heights.data() + begin, steep < 0 ? nullptr : steep_weights.data() + steep,
-            softening[vertex],      ring_offsets[vertex + 1] - begin};
-}
-
 Index Encoding::longest_ring() const {
     Index longest = 0;
     for (Index v = 0; v < vertex_count(); ++v)

@@ -54,7 +54,13 @@ struct Encoding {
 
     Index vertex_count() const { return static_cast<Index>(steep_offset.size()); }
     bool predictable(Index vertex) const { return ring_offsets[vertex + 1] > ring_offsets[vertex]; }
-    EncodedRing ring_of(Index vertex) const;
+    EncodedRing ring_of(Index vertex) const {
+        const Index begin = ring_offsets[vertex];
+        const Index steep = steep_offset[vertex];
+        return {ring.data() + begin,    weights.data() + begin,
+                heights.data() + begin, steep < 0 ? nullptr : steep_weights.data() + steep,
+                softening[vertex],      ring_offsets[vertex + 1] - begin};
+    }
     Index longest_ring() const;
 
     /// The vertices that each reason applies to, by the reason's name.

@@ -67,12 +67,14 @@ Graph graph_of(const SparseMatrix& lower, const Execution& execution) {
 
 VertexGroups group_same_columns(const Graph& graph, const Execution& execution) {
     const Index size = graph.size();
-    std::vector<std::uint64_t> key(size);
+    std::vector<std::uint64_t> number(size);
+    for (Index v = 0; v < size; ++v)
+        number[v] = scrambled(v);
+    std::vector<std::uint64_t> key = number;
     for (Index v = 0; v < size; ++v) {
         execution.check_every(v);
-        key[v] = scrambled(v);
         for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
-            key[v] += scrambled(*u);
+            key[v] += number[*u];
     }
     VertexGroups groups;
     groups.group_of.assign(size, -1);

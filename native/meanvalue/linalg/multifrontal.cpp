@@ -84,7 +84,7 @@ class Fronts {
         double reciprocals[SupernodalPattern::kMostColumns];
     };
 
-    void eliminate(Index s, Worker& worker, int number) {
+    void eliminate(Index s, Worker& worker) {
         execution_.check();
         const FrontShape shape{pattern_.width(s), pattern_.row_count(s) - pattern_.width(s)};
         assemble(s, shape, worker);
@@ -94,7 +94,7 @@ class Fronts {
             const Index end = std::min(block + kBlocksPerPiece, shape.below_blocks());
             kernels_.solve_below(shape, worker.panel.get(), worker.reciprocals, block, end);
         }
-        write_down(s, shape, worker.panel.get(), number);
+        sink_(s, shape, worker.panel.get());
         for (Index block = 0; block < shape.below_blocks(); block += kBlocksPerPiece) {
             execution_.check();
             const Index end = std::min(block + kBlocksPerPiece, shape.below_blocks());
@@ -173,23 +173,6 @@ class Fronts {
         }
     }
 
-    void write_down(Index s, const FrontShape& shape, const double* panel, int number) {
-        double* to = sink_.begin(s, number);
-        const Index row_count = pattern_.row_count(s);
-        WorkMeter work(execution_);
-        for (Index c = 0; c < shape.width; ++c, to += row_count) {
-            work.add(row_count);
-            for (Index row = c; row < row_count;) {
-                const Index part_end = row < shape.width ? shape.width : row_count;
-                const Index in_part = row < shape.width ? row : row - shape.width;
-                const Index count = std::min(kBlockRows - in_part % kBlockRows, part_end - row);
-                std::copy_n(panel + shape.place(row) + std::int64_t{c} * kBlockRows, count, to + row);
-                row += count;
-            }
-        }
-        sink_.end(s, number);
-    }
-
     void keep_rest(Index s, const FrontShape& shape, const double* rest) {
         if (shape.below == 0) return;
         rests_[s].reset(new double[std::int64_t{shape.below} * (shape.below + 1) / 2]);
@@ -230,7 +213,7 @@ bool factor_fronts(const SupernodalPattern& pattern, const SparseMatrix& lower, 
     std::vector<Fronts::Worker> workers(threads);
     const auto eliminate = [&](Index task, int worker) {
         for (Index s = tasks[task].begin; s < tasks[task].end; ++s)
-            fronts.eliminate(s, workers[worker], worker);
+            fronts.eliminate(s, workers[worker]);
     };
     try {
         TaskRunner().run(tasks, threads, execution, eliminate, [](Index, int) {});

@@ -10,13 +10,9 @@
 
 namespace meanvalue {
 
-/// Where the columns of the factor go: each supernode's when they are known. Called from several threads at once,
-/// for different supernodes; `worker` is less than the number of threads.
-struct PanelSink {
-    /// Memory for row_count x width numbers by columns; what is above the diagonal is not written.
-    std::function<double*(Index supernode, int worker)> begin;
-    std::function<void(Index supernode, int worker)> end;
-};
+/// Takes the columns of the factor, each supernode's when they are known: a panel, in which what is above the
+/// diagonal is undefined. Called from several threads at once, for different supernodes.
+using PanelSink = std::function<void(Index supernode, const FrontShape& shape, const double* panel)>;
 
 /// Multifrontal: each supernode adds up the matrix's entries and what its children left, is eliminated, and leaves
 /// the rest to its parent (I. S. Duff, J. K. Reid, The multifrontal solution of indefinite sparse symmetric linear

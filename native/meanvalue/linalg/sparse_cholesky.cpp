@@ -90,6 +90,22 @@ class Substitution {
     std::vector<double> local_;  // the rows of a supernode
 };
 
+/// The panel by columns, each with all rows of the front; what is above the diagonal is not written.
+void copy_columns(const FrontShape& shape, const double* panel, double* to, const Execution& execution) {
+    const Index row_count = shape.width + shape.below;
+    WorkMeter work(execution);
+    for (Index c = 0; c < shape.width; ++c, to += row_count) {
+        work.add(row_count);
+        for (Index row = c; row < row_count;) {
+            const Index part_end = row < shape.width ? shape.width : row_count;
+            const Index in_part = row < shape.width ? row : row - shape.width;
+            const Index count = std::min(kBlockRows - in_part % kBlockRows, part_end - row);
+            std::copy_n(panel + shape.place(row) + std::int64_t{c} * kBlockRows, count, to + row);
+            row += count;
+        }
+    }
+}
+
 }  // namespace
 
 void throw_too_large(const SparseMatrix& lower, const char* action) {
@@ -122,9 +138,10 @@ bool SparseCholesky::factorise(const SparseMatrix& lower, const Execution& execu
     try {
         // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
         if (!values_) values_.reset(new double[analysis_->first_value.back()]);
-        const PanelSink sink{[&](Index s, int) { return values_.get() + analysis_->first_value[s]; },
-                             [](Index, int) {}};
-        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, sink, execution);
+        const auto keep = [&](Index s, const FrontShape& shape, const double* panel) {
+            copy_columns(shape, panel, values_.get() + analysis_->first_value[s], execution);
+        };
+        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, keep, execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "factor");
     }

@@ -112,17 +112,10 @@ bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& exe
         // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
         if (!values_) values_.reset(new Lanes[analysis_->value_count]);
         // In double precision only what is being worked on.
-        std::vector<std::vector<double>> panels(threads);
-        const PanelSink sink{
-            [&](Index s, int worker) {
-                std::vector<double>& panel = panels[worker];
-                panel.resize(std::max(panel.size(), static_cast<std::size_t>(analysis_->pattern.panel_size(s))));
-                return panel.data();
-            },
-            [&](Index s, int worker) {
-                pack(analysis_->supernodes[s], panels[worker].data(), &values_[analysis_->supernodes[s].values]);
-            }};
-        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, sink, execution);
+        const auto keep = [&](Index s, const FrontShape& shape, const double* panel) {
+            pack(shape, panel, &values_[analysis_->supernodes[s].values]);
+        };
+        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, keep, execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(lower, "factor");
     }

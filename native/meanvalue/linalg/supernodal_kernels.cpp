@@ -241,12 +241,13 @@ std::int64_t lanes_of(Index width, Index row_count) {
     return lanes;
 }
 
-void pack(const Supernode& supernode, const double* panel, Lanes* values) {
+void pack(const FrontShape& shape, const double* panel, Lanes* values) {
+    const Index row_count = shape.width + shape.below;
     const auto entry = [&](Index row, Index column) {
-        return panel[std::int64_t{column} * supernode.row_count + row];
+        return panel[shape.place(row) + std::int64_t{column} * kBlockRows];
     };
-    for (Index column = 0; column < supernode.width; column += kGroup) {
-        const Index end = std::min(column + kGroup, supernode.width);
+    for (Index column = 0; column < shape.width; column += kGroup) {
+        const Index end = std::min(column + kGroup, shape.width);
         float* corner = values->value;
         std::fill_n(corner, kCornerLanes * kLanes, 0.0F);
         float* below = corner + kGroup;
@@ -256,13 +257,25 @@ void pack(const Supernode& supernode, const double* panel, Lanes* values) {
                 *below++ = static_cast<float>(entry(r, c));
         }
         values += kCornerLanes;
-        for (Index row = first_block(end) * kLanes; row < supernode.row_count; row += kLanes) {
-            for (Index c = column; c < end; ++c, ++values) {
-                for (Index lane = 0; lane < kLanes; ++lane) {
-                    const Index r = row + lane;
-                    values->value[lane] =
-                        r < end || r >= supernode.row_count ? 0.0F : static_cast<float>(entry(r, c));
+        for (Index row = first_block(end) * kLanes; row < row_count; row += kLanes) {
+            const Index first = std::max(row, end);
+            const Index behind = std::min(row + kLanes, row_count);
+            std::int64_t places[kLanes];
+            for (Index r = first; r < behind; ++r)
+                places[r - row] = shape.place(r);
+            const double* from = panel + std::int64_t{column} * kBlockRows;
+            // Mostly the rows are next to one another in the panel, too.
+            if (behind - first == kLanes && places[kLanes - 1] == places[0] + kLanes - 1) {
+                for (Index c = column; c < end; ++c, ++values, from += kBlockRows) {
+                    for (Index lane = 0; lane < kLanes; ++lane)
+                        values->value[lane] = static_cast<float>(from[places[0] + lane]);
                 }
+                continue;
+            }
+            for (Index c = column; c < end; ++c, ++values, from += kBlockRows) {
+                *values = {};
+                for (Index lane = first - row; lane < behind - row; ++lane)
+                    values->value[lane] = static_cast<float>(from[places[lane]]);
             }
         }
     }

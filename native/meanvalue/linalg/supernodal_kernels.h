@@ -5,6 +5,7 @@
 
 #include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/linalg/front_kernels.h"
 
 namespace meanvalue {
 
@@ -45,8 +46,8 @@ constexpr Index first_block(Index end) {
 /// Lanes that the values take.
 std::int64_t lanes_of(Index width, Index row_count);
 
-/// Packs `panel`, row_count x width numbers by columns, of which the upper triangle is not read.
-void pack(const Supernode& supernode, const double* panel, Lanes* values);
+/// The values of a supernode from the panel of its front, of which nothing above the diagonal is read.
+void pack(const FrontShape& shape, const double* panel, Lanes* values);
 
 /// Both substitutions of one supernode.
 struct SupernodeKernels {

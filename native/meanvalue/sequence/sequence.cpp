@@ -5,10 +5,11 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <tuple>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/sequence/run_plan.h"
+#include "meanvalue/sequence/seam.h"
 #include "meanvalue/sequence/smooth_paths.h"
 
 namespace meanvalue {
@@ -21,30 +22,15 @@ constexpr double kUnseen = 2e-5;
 // Of a coordinate in the result, which is single precision: with room for differences and what smoothing adds.
 constexpr double kMostCoordinate = std::numeric_limits<float>::max() / 8.0;
 
-using Shape = std::unique_ptr<float[]>;  // n x 3
-
-/// Where one run fades into the next, at frame `at` of the clip. Those of the earlier are in the result.
-struct Seam {
-    std::int64_t at = 0;
-    std::vector<Shape> after;  // of the later run's wanted frames before; none: it could not solve that frame
-    std::atomic<int> sides_done{0};
-};
-
 /// The frames that a run solves, and those that it goes through on the way.
 struct Run {
     Index number;
     Index begin;
-    Index end;                    // of what is solved
-    std::vector<float*> shapes;   // of each frame, in the result or in `aside`
-    std::vector<Shape> aside;     // of each frame: none where it is in the result
-    std::vector<char> is_solved;  // of each frame
+    Index end;                       // of what is solved
+    std::vector<float*> shapes;      // of each frame, in the result or in `aside`
+    std::vector<Seam::Shape> aside;  // of each frame: none where it is in the result
+    std::vector<char> is_solved;     // of each frame
 };
-
-/// 0 to 1 with no slope at either end, and the least second difference. @param frame of `count`, counted from 0.
-double fade(Index frame, Index count) {
-    const double t = (frame + 1.0) / (count + 1.0);
-    return t < 0.5 ? 2.0 * t * t : 1.0 - 2.0 * (1.0 - t) * (1.0 - t);
-}
 
 /// @throws InvalidInput.
 void require_single_precision(const Positions& shape, const char* name) {
@@ -58,19 +44,18 @@ class SequenceSolve {
   public:
     SequenceSolve(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                   Execution& execution)
-        : deformer_(deformer), trajectories_(trajectories), options_(options), execution_(execution) {
-        execution.check();
-        check_options();
-        chunk_ = std::min(options.chunk, std::max<Index>(1, trajectories.frame_count));
-        overlap_ = std::min(options.overlap, chunk_);
-        std::tie(begin_, end_) = options.frames.value_or(std::pair<Index, Index>{0, trajectories.frame_count});
+        : deformer_(deformer),
+          trajectories_(trajectories),
+          options_(options),
+          execution_(execution),
+          plan_(deformer.bound(), trajectories, options, execution) {
         const Positions& rest = deformer.bound().rest();
         require_single_precision(rest, "the rest shape");
         if (rest.rows() > 0) unseen_ = kUnseen * (rest.colwise().maxCoeff() - rest.colwise().minCoeff()).norm();
-        result_.first = begin_;
+        result_.first = plan_.begin();
         result_.vertex_count = deformer.report().vertex_count;
-        const auto count = static_cast<std::size_t>(end_ - begin_);
-        result_.frame_count = end_ - begin_;
+        const auto count = static_cast<std::size_t>(plan_.end() - plan_.begin());
+        result_.frame_count = plan_.end() - plan_.begin();
         // Without writing to it: gigabytes take longer than a cancel may wait, and each frame is written anyway.
         result_.vertices.reset(new float[count * static_cast<std::size_t>(result_.vertex_count) * 3]);
         result_.energies.assign(count, std::numeric_limits<double>::quiet_NaN());
@@ -79,29 +64,21 @@ class SequenceSolve {
     }
 
     Sequence run() {
-        if (begin_ == end_) return std::move(result_);
-        const Index first_run = begin_ / chunk_;
-        Index last_run = (end_ - 1) / chunk_;
-        if (has_seam_behind(last_run) && end_ > (last_run + 1) * chunk_ - overlap_) ++last_run;
-        for (Index run = first_run; run <= last_run + 1; ++run)
-            seams_.emplace_back(std::make_unique<Seam>())->at = std::int64_t{run} * chunk_;
-        first_run_ = first_run;
-        for (Index run = first_run; run <= last_run; ++run) {
-            execution_.check();
-            begins_.push_back(find_begin(run));
-            frames_to_solve_ += end_to_solve(run) - begins_.back();
-        }
+        if (plan_.run_count() == 0) return std::move(result_);
+        const Index end_of_runs = plan_.first_run() + plan_.run_count();
+        for (Index run = plan_.first_run(); run <= end_of_runs; ++run)
+            seams_.push_back(std::make_unique<Seam>(plan_.seam_before(run)));
         const int threads = thread_count(options_.threads);
-        const int workers = std::min<int>(threads, last_run - first_run + 1);
-        std::atomic<Index> next{first_run};
+        const int workers = std::min<int>(threads, plan_.run_count());
+        std::atomic<Index> next{plan_.first_run()};
         std::atomic<int> active{workers};
         execution_.begin_stage("solve");
         run_workers(workers, [&](int) {
             try {
-                for (Index run = next++; run <= last_run; run = next++)
+                for (Index run = next++; run < end_of_runs; run = next++)
                     solve_run(run, [&] { return std::max(1, threads / std::max(1, active.load())); });
             } catch (...) {
-                next = last_run + 1;  // the others need not begin another
+                next = end_of_runs;  // the others need not begin another
                 --active;
                 throw;
             }
@@ -114,65 +91,17 @@ class SequenceSolve {
     }
 
   private:
-    void check_options() const {
-        if (trajectories_.anchor_count != deformer_.report().anchor_count) {
-            throw InvalidInput(message("targets are of ", trajectories_.anchor_count, " anchors, but the mesh has ",
-                                       deformer_.report().anchor_count));
-        }
-        if (options_.chunk < 1) throw InvalidInput(message("chunk is ", options_.chunk, "; give 1 or more"));
-        if (options_.overlap < 0) throw InvalidInput(message("overlap is ", options_.overlap, "; give 0 or more"));
-        if (options_.tolerance && !(*options_.tolerance > 0.0))
-            throw InvalidInput(message("tolerance is ", *options_.tolerance, "; give a positive number"));
-        if (options_.max_iterations < 0)
-            throw InvalidInput(message("max_iterations is ", options_.max_iterations, "; give 0 or more"));
-        for (Index frame = 0; !trajectories_.weights.empty() && frame < trajectories_.frame_count; ++frame) {
-            execution_.check_every(frame);
-            try {
-                deformer_.bound().check_weights(trajectories_.weights_at(frame));
-            } catch (const InvalidInput& error) {
-                throw InvalidInput(message("frame ", frame, ": ", error.what()));
-            }
-        }
-        if (!options_.frames) return;
-        const auto [begin, end] = *options_.frames;
-        if (begin < 0 || end < begin || end > trajectories_.frame_count) {
-            throw InvalidInput(message("frames is (", begin, ", ", end, "), but the clip has ",
-                                       trajectories_.frame_count, " frames, numbered from 0"));
-        }
-    }
-
-    /// So much earlier that it has a shape before it comes to frames that can't be solved; 0 where none can before.
-    Index find_begin(Index run) const {
-        auto frame = static_cast<Index>(std::max<std::int64_t>(0, std::int64_t{run} * chunk_ - overlap_));
-        while (frame > 0 &&
-               !deformer_.bound().can_be_placed(trajectories_.targets_at(frame), trajectories_.weights_at(frame)))
-            --frame;
-        return frame;
-    }
-    Index end_of(Index run) const {
-        return static_cast<Index>(
-            std::min<std::int64_t>(trajectories_.frame_count, (std::int64_t{run} + 1) * chunk_));
-    }
-    /// End of the frames that what is wanted of a run depends on: smoothing looks so far ahead.
-    Index end_to_solve(Index run) const {
-        return static_cast<Index>(
-            std::min<std::int64_t>(end_of(run), std::int64_t{end_} + 2 * std::int64_t{overlap_}));
-    }
-    bool has_seam_behind(Index run) const {
-        return overlap_ > 0 && (std::int64_t{run} + 1) * chunk_ < trajectories_.frame_count;
-    }
-
     template <typename Threads>
     void solve_run(Index number, const Threads& threads) {
-        Seam& seam_before = *seams_[number - first_run_];
-        Seam& seam_behind = *seams_[number - first_run_ + 1];
-        Run run{number, begins_[number - first_run_], end_to_solve(number), {}, {}, {}};
+        Seam& seam_before = *seams_[number - plan_.first_run()];
+        Seam& seam_behind = *seams_[number - plan_.first_run() + 1];
+        Run run{number, plan_.begin_of(number), plan_.end_to_solve(number), {}, {}, {}};
         Execution of_run(&execution_);
         {
             Deformer::Drag drag(deformer_, of_run);
             Positions shape;  // empty until a frame could be solved
             for (Index frame = run.begin; frame < run.end; ++frame) {
-                const bool is_told = frame >= seam_before.at && is_wanted(frame);
+                const bool is_told = frame >= seam_before.at() && plan_.is_wanted(frame);
                 run.is_solved.push_back(
                     static_cast<char>(solve_frame(drag, frame, is_told, threads(), of_run, shape)));
                 put(shape_or_rest(shape), add_frame(run, is_told));
@@ -180,17 +109,15 @@ class SequenceSolve {
             }
         }
         smooth(run);
-        const auto first = static_cast<Index>(std::max<std::int64_t>(begin_, seam_before.at - overlap_));
-        for (Index frame = std::max(first, run.begin); frame < std::min<std::int64_t>(seam_before.at, run.end);
-             ++frame)
-            if (is_wanted(frame))
-                seam_before.after.push_back(run.is_solved[frame - run.begin] ? std::move(run.aside[frame - run.begin])
-                                                                             : nullptr);
-        close(seam_before);
-        close(seam_behind);
+        const auto first = static_cast<Index>(std::max<std::int64_t>(0, seam_before.at() - plan_.overlap()));
+        for (Index frame = std::max(first, run.begin); frame < std::min<std::int64_t>(seam_before.at(), run.end);
+             ++frame) {
+            const Index place = frame - run.begin;
+            if (plan_.is_wanted(frame) && run.is_solved[place]) seam_before.add(frame, std::move(run.aside[place]));
+        }
+        for (Seam* const seam : {&seam_before, &seam_behind})
+            seam->close(plan_.overlap(), numbers_of_shape(), [&](Index frame) { return row(frame); });
     }
-
-    bool is_wanted(Index frame) const { return begin_ <= frame && frame < end_; }
 
     /// Room for the next frame of a run.
     float* add_frame(Run& run, bool in_result) {
@@ -206,8 +133,8 @@ class SequenceSolve {
     void smooth(Run& run) {
         const auto first = static_cast<Index>(std::find(run.is_solved.begin(), run.is_solved.end(), char{1}) -
                                               run.is_solved.begin());
-        const Index half_width = std::min<Index>(overlap_, end_of(run.number) - 1 - (run.begin + first));
-        if (run.begin + first >= end_ || half_width < 2) return;
+        const Index half_width = std::min<Index>(plan_.overlap(), plan_.end_of(run.number) - 1 - (run.begin + first));
+        if (run.begin + first >= plan_.end() || half_width < 2) return;
         const std::vector<float*> shapes(run.shapes.begin() + first, run.shapes.end());
         const PathSmoother smoother({run.is_solved.begin() + first, run.is_solved.end()}, half_width);
         std::vector<double> limits =
@@ -253,7 +180,7 @@ class SequenceSolve {
             require_single_precision(solution.vertices, "the solved shape");
             shape = std::move(solution.vertices);
             if (!is_told) return true;
-            const auto row = static_cast<std::size_t>(frame - begin_);
+            const auto row = static_cast<std::size_t>(frame - plan_.begin());
             result_.energies[row] = solution.energy;
             result_.iterations[row] = iterations;
             result_.converged[row] = static_cast<char>(solution.converged);
@@ -265,39 +192,23 @@ class SequenceSolve {
         }
     }
 
-    /// Called by either side once its frames of the seam are there; the second does the work.
-    void close(Seam& seam) {
-        if (++seam.sides_done < 2) return;
-        const auto first = static_cast<Index>(seam.at - overlap_);
-        for (std::size_t k = 0; k < seam.after.size(); ++k) {
-            if (!seam.after[k]) continue;
-            const Index frame = std::max(begin_, first) + static_cast<Index>(k);
-            const auto share = static_cast<float>(fade(frame - first, overlap_));
-            float* const to = row(frame);
-            const float* const after = seam.after[k].get();
-            for (std::size_t number = 0; number < numbers_of_shape(); ++number)
-                to[number] += share * (after[number] - to[number]);
-        }
-        seam.after.clear();
-    }
-
     /// Where paths were smoothed or faded, as what carries them is now.
     void carry_loose_parts(int threads) {
         const BoundMesh& bound = deformer_.bound();
         if (bound.loose_parts().carriers().empty()) return;
-        for (Index frame = begin_; frame < end_; ++frame)
+        for (Index frame = plan_.begin(); frame < plan_.end(); ++frame)
             bound.loose_parts().carry(bound.rest(), row(frame), threads, execution_);
     }
 
     void report_progress() {
-        const double share = static_cast<double>(++frames_solved_) / static_cast<double>(frames_to_solve_);
+        const double share = static_cast<double>(++frames_solved_) / static_cast<double>(plan_.frames_to_solve());
         execution_.set_progress(options_.progress.first +
                                 share * (options_.progress.second - options_.progress.first));
     }
 
     std::size_t numbers_of_shape() const { return static_cast<std::size_t>(result_.vertex_count) * 3; }
     float* row(Index frame) {
-        return result_.vertices.get() + static_cast<std::size_t>(frame - begin_) * numbers_of_shape();
+        return result_.vertices.get() + static_cast<std::size_t>(frame - plan_.begin()) * numbers_of_shape();
     }
     static void put(const Positions& shape, float* to) {
         std::transform(shape.data(), shape.data() + shape.size(), to, [](double x) { return static_cast<float>(x); });
@@ -307,15 +218,9 @@ class SequenceSolve {
     const Trajectories& trajectories_;
     const SequenceOptions& options_;
     Execution& execution_;
-    Index chunk_ = 1;
-    Index overlap_ = 0;
+    RunPlan plan_;
     double unseen_ = 0.0;
-    Index begin_ = 0;  // of what is wanted
-    Index end_ = 0;
-    Index first_run_ = 0;
     std::vector<std::unique_ptr<Seam>> seams_;  // before the first run, and behind each
-    std::vector<Index> begins_;                 // of each run
-    std::int64_t frames_to_solve_ = 0;
     std::atomic<std::int64_t> frames_solved_{0};
     std::mutex mutex_;  // of result_.failures
     Sequence result_;

@@ -34,6 +34,12 @@ class HessianAssembly {
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
             row_start_.push_back(row_start_.back() + encoding_.ring_of(unknowns_.rows[row]).valence);
         }
+        slots_.reserve(row_start_.back());
+        for (const Index row : unknowns_.rows) {
+            const EncodedRing ring = encoding_.ring_of(row);
+            for (Index k = 0; k < ring.valence; ++k)
+                slots_.push_back(unknowns_.slot[ring.ring[k]]);
+        }
         edges_.assign(row_start_.back(), {0.0, 0.0});
         if (weight_ > 0.0) collect_edges();
         for (const StiffSpoke& spoke : energy_.stiff_spokes)
@@ -47,10 +53,9 @@ class HessianAssembly {
         const auto for_each_use = [&](const auto& visit) {
             for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
                 execution_.check_every(row);
-                const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
-                for (Index k = 0; k < ring.valence; ++k) {
-                    const Index slot = unknowns_.slot[ring.ring[k]];
-                    if (slot >= 0) visit(slot, RingUse{static_cast<Index>(row), k});
+                for (std::int64_t k = row_start_[row]; k < row_start_[row + 1]; ++k) {
+                    if (slots_[k] >= 0)
+                        visit(slots_[k], RingUse{static_cast<Index>(row), static_cast<Index>(k - row_start_[row])});
                 }
             }
         };
@@ -71,38 +76,40 @@ class HessianAssembly {
 
     /// Of one thread.
     struct Scratch {
-        explicit Scratch(std::size_t size) : sums(size), seen_by(size, -1) {}
-        std::vector<double> sums;    // |V'|
-        std::vector<Index> seen_by;  // |V'|: the column that a sum is of
-        std::vector<Index> found;
+        explicit Scratch(std::size_t size) : sums(size + 1), seen_by(size + 1, -1), found(size + 1) {}
+        std::vector<double> sums;    // |V'| + 1, from slot -1 on: what is fixed goes there
+        std::vector<Index> seen_by;  // the same: the column that a sum is of
+        std::vector<Index> found;    // room for all of a column, and one
     };
 
     /// Columns [begin, end), lower triangle with the diagonal. @param sizes receives the number of entries of each.
     Columns columns(Index begin, Index end, std::int64_t* sizes, Scratch& scratch) const {
         Columns result;
-        std::vector<double>& sums = scratch.sums;
-        std::vector<Index>& seen_by = scratch.seen_by;
-        std::vector<Index>& found = scratch.found;
+        constexpr std::size_t kUsualColumn = 24;
+        result.rows.reserve(kUsualColumn * (end - begin));
+        result.values.reserve(kUsualColumn * (end - begin));
+        double* const sums = scratch.sums.data() + 1;
+        Index* const seen_by = scratch.seen_by.data() + 1;
+        Index* const found = scratch.found.data();
         for (Index column = begin; column < end; ++column) {
             execution_.check_every(column - begin);
-            found.clear();
+            std::ptrdiff_t count = 0;
+            // Without a branch, none of which could be foreseen. What is fixed, or above the diagonal, is not found.
             const auto add = [&](Index slot, double value) {
-                if (slot < column) return;  // fixed, or above the diagonal
-                if (seen_by[slot] != column) {
-                    seen_by[slot] = column;
-                    sums[slot] = 0.0;
-                    found.push_back(slot);
-                }
-                sums[slot] += value;
+                const bool is_new = seen_by[slot] != column;
+                seen_by[slot] = column;
+                sums[slot] = (is_new ? 0.0 : sums[slot]) + value;
+                found[count] = slot;
+                count += static_cast<int>(is_new) & static_cast<int>(slot >= column);
             };
             add(column, 0.0);
             add_uses(column, add);
-            std::sort(found.begin(), found.end());
-            for (const Index slot : found) {
-                result.rows.push_back(slot);
-                result.values.push_back(sums[slot]);
+            std::sort(found, found + count);
+            for (std::ptrdiff_t k = 0; k < count; ++k) {
+                result.rows.push_back(found[k]);
+                result.values.push_back(sums[found[k]]);
             }
-            sizes[column - begin] = static_cast<std::int64_t>(found.size());
+            sizes[column - begin] = count;
         }
         return result;
     }
@@ -125,7 +132,10 @@ class HessianAssembly {
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
             execution_.check_every(row);
             const Index centre = unknowns_.rows[row];
+            const Index* const slots = slots_.data() + row_start_[row];
             const EncodedRing ring = encoding_.ring_of(centre);
+            const auto is_fixed = [](Index slot) { return slot < 0; };
+            if (unknowns_.slot[centre] >= 0 && std::none_of(slots, slots + ring.valence, is_fixed)) continue;
             free.clear();
             fixed.clear();
             const auto note = [&](Index vertex, double coefficient) {
@@ -134,7 +144,6 @@ class HessianAssembly {
             note(centre, 1.0);
             for (Index k = 0; k < ring.valence; ++k)
                 note(ring.ring[k], -ring.weights[k]);
-            if (free.empty() || fixed.empty()) continue;
             for (const Member& a : free) {
                 execution_.check();
                 for (const Member& b : fixed)
@@ -152,25 +161,26 @@ class HessianAssembly {
     /// Calls add(slot or -1, value) for all that the rows with this free vertex give to its column.
     template <typename Add>
     void add_uses(Index column, const Add& add) const {
-        const auto slot_of = [&](Index vertex) { return unknowns_.slot[vertex]; };
+        const auto slots_of = [&](Index row) { return slots_.data() + row_start_[row]; };
         // One row of (I - W), in which this column has the coefficient `own`.
         const auto add_bending = [&](Index row, const EncodedRing& ring, double own) {
             const double scaled = energy_.bending[row] * own;
-            add(slot_of(unknowns_.rows[row]), scaled);
+            const Index* const slots = slots_of(row);
+            add(unknowns_.slot[unknowns_.rows[row]], scaled);
             for (Index k = 0; k < ring.valence; ++k)
-                add(slot_of(ring.ring[k]), -scaled * ring.weights[k]);
+                add(slots[k], -scaled * ring.weights[k]);
         };
-        const auto add_edge = [&](Index other, double edge_weight) {
+        const auto add_edge = [&](Index other_slot, double edge_weight) {
             if (edge_weight == 0.0) return;
             add(column, edge_weight);
-            add(slot_of(other), -edge_weight);
+            add(other_slot, -edge_weight);
         };
         if (own_row_[column] >= 0) {
             const Index row = own_row_[column];
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
             add_bending(row, ring, 1.0);
             for (Index k = 0; k < ring.valence; ++k)
-                add_edge(ring.ring[k], edges_[row_start_[row] + k].spoke);
+                add_edge(slots_of(row)[k], edges_[row_start_[row] + k].spoke);
         }
         for (std::int64_t use = use_start_[column]; use < use_start_[column + 1]; ++use) {
             const Index row = uses_[use].row;
@@ -178,11 +188,12 @@ class HessianAssembly {
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
             add_bending(row, ring, -ring.weights[place]);
             const EdgeWeights* const edges = edges_.data() + row_start_[row];
+            const Index* const slots = slots_of(row);
             const Index next = place + 1 == ring.valence ? 0 : place + 1;
             const Index previous = place == 0 ? ring.valence - 1 : place - 1;
-            add_edge(unknowns_.rows[row], edges[place].spoke);
-            add_edge(ring.ring[next], edges[place].rim);
-            add_edge(ring.ring[previous], edges[previous].rim);
+            add_edge(unknowns_.slot[unknowns_.rows[row]], edges[place].spoke);
+            add_edge(slots[next], edges[place].rim);
+            add_edge(slots[previous], edges[previous].rim);
         }
     }
 
@@ -216,6 +227,7 @@ class HessianAssembly {
     double weight_;
     const Execution& execution_;
     std::vector<std::int64_t> row_start_;  // |rows| + 1: where a row's edges begin
+    std::vector<Index> slots_;             // of the vertices in rings, or -1; as edges_
     std::vector<EdgeWeights> edges_;
     std::vector<std::int64_t> use_start_;  // |V'| + 1
     std::vector<RingUse> uses_;

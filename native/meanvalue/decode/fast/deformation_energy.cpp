@@ -17,14 +17,14 @@ constexpr std::size_t kRowsOfThread = 2048;
 
 DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                      double size, double by_length, const Execution& execution, Kernel kernel,
-                                     SoftConstraints soft_constraints)
+                                     SoftConstraints soft_constraints, const StiffRings* stiff)
     : encoding_(encoding),
       unknowns_(unknowns),
       by_length_(by_length),
       soft_constraints_(std::move(soft_constraints)),
       kernel_(energy_kernel(kernel == Kernel::kFastest ? InstructionSet::kFastest : InstructionSet::kPortable)) {
     rows_ = build_energy_patches(encoding, unknowns, cells, size, by_length, kernel != Kernel::kScalar,
-                                 soft_constraints_.hardness(unknowns.slot.size()), execution);
+                                 soft_constraints_.hardness(unknowns.slot.size()), stiff, execution);
     index_uses(execution);
 }
 

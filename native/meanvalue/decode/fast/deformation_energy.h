@@ -64,10 +64,11 @@ class DeformationEnergy {
     /// @param by_length how far the weights above are taken, from 0 to 1, as their exponent. At 0 all are 1, and with
     /// rigidity 0 E is the paper's G, equation 15; weights_for() says what belongs to a rigidity.
     /// @param cells at rest, of the encoding; @param size D, in the same units. @param soft_constraints or none.
-    /// @pre encoding and unknowns outlive it. @throws Cancelled.
+    /// @param stiff of all rows at least, where they are known. @pre encoding and unknowns outlive it. @throws
+    /// Cancelled.
     DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
                       double by_length, const Execution& execution, Kernel kernel = Kernel::kFastest,
-                      SoftConstraints soft_constraints = {});
+                      SoftConstraints soft_constraints = {}, const StiffRings* stiff = nullptr);
 
     /// 1 from rigidity 1 on, and down to 0 with it, so that results do not jump where the paper's energy begins.
     static double weights_for(double rigidity) { return std::min(rigidity, 1.0); }

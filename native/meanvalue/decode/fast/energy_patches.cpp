@@ -215,7 +215,8 @@ std::size_t bytes_of(const std::vector<T>& items) {
 
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                    double size, double by_length, bool in_batches,
-                                   const std::vector<double>& hardness, const Execution& execution) {
+                                   const std::vector<double>& hardness, const StiffRings* stiff,
+                                   const Execution& execution) {
     EnergyPatches result;
     PatchBuilder builder(encoding, unknowns, cells, size, by_length, result);
     builder.reserve(in_batches, execution);
@@ -225,7 +226,9 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
     }
     builder.begin_patch();
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
-    result.stiff_spokes = find_stiff_spokes(encoding, unknowns, cells, result.bending, execution);
+    const StiffRings own =
+        stiff != nullptr ? StiffRings() : find_stiff_rings(encoding, unknowns.rows, cells, execution);
+    result.stiff_spokes = stiff_spokes(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);
     execution.check();
     result.points.shrink_to_fit();
     return result;

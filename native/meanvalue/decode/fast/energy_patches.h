@@ -60,10 +60,11 @@ struct EnergyPatches {
 /// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are
 /// curved at rest count more in the second sum; at 0 all are alike.
 /// @param in_batches false: all rows are single. @param hardness n, SoftConstraints::hardness(): soft anchors are as
-/// much of an anchor as that. @throws Cancelled.
+/// much of an anchor as that. @param stiff of all rows at least, or nullptr: they are found. @throws Cancelled.
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                    double size, double by_length, bool in_batches,
-                                   const std::vector<double>& hardness, const Execution& execution);
+                                   const std::vector<double>& hardness, const StiffRings* stiff,
+                                   const Execution& execution);
 
 /// Puts the coefficients of an encoding of the same layout, and of other cells, into patches that were built for it;
 /// stiff spokes stay. The same bits for any `threads`. @throws Cancelled.

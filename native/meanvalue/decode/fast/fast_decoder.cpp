@@ -115,7 +115,8 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         encoding, level->unknowns, cells, size_, DeformationEnergy::weights_for(rigidity_), execution,
         instructions_ == InstructionSet::kFastest ? DeformationEnergy::Kernel::kFastest
                                                   : DeformationEnergy::Kernel::kPortable,
-        SoftConstraints(std::move(soft), level->unknowns));
+        SoftConstraints(std::move(soft), level->unknowns),
+        &encoding == &shape_->encoding && shape_->stiff_rings ? &*shape_->stiff_rings : nullptr);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
         SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);

@@ -8,7 +8,7 @@
 namespace meanvalue {
 namespace {
 
-// Of the sums of norms that find_stiff_spokes() looks at: below this a row is left alone; of what is above, its bound
+// Of the sums of norms that find_stiff_rings() looks at: below this a row is left alone; of what is above, its bound
 // counts by the second number, since norms are large and signs differ. docs/decisions/0011-constant-matrix.md.
 constexpr double kLeastStiffness = 0.4;
 constexpr double kShareOfBound = 0.3;
@@ -22,19 +22,19 @@ constexpr double kMostStiffness = 100.0;
 /// (I - W), and some dozen such rows in a model would shorten every step of the whole. With N_k = dF_i/dv_k - w_k I,
 /// which sum to zero, |sum_k N_k (u_k - u_i)|^2 <= (sum_k |N_k|) sum_k |N_k| |u_k - u_i|^2: as many springs along the
 /// spokes. Rows with a small sum have none: it would only make turning them as stiff.
-std::vector<StiffSpoke> find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                          const std::vector<double>& bending, const Execution& execution) {
-    std::vector<StiffSpoke> springs;
+StiffRings find_stiff_rings(const Encoding& encoding, const std::vector<Index>& vertices, const RestCells& cells,
+                            const Execution& execution) {
+    StiffRings stiff;
     std::vector<Matrix3> blocks;
     std::vector<double> norms;
     std::vector<Index> numbers;
     Positions around;  // the vertex: its ring
-    for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
+    for (std::size_t row = 0; row < vertices.size(); ++row) {
         execution.check_every(row);
-        EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
+        EncodedRing ring = encoding.ring_of(vertices[row]);
         blocks.resize(ring.valence);
         norms.resize(ring.valence);
-        const Vector3* const edges = cells.edges.data() + encoding.ring_offsets[unknowns.rows[row]];
+        const Vector3* const edges = cells.edges.data() + encoding.ring_offsets[vertices[row]];
         if (around.rows() < ring.valence) around.resize(ring.valence, 3);
         for (Index k = 0; k < ring.valence; ++k)
             around.row(k) = -edges[k];
@@ -50,10 +50,27 @@ std::vector<StiffSpoke> find_stiff_spokes(const Encoding& encoding, const Unknow
         if (!(sum > kLeastStiffness) || !std::isfinite(sum)) continue;
         const double counted = std::min(sum, kMostStiffness);
         const double excess = (counted - kLeastStiffness * kLeastStiffness / counted) * counted / sum;
-        for (Index k = 0; k < ring.valence; ++k)
-            springs.push_back({static_cast<Index>(row), k, kShareOfBound * bending[row] * excess * norms[k]});
+        stiff.rings.push_back({vertices[row], excess, static_cast<std::int64_t>(stiff.norms.size())});
+        stiff.norms.insert(stiff.norms.end(), norms.begin(), norms.end());
     }
-    return springs;
+    return stiff;
+}
+
+std::vector<StiffSpoke> stiff_spokes(const StiffRings& rings, const Encoding& encoding, const Unknowns& unknowns,
+                                     const std::vector<double>& bending) {
+    std::vector<StiffSpoke> spokes;
+    std::size_t row = 0;  // both are in the order of vertices
+    for (const StiffRings::Ring& ring : rings.rings) {
+        while (row < unknowns.rows.size() && unknowns.rows[row] < ring.vertex)
+            ++row;
+        if (row == unknowns.rows.size()) break;
+        if (unknowns.rows[row] != ring.vertex) continue;
+        const Index valence = encoding.ring_of(ring.vertex).valence;
+        for (Index k = 0; k < valence; ++k)
+            spokes.push_back({static_cast<Index>(row), k,
+                              kShareOfBound * bending[row] * ring.excess * rings.norms[ring.first_norm + k]});
+    }
+    return spokes;
 }
 
 }  // namespace meanvalue

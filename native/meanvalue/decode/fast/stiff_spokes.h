@@ -1,6 +1,7 @@
 // Springs in the constant matrix for rows that it would otherwise know too little of.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -10,16 +11,33 @@
 
 namespace meanvalue {
 
-/// A spoke of a row that resists by more than the smooth part of its prediction: see find_stiff_spokes().
+/// The vertices whose prediction changes far more with their ring than its weights say: what stiff_spokes() takes of
+/// the shape alone, whatever is fixed.
+struct StiffRings {
+    struct Ring {
+        Index vertex;
+        double excess;            ///< by which the bound of its springs is taken
+        std::int64_t first_norm;  ///< in norms, of as many as its valence
+    };
+    std::vector<Ring> rings;  ///< by vertex
+    std::vector<double> norms;
+
+    std::size_t bytes() const { return rings.capacity() * sizeof(Ring) + norms.capacity() * sizeof(double); }
+};
+
+/// Of `vertices`, ascending. @param cells at rest, of the encoding. @throws Cancelled. Cost: linear.
+StiffRings find_stiff_rings(const Encoding& encoding, const std::vector<Index>& vertices, const RestCells& cells,
+                            const Execution& execution);
+
+/// A spoke of a row that resists by more than the smooth part of its prediction: see stiff_spokes().
 struct StiffSpoke {
     Index row;
     Index place;  ///< in the ring
     double stiffness;
 };
 
-/// Of rows whose prediction changes far more with their ring than its weights say; by row, then by place. @param
-/// bending a_i of each row. @throws Cancelled.
-std::vector<StiffSpoke> find_stiff_spokes(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                          const std::vector<double>& bending, const Execution& execution);
+/// By row, then by place. @param rings of all rows at least; @param bending a_i of each row.
+std::vector<StiffSpoke> stiff_spokes(const StiffRings& rings, const Encoding& encoding, const Unknowns& unknowns,
+                                     const std::vector<double>& bending);
 
 }  // namespace meanvalue
