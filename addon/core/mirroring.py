@@ -16,6 +16,7 @@ import numpy as np
 
 from . import fixed_points
 from .agreed_motion import agreed
+from .cut_back import Cut
 from .mirror_planes import reflection
 
 
@@ -286,18 +287,4 @@ class Mirrored:
         cut = np.empty((len(rows), *self._of.rest.shape), np.float32)
         for number, row in enumerate(rows):
             cut[number] = self.cut_back(row)
-        return cut
-
-
-class Cut(np.ndarray):
-    """n x 3 of which the solver gave `whole`, N x 3: a drag has to go on from exactly that (decision 0012)."""
-
-    whole = None  #: of copies and parts
-
-    @classmethod
-    def of(cls, positions, whole):
-        """`positions`, not to be written to any more."""
-        cut = positions.view(cls)
-        cut.whole = whole
-        cut.flags.writeable = False
         return cut

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import mirroring
 from .coincidence import first_of_place
-from .mirroring import Cut
+from .cut_back import Cut
 
 #: Of the faces' edges: where merging takes more of them away, it merges what is no seam.
 MOST_COLLAPSED = 0.02
