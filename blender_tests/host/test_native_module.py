@@ -299,6 +299,29 @@ def test_a_task_owns_its_arrays_and_its_deformer():
     assert np.array_equal(task.result().vertices, expected)
 
 
+def test_a_task_goes_on_from_an_answer_whoever_holds_it():
+    """Its positions are not copied, so they have to live as long as the task; of a part of them, or turned round, a
+    copy is taken."""
+    targets = bent_targets()
+    rows = np.arange(len(VERTICES))[::-1]
+    forms = (np.copy, lambda answer: answer, lambda answer: answer[rows][::-1], lambda answer: answer[::-1][::-1])
+    results = []
+    for form in forms:
+        deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS)
+        start = form(deformer.solve(0.5 * (VERTICES[ENDS] + targets)).vertices)
+        task = deformer.start_solve(targets, start=start)
+        del start
+        gc.collect()
+        results.append(task.result().vertices)
+    assert all(np.array_equal(result, results[0]) for result in results)
+    reversed_start = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(targets).vertices[::-1]
+    first, second = (
+        meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).start_solve(targets, start=start).result().vertices
+        for start in (reversed_start, reversed_start.copy())
+    )
+    assert np.array_equal(first, second)
+
+
 def test_a_task_never_wants_the_interpreter():
     """It ends while this thread keeps the interpreter all the time."""
     interval = sys.getswitchinterval()
