@@ -6,14 +6,19 @@ import time
 
 import numpy as np
 
-from ..core import bake_plot, bake_report, key_reduction, point_cache, whole_files
+from ..core import bake_plot, bake_report, bake_times, frame_ranges, key_reduction, point_cache, whole_files
 from ..core.bake_report import BakeReport
-from ..core.chunk_store import ChunkStore, read_json, write_json
+from ..core.checked_json import read_json, write_json
+from ..core.chunk_store import ChunkStore
 from ..core.wording import counted
-from ..errors import CancelledError, SceneError
+from ..errors import CancelledError, SceneError, SolverError
+from .solving import PausedRows
 
 #: Of the report beside a cache.
 SCHEMA = 1
+
+#: Of frames that are kept, as a message tells them.
+MOST_RANGES = 4
 
 
 class Baking:
@@ -48,6 +53,8 @@ class Baking:
             begin, end = max(begin, self._part[0]), min(end, self._part[1])
             numbers = list(plan.numbers)[begin:end]
             if not self.store.has(numbers):
+                if self._is_pausing:
+                    raise CancelledError(self.stopped())
                 yield from self._solve(begin, end, numbers, execution)
             self.done += end - begin
 
@@ -55,20 +62,58 @@ class Baking:
         try:
             if self._posing.binding is None:
                 yield from self._posing.work(execution)
-            self.begun_at = self.begun_at or (time.monotonic(), self.done)
+            state, begun = self.store.begun(numbers)
+            self.begun_at = self.begun_at or (time.monotonic(), self.done + len(begun))
             self._doing = end - begin
             self._progress_before = execution.progress if execution is not None else None  # the last chunk's
-            solved = yield from self.plan.solve_rows(self._posing.binding, begin, end, execution)
+            solved = yield from self._solve_or_go_on(begin, end, execution, state)
         except CancelledError as error:
             raise CancelledError(self.stopped()) from error
         finally:
             self._doing = 0
+        if isinstance(solved, PausedRows):
+            done = [number for number, is_solved in zip(numbers, solved.solved, strict=True) if is_solved]
+            if done:
+                self.store.keep_begun(numbers, solved.state, done)
+            raise CancelledError(self.stopped())
         self.store.write(numbers, solved.vertices, solved.report)
+
+    def _solve_or_go_on(self, begin, end, execution, state):
+        if state is not None:
+            try:
+                return (yield from self.plan.solve_rows(self._posing.binding, begin, end, execution, 0, state))
+            except SolverError:  # of another build of the solver
+                pass
+        return (yield from self.plan.solve_rows(self._posing.binding, begin, end, execution))
+
+    def stop(self):
+        """Asks the work to stop where it can be gone on with; asked again, at once. @pre work() has begun."""
+        if self._doing and not self._is_pausing:
+            self._execution.pause()
+        else:
+            self._execution.cancel()
+
+    @property
+    def _is_pausing(self):
+        return self._execution is not None and self._execution.pausing
 
     def stopped(self):
         """What is said when it was stopped."""
-        kept = f"{counted(self.done, 'frame')} of {self.total:,} {'is' if self.done == 1 else 'are'} kept"
-        return f"Stopped. {kept}: Bake again goes on from there"
+        kept = self.store.kept()
+        which = f" ({self._named(kept)})" if kept else ""
+        told = f"{counted(len(kept), 'frame')} of {self.total:,} {'is' if len(kept) == 1 else 'are'} kept{which}"
+        return f"Stopped. {told}: Bake again goes on from there"
+
+    def _named(self, numbers):
+        """As "1 to 120, 145 to 169"; after MOST_RANGES only how many more there are."""
+        first = self.plan.numbers[0]
+        times = self.plan.times
+        found = [
+            " to ".join(dict.fromkeys(bake_times.named(times[number - first]) for number in ends))
+            for ends in frame_ranges.runs(numbers)
+        ]
+        more = len(found) - MOST_RANGES
+        return ", ".join(found[:MOST_RANGES] + ([f"and {counted(more, 'more range')}"] if more > 0 else []))
 
     @property
     def share(self):

@@ -19,7 +19,8 @@ import time
 from .. import native_loader, session
 from ..core import frame_ranges, point_cache, whole_files
 from ..core.bake_report import BakeReport
-from ..core.chunk_store import ChunkStore, read_checked_json, read_json, write_checked_json
+from ..core.checked_json import read_checked_json, read_json, write_checked_json
+from ..core.chunk_store import ChunkStore
 from ..core.fingerprint import digest
 from ..core.steps import result_of
 from ..errors import DamagedCacheError, IncompleteCacheError, MeanValueError, SceneError

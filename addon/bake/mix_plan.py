@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Animated sliders of a rotation-aware mix, to be solved frame by frame."""
 
+import io
+import json
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,16 +37,22 @@ class MixPlan(Rows):
     def vertices(self):
         return len(self.mix_input.rest)
 
-    def solve_rows(self, morpher, begin, end, execution):
-        """Steps (see workers.job) to the solving.SolvedRows [begin, end).
+    def solve_rows(self, morpher, begin, end, execution, _threads=0, resume=None):
+        """Steps (see workers.job) to the solving.SolvedRows [begin, end), or PausedRows, whose state `resume` takes.
 
         A row that cannot be solved has the shape of the one before it, and its error in the report.
 
         @throws CancelledError.
         """
         rows, report = [], {name: [] for name in solving.REPORTED}
-        before = self.mix_input.rest
-        for row in range(begin, end):
+        if resume is not None:
+            kept, report = _read_state(resume)
+            rows = list(kept)
+        before = rows[-1] if rows else self.mix_input.rest
+        for row in range(begin + len(rows), end):
+            if execution is not None and execution.pausing:
+                solved = np.arange(end - begin) < len(rows)
+                return solving.PausedRows(_state(np.array(rows, np.float32), report), solved)
             error, mix = "", None
             try:
                 mix = yield from mix_session.solve_steps(
@@ -62,3 +70,16 @@ class MixPlan(Rows):
             report["converged"].append(mix is not None and mix.converged)
             report["errors"].append(error)
         return solving.SolvedRows(np.array(rows), report)
+
+
+def _state(rows, report):
+    """(b,) uint8 of what was solved so far."""
+    file = io.BytesIO()
+    np.savez(file, rows=rows, report=json.dumps(report))
+    return np.frombuffer(file.getvalue(), np.uint8)
+
+
+def _read_state(state):
+    """(rows, report) of _state()."""
+    with np.load(io.BytesIO(state.tobytes())) as kept:
+        return kept["rows"], json.loads(str(kept["report"]))

@@ -69,10 +69,11 @@ class BakePlan(Rows):
     def vertices(self):
         return len(self.bind_input.rest)
 
-    def solve_rows(self, binding, begin, end, execution, threads=0):
-        """Steps (see workers.job) to the solving.SolvedRows [begin, end). @throws SolverError, CancelledError."""
+    def solve_rows(self, binding, begin, end, execution, threads=0, resume=None):
+        """Steps (see workers.job) to the solving.SolvedRows [begin, end), or to the solving.PausedRows, whose state
+        `resume` takes. @throws SolverError, CancelledError."""
         return (
             yield from solving.solve_rows(
-                binding, self.bind_input, self.targets, self.weights, begin, end, execution, threads
+                binding, self.bind_input, self.targets, self.weights, begin, end, execution, threads, resume
             )
         )

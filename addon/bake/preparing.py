@@ -9,7 +9,7 @@ import bpy
 from ..bake_settings import TO_CACHE, TO_KEYS
 from ..bridge import mix_layers, sampling
 from ..core import bake_times, whole_files
-from ..core.chunk_store import read_json
+from ..core.checked_json import read_json
 from ..errors import SceneError
 from ..ids import CACHE_FOLDER
 from ..workers.mixing import Mixing

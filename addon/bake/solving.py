@@ -28,8 +28,21 @@ class SolvedRows:
     report: dict
 
 
-def solve_rows(binding, bind_input, targets, weights, begin, end, execution, threads=0):
-    """Steps (see workers.job) to the SolvedRows [begin, end). targets f x k x 3 and weights are of the whole clip.
+@dataclass(frozen=True, eq=False)
+class PausedRows:
+    """Rows that execution.pause() stopped on their way.
+
+    state: (b,) uint8, to go on from, for the same bytes in the end; solved: r bool, rows that are not solved again.
+    """
+
+    state: np.ndarray
+    solved: np.ndarray
+
+
+def solve_rows(binding, bind_input, targets, weights, begin, end, execution, threads=0, resume=None):
+    """Steps (see workers.job) to the SolvedRows [begin, end), or to PausedRows, whose state `resume` takes.
+
+    targets f x k x 3 and weights are of the whole clip.
 
     A row that cannot be solved has the shape of the one before it, and its error in the report.
 
@@ -44,8 +57,11 @@ def solve_rows(binding, bind_input, targets, weights, begin, end, execution, thr
         chunk=RUN_FRAMES,
         overlap=OVERLAP_FRAMES,
         threads=threads,
+        resume=resume,
         execution=execution,
     )
+    if sequence.is_paused:
+        return PausedRows(np.array(sequence.state), np.array(sequence.solved))
     errors = [""] * (end - begin)
     for row in range(end - begin):
         if not np.isfinite(vertices[row]).all():

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Frames of a bake on their way: chunks in a folder, each a point cache with a marker beside it that is written last.
 
+Beside them is how far a chunk is that somebody has stopped; whoever solves it next goes on from there.
+
 A chunk counts only if its marker has the key of what is baked (a digest of all that it depends on), the frames and the
 size. So what was killed goes on where it was, changed settings never mix with old chunks, and several processes may
 work on one folder without knowing of each other.
@@ -15,8 +17,13 @@ import numpy as np
 
 from ..errors import DamagedCacheError, IncompleteCacheError
 from . import frame_ranges, point_cache, whole_files
+from .checked_json import checked, checksum, read_checked_json, write_checked_json
 
 SCHEMA = 2
+
+#: Of files that have how far a chunk is: a line of JSON, then the solver's own state.
+BEGUN = ".begun"
+MOST_HEAD_BYTES = 1 << 20
 
 
 class ChunkStore:
@@ -52,6 +59,52 @@ class ChunkStore:
             "report": report,
         }
         write_checked_json(path.with_suffix(".json"), marker)
+        self.forget_begun(frames)
+
+    def keep_begun(self, frames, state, solved):
+        """Keeps how far `frames`, the chunk that is being solved, are, until they are written.
+
+        state: (b,) uint8; solved: those of `frames` that need not be solved again. @throws CacheError.
+        """
+        head = {
+            "schema": SCHEMA,
+            "key": self.key,
+            "frames": frame_ranges.spelled(frames),
+            "vertices": self.vertices,
+            "solved": frame_ranges.spelled(solved),
+            "bytes": len(state),
+            "sha256": hashlib.sha256(state).hexdigest(),
+        }
+        text = json.dumps({**head, "checksum": checksum(head)}).encode() + b"\n"
+        with whole_files.replacing(self._begun_path(frames), len(text) + len(state)) as file:
+            file.write(text)
+            file.write(memoryview(state))
+
+    def begun(self, frames):
+        """(state, frames that need not be solved again) as kept for `frames`; (None, []) where there is nothing."""
+        path = self._begun_path(frames)
+        head = self._read_head(path)
+        with contextlib.suppress(OSError, MemoryError):
+            if head is not None and head["frames"] == frame_ranges.spelled(frames):
+                with path.open("rb") as file:
+                    file.readline(MOST_HEAD_BYTES)
+                    state = np.frombuffer(file.read(), np.uint8)
+                if hashlib.sha256(state).hexdigest() == head["sha256"]:
+                    return state, frame_ranges.parse(head["solved"])
+        return None, []
+
+    def forget_begun(self, frames):
+        with contextlib.suppress(OSError):
+            self._begun_path(frames).unlink(missing_ok=True)
+
+    def kept(self):
+        """Frames that need not be solved again, ascending: those in chunks, and of chunks that are on their way."""
+        found = set(self._where())
+        for path in self.folder.glob(f"*{BEGUN}"):
+            head = self._read_head(path)
+            if head is not None:
+                found.update(frame_ranges.parse(head["solved"]))
+        return [frame for frame in self.frames if frame in found]
 
     def has(self, frames):
         """Whether each of `frames` is in a chunk."""
@@ -101,7 +154,7 @@ class ChunkStore:
         """Takes all chunks away, whatever their key, and the folder if nothing else is in it."""
         with contextlib.suppress(OSError):
             for path in sorted(self.folder.glob("*")):
-                if path.suffix in {".pc2", ".json"} or ".tmp." in path.name:
+                if path.suffix in {".pc2", ".json", BEGUN} or ".tmp." in path.name:
                     path.unlink()
             self.folder.rmdir()
 
@@ -175,6 +228,24 @@ class ChunkStore:
         marker = read_checked_json(path)
         return marker if marker is not None and marker.get("schema") == SCHEMA else None
 
+    def _read_head(self, path):
+        """Of a chunk on its way; None if it is of something else, or damaged."""
+        try:
+            with path.open("rb") as file:
+                text = file.readline(MOST_HEAD_BYTES)
+                head = checked(json.loads(text))
+                size = len(text) + head["bytes"] if head is not None else -1
+                is_whole = path.stat().st_size == size
+        except (OSError, ValueError, KeyError, RecursionError):
+            return None
+        return head if is_whole and (head["schema"], head["key"], head["vertices"]) == self._own() else None
+
+    def _own(self):
+        return SCHEMA, self.key, self.vertices
+
+    def _begun_path(self, frames):
+        return self._path(frames).with_suffix(BEGUN)
+
     def _path(self, frames):
         """By the frames alone, so that whoever bakes the same frames writes the same file."""
         runs = frame_ranges.runs(frames)
@@ -203,37 +274,6 @@ class _Rows:
                 self._mapped = np.memmap(path, "<f4", mode="r", offset=32, shape=shape)
             self._name = name
         return self._mapped[self._numbers[self._store.frames[row]]]
-
-
-def write_json(path, value):
-    """@throws CacheError."""
-    with whole_files.replacing(path) as file:
-        file.write(json.dumps(value, indent=None, allow_nan=True).encode())
-
-
-def write_checked_json(path, value):
-    """As write_json(), with a checksum of the rest in it. @throws CacheError."""
-    write_json(path, {**value, "checksum": _checksum(value)})
-
-
-def read_checked_json(path):
-    """A dict as write_checked_json() wrote it; None if there is none, or one that anything else has written to."""
-    value = read_json(path)
-    checksum = None if value is None else value.pop("checksum", None)
-    return value if value is not None and checksum == _checksum(value) else None
-
-
-def _checksum(value):
-    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
-
-
-def read_json(path):
-    """A dict, or None if there is none that can be read."""
-    try:
-        value = json.loads(pathlib.Path(path).read_bytes())
-    except (OSError, ValueError, RecursionError, MemoryError):
-        return None
-    return value if isinstance(value, dict) else None
 
 
 def _few(frames):

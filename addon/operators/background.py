@@ -81,6 +81,14 @@ class BackgroundOperator(MeshOperator):
         """(stage, share that is done) while the job runs."""
         return self._job.progress
 
+    def ask_to_stop(self):
+        """While the job runs."""
+        self._job.cancel()
+
+    def stopping_text(self):
+        """In the status bar, until it has stopped."""
+        return "Cancelling ..."
+
     def stopped(self):
         """What is said when it was stopped."""
         return translated("Cancelled. Nothing was changed")
@@ -102,7 +110,7 @@ class BackgroundOperator(MeshOperator):
             return run(prepared.work(None))
         self._job = Job(prepared.work)
         try:
-            with interrupts.calling(self._job.cancel):
+            with interrupts.calling(self.ask_to_stop):
                 while not self._job.wait(INTERRUPT_SECONDS):
                     pass
             if self._job.is_cancelled:
@@ -199,7 +207,7 @@ class BackgroundOperator(MeshOperator):
     def _stop_working(self):
         """Returns as _step(). A job ends when the solver has noticed."""
         if self._job is not None and not self._job.is_finished:
-            self._job.cancel()
+            self.ask_to_stop()
             return None
         self._steps.close()
         return self.refuse(CancelledError(self.stopped()))
@@ -217,7 +225,7 @@ class BackgroundOperator(MeshOperator):
     def _show_progress(self, context):
         stage, share = self._progress
         if self._job is not None and self._job.is_cancelled:
-            text = "Cancelling ..."
+            text = self.stopping_text()
         else:
             text = f"{self.doing} '{self._object_name}': {self.progress_text(stage, share)}"
         context.window_manager.progress_update(share)

@@ -82,6 +82,12 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     def progress_text(self, stage, share):
         return f"{wording.stage(stage)}, {share:.0%}    Esc: Stop, and keep what is done"
 
+    def ask_to_stop(self):
+        self._prepared.baking.stop()
+
+    def stopping_text(self):
+        return "Stopping after the frames that are being solved ...    Esc: Stop at once, without them"
+
     def stopped(self):
         prepared = self._prepared
         return super().stopped() if prepared is None or prepared.baking is None else prepared.baking.stopped()

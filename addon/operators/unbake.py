@@ -9,7 +9,7 @@ from bpy.props import BoolProperty
 
 from ..bake import baking, playing
 from ..bake_settings import TO_CACHE
-from ..core.chunk_store import read_json
+from ..core.checked_json import read_json
 from .base import MeshOperator
 
 

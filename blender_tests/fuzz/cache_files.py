@@ -12,7 +12,7 @@ import numpy as np
 
 from addon.bake import baking, bundle, farm
 from addon.bake.plan import BakePlan
-from addon.core import bake_plot, bake_report, chunk_store, frame_ranges, point_cache
+from addon.core import bake_plot, bake_report, checked_json, chunk_store, frame_ranges, point_cache
 from addon.core.bind_input import BindInput
 from addon.core.capture import known_sets, marker_sets
 from addon.errors import MeanValueError
@@ -182,7 +182,7 @@ class Reports(OfJson):
         path = folder / "a.pc2"
         path.write_bytes(b"")
         baking.report_path(path).write_bytes(content)
-        former = chunk_store.read_json(baking.report_path(path)) or {}
+        former = checked_json.read_json(baking.report_path(path)) or {}
         merged = bake_report.with_frames(former.get("frames"), self._frames)
         assert self._frames[0] in merged and bake_plot.svg(merged, "a")
         return len(merged) > 1

@@ -165,6 +165,10 @@ def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
         normal = shares[0] @ surface.normals()[surface.triangles[triangle[0]]]
         # Of all these bodies palms are down, or down and inward where arms are lowered.
         assert normal @ [0.3 * sign, 0.0, 1.0] > 0.6, (side, normal)
+        # The outer side of the elbow is not where the arm is folded: in front, where thumbs are.
+        elbow = surface.nearest(posed[[names.index(f"elbow.{side}")]])
+        normal = elbow[1][0] @ surface.normals()[surface.triangles[elbow[0][0]]]
+        assert normal[1] > 0.1, (side, normal)
 
 
 # -- legs that are an unusual share of the body ------------------------------------------------------------------------

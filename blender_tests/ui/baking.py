@@ -7,7 +7,7 @@ import tempfile
 
 import bpy
 import numpy as np
-from support import installed, meshes, tasks
+from support import installed, interrupting, meshes, tasks
 from support.baking import animated_tube, played, rows, save
 from support.snapshot import assert_same, snapshot
 
@@ -35,7 +35,7 @@ def cache_of(folder):
 
 
 @contextlib.contextmanager
-def _chunks_of(frames, waits_at=None, until=lambda execution: execution.cancelled):
+def _chunks_of(frames, waits_at=None, until=lambda execution: execution.pausing):
     """Chunks of so many frames; the one that begins at row `waits_at` begins only once `until(execution)`."""
     plan, solving = installed.part("bake.plan"), installed.part("bake.solving")
     chunks, solve = plan.BakePlan.chunks, solving.solve_rows
@@ -55,6 +55,12 @@ def _chunks_of(frames, waits_at=None, until=lambda execution: execution.cancelle
         plan.BakePlan.chunks, solving.solve_rows = chunks, solve
 
 
+@contextlib.contextmanager
+def _pausing_at(share):
+    with interrupting.pausing_at(installed.part("bake.solving"), share):
+        yield
+
+
 def _text(ui):
     return ui.status_text() or ""
 
@@ -70,7 +76,7 @@ def escape_keeps_what_is_done(ui):
         yield from ui.screenshot("bake_1_progress")
         yield from ui.key('ESC')
         yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
-    assert any("80 frames of 120 are kept: Bake again goes on" in line for line in ui.reports()), ui.reports()
+    assert any("80 frames of 120 are kept (1 to 80): Bake again goes on" in line for line in ui.reports()), ui.reports()
     assert_same(before, snapshot(tube()))
     assert not cache_of(folder).exists()
     begun = {path.name: path.stat().st_mtime_ns for path in (folder / "meanvalue_cache" / "Tube.chunks").iterdir()}
@@ -86,6 +92,35 @@ def escape_keeps_what_is_done(ui):
     yield from ui.screenshot("bake_2_baked")
     yield from ui.undo()
     assert len(tube().modifiers) == 0
+
+
+def escape_inside_a_chunk(ui):
+    """The first Esc stops after the frames that are being solved, the second at once."""
+    folder = yield from _tube(ui)
+    twice = []
+    with _chunks_of(FRAMES, waits_at=0, until=lambda execution: execution.cancelled and twice):
+        yield from ui.invoke("meanvalue.bake")
+        yield from ui.wait_until(lambda: "frame 0 of 120" in _text(ui), "it is about to solve")
+        yield from ui.key('ESC')
+        yield from ui.wait_until(lambda: "Esc: Stop at once" in _text(ui), "it says that it stops")
+        yield from ui.screenshot("bake_10_stopping")
+        twice.append(True)
+        yield from ui.key('ESC')
+        yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    assert any("0 frames of 120 are kept: Bake again goes on" in line for line in ui.reports()), ui.reports()
+    with _pausing_at(0.4):
+        yield from ui.invoke("meanvalue.bake")
+        yield from ui.wait_until(lambda: ui.status_text() is None, "it is stopped on its way")
+    (told,) = [line for line in ui.reports() if "kept (" in line]
+    kept = int(told.split(" frames of 120")[0].split()[-1])
+    assert 0 < kept < FRAMES and not cache_of(folder).exists(), told
+    yield from ui.invoke("meanvalue.bake")
+    yield from ui.wait_until(lambda: cache_of(folder).exists() and ui.status_text() is None, "it goes on")
+    stopped = cache_of(folder).read_bytes()
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        assert bpy.ops.meanvalue.unbake('EXEC_DEFAULT', delete_files=True) == {'FINISHED'}
+        assert bpy.ops.meanvalue.bake('EXEC_DEFAULT') == {'FINISHED'}
+    assert cache_of(folder).read_bytes() == stopped
 
 
 def sampling_is_seen_and_stopped(ui):

@@ -8,6 +8,9 @@ from .rigid import fit_rotations, turns_between
 #: Directions that a limb is tried in and cosine of how far they may be from the skin at its end; rolls about that;
 #: rounds of refinement.
 DIRECTIONS, NEAR_TIP, ROLLS, ROUNDS = 1500, np.cos(np.radians(30.0)), 36, 12
+#: Rolls of an upper arm by itself, and how often both parts are turned from each; where the limb as a whole is nearer
+#: to its skin than so much of the height (rms), that is left out.
+ROLLS_ALONE, TURNS_ALONE, LIES_WELL = 12, 3, 0.0135
 #: How far (over the body's height) a point of the skin that looks across the way of a marker's seems to be off.
 FACING = 0.05
 #: How much nearer to its skin a foot must lie to be tilted.
@@ -48,7 +51,36 @@ class Limb:
             if numbers:
                 pivot = self._joint if numbers is self.numbers else posed[self._middle].mean(axis=0)
                 posed[numbers] = self._settled(self._rolled(posed[numbers], numbers, pivot), numbers, pivot)
-        return posed
+        return self._part_by_part(posed) if is_stretched and self._fore else posed
+
+    def _part_by_part(self, posed):
+        """The best of `posed` and of what comes of it where the upper part turns by itself, and the other goes along.
+
+        The mesh's elbow may be bent or rolled otherwise than the capture's. The limb as a whole is rolled as the hand
+        lies; then its elbow may be on the wrong side of the arm, and as the elbow goes, the forearm is rolled later.
+        """
+        best, least = posed, self.residual(posed)
+        if least < LIES_WELL * self._reach / FACING:
+            return best
+        axis = posed[self._middle].mean(axis=0) - self._joint
+        for roll in _about(axis, 2.0 * np.pi * np.arange(ROLLS_ALONE) / ROLLS_ALONE):
+            tried = posed.copy()
+            self._carry(tried, self._joint + (tried[self._upper] - self._joint) @ roll.T)
+            for _ in range(TURNS_ALONE):
+                self._carry(tried, self._settled(tried[self._upper], self._upper, self._joint))
+                pivot = tried[self._middle].mean(axis=0)
+                rolled = self._rolled(tried[self._fore], self._fore, pivot)
+                tried[self._fore] = self._settled(rolled, self._fore, pivot)
+            residual = self.residual(tried)
+            if residual < least:
+                best, least = tried, residual
+        return best
+
+    def _carry(self, points, upper):
+        """Moves the upper part of `points` to `upper`, and the other as its end goes."""
+        before = points[self._middle].mean(axis=0)
+        points[self._upper] = upper
+        points[self._fore] += points[self._middle].mean(axis=0) - before
 
     def foot(self, captured, posed, foot, ankle):
         """(k, 3): the markers `foot` of `posed` as flat as they are in `captured`, turned about the upright axis.

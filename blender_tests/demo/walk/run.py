@@ -6,7 +6,7 @@ import time
 import bpy
 
 from .. import common_options, pictures, row
-from . import capture, gait, measures, real, strip, subjects
+from . import capture, gait, left_out, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
 PER_ROW = 12
@@ -23,15 +23,23 @@ def options(argv):
     parser.add_argument(
         "--data", action="store_true", help="also real captures on real bodies, from ../shared/data where that is there"
     )
+    parser.add_argument(
+        "--leave-out",
+        action="store_true",
+        help="also how well the mesh foretells each marker that is left out (minutes for each motion)",
+    )
+    parser.add_argument("--take", help="of --data only the takes that are called so: pig, or 'pig on man'")
     return common_options.parse(parser, argv)
 
 
 def blocks(words, empty_scene):
     """The report's lines for each subject; makes the files."""
-    makers = [make for name, make in subjects.GENERATED.items() if words.only in (None, name)]
+    makers = [make for name, make in subjects.GENERATED.items() if words.only in (None, name) and not words.take]
     result = [one(make, words, empty_scene) for make in makers]
-    if words.data:
+    if words.data or words.take:
         for title, make in real.MAKERS.items():
+            if words.take and words.take not in title:
+                continue
             missing = real.missing(title)
             if missing:
                 print(f"{title}: skipped, there is no {missing}", flush=True)
@@ -50,11 +58,15 @@ def one(make, words, empty_scene):
     print(f"{subject.title}: importing, matching, baking ...", flush=True)
     carried = capture.carry(subject, words.output)
     seconds = {"model": modelled - begin, **carried.seconds}
+    left = []
+    if words.leave_out:
+        print(f"{subject.title}: leaving out each marker ...", flush=True)
+        left = left_out.rows(subject, carried)
     print(f"{subject.title}: rendering ...", flush=True)
     begin = time.perf_counter()
     files = draw(subject, carried, words, empty_scene)
     seconds["render"] = time.perf_counter() - begin
-    rows = [*measures.rows(subject, carried), *gait.rows(subject, carried)]
+    rows = [*measures.rows(subject, carried), *gait.rows(subject, carried), *left]
     rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
     rows.append(("files", ", ".join([*files, f"{subject.stem}.blend"])))
     return [subject.title, *(f"  {label + ':':<27}{value}" for label, value in rows), ""]

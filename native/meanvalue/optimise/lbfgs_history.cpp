@@ -146,6 +146,15 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
     if (order_.size() > kPairs) order_.erase(order_.begin());
 }
 
+void LbfgsHistory::pass(Archive& archive) {
+    archive.pass(order_);
+    for (const int used : order_) {
+        archive.pass(pairs_[used].step);
+        archive.pass(pairs_[used].change);
+    }
+    archive.pass(products_.data(), static_cast<std::size_t>(products_.size()));
+}
+
 std::size_t LbfgsHistory::bytes() const {
     return pairs_.size() * 2 * 3 * static_cast<std::size_t>(rows_) * sizeof(float);
 }

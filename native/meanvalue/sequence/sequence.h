@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "meanvalue/common/archive.h"
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/deform/deformer.h"
@@ -29,6 +30,10 @@ struct SequenceOptions {
     int threads = 0;  ///< 0: every core; results do not depend on it
     /// What this call makes of the progress that is told: from and to which share.
     std::pair<double, double> progress = {0.0, 1.0};
+    /// Whether Execution::pause() is looked at: between two frames of each run.
+    bool may_pause = false;
+    /// Sequence::state of the same clip, frames and options, to go on from; empty: from the beginning.
+    Archive::Bytes resume = {};
 };
 
 struct FrameFailure {
@@ -48,6 +53,10 @@ struct Sequence {
     std::vector<char> converged;
     std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the last that
                                          ///< could, or of rest where none could before
+    /// Where it was paused before all was solved: what `resume` takes, for the same bits as without the pause; empty:
+    /// it is whole. Of a paused one there are no vertices: what they will be depends on frames that come later.
+    Archive::Bytes state;
+    std::vector<char> solved;  ///< frames, of a paused one: whether it need not be solved again
 };
 
 /// Section 4.2 of the paper. A frame's bits depend on the trajectories, `chunk` and `overlap` alone: neither on which

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Dicts in JSON files that are there whole or not at all; a checksum tells where anything else has written to them."""
+
+import hashlib
+import json
+import pathlib
+
+from . import whole_files
+
+
+def write_json(path, value):
+    """@throws CacheError."""
+    with whole_files.replacing(path) as file:
+        file.write(json.dumps(value, indent=None, allow_nan=True).encode())
+
+
+def write_checked_json(path, value):
+    """As write_json(), with a checksum of the rest in it. @throws CacheError."""
+    write_json(path, {**value, "checksum": checksum(value)})
+
+
+def read_checked_json(path):
+    """A dict as write_checked_json() wrote it; None if there is none, or one that anything else has written to."""
+    return checked(read_json(path))
+
+
+def checked(value):
+    """Without its checksum; None where that is not right."""
+    if not isinstance(value, dict):
+        return None
+    told = value.pop("checksum", None)
+    return value if told == checksum(value) else None
+
+
+def checksum(value):
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def read_json(path):
+    """A dict, or None if there is none that can be read."""
+    try:
+        value = json.loads(pathlib.Path(path).read_bytes())
+    except (OSError, ValueError, RecursionError, MemoryError):
+        return None
+    return value if isinstance(value, dict) else None
