@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the artist has selected on a mesh."""
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -47,14 +48,16 @@ def edit_with_selected(obj, vertices):
     if shown_count:
         is_hidden[vertices] = False
         mesh.vertices.foreach_set("hide", is_hidden)
-    for name in (".select_edge", ".select_poly"):  # not by edges.foreach_set(), which crashes Blender 5.0.1
-        if flags := mesh.attributes.get(name):  # else none is selected
-            flags.data.foreach_set("value", np.zeros(len(flags.data), bool))
-    flags = np.zeros(len(mesh.vertices), bool)
-    flags[vertices] = True
-    mesh.vertices.foreach_set("select", flags)
     bpy.context.tool_settings.mesh_select_mode = (True, False, False)
     bpy.ops.object.mode_set(mode='EDIT')
+    # Not before: writing whether edges are selected, also as an attribute, goes astray in Blender 5.0.1, or ends it.
+    bpy.ops.mesh.select_all(action='DESELECT')
+    edited = bmesh.from_edit_mesh(mesh)
+    edited.verts.ensure_lookup_table()
+    for vertex in vertices:
+        edited.verts[vertex].select_set(True)
+    edited.select_flush_mode()
+    bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
     if shown_count == 0:
         return []
     return [f"{shown_count:,} of them {'was' if shown_count == 1 else 'were'} hidden, and can be seen again"]

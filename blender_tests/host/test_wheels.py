@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""packaging/build_wheels.py: for which Pythons wheels are made, and when one is made again. Compiles nothing."""
+
+import importlib.util
+import pathlib
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def loaded(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def builder():
+    return loaded(ROOT / "packaging" / "build_wheels.py")
+
+
+def test_a_wheel_is_made_again_only_when_what_it_is_made_of_has_changed(builder, tmp_path, monkeypatch):
+    made = []
+
+    def build(_work, output, _tools, _toolchain, version):
+        made.append(version)
+        wheel = output / f"meanvalue-{version}.whl"
+        wheel.write_bytes(b"wheel")
+        return wheel
+
+    monkeypatch.setattr(builder, "build", build)
+    monkeypatch.setattr(builder, "digest", lambda: "one")
+    output = tmp_path / "wheels"
+    output.mkdir()
+
+    def wanted(version="3.11"):
+        return builder.build_if_changed(tmp_path, output, None, None, version)
+
+    first = wanted()
+    assert wanted() == first and made == ["3.11"]
+    wanted("3.13")
+    assert wanted() == first and made == ["3.11", "3.13"]
+    first.unlink()
+    assert wanted().exists() and len(made) == 3
+    monkeypatch.setattr(builder, "digest", lambda: "another")
+    wanted()
+    assert len(made) == 4
+
+
+def test_the_digest_is_of_sources_and_not_of_what_python_leaves_beside_them(builder, tmp_path, monkeypatch):
+    monkeypatch.setattr(builder, "ROOT", tmp_path)
+    monkeypatch.setattr(builder, "SOURCES", ("one.txt", "folder"))
+    (tmp_path / "folder" / "__pycache__").mkdir(parents=True)
+    (tmp_path / "one.txt").write_text("a")
+    (tmp_path / "folder" / "two.cpp").write_text("b")
+    before = builder.digest()
+    (tmp_path / "folder" / "__pycache__" / "two.pyc").write_text("c")
+    assert builder.digest() == before
+    (tmp_path / "folder" / "two.cpp").write_text("changed")
+    changed = builder.digest()
+    assert changed != before
+    (tmp_path / "folder" / "two.cpp").rename(tmp_path / "folder" / "three.cpp")
+    assert builder.digest() not in {before, changed}
+
+
+def test_all_that_a_wheel_is_made_of_is_there(builder):
+    assert [name for name in builder.SOURCES if not (ROOT / name).exists()] == []
+
+
+def test_there_is_a_wheel_for_the_python_of_each_blender_that_is_tested(builder):
+    others = loaded(ROOT / "blender_tests" / "other_blenders.py")
+    pythons = {suite.python for suites in others.SUITES.values() for suite in suites}
+    assert pythons == set(builder.SUITES)
