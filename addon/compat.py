@@ -25,8 +25,8 @@ def key_store(key):
 
 
 def points_tell_as_sliders(key):
-    """Whether Blender tells of points of a key that a script wrote as it does of sliders; before, of neither."""
-    return hasattr(key, "points")
+    """Whether Blender tells of points of a key that a script wrote as it does of sliders; up to 4.2, of neither."""
+    return hasattr(key, "points") and bpy.app.version >= (4, 3, 0)
 
 
 def tells_of_copies():
