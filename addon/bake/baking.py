@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from .. import native_loader
 from ..core import bake_plot, bake_report, bake_times, frame_ranges, key_reduction, point_cache, whole_files
 from ..core.bake_report import BakeReport
 from ..core.checked_json import read_json, write_json
@@ -47,16 +48,19 @@ class Baking:
     def work(self, execution):
         """Steps: binds if need be, and solves all chunks that are missing. @throws MeanValueError."""
         self._execution = execution
-        plan = self.plan
-        wanted = [chunk for chunk in plan.chunks() if chunk[0] < self._part[1] and chunk[1] > self._part[0]]
-        for begin, end in wanted:
-            begin, end = max(begin, self._part[0]), min(end, self._part[1])
-            numbers = list(plan.numbers)[begin:end]
+        for begin, end, numbers in self._chunks():
             if not self.store.has(numbers):
                 if self._is_pausing:
                     raise CancelledError(self.stopped())
                 yield from self._solve(begin, end, numbers, execution)
             self.done += end - begin
+
+    def _chunks(self):
+        """[(begin, end, frame numbers)] of what is baked."""
+        first, last = self._part
+        numbers = list(self.plan.numbers)
+        found = [(max(begin, first), min(end, last)) for begin, end in self.plan.chunks()]
+        return [(begin, end, numbers[begin:end]) for begin, end in found if begin < end]
 
     def _solve(self, begin, end, numbers, execution):
         try:
@@ -82,8 +86,11 @@ class Baking:
         if state is not None:
             try:
                 return (yield from self.plan.solve_rows(self._posing.binding, begin, end, execution, 0, state))
-            except SolverError:  # of another build of the solver
-                pass
+            except SolverError as error:
+                if not isinstance(error.__cause__, native_loader.module().InvalidInput):
+                    raise
+                self.store.forget_begun(list(self.plan.numbers)[begin:end])  # of another build of the solver
+                self.begun_at = (time.monotonic(), self.done)
         return (yield from self.plan.solve_rows(self._posing.binding, begin, end, execution))
 
     def stop(self):
@@ -99,7 +106,7 @@ class Baking:
 
     def stopped(self):
         """What is said when it was stopped."""
-        kept = self.store.kept()
+        kept = self.store.kept([numbers for _, _, numbers in self._chunks()])
         which = f" ({self._named(kept)})" if kept else ""
         told = f"{counted(len(kept), 'frame')} of {self.total:,} {'is' if len(kept) == 1 else 'are'} kept{which}"
         return f"Stopped. {told}: Bake again goes on from there"

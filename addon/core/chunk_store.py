@@ -15,7 +15,7 @@ import pathlib
 
 import numpy as np
 
-from ..errors import DamagedCacheError, IncompleteCacheError
+from ..errors import DamagedCacheError, IncompleteCacheError, MeanValueError
 from . import frame_ranges, point_cache, whole_files
 from .checked_json import checked, checksum, read_checked_json, write_checked_json
 
@@ -97,12 +97,13 @@ class ChunkStore:
         with contextlib.suppress(OSError):
             self._begun_path(frames).unlink(missing_ok=True)
 
-    def kept(self):
-        """Frames that need not be solved again, ascending: those in chunks, and of chunks that are on their way."""
+    def kept(self, chunks):
+        """Frames that need not be solved again, ascending: those that are written, and those of `chunks` that are on
+        their way."""
         found = set(self._where())
-        for path in self.folder.glob(f"*{BEGUN}"):
-            head = self._read_head(path)
-            if head is not None:
+        for frames in chunks:
+            head = self._read_head(self._begun_path(frames))
+            if head is not None and head["frames"] == frame_ranges.spelled(frames):
                 found.update(frame_ranges.parse(head["solved"]))
         return [frame for frame in self.frames if frame in found]
 
@@ -236,7 +237,9 @@ class ChunkStore:
                 head = checked(json.loads(text))
                 size = len(text) + head["bytes"] if head is not None else -1
                 is_whole = path.stat().st_size == size
-        except (OSError, ValueError, KeyError, RecursionError):
+                if head is not None:
+                    frame_ranges.parse(head["solved"])
+        except (OSError, ValueError, KeyError, TypeError, RecursionError, MemoryError, MeanValueError):
             return None
         return head if is_whole and (head["schema"], head["key"], head["vertices"]) == self._own() else None
 

@@ -113,9 +113,10 @@ class BackgroundOperator(MeshOperator):
             with interrupts.calling(self.ask_to_stop):
                 while not self._job.wait(INTERRUPT_SECONDS):
                     pass
+            outcome = self._job.result()  # throws what went wrong, also while it was stopping
             if self._job.is_cancelled:
                 raise CancelledError(self.stopped())
-            return self._job.result()
+            return outcome
         finally:
             self._job = None
 
@@ -142,7 +143,7 @@ class BackgroundOperator(MeshOperator):
 
     def modal(self, context, event):
         ended = None
-        if event.type == 'ESC' and event.value == 'PRESS':
+        if event.type == 'ESC' and event.value == 'PRESS' and not event.is_repeat:  # held, it would press twice
             ended = self._stop_working()
         elif event.type == 'TIMER':
             try:

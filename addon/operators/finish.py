@@ -46,8 +46,8 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         engine.look_again(obj)
-        _leave_copies(obj)
         kept, notes = self._keep(obj)
+        _leave_copies(obj)
         removed = _remove_what_was_made(obj)
         sharing = scene_input.sharing_note(obj)
         if sharing:
@@ -102,13 +102,15 @@ def _leave_copies(obj):
         if _is_copy(other, obj):
             other.meanvalue.live = False
             other.meanvalue.anchor_groups.clear()
+            region.remove_made_group(other)
+            bound_record.clear(other.meanvalue.bound)
 
 
 def _is_copy(other, obj):
     """Whether all lines of `other` are also those of `obj`, by vertex group and control."""
     ours, theirs = ({(line.name, line.control) for line in each.meanvalue.anchor_groups} for each in (obj, other))
     mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
-    return bool(theirs) and theirs <= ours and not mine
+    return theirs <= ours and not mine and any(control is not None for _, control in theirs)
 
 
 def _kept_name(obj, wanted):

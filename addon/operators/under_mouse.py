@@ -8,7 +8,7 @@ import numpy as np
 from bpy_extras import view3d_utils
 from mathutils import Matrix, Vector
 
-from ..bridge import mesh_arrays, mirrors, overlay_data, views
+from ..bridge import mesh_arrays, mirrors, overlay_data, rig_space, views
 
 #: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
 BEHIND = 1e-5
@@ -110,7 +110,7 @@ def own_vertex(obj, place):
     copy of the mesh."""
     surface = _Surface(obj)
     vertex, _distance = surface.nearest(place)
-    return vertex if surface.has(place) else None
+    return vertex if vertex is not None and surface.has(place) else None
 
 
 def vertex_or_image(obj, place):
@@ -124,7 +124,7 @@ def vertex_or_image(obj, place):
         if best is None or distance < (1.0 - SAME) * best[0]:
             best = distance, vertex, matrix.T, own
     _distance, vertex, turn, own = best
-    return (vertex, Matrix(turn.tolist())) if surface.has(own) else None
+    return (vertex, Matrix(turn.tolist())) if vertex is not None and surface.has(own) else None
 
 
 class _Surface:
@@ -133,11 +133,16 @@ class _Surface:
     def __init__(self, obj):
         self._positions = overlay_data.shown_positions(obj)
         self._corners, self._starts = mesh_arrays.faces(obj.data)
-        self._is_copied = any(each.type in COPYING and each.show_viewport for each in obj.modifiers)
+        copying = {each.type for each in obj.modifiers if each.show_viewport} & COPYING
+        if rig_space.is_there(obj):  # the surface is known at rest alone, and Smooth by Angle copies nothing
+            copying -= {'NODES'}
+        self._is_copied = bool(copying)
 
     def nearest(self, place):
         """(vertex, distance), of those that faces have: what a loose one holds is not what was pressed."""
         distances = self._distances(place)
+        if len(distances) == 0:
+            return None, np.inf
         vertex = int(distances.argmin())
         return vertex, float(distances[vertex])
 

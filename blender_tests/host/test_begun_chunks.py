@@ -34,26 +34,26 @@ def only_file(folder):
 def test_what_was_kept_is_given_back(begun):
     state, solved = store(begun).begun(CHUNK)
     assert np.array_equal(state, STATE) and solved == [7, 8, 10]
-    assert store(begun).kept() == [7, 8, 10]
+    assert store(begun).kept([CHUNK]) == [7, 8, 10]
     assert store(begun).missing() == list(FRAMES), "they are no chunk yet"
 
 
 def test_chunks_and_what_is_begun_count_together(begun):
     store(begun).write(range(1, 7), np.zeros((6, 4, 3)), {})
-    assert store(begun).kept() == [1, 2, 3, 4, 5, 6, 7, 8, 10]
-    assert store(begun, frames=[6, 7, 9]).kept() == [6, 7]
+    assert store(begun).kept([CHUNK]) == [1, 2, 3, 4, 5, 6, 7, 8, 10]
+    assert store(begun, frames=[6, 7, 9]).kept([[7, 9]]) == [6], "another part does not go on with it"
 
 
 def test_a_chunk_that_is_whole_takes_its_place(begun):
     store(begun).write(CHUNK, np.zeros((6, 4, 3)), {})
     assert store(begun).begun(CHUNK) == (None, [])
-    assert store(begun).kept() == CHUNK
+    assert store(begun).kept([CHUNK]) == CHUNK
 
 
 @pytest.mark.parametrize("other", [{"key": "another"}, {"vertices": 5}])
 def test_of_something_else_it_is_nothing(begun, other):
     assert store(begun, **other).begun(CHUNK) == (None, [])
-    assert store(begun, **other).kept() == []
+    assert store(begun, **other).kept([CHUNK]) == []
 
 
 def test_another_chunk_does_not_go_on_with_it(begun):
@@ -77,6 +77,6 @@ def test_damaged_at_any_place_it_is_nothing(begun):
     for length in (0, 1, 50, len(content) - 1):
         path.write_bytes(content[:length])
         assert store(begun).begun(CHUNK) == (None, [])
-        assert store(begun).kept() == []
+        assert store(begun).kept([CHUNK]) == []
     path.write_bytes(content + b"x")
-    assert store(begun).kept() == []
+    assert store(begun).kept([CHUNK]) == []

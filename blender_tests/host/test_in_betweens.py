@@ -191,3 +191,17 @@ def test_a_part_is_placed_by_its_border():
 def test_a_hard_border_is_that_of_the_edges():
     edges = np.array([(0, 1), (1, 2), (2, 3)])
     assert grafting.border(np.array([0.0, 0.0, 1.0, 1.0]), edges).tolist() == [1, 2]
+
+
+def test_the_search_ends_beside_a_slider_that_does_nothing():
+    """What jumps stays too far off however small the goal, and candidates that add nothing bring it no nearer."""
+    ranges = [(0.0, 1.0), (0.0, 1.0)]
+    search = in_betweens.found(ranges, (4, 3), 1e-3, 20)
+    correction, settings = None, 0
+    with pytest.raises(StopIteration) as ended:
+        while True:
+            values = search.send(correction)
+            settings += 1
+            assert settings < 5000
+            correction = np.full((4, 3), 1.0 if values[0] > 0.37 else 0.0)
+    assert ended.value.value.error > 1e-3

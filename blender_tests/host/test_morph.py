@@ -376,3 +376,26 @@ def test_a_part_is_put_on_the_mix_of_the_others(three):
     path = np.array([mixed(share, 0.8) for share in np.linspace(0, 1, 41)])
     steps = np.linalg.norm(np.diff(path, axis=0), axis=2).max(axis=1)
     assert np.linalg.norm(np.diff(path, 2, axis=0), axis=2).max() < 0.25 * steps.max()
+
+
+@pytest.mark.parametrize("least", [0.5, 0.9, 0.95, 0.99, 0.9999, 1.0])
+def test_a_named_part_that_is_everywhere_does_not_blow_up_what_it_is_put_on(least):
+    side = np.linspace(-1.0, 1.0, 20)
+    x, y = (each.ravel() for each in np.meshgrid(side, side))
+    rest = np.stack([x, y, 0.1 * np.sin(3.0 * x)], axis=1)
+    corner = (np.arange(19)[:, None] * 20 + np.arange(19)).ravel()
+    faces = np.concatenate([
+        np.stack([corner, corner + 1, corner + 21], axis=1), np.stack([corner, corner + 21, corner + 20], axis=1)
+    ]).astype(np.int32)  # fmt: skip
+    other = 1.3 * np.stack([np.sin(x), y, 1.0 - np.cos(x)], axis=1)
+    masked = rest + np.stack([0.0 * x, 0.0 * x, 0.3 * y**2], axis=1)
+    morpher = meanvalue.Morpher(np.stack([rest, other, masked]), faces)
+    mask = least + (1.0 - least) * (x + 1.0) / 2.0
+
+    def size(first, second):
+        weights = np.stack([1.0 - first - second * mask, np.full_like(mask, first), second * mask], axis=0)
+        return np.linalg.norm(np.ptp(morpher.solve(weights, parts=[2]).vertices, axis=0))
+
+    sizes = [size(1.0, second) for second in (0.9, 0.95, 1.0)]
+    assert 0.5 * size(1.0, 0.0) < min(sizes) and max(sizes) < 2.0 * size(1.0, 0.0)
+    assert np.abs(np.diff(sizes)).max() < 0.1 * sizes[0]

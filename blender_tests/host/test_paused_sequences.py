@@ -166,6 +166,24 @@ def test_another_binding_of_the_same_goes_on():
     assert_same(hard()[0].solve_sequence(targets, resume=paused.state, **RUNS), whole)
 
 
+def bound_otherwise(turned_faces=False, **options):
+    """As hard() is, but for one thing."""
+    points, faces, anchors, pieces = bar(2600)
+    if turned_faces:
+        faces = np.roll(faces, 1, axis=1)
+    return meanvalue.Deformer(points, faces, anchors, **{"handles": pieces, **options})
+
+
+OTHER_BINDINGS = {
+    "rigidity": lambda: bound_otherwise(rigidity=0.5),
+    "handles": lambda: bound_otherwise(handles=None),
+    "strengths": lambda: bound_otherwise(strengths=np.full(len(bar(2600)[2]), 2.0)),
+    "faces": lambda: bound_otherwise(turned_faces=True),
+    "portable": lambda: bound_otherwise(portable=True),
+    "method": lambda: bound_otherwise(method="paper", handles=None),
+}
+
+
 def test_a_state_of_something_else_or_a_damaged_one_is_refused():
     deformer, targets, _ = hard()
     paused = paused_at(0.3, deformer, targets, threads=1, **RUNS)
@@ -179,6 +197,9 @@ def test_a_state_of_something_else_or_a_damaged_one_is_refused():
     ):
         with pytest.raises(meanvalue.InvalidInput, match="another clip"):
             other()
+    for other_binding in OTHER_BINDINGS.values():
+        with pytest.raises(meanvalue.InvalidInput, match="another clip"):
+            other_binding().solve_sequence(targets, resume=state, **RUNS)
     chance = np.random.default_rng(1)
     for _ in range(50):
         damaged = state.copy()

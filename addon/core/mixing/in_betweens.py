@@ -101,12 +101,13 @@ def found(ranges, shape, tolerance, most, may_join=lambda _first, _second: True)
     """
     search = _Search(Interpolation([leja.places(*each) for each in ranges], shape), may_join)
     checks, count, goal = [], CHECKS, 0.5 * tolerance
+    nothing = NOTHING * tolerance
     chosen = search.sum
     for _ in range(MOST_LOOKS):
         while True:
             yield from search.refine(goal, SEARCHED * most)
             is_near = yield from _is_near(search.sum, checks, ranges, count, ROOM * tolerance)
-            if is_near or len(search.sum.nodes) >= SEARCHED * most or not search.has_candidates:
+            if is_near or len(search.sum.nodes) >= SEARCHED * most or not search.has_candidates(nothing):
                 break
             goal *= 0.5
         if not is_near:
@@ -124,7 +125,7 @@ def found(ranges, shape, tolerance, most, may_join=lambda _first, _second: True)
     error = _error(chosen, checks)
     used_up = search.used_up(tolerance)
     are_few = len(errors) <= leja.MOST * len(ranges)  # to tell by what they have brought
-    still_falls = search.has_candidates and (are_few or errors[-1] <= STILL_FALLS * errors[len(errors) // 2])
+    still_falls = search.has_candidates(nothing) and (are_few or errors[-1] <= STILL_FALLS * errors[len(errors) // 2])
     would_more_help = not used_up and (still_falls or min(errors) <= STILL_FALLS * error)
     return Found(tuple(chosen.nodes), error, used_up, would_more_help)
 
@@ -175,9 +176,9 @@ class _Search:
         self._sliders = range(len(interpolation.knots))
         self._must_look = [((slider, 1),) for slider in self._sliders]
 
-    @property
-    def has_candidates(self):
-        return bool(self._candidates or self._must_look)
+    def has_candidates(self, least):
+        """Whether any would add more than that."""
+        return bool(self._must_look) or any(self._rank(each) > least for each in self._candidates)
 
     def used_up(self, tolerance):
         """The sliders that have a node at each of their places, the last of which still changed the mix."""

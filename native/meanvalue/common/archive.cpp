@@ -41,6 +41,10 @@ Archive::Bytes Archive::finish() {
     return std::move(written_);
 }
 
+void Archive::require(bool holds) const {
+    if (!holds) refuse();
+}
+
 std::size_t Archive::pass_count(std::size_t count, std::size_t bytes) {
     std::uint64_t told = count;
     pass(told);

@@ -49,6 +49,8 @@ class Archive {
         positions.resize(static_cast<Eigen::Index>(pass_count(positions.rows(), 3 * sizeof(double))), 3);
         pass(positions.data(), static_cast<std::size_t>(positions.size()));
     }
+    /// What has to hold of what was read. @throws InvalidInput as for damaged bytes.
+    void require(bool holds) const;
     /// How many of something follow. @param bytes of each at least. @throws InvalidInput where no more are there.
     std::size_t pass_count(std::size_t count, std::size_t bytes = 1);
 

@@ -19,8 +19,6 @@ namespace {
 constexpr double kTurnShare = 0.25;
 // What a vertex without a weight counts when a graft is placed.
 constexpr double kLeastCount = 1e-3;
-// Of the weights of the whole where the least of its parts is: less tells nothing of what it is a mix of.
-constexpr double kLeastShare = 1e-3;
 
 /// Moves vertices by the rotation and translation that fit best for some of them. @param turn_share what the own turn
 /// counts beside the fit.
@@ -113,21 +111,17 @@ std::vector<double> Morpher::Bound::whole_of(const ShapeWeights& weights, const 
             at = v;
         }
     }
+    // What parts take of it goes to the first shape that is none: the whole is the mix without the parts, also where
+    // these are everywhere. (Divided by what is left, it would be far beyond its shapes.)
     std::vector<double> whole(shapes.size(), 0.0);
-    double sum = 0.0;
-    double size = 0.0;
+    double others = 0.0;
+    const auto base = static_cast<std::size_t>(std::find(is_part.begin(), is_part.end(), 0) - is_part.begin());
     for (std::size_t k = 0; k < shapes.size(); ++k) {
-        whole[k] = is_part[k] ? 0.0 : weights.of(at)[k];
-        sum += whole[k];
-        size += std::abs(whole[k]);
+        if (is_part[k] || k == base) continue;
+        whole[k] = weights.of(at)[k];
+        others += whole[k];
     }
-    if (std::abs(sum) > kLeastShare * size && std::abs(sum) > kLeastShare) {
-        for (double& weight : whole)
-            weight /= sum;
-    } else {  // a part is everywhere, or nearly: whatever it is put on counts for nothing
-        std::fill(whole.begin(), whole.end(), 0.0);
-        whole[std::find(is_part.begin(), is_part.end(), 0) - is_part.begin()] = 1.0;
-    }
+    whole[base] = 1.0 - others;
     return whole;
 }
 

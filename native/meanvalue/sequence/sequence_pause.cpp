@@ -3,6 +3,12 @@
 #include "meanvalue/sequence/sequence_solve.h"
 
 namespace meanvalue {
+namespace {
+
+// Of what any pass() writes: to be raised with each change of that.
+constexpr double kStateFormat = 1.0;
+
+}  // namespace
 
 Sequence SequenceSolve::paused() {
     Archive archive;
@@ -37,7 +43,7 @@ void SequenceSolve::pass(Archive& archive) {
     archive.pass(result_.energies);
     archive.pass(result_.iterations);
     archive.pass(result_.converged);
-    result_.failures.resize(archive.pass_count(result_.failures.size()));
+    result_.failures.resize(archive.pass_count(result_.failures.size(), sizeof(std::uint64_t)));
     for (FrameFailure& failure : result_.failures) {
         archive.pass(failure.frame);
         archive.pass(failure.message);
@@ -53,6 +59,8 @@ void SequenceSolve::pass(Archive& archive, Run& run) {
     archive.pass(run.shape);
     archive.pass(run.drag);
     const auto gone_through = static_cast<Index>(run.is_solved.size());
+    archive.require(gone_through <= run.end - run.begin &&
+                    (run.shape.rows() == 0 || run.shape.rows() == result_.vertex_count));
     for (Index k = 0; k < gone_through; ++k) {
         if (archive.is_reading()) add_frame(run, is_told_by(run, run.begin + k));
         archive.pass(run.shapes[k], numbers_of_shape());
@@ -63,20 +71,18 @@ void SequenceSolve::pass(Archive& archive, Run& run) {
 
 /// Of all that the bits of the wanted frames depend on, and what is kept of them.
 std::uint64_t SequenceSolve::identity() const {
-    const BindReport& report = deformer_.report();
-    const Positions& rest = deformer_.bound().rest();
-    const std::vector<Index>& anchors = deformer_.bound().anchors();
-    const double numbers[] = {static_cast<double>(plan_.begin()),           static_cast<double>(plan_.end()),
-                              static_cast<double>(options_.chunk),          static_cast<double>(options_.overlap),
-                              static_cast<double>(options_.max_iterations), options_.tolerance.value_or(0.0),
-                              static_cast<double>(report.row_count),        static_cast<double>(report.free_count)};
-    std::uint64_t sum = checksum_of(numbers, sizeof numbers);
+    const double numbers[] = {kStateFormat,
+                              static_cast<double>(plan_.begin()),
+                              static_cast<double>(plan_.end()),
+                              static_cast<double>(options_.chunk),
+                              static_cast<double>(options_.overlap),
+                              static_cast<double>(options_.max_iterations),
+                              options_.tolerance.value_or(0.0)};
+    std::uint64_t sum = checksum_of(numbers, sizeof numbers, deformer_.bound().identity());
     const auto add = [&](const auto& values) {
         sum = checksum_of(values.data(), static_cast<std::size_t>(values.size()) * sizeof(*values.data()), sum);
     };
-    add(rest);
-    add(anchors);
-    add(report.level_sizes);
+    add(deformer_.report().level_sizes);
     add(trajectories_.targets);
     add(trajectories_.weights);
     return sum;

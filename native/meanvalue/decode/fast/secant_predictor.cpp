@@ -116,10 +116,12 @@ void SecantPredictor::pass(Archive& archive) {
     archive.pass(answer_);
     archive.pass(drivers_);
     archive.pass(energy_);
-    changes_.resize(archive.pass_count(changes_.size()));
+    changes_.resize(archive.pass_count(changes_.size(), 2 * sizeof(std::uint64_t)));
     for (Change& change : changes_) {
         archive.pass(change.shape);
         archive.pass(change.drivers);
+        archive.require(change.shape.size() == static_cast<std::size_t>(answer_.size()) &&
+                        change.drivers.rows() == drivers_.rows());
     }
 }
 
