@@ -15,8 +15,7 @@ from bpy.props import (
 
 from . import ids
 from .bridge import marker_pairs, marker_presets, takes
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+from .properties_handles import IDENTITY
 
 
 def _take_chosen(capture, _context):

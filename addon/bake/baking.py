@@ -70,7 +70,7 @@ class Baking:
             self.begun_at = self.begun_at or (time.monotonic(), self.done + len(begun))
             self._doing = end - begin
             self._progress_before = execution.progress if execution is not None else None  # the last chunk's
-            solved = yield from self._solve_or_go_on(begin, end, execution, state)
+            solved = yield from self._solve_or_go_on(begin, end, numbers, execution, state)
         except CancelledError as error:
             raise CancelledError(self.stopped()) from error
         finally:
@@ -82,14 +82,14 @@ class Baking:
             raise CancelledError(self.stopped())
         self.store.write(numbers, solved.vertices, solved.report)
 
-    def _solve_or_go_on(self, begin, end, execution, state):
+    def _solve_or_go_on(self, begin, end, numbers, execution, state):
         if state is not None:
             try:
                 return (yield from self.plan.solve_rows(self._posing.binding, begin, end, execution, 0, state))
             except SolverError as error:
                 if not isinstance(error.__cause__, native_loader.module().InvalidInput):
                     raise
-                self.store.forget_begun(list(self.plan.numbers)[begin:end])  # of another build of the solver
+                self.store.forget_begun(numbers)  # of another build of the solver
                 self.begun_at = (time.monotonic(), self.done)
         return (yield from self.plan.solve_rows(self._posing.binding, begin, end, execution))
 
