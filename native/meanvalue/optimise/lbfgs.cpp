@@ -15,6 +15,10 @@ constexpr int kMostHalvings = 20;
 // A step at whose end the slope is more than this share of that at its start is lengthened, so many times at most.
 constexpr double kSteep = 0.3;
 constexpr double kLongest = 4.0;
+// The constant matrix is divided by the product of the steps' lengths so far: in what the history knows nothing of,
+// it is twice as stiff as the energy where much turns, and each step would have to be lengthened anew, by an
+// evaluation more. By so much at most.
+constexpr double kLargestScaling = 3.0;
 // Steps this short on end tell the end of the way from a single bad step.
 constexpr int kShortSteps = 2;
 // With patience, what comes after a single step that is shorter than this, in step tolerances, does not matter even
@@ -68,6 +72,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
     report.energies.push_back(value);
     report.initial_gradient = gradient_.norm();
     int short_steps = 0;
+    double scaling = 1.0;
     while (gradient_.squaredNorm() > 0.0) {
         if (report.iterations() == options.max_iterations) {
             report.at_limit = true;
@@ -75,7 +80,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         }
         execution.check();
         execution.set_progress(static_cast<double>(report.iterations()) / options.max_iterations);
-        history_.find_direction(gradient_, preconditioner, options.threads, execution, direction_);
+        history_.find_direction(gradient_, preconditioner, scaling, options.threads, execution, direction_);
         const double slope = (direction_.cwiseProduct(gradient_)).sum();
         const double longest = std::sqrt(direction_.rowwise().squaredNorm().maxCoeff());
         double length = slope < 0.0 ? 1.0 : 0.0;
@@ -103,6 +108,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
             continue;
         }
         if (length == 1.0) lengthen(energy, options.threads, value, slope, positions, execution, length, trial_value);
+        if (options.adapt_scaling) scaling = std::clamp(scaling * length, 1.0, kLargestScaling);
         history_.remember(length, direction_, gradient_, trial_gradient_, options.threads, execution);
         std::swap(positions, trial_);
         std::swap(gradient_, trial_gradient_);

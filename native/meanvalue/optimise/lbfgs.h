@@ -31,6 +31,8 @@ struct LbfgsOptions {
     double highest_start = std::numeric_limits<double>::infinity();
     /// Begin with the history of the last call: of the same factor, and near where that ended.
     bool keep_history = false;
+    /// Scale the constant matrix by what the steps' lengths tell of it, as they come.
+    bool adapt_scaling = false;
 };
 
 struct LbfgsReport {

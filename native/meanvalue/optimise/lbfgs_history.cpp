@@ -48,8 +48,8 @@ LbfgsHistory::LbfgsHistory(Index rows, double size, InstructionSet instructions)
 
 /// With s_k, y_k the pairs, oldest first, and the products s_k . y_l known, the two loops of the usual recursion need
 /// only s_k . g and y_k . (what comes out of the factor).
-void LbfgsHistory::find_direction(const Positions& gradient, const Preconditioner& preconditioner, int threads,
-                                  Execution& execution, Positions& direction) {
+void LbfgsHistory::find_direction(const Positions& gradient, const Preconditioner& preconditioner, double scaling,
+                                  int threads, Execution& execution, Positions& direction) {
     const auto count = static_cast<int>(order_.size());
     const auto product = [&](int s, int y) { return products_(order_[s], order_[y]); };
     const auto products_with = [&](std::vector<float> Pair::*of_pair, const Positions& vector) {
@@ -74,9 +74,9 @@ void LbfgsHistory::find_direction(const Positions& gradient, const Preconditione
             double* const to = direction.data() + first;
             const double* const from = gradient.data() + first;
             for (std::int64_t n = 0; n < numbers; ++n)
-                to[n] = -from[n];
+                to[n] = -scaling * from[n];
             for (int k = 0; k < count; ++k)
-                kernels_.add_scaled(-alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
+                kernels_.add_scaled(-scaling * alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
         });
     });
     preconditioner.solve(direction, direction, threads, execution);

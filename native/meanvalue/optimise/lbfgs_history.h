@@ -29,8 +29,9 @@ class LbfgsHistory {
     bool empty() const { return order_.empty(); }
     void clear() { order_.clear(); }
 
-    /// direction = -H gradient, both |V'| x 3. @throws Cancelled.
-    void find_direction(const Positions& gradient, const Preconditioner& preconditioner, int threads,
+    /// direction = -H gradient, both |V'| x 3; H is `scaling` times the preconditioner, updated by the pairs.
+    /// @throws Cancelled.
+    void find_direction(const Positions& gradient, const Preconditioner& preconditioner, double scaling, int threads,
                         Execution& execution, Positions& direction);
 
     /// Keeps the step length * direction, which led from `gradient` to `next`, in place of the oldest: unless the
