@@ -15,6 +15,8 @@ namespace py = pybind11;
 void bind_execution(py::module_& module);
 void bind_task(py::module_& module);
 void bind_encoding(py::module_& module);
+/// BindReport and Solution, before the classes that return them.
+void bind_reports(py::module_& module);
 void bind_deformer(py::module_& module);
 /// Adds the solving of many frames to the class of Deformer.
 void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Deformer>>& deformer);

@@ -56,6 +56,7 @@ PYBIND11_MODULE(meanvalue, module) {
     meanvalue::bindings::bind_execution(module);
     meanvalue::bindings::bind_task(module);
     meanvalue::bindings::bind_encoding(module);
+    meanvalue::bindings::bind_reports(module);
     meanvalue::bindings::bind_deformer(module);
     meanvalue::bindings::bind_morph(module);
     meanvalue::bindings::bind_baselines(module);
