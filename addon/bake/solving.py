@@ -12,7 +12,7 @@ RUN_FRAMES = 48
 OVERLAP_FRAMES = 12
 #: Raised by one when the solver makes other shapes of the same clip: those of a bake that was stopped are then not
 #: gone on with.
-REVISION = 4
+REVISION = 5
 
 #: What is told of each row, see core.bake_report.
 REPORTED = ("distances", "energies", "iterations", "converged", "errors")

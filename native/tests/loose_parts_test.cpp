@@ -1,11 +1,15 @@
 // Parts without an anchor: carried along by the nearest surface that is held, or left at rest.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
+#include <utility>
 
 #include "meanvalue/deform/deformer.h"
+#include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/point_tree.h"
 #include "meanvalue/sequence/sequence.h"
 #include "tests/meshes.h"
@@ -211,6 +215,106 @@ TEST(LooseParts, FramesOfAClipCarryThemAsSingleSolvesDo) {
         deformer.bound().loose_parts().carry(head.mesh.vertices, shape.data(), 1, execution);
         EXPECT_EQ(shape, before);
     }
+}
+
+/// A flat disc of 13 vertices a little above the plane z = 0.
+Mesh button(double radius, double x, double y) {
+    Mesh mesh;
+    mesh.vertices.resize(13, 3);
+    mesh.faces.resize(12, 3);
+    mesh.vertices.row(12) << x, y, 0.02;
+    for (Index k = 0; k < 12; ++k) {
+        const double angle_rad = k * std::acos(-1.0) / 6.0;
+        mesh.vertices.row(k) << x + radius * std::cos(angle_rad), y + radius * std::sin(angle_rad), 0.02;
+        mesh.faces.row(k) << 12, k, (k + 1) % 12;
+    }
+    return mesh;
+}
+
+/// Where (x, y) of a flat grid has gone in z, between the vertices as its triangles have it.
+double lift_of_grid(const Positions& moved, Index columns, double x, double y) {
+    const auto c = static_cast<Index>(x);
+    const auto r = static_cast<Index>(y);
+    const double u = x - c;
+    const double w = y - r;
+    const auto lift = [&](Index column, Index row) { return moved(row * columns + column, 2); };
+    const double both = lift(c, r) + std::min(u, w) * (lift(c + 1, r + 1) - lift(c, r));
+    return u > w ? both + (u - w) * (lift(c + 1, r) - lift(c, r)) : both + (w - u) * (lift(c, r + 1) - lift(c, r));
+}
+
+TEST(LooseParts, AButtonGoesAsFarAsTheSurfaceThatItTouches) {
+    constexpr Index kColumns = 31;
+    const Mesh plane = grid(kColumns, kColumns, 0.0);
+    Execution execution;
+    for (const double radius : {0.0, 0.2, 0.6, 1.5}) {
+        for (const auto& [x, y] : {std::pair(15.0, 15.0), {15.5, 15.5}, {17.0, 15.0}, {17.5, 15.0}, {16.4, 17.2}}) {
+            const Mesh mesh = joined(plane, button(radius, x, y));
+            std::vector<char> is_fixed(mesh.vertex_count(), 0);
+            is_fixed[0] = 1;
+            const LooseParts parts(mesh.vertices, mesh.faces,
+                                   find_components(mesh.vertices, mesh.faces, is_fixed, execution), execution);
+            Positions after = mesh.vertices;
+            for (Index v = 0; v < plane.vertex_count(); ++v)
+                after(v, 2) = 4.0 * std::exp(-(after.row(v) - Eigen::RowVector3d(15, 15, 0)).squaredNorm() / 8.0);
+            parts.carry(mesh.vertices, after.data(), 1, execution);
+            double surface = 0.0;
+            for (Index v = plane.vertex_count(); v < mesh.vertex_count(); ++v)
+                surface += lift_of_grid(after, kColumns, mesh.vertices(v, 0), mesh.vertices(v, 1)) / 13.0;
+            const double lift = after.bottomRows(13).col(2).mean();
+            EXPECT_NEAR(lift / surface, 1.0, 0.02) << "radius " << radius << " at " << x << ", " << y;
+        }
+    }
+}
+
+/// The vertices and faces of a mesh in another order: vertex v becomes order[v].
+Mesh in_order(const Mesh& mesh, const std::vector<Index>& order) {
+    Mesh result = mesh;
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        result.vertices.row(order[v]) = mesh.vertices.row(v);
+    for (Index f = 0; f < mesh.faces.rows(); ++f) {
+        for (int c = 0; c < 3; ++c)
+            result.faces(mesh.faces.rows() - 1 - f, c) = order[mesh.faces(f, (c + 1) % 3)];
+    }
+    return result;
+}
+
+TEST(LooseParts, TheOrderOfVerticesAndFacesHardlyMatters) {
+    // A large ball and a small one, whose patch is widened.
+    const Mesh balls = joined(moved(sphere(1), 0.7, {6.4, 7.1, 5.5}), moved(sphere(1), 0.1, {4.4, 9.3, 4.3}));
+    const Mesh mesh = joined(with_noise(grid(15, 15, 0.1), 0.2, 3), balls);
+    std::vector<Index> order(mesh.vertex_count());
+    std::iota(order.begin(), order.end(), 0);
+    std::shuffle(order.begin(), order.end(), std::mt19937(5));
+    const Mesh other = in_order(mesh, order);
+    Execution execution;
+    const auto carried = [&](const Mesh& of, const std::vector<Index>& place) {
+        std::vector<char> is_fixed(of.vertex_count(), 0);
+        is_fixed[place[0]] = 1;
+        const LooseParts parts(of.vertices, of.faces, find_components(of.vertices, of.faces, is_fixed, execution),
+                               execution);
+        Positions after = of.vertices;
+        for (Index v = 0; v < after.rows(); ++v)
+            after.row(v) += Eigen::RowVector3d(std::sin(after(v, 1)), 0.3 * after(v, 2), std::cos(after(v, 0)));
+        parts.carry(of.vertices, after.data(), 1, execution);
+        return rows_of(after, place);
+    };
+    std::vector<Index> same(order.size());
+    std::iota(same.begin(), same.end(), 0);
+    EXPECT_LT(largest_distance(carried(mesh, same), carried(other, order)), 1e-10);
+}
+
+TEST(LooseParts, ASimilarityOfTheSurfaceTakesThemAlongExactly) {
+    const Head head;
+    std::vector<char> is_fixed(head.mesh.vertex_count(), 0);
+    is_fixed[0] = 1;
+    Execution execution;
+    const LooseParts parts(head.mesh.vertices, head.mesh.faces,
+                           find_components(head.mesh.vertices, head.mesh.faces, is_fixed, execution), execution);
+    const Positions whole = moved_by_similarity(head.mesh.vertices, 1.7, {1.0, 2.0, -0.5}, 2.4, {3.0, -1.0, 0.5});
+    Positions after = whole;
+    after.bottomRows(4 * head.eye_count).setZero();
+    parts.carry(head.mesh.vertices, after.data(), 1, execution);
+    EXPECT_LT(largest_distance(after, whole), 1e-10);
 }
 
 TEST(LooseParts, ASoftBorderAloneHoldsNoPart) {

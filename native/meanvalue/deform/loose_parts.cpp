@@ -34,20 +34,29 @@ double growth_of(const LoosePatch& patch, const Scalar* positions) {
 }
 
 template <typename Scalar>
+Vector3 centre_of(const WeightedPoints& some, const Scalar* positions) {
+    Vector3 centre = Vector3::Zero();
+    for (std::size_t k = 0; k < some.points.size(); ++k)
+        centre += some.weights[k] * place_of(positions, some.points[k]);
+    return centre;
+}
+
+/// The turn comes from what is around as well, since few points hardly tell it; the place from what is touched alone,
+/// since what is around may have moved less or more.
+template <typename Scalar>
 Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const Scalar* positions) {
-    Vector3 to_centre = Vector3::Zero();
-    for (std::size_t k = 0; k < patch.points.size(); ++k)
-        to_centre += patch.weights[k] * place_of(positions, patch.points[k]);
+    const WeightedPoints& around = patch.around;
+    const Vector3 to_centre = centre_of(around, positions);
     Matrix3 covariance = Matrix3::Zero();
-    for (std::size_t k = 0; k < patch.points.size(); ++k) {
-        const Vector3 from = Vector3(rest.row(patch.points[k])) - patch.centre;
-        const Vector3 to = place_of(positions, patch.points[k]) - to_centre;
-        covariance += patch.weights[k] * to * from.transpose();
+    for (std::size_t k = 0; k < around.points.size(); ++k) {
+        const Vector3 from = Vector3(rest.row(around.points[k])) - around.centre;
+        const Vector3 to = place_of(positions, around.points[k]) - to_centre;
+        covariance += around.weights[k] * to * from.transpose();
     }
     Similarity motion;
     motion.scale = growth_of(patch, positions);
     motion.rotation = fit_rotation(covariance);
-    motion.translation = to_centre - motion.scale * motion.rotation * patch.centre;
+    motion.translation = centre_of(patch.contact, positions) - motion.scale * motion.rotation * patch.contact.centre;
     return motion;
 }
 
@@ -104,7 +113,9 @@ template void LooseParts::carry(const PositionsView&, float*, int, const Executi
 std::size_t LooseParts::bytes() const {
     std::size_t total = (carriers_.size() + vertices_.size() + patch_of_.size()) * sizeof(Index);
     for (const LoosePatch& patch : patches_) {
-        total += sizeof(patch) + patch.points.size() * (sizeof(Index) + sizeof(double));
+        for (const WeightedPoints* some : {&patch.contact, &patch.around})
+            total += some->points.size() * (sizeof(Index) + sizeof(double));
+        total += sizeof(patch);
         for (const std::vector<Index>& star : patch.stars)
             total += sizeof(std::vector<Index>) + sizeof(double) + star.size() * sizeof(Index);
     }

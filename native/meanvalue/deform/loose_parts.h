@@ -22,8 +22,8 @@ void let_go(Components& components, const std::vector<char>& is_resting);
 /// Which patch of the held surface each loose part goes along with. The place of a part depends on the shape of that
 /// patch alone, never on where the part was before.
 ///
-/// A part is turned and moved by the rigid motion that fits its patch best, and grows as the surface around it does:
-/// so it keeps its shape, and a similarity of the whole takes it along exactly.
+/// A part is turned by the rotation that fits its patch best, moved as the places of the surface that it touches, and
+/// grows as the surface around it does: so it keeps its shape, and a similarity of the whole takes it along exactly.
 class LooseParts {
   public:
     /// No part is loose.

@@ -1,12 +1,14 @@
 #include "meanvalue/deform/loose_patches.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
 
+#include "meanvalue/mesh/closest_point.h"
 #include "meanvalue/mesh/point_tree.h"
 
 namespace meanvalue {
@@ -93,8 +95,13 @@ class Finder {
   private:
     struct Contacts {
         Index carrier = -1;
-        double least = std::numeric_limits<double>::infinity();  // squared distance
+        double least = std::numeric_limits<double>::infinity();  // squared distance of vertices
         std::map<Index, double> weights;                         // of vertices of the carrier
+    };
+    struct Place {  // on a face
+        std::array<Index, 3> corners;
+        Vector3 shares;
+        double squared_distance;
     };
 
     bool is_loose(Index part) const { return components_.fixed[part].empty(); }
@@ -133,22 +140,65 @@ class Finder {
     }
 
     Contacts contacts_of(Index part) const {
+        const std::vector<Index> lookouts = some_of(members_[part], kLookouts);
         std::vector<PointTree::Nearest> nearest;
         Contacts contacts;
-        for (const Index v : some_of(members_[part], kLookouts)) {
+        for (const Index v : lookouts) {
             nearest.push_back(held_.nearest(rest_.row(v).transpose()));
             if (nearest.back().squared_distance >= contacts.least) continue;
             contacts.least = nearest.back().squared_distance;
             contacts.carrier = components_.part_of[nearest.back().row];
         }
+        std::vector<Place> places;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t k = 0; k < lookouts.size(); ++k) {
+            if (components_.part_of[nearest[k].row] != contacts.carrier) continue;
+            places.push_back(place_near(nearest[k], rest_.row(lookouts[k]).transpose()));
+            least = std::min(least, places.back().squared_distance);
+        }
         const double size = kSoftDistance * boxes_[part].size();
-        const double soft = size * size + contacts.least;
-        for (const PointTree::Nearest& found : nearest) {
-            if (components_.part_of[found.row] != contacts.carrier) continue;
-            const double nearness = soft > 0.0 ? soft / (found.squared_distance + soft) : 1.0;
-            contacts.weights[found.row] += nearness * nearness;
+        const double soft = size * size + least;
+        for (const Place& place : places) {
+            const double nearness = soft > 0.0 ? soft / (place.squared_distance + soft) : 1.0;
+            for (int c = 0; c < 3; ++c) {
+                if (place.shares(c) > 0.0)
+                    contacts.weights[place.corners[c]] += nearness * nearness * place.shares(c);
+            }
         }
         return contacts;
+    }
+
+    /// The place of the carrier's faces nearest to `point`: from those around the nearest vertex on to those around
+    /// the corners of the nearest one, as long as that comes nearer.
+    Place place_near(const PointTree::Nearest& vertex, const Vector3& point) const {
+        Place best{{vertex.row, vertex.row, vertex.row}, Vector3::UnitX(), vertex.squared_distance};
+        std::vector<Index> looked_around;
+        for (bool is_nearer = true; is_nearer;) {
+            const std::array<Index, 3> corners = best.corners;
+            is_nearer = false;
+            for (const Index v : corners) {
+                if (std::find(looked_around.begin(), looked_around.end(), v) != looked_around.end()) continue;
+                looked_around.push_back(v);
+                is_nearer = look_around(v, point, best) || is_nearer;
+            }
+        }
+        return best;
+    }
+
+    bool look_around(Index v, const Vector3& point, Place& best) const {
+        bool is_nearer = false;
+        for (Index j = offsets_[v]; j < offsets_[v + 1]; j += 2) {  // two neighbours from each face
+            const std::array<Index, 3> corners{v, neighbours_[j], neighbours_[j + 1]};
+            std::array<Vector3, 3> at;
+            for (int c = 0; c < 3; ++c)
+                at[c] = rest_.row(corners[c]).transpose();
+            const Vector3 shares = closest_point(at, point);
+            const double distance = (shares(0) * at[0] + shares(1) * at[1] + shares(2) * at[2] - point).squaredNorm();
+            if (distance >= best.squared_distance) continue;
+            best = {corners, shares, distance};
+            is_nearer = true;
+        }
+        return is_nearer;
     }
 
     /// The smallest of the larger loose parts that `part` is inside of, and nearer to than `held`, a squared
@@ -168,39 +218,40 @@ class Finder {
 
     LoosePatch patch_of(Index part, const Contacts& contacts) {
         LoosePatch patch;
-        for (const auto& [v, weight] : contacts.weights) {
-            patch.points.push_back(v);
-            patch.weights.push_back(weight);
-        }
-        widen(patch);
-        double sum = 0.0;
-        for (const double weight : patch.weights)
-            sum += weight;
-        for (std::size_t k = 0; k < patch.points.size(); ++k) {
-            patch.weights[k] /= sum;
-            patch.centre += patch.weights[k] * Vector3(rest_.row(patch.points[k]));
-        }
+        patch.contact = points_of(contacts.weights);
+        patch.around = points_of(widened(contacts.weights));
         add_stars(0.5 * (boxes_[part].low + boxes_[part].high), contacts.carrier, patch);
         return patch;
     }
 
-    /// By whole rings, each counting half as much as the one before, until there are enough points.
-    void widen(LoosePatch& patch) const {
-        std::map<Index, double> seen;
-        for (std::size_t k = 0; k < patch.points.size(); ++k)
-            seen.emplace(patch.points[k], patch.weights[k]);
-        for (std::size_t begin = 0; begin < patch.points.size() && patch.points.size() < kLeastPoints;) {
-            const std::size_t end = patch.points.size();
-            for (std::size_t k = begin; k < end; ++k) {
-                const Index v = patch.points[k];
+    WeightedPoints points_of(const std::map<Index, double>& weights) const {
+        WeightedPoints result;
+        double sum = 0.0;
+        for (const auto& [v, weight] : weights)
+            sum += weight;
+        for (const auto& [v, weight] : weights) {
+            result.points.push_back(v);
+            result.weights.push_back(weight / sum);
+            result.centre += result.weights.back() * Vector3(rest_.row(v));
+        }
+        return result;
+    }
+
+    /// By whole rings, each vertex counting half as much as what it was reached from, until there are enough.
+    std::map<Index, double> widened(std::map<Index, double> weights) const {
+        for (std::map<Index, double> border = weights; !border.empty() && weights.size() < kLeastPoints;) {
+            std::map<Index, double> ring;
+            for (const auto& [v, weight] : border) {
                 for (Index j = offsets_[v]; j < offsets_[v + 1]; ++j) {
-                    if (!seen.emplace(neighbours_[j], 0.0).second) continue;
-                    patch.points.push_back(neighbours_[j]);
-                    patch.weights.push_back(0.5 * patch.weights[k]);
+                    if (weights.count(neighbours_[j]) != 0) continue;
+                    double& reached = ring[neighbours_[j]];
+                    reached = std::max(reached, 0.5 * weight);
                 }
             }
-            begin = end;
+            weights.insert(ring.begin(), ring.end());
+            border = std::move(ring);
         }
+        return weights;
     }
 
     void add_stars(const Vector3& centre, Index carrier, LoosePatch& patch) {

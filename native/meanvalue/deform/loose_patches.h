@@ -9,11 +9,17 @@
 
 namespace meanvalue {
 
+/// Some vertices of a carrier.
+struct WeightedPoints {
+    std::vector<Index> points;
+    std::vector<double> weights;       ///< of these, summing to 1
+    Vector3 centre = Vector3::Zero();  ///< of these at rest, weighted
+};
+
 /// What a loose part is carried by.
 struct LoosePatch {
-    Vector3 centre = Vector3::Zero();       ///< of the points, weighted, at rest
-    std::vector<Index> points;              ///< vertices of the carrier
-    std::vector<double> weights;            ///< of these, summing to 1
+    WeightedPoints contact;                 ///< where it is moved to: corners of the places that it lies on
+    WeightedPoints around;                  ///< how it is turned: these, and what is around them
     std::vector<std::vector<Index>> stars;  ///< some vertices of the carrier around the part, each with neighbours
     std::vector<double> star_lengths;       ///< sum of the edges of each at rest, above 0
 };
@@ -24,10 +30,10 @@ struct FoundPatches {
     std::vector<LoosePatch> patches;
 };
 
-/// The carrier is the held part with the vertex nearest to the loose one. A patch is made of its vertices nearest to
-/// those of the loose part, which count by the fourth power of their nearness, and what is around these where they
-/// are few. A loose part inside the box around a larger one, and nearer to that than to what is held (the iris within
-/// its eye), has the same patch.
+/// The carrier is the held part with the vertex nearest to the loose one. A patch is made of the places of its faces
+/// nearest to vertices of the loose part, which count by the fourth power of their nearness, and for its turn of what
+/// is around these where they are few. A loose part inside the box around a larger one, and nearer to that than to
+/// what is held (the iris within its eye), has the same patch.
 /// @param rest n x 3; @param components of which something is held. @throws Cancelled. Cost: n log n.
 FoundPatches find_patches(const PositionsView& rest, const TrianglesView& faces, const Components& components,
                           const Execution& execution);
