@@ -12,7 +12,8 @@ constexpr int kLookBack = 10;
 constexpr double kStillFalling = 0.95;
 // Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from rest,
 // and after so many iterations in a drag, whose next frames make up for what is left in a valley.
-constexpr double kEnergyTolerance = 50.0;
+constexpr double kEnergyTolerance = 30.0;
+constexpr double kDragEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
 // Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
 constexpr double kMostStrengthKept = 1e3;
@@ -99,7 +100,7 @@ FastSolve::StopRule FastSolve::cold_rule() const {
 }
 
 FastSolve::StopRule FastSolve::drag_rule() const {
-    return {cold_rule().energy_tolerance, kPatience};
+    return {bound_.rigidity_ > 0.0 ? kDragEnergyTolerance * options_.tolerance : 0.0, kPatience};
 }
 
 /// Pairs in single precision tell nothing of the rest of the energy beside soft constraints that are far stiffer.
