@@ -3,6 +3,7 @@
 """Makes wheels for any Linux with glibc 2.28 or later: docs/decisions/0022-packaging.md.
 
     build_wheels.py BUILD_FOLDER [PYTHON_VERSION ...]      3.11, 3.13 and 3.14 without one
+    build_wheels.py BUILD_FOLDER sources                   no wheel: only fetches OpenMesh's sources
 
 All is taken from Debian's archive and the Python package registry and kept in BUILD_FOLDER/portable; the wheels are put
 into BUILD_FOLDER/wheels. The compiler is Zig's Clang, which brings libraries and headers for older glibc versions and
@@ -225,12 +226,15 @@ def build(work, output, tools, toolchain, version):
 
 def main(arguments):
     build_folder, *versions = arguments
+    work = pathlib.Path(build_folder).resolve() / "portable"
+    work.mkdir(parents=True, exist_ok=True)
+    if versions == ["sources"]:
+        fetch(work, [])
+        return
     versions = versions or list(SUITES)
     for version in versions:
         if version not in SUITES:
             raise SystemExit(f"no Debian release is known for Python {version}; there are: {', '.join(SUITES)}")
-    work = pathlib.Path(build_folder).resolve() / "portable"
-    work.mkdir(parents=True, exist_ok=True)
     tools = install_tools(work)
     fetch(work, versions)
     toolchain = write_toolchain(work, tools)

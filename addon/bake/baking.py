@@ -21,6 +21,9 @@ SCHEMA = 1
 #: Of frames that are kept, as a message tells them.
 MOST_RANGES = 4
 
+#: Of a chunk on its way, in memory and kept; a chunk larger than so many bytes is not waited for when Blender quits.
+BYTES_OF_VERTEX, MOST_LEFT = 12, 2**27
+
 
 class Baking:
     """Steps (see workers.job) that solve a plan and write what becomes of it; Blender is not touched.
@@ -99,6 +102,14 @@ class Baking:
             self._execution.pause()
         else:
             self._execution.cancel()
+
+    def stop_before_leaving(self):
+        """As stop(), if what has to be written then is soon written. Returns whether it stops that way."""
+        if not self._doing or self._doing * self.plan.vertices * BYTES_OF_VERTEX > MOST_LEFT:
+            return False
+        if not self._is_pausing:
+            self._execution.pause()
+        return True
 
     @property
     def _is_pausing(self):

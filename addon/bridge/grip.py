@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from .. import ids
-from ..core import fixed_points
+from ..core import fixed_points, motion
 from ..errors import SceneError
 from . import (
     bound_record,
@@ -92,6 +92,11 @@ class Grip:
         world = self._start.copy()
         world[:3, 3] += offset
         control_places.put(self.line(obj), world)
+
+    def has_moved(self, obj):
+        """Whether the control is elsewhere than when it was gripped, as the scene has it."""
+        bpy.context.view_layer.update()
+        return not motion.same(control_places.world_of(self.line(obj)), self._start)
 
     def take_back(self, obj):
         """As it was before."""

@@ -163,9 +163,13 @@ class BackgroundOperator(MeshOperator):
     def cancel(self, context):
         """Blender ends the operator: another file is loaded, or it quits."""
         if self._job is not None:
-            self._job.cancel()
-            self._job.wait()
+            self.leave_job()
         self._stop_showing(context)
+
+    def leave_job(self):
+        """Ends the job within a second or two: Blender waits for it."""
+        self._job.cancel()
+        self._job.wait()
 
     def _all_steps(self):
         """The whole work. Between steps that nobody notices it gives (name of the stage, share of it that is done).

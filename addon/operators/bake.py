@@ -16,6 +16,9 @@ from ..errors import MeanValueError, SceneError
 from ..live import engine
 from .background import BackgroundOperator
 
+#: How long frames that are being solved are waited for when Blender loads another file or quits.
+LEAVE_SECONDS = 1.0
+
 
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake"
@@ -84,6 +87,12 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     def ask_to_stop(self):
         self._prepared.baking.stop()
+
+    def leave_job(self):
+        baking = self._prepared.baking
+        if baking is not None and baking.stop_before_leaving():
+            self._job.wait(LEAVE_SECONDS)
+        super().leave_job()
 
     def stopping_text(self):
         return "Stopping after the frames that are being solved ...    Esc: Stop at once, without them"

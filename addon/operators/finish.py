@@ -63,8 +63,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
             settings.live = False
             shape_keys.remove(obj, [settings.result_key])
-            if len(obj.data.shape_keys.key_blocks) == 1:
-                obj.shape_key_clear()
+            shape_keys.remove_lone_basis(obj)
             carried, note = mix_layers.made_for_former_rest(obj, carried)
             notes = [note] if note else []
             if carried:

@@ -77,7 +77,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         except MeanValueError as error:
             return self.refuse(error)
         controls.select(grip.line(obj))
-        return self.tell(*_outcome(obj, grip))
+        return self.tell(*_outcome(obj, grip, Vector(self.offset)))
 
     def invoke(self, context, event):
         try:
@@ -175,7 +175,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         self._take_size(obj)
         line = self._grip.line(obj)
         controls.select(line)
-        message, notes = _outcome(obj, self._grip)
+        message, notes = _outcome(obj, self._grip, Vector(self.offset))
         if context.scene.tool_settings.use_keyframe_insert_auto:
             keyframe_handles.insert(controls.mover(line), notes)
         return self.tell(message, notes)
@@ -233,14 +233,18 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             context.workspace.status_text_set(None)
 
 
-def _outcome(obj, grip):
+def _outcome(obj, grip, offset):
     """(message, [notes])."""
     line = grip.line(obj)
+    notes = list(grip.notes(obj))
     if grip.is_new:
         message = translated("Handle '{name}' made. Drag it again, or press elsewhere for another one", name=line.name)
-    else:
+    elif grip.has_moved(obj):
         message = translated("Handle '{name}' moved. Drag it again, or press elsewhere for another one", name=line.name)
-    notes = list(grip.notes(obj))
+    else:
+        message = translated("Handle '{name}' is where it was", name=line.name)
+        if offset.length > 0.0:
+            notes.append("Something else moves its control, such as a constraint or a driver: move that")
     live = engine.status(obj)
     if live is not None and live[1]:
         notes.append(live[0])

@@ -34,6 +34,10 @@ CALLS = {
     "start_bind": (lambda **arrays: meanvalue.start_bind(**arrays).result(), BOUND),
     "solve": (lambda **arrays: deformer().solve(**arrays), SOLVED),
     "start_solve": (lambda **arrays: deformer().start_solve(**arrays).result(), SOLVED),
+    "morph": (
+        lambda **arrays: meanvalue.Morpher([VERTICES, 1.5 * VERTICES], TRIANGLES).solve([0.5, 0.5], **arrays),
+        {"parts": np.array([1])},
+    ),
     **{
         name: (baseline(name), BASELINE) for name in ("laplacian", "laplacian_surface_editing", "pyramid", "arap")
     },
@@ -41,6 +45,7 @@ CALLS = {
 FORM = {
     "vertices": "float", "targets": "float", "start": "float", "strengths": "float",
     "faces": "whole numbers", "anchors": "whole numbers", "handles": "whole numbers", "roi": "bool",
+    "parts": "whole numbers",
 }  # fmt: skip
 ARGUMENTS = [(call, argument) for call, (_, arrays) in CALLS.items() for argument in arrays]
 
@@ -98,7 +103,8 @@ def test_masked_values_are_not_taken_for_values(call, argument):
 def test_a_number_out_of_range_is_told_as_it_was_given(call, argument, number):
     values = np.asarray(CALLS[call][1][argument]).astype(np.uint64 if number > 0 else np.int64)
     values.flat[-1] = number
-    with pytest.raises(meanvalue.InvalidInput, match=f"{argument} holds {number}, which no vertex number can be"):
+    of = {"handles": "handle", "parts": "shape"}.get(argument, "vertex")
+    with pytest.raises(meanvalue.InvalidInput, match=f"{argument} holds {number}, which no number of a {of} can be"):
         called(call, argument, values)
 
 

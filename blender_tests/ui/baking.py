@@ -3,6 +3,7 @@
 
 import contextlib
 import pathlib
+import re
 import tempfile
 
 import bpy
@@ -220,3 +221,39 @@ def _only_the_bake_panel():
         bake.bl_options, bake.bl_parent_id = usual
         for cls in (*panel.CLASSES, bake):
             bpy.utils.register_class(cls)
+
+
+def another_file_while_a_chunk_is_solved(ui):
+    """What is solved of the chunk is kept, as by Esc."""
+    frames = 3000
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="meanvalue-bake-"))
+    obj, _control = animated_tube(frames=frames)
+    path = save(folder)
+    meshes.activate(obj)
+    with _chunks_of(frames):
+        yield from ui.invoke("meanvalue.bake")
+        yield from ui.wait_until(lambda: re.search(r"frame [1-9][\d,]* of 3,000", _text(ui)), "some are solved")
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        yield
+        yield
+        assert installed.part("workers.job")._running == set()
+        assert not cache_of(folder).exists()
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        yield
+        with interrupting.pausing_at(installed.part("bake.solving"), 1.0) as asked:
+            yield from ui.invoke("meanvalue.bake")
+            yield from ui.wait_until(lambda: cache_of(folder).exists() and ui.status_text() is None, "it goes on")
+    assert asked == [(0, frames, True)], "from what was kept"
+
+
+def another_file_while_a_chunk_takes_too_long(ui):
+    """Blender does not wait for it."""
+    folder = yield from _tube(ui)
+    with _chunks_of(FRAMES, waits_at=0, until=lambda execution: execution.cancelled):
+        yield from ui.invoke("meanvalue.bake")
+        yield from ui.wait_until(lambda: "frame 0 of 120" in _text(ui), "it is about to solve")
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        yield
+        yield
+    assert installed.part("workers.job")._running == set()
+    assert not cache_of(folder).exists()

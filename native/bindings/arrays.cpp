@@ -35,13 +35,13 @@ py::array as_array(const py::object& values, const char* name, const char* wante
     return array;
 }
 
-/// Whole numbers, or nothing at all: numpy makes an empty list one of float64.
-LongArray as_integers(const py::array& array, const char* name) {
+/// Whole numbers, or nothing at all: numpy makes an empty list one of float64. @param of what they number.
+LongArray as_integers(const py::array& array, const char* name, const char* of) {
     if (!is_of_kind(array, "iu") && !(array.size() == 0 && is_of_kind(array, "f"))) {
         throw InvalidInput(message(name, " has the type ", type_text(array), "; give whole numbers (int32)"));
     }
     const auto refuse = [&](auto number) {
-        throw InvalidInput(message(name, " holds ", number, ", which no vertex number can be"));
+        throw InvalidInput(message(name, " holds ", number, ", which no number of a ", of, " can be"));
     };
     if (is_of_kind(array, "u")) {  // of 64 bits, those above 2^63 would become negative
         const py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast> numbers(array);
@@ -80,17 +80,17 @@ Triangles as_triangles(const py::object& values, const char* name) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array),
                                    "; give (m, 3): split polygons into triangles first"));
     }
-    const LongArray integers = as_integers(array, name);
+    const LongArray integers = as_integers(array, name, "vertex");
     using LongTriangles = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
     return Eigen::Map<const LongTriangles>(integers.data(), integers.shape(0), 3).cast<Index>();
 }
 
-std::vector<Index> as_indices(const py::object& values, const char* name) {
+std::vector<Index> as_indices(const py::object& values, const char* name, const char* of) {
     const py::array array = as_array(values, name, "(k,) of int32");
     if (array.ndim() != 1) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (k,)"));
     }
-    const LongArray integers = as_integers(array, name);
+    const LongArray integers = as_integers(array, name, of);
     return {integers.data(), integers.data() + integers.size()};
 }
 

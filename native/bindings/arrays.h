@@ -33,9 +33,9 @@ class PositionsArray {
 /// integer type, or out of the 32-bit range.
 Triangles as_triangles(const py::object& values, const char* name);
 
-/// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (k,), not of an integer
-/// type, or out of the 32-bit range.
-std::vector<Index> as_indices(const py::object& values, const char* name);
+/// From an array or anything that numpy makes one of. @param of what they number, for the message.
+/// @throws InvalidInput where they are not (k,), not of an integer type, or out of the 32-bit range.
+std::vector<Index> as_indices(const py::object& values, const char* name, const char* of);
 
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (k,), or not real
 /// numbers.

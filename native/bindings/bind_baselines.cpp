@@ -29,7 +29,7 @@ py::array_t<double> run(const py::object& vertices, const py::object& faces, con
     const Triangles triangles = as_triangles(faces, "faces");
     const PositionsArray target_positions(targets, "targets");
     const baselines::Problem problem{
-        positions.view(),     triangles, as_indices(anchors, "anchors"), target_positions.view(),
+        positions.view(),     triangles, as_indices(anchors, "anchors", "vertex"), target_positions.view(),
         as_flags(roi, "roi"), threads};
     const SharedExecution held = execution_or_new(execution);
     Positions deformed;

@@ -22,9 +22,9 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
                   const std::optional<py::object>& strengths, Index border, Binding& binding) {
     if (border < 0) throw ::meanvalue::InvalidInput("border is negative; give 0 or more");
     binding.border_count = border;
-    binding.anchors = as_indices(anchors, "anchors");
+    binding.anchors = as_indices(anchors, "anchors", "vertex");
     if (handles) {
-        binding.handles = as_indices(*handles, "handles");
+        binding.handles = as_indices(*handles, "handles", "handle");
         if (binding.handles.empty() && !binding.anchors.empty()) {
             throw ::meanvalue::InvalidInput(
                 "handles is empty, but there are anchors; give one number for each, or None");

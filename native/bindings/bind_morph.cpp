@@ -90,7 +90,7 @@ std::shared_ptr<OwnedBinding> own_binding(const py::object& shapes, const py::ob
     MorphBinding& binding = owned->binding.emplace(MorphBinding{{}, owned->faces});
     for (const Positions& shape : owned->shapes)
         binding.shapes.emplace_back(shape);
-    if (anchors) binding.anchors = as_indices(*anchors, "anchors");
+    if (anchors) binding.anchors = as_indices(*anchors, "anchors", "vertex");
     binding.rigidity = rigidity;
     binding.hold = hold;
     binding.threads = threads;
@@ -140,7 +140,7 @@ Call own_call(const Morpher& morpher, const py::object& weights, const std::opti
     call.options.tolerance = tolerance;
     call.options.max_iterations = max_iterations;
     call.options.is_draft = draft;
-    if (parts) call.options.parts = as_indices(*parts, "parts");
+    if (parts) call.options.parts = as_indices(*parts, "parts", "shape");
     return call;
 }
 

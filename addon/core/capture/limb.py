@@ -11,6 +11,9 @@ DIRECTIONS, NEAR_TIP, ROLLS, ROUNDS = 1500, np.cos(np.radians(30.0)), 36, 12
 #: Rolls of an upper arm by itself, and how often both parts are turned from each; where the limb as a whole is nearer
 #: to its skin than so much of the height (rms), that is left out.
 ROLLS_ALONE, TURNS_ALONE, LIES_WELL = 12, 3, 0.0135
+#: How much nearer it must lie than with a smaller roll: rolls that end on the same place differ by less than 4 % on
+#: bodies, others by more than 13 %.
+CLEARLY = 0.9
 #: How far (over the body's height) a point of the skin that looks across the way of a marker's seems to be off.
 FACING = 0.05
 #: How much nearer to its skin a foot must lie to be tilted.
@@ -63,7 +66,7 @@ class Limb:
         if least < LIES_WELL * self._reach / FACING:
             return best
         axis = posed[self._middle].mean(axis=0) - self._joint
-        for roll in _about(axis, 2.0 * np.pi * np.arange(ROLLS_ALONE) / ROLLS_ALONE):
+        for roll in _about(axis, _smallest_first(ROLLS_ALONE)):
             tried = posed.copy()
             self._carry(tried, self._joint + (tried[self._upper] - self._joint) @ roll.T)
             for _ in range(TURNS_ALONE):
@@ -72,7 +75,7 @@ class Limb:
                 rolled = self._rolled(tried[self._fore], self._fore, pivot)
                 tried[self._fore] = self._settled(rolled, self._fore, pivot)
             residual = self.residual(tried)
-            if residual < least:
+            if residual < CLEARLY * least:
                 best, least = tried, residual
         return best
 
@@ -147,6 +150,12 @@ class Limb:
             nearest[part] = found.argmin(axis=1)
             costs[part] = found.min(axis=1) + (points[part] ** 2).sum(axis=1)
         return self._samples[nearest], np.maximum(costs, 0.0)
+
+
+def _smallest_first(count):
+    """(count,) angles all round."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    return angles[np.argsort(np.minimum(angles, 2.0 * np.pi - angles), kind="stable")]
 
 
 def _about(axis, angles):

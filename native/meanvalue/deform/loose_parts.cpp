@@ -16,17 +16,23 @@ Vector3 place_of(const Scalar* positions, Index v) {
     return {static_cast<double>(place[0]), static_cast<double>(place[1]), static_cast<double>(place[2])};
 }
 
-/// How much the surface grows: the median over the stars, which a few stretched ones do not move.
 template <typename Scalar>
-double growth_of(const LoosePatch& patch, const Scalar* positions) {
+double length_of_star(const LoosePatch& patch, std::size_t number, const Scalar* positions) {
+    const Vector3 middle = place_of(positions, patch.middles[number]);
+    double length = 0.0;
+    for (const Index v : patch.stars[number])
+        length += (place_of(positions, v) - middle).norm();
+    return length;
+}
+
+/// How much the surface grows: the median over the stars, which a few stretched ones do not move.
+/// @param length of the star of that number, where the surface is now.
+template <typename Length>
+double growth_of(const LoosePatch& patch, const Length& length) {
     std::vector<double> ratios;
-    for (std::size_t k = 0; k < patch.stars.size(); ++k) {
-        const std::vector<Index>& star = patch.stars[k];
-        double length = 0.0;
-        for (std::size_t j = 1; j < star.size(); ++j)
-            length += (place_of(positions, star[j]) - place_of(positions, star.front())).norm();
-        ratios.push_back(length / patch.star_lengths[k]);
-    }
+    ratios.reserve(patch.stars.size());
+    for (std::size_t k = 0; k < patch.stars.size(); ++k)
+        ratios.push_back(length(k) / patch.star_lengths[k]);
     if (ratios.empty()) return 1.0;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
@@ -43,8 +49,9 @@ Vector3 centre_of(const WeightedPoints& some, const Scalar* positions) {
 
 /// The turn comes from what is around as well, since few points hardly tell it; the place from what is touched alone,
 /// since what is around may have moved less or more.
-template <typename Scalar>
-Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const Scalar* positions) {
+template <typename Scalar, typename Length>
+Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const Scalar* positions,
+                     const Length& length) {
     const WeightedPoints& around = patch.around;
     const Vector3 to_centre = centre_of(around, positions);
     Matrix3 covariance = Matrix3::Zero();
@@ -54,7 +61,7 @@ Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const S
         covariance += around.weights[k] * to * from.transpose();
     }
     Similarity motion;
-    motion.scale = growth_of(patch, positions);
+    motion.scale = growth_of(patch, length);
     motion.rotation = fit_rotation(covariance);
     motion.translation = centre_of(patch.contact, positions) - motion.scale * motion.rotation * patch.contact.centre;
     return motion;
@@ -93,18 +100,43 @@ LooseParts::LooseParts(const PositionsView& rest, const TrianglesView& faces, co
 template <typename Scalar>
 void LooseParts::carry(const PositionsView& rest, Scalar* positions, int threads, const Execution& execution) const {
     std::vector<Similarity> motions(patches_.size());
+    const Scalar* const now = positions;
     parallel_for(static_cast<Index>(patches_.size()), threads, execution, [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k)
-            motions[k] = motion_of(patches_[k], rest, static_cast<const Scalar*>(positions));
-    });
-    parallel_for(static_cast<Index>(vertices_.size()), threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {
-            const Vector3 place = motions[patch_of_[k]].apply(rest.row(vertices_[k]).transpose());
-            Scalar* to = positions + 3 * static_cast<std::ptrdiff_t>(vertices_[k]);
-            for (int c = 0; c < 3; ++c)
-                to[c] = static_cast<Scalar>(place(c));
+            const LoosePatch& patch = patches_[k];
+            motions[k] =
+                motion_of(patch, rest, now, [&](std::size_t star) { return length_of_star(patch, star, now); });
         }
     });
+    parallel_for(static_cast<Index>(vertices_.size()), threads, execution,
+                 [&](Index begin, Index end) { move(begin, end, rest, motions, positions); });
+}
+
+void LooseParts::carry(const PositionsView& rest, double* positions, StarLengths& known,
+                       const Execution& execution) const {
+    const double* const now = positions;
+    std::vector<Similarity> motions(patches_.size());
+    for (std::size_t k = 0; k < patches_.size(); ++k) {
+        execution.check_every(k);
+        const LoosePatch& patch = patches_[k];
+        motions[k] = motion_of(patch, rest, now, [&](std::size_t star) {
+            double& found = known[patch.middles[star]];
+            if (found < 0.0) found = length_of_star(patch, star, now);
+            return found;
+        });
+    }
+    move(0, static_cast<Index>(vertices_.size()), rest, motions, positions);
+}
+
+template <typename Scalar>
+void LooseParts::move(Index begin, Index end, const PositionsView& rest, const std::vector<Similarity>& motions,
+                      Scalar* positions) const {
+    for (Index k = begin; k < end; ++k) {
+        const Vector3 place = motions[patch_of_[k]].apply(rest.row(vertices_[k]).transpose());
+        Scalar* to = positions + 3 * static_cast<std::ptrdiff_t>(vertices_[k]);
+        for (int c = 0; c < 3; ++c)
+            to[c] = static_cast<Scalar>(place(c));
+    }
 }
 
 template void LooseParts::carry(const PositionsView&, double*, int, const Execution&) const;
@@ -117,7 +149,7 @@ std::size_t LooseParts::bytes() const {
             total += some->points.size() * (sizeof(Index) + sizeof(double));
         total += sizeof(patch);
         for (const std::vector<Index>& star : patch.stars)
-            total += sizeof(std::vector<Index>) + sizeof(double) + star.size() * sizeof(Index);
+            total += sizeof(std::vector<Index>) + sizeof(Index) + sizeof(double) + star.size() * sizeof(Index);
     }
     return total;
 }

@@ -6,6 +6,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/deform/loose_patches.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/components.h"
 
 namespace meanvalue {
@@ -43,9 +44,21 @@ class LooseParts {
     template <typename Scalar>
     void carry(const PositionsView& rest, Scalar* positions, int threads, const Execution& execution) const;
 
+    /// Of each vertex, how long the edges around it are in some positions; below 0 where that was not asked yet.
+    using StarLengths = std::vector<double>;
+
+    /// The same on the calling thread, with the same bits. @param known n lengths in `positions`, which are found
+    /// where they are needed: shared by all that carry to these positions along the same faces.
+    void carry(const PositionsView& rest, double* positions, StarLengths& known, const Execution& execution) const;
+
     std::size_t bytes() const;
 
   private:
+    /// Rows of vertices_[begin, end).
+    template <typename Scalar>
+    void move(Index begin, Index end, const PositionsView& rest, const std::vector<Similarity>& motions,
+              Scalar* positions) const;
+
     std::vector<Index> carriers_;
     std::vector<LoosePatch> patches_;
     std::vector<Index> vertices_;  // all that are carried

@@ -264,9 +264,8 @@ class Finder {
         std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
         for (std::size_t k = 0; k < count; ++k) {
             const Index v = near[k].second;
-            patch.stars.push_back({v});
-            patch.stars.back().insert(patch.stars.back().end(), neighbours_.begin() + offsets_[v],
-                                      neighbours_.begin() + offsets_[v + 1]);
+            patch.middles.push_back(v);
+            patch.stars.emplace_back(neighbours_.begin() + offsets_[v], neighbours_.begin() + offsets_[v + 1]);
             patch.star_lengths.push_back(star_length(v));
         }
     }

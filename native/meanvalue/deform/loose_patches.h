@@ -20,8 +20,9 @@ struct WeightedPoints {
 struct LoosePatch {
     WeightedPoints contact;                 ///< where it is moved to: corners of the places that it lies on
     WeightedPoints around;                  ///< how it is turned: these, and what is around them
-    std::vector<std::vector<Index>> stars;  ///< some vertices of the carrier around the part, each with neighbours
-    std::vector<double> star_lengths;       ///< sum of the edges of each at rest, above 0
+    std::vector<Index> middles;             ///< some vertices of the carrier around the part
+    std::vector<std::vector<Index>> stars;  ///< the neighbours of each of these
+    std::vector<double> star_lengths;       ///< sum of the edges from each to them at rest, above 0
 };
 
 struct FoundPatches {

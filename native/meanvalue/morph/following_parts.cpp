@@ -1,9 +1,11 @@
 #include "meanvalue/morph/following_parts.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <utility>
 
-#include "meanvalue/mesh/components.h"
+#include "meanvalue/common/parallel.h"
 
 namespace meanvalue {
 namespace {
@@ -43,6 +45,16 @@ std::vector<double> sizes_of(const std::vector<Positions>& shapes, const Compone
     return sizes;
 }
 
+/// Calls body(shape) for each, on up to `threads` threads: shapes are few, and each takes long.
+template <typename Body>
+void for_each_shape(std::size_t count, int threads, const Body& body) {
+    std::atomic<std::size_t> next{0};
+    run_workers(static_cast<int>(std::min(static_cast<std::size_t>(threads), count)), [&](int) {
+        for (std::size_t shape = next++; shape < count; shape = next++)
+            body(shape);
+    });
+}
+
 }  // namespace
 
 FollowingParts::FollowingParts(const std::vector<Positions>& shapes, const TrianglesView& faces,
@@ -58,36 +70,64 @@ FollowingParts::FollowingParts(const std::vector<Positions>& shapes, const Trian
             components.fixed[part].push_back(components.parts[part].first_vertex);
     }
     if (std::count(may_follow.begin(), may_follow.end(), 1) == 0) return;
-    for (const Positions& shape : shapes)
-        carried_by_.emplace_back(shape, faces, components, execution);
-
-    // Squared distances over all pairs of shapes: of where a part is from where it is carried, and from where it was.
-    std::vector<double> missed(components.parts.size(), 0.0);
-    std::vector<double> gone(components.parts.size(), 0.0);
-    for (std::size_t to = 0; to < shapes.size(); ++to) {
-        Positions positions = shapes[to];
-        for (std::size_t from = 0; from < shapes.size(); ++from) {
-            if (from == to) continue;
-            carried_by_[from].carry(shapes[from], positions.data(), threads, execution);
-            const Eigen::RowVector3d shift = shapes[to].colwise().mean() - shapes[from].colwise().mean();
-            for (std::size_t v = 0; v < components.part_of.size(); ++v) {
-                const Index part = components.part_of[v];
-                if (!may_follow[part]) continue;
-                const auto row = static_cast<Index>(v);
-                missed[part] += (positions.row(row) - shapes[to].row(row)).squaredNorm();
-                gone[part] += (shapes[from].row(row) + shift - shapes[to].row(row)).squaredNorm();
-            }
-        }
-    }
+    carried_by_.resize(shapes.size());
+    for_each_shape(shapes.size(), threads,
+                   [&](std::size_t k) { carried_by_[k] = LooseParts(shapes[k], faces, components, execution); });
+    const std::vector<char> is_carried = parts_carried_along(shapes, components, may_follow, threads, execution);
     follows_.assign(components.part_of.size(), 0);
     for (std::size_t v = 0; v < components.part_of.size(); ++v) {
         execution.check_every(v);
         const Index part = components.part_of[v];
-        if (!may_follow[part] || missed[part] > kMisses * kMisses * gone[part]) continue;
+        if (is_carried[part] == 0) continue;
         follows_[v] = 1;
         vertices_.push_back(static_cast<Index>(v));
     }
     if (vertices_.empty()) *this = FollowingParts();
+}
+
+std::vector<char> FollowingParts::parts_carried_along(const std::vector<Positions>& shapes,
+                                                      const Components& components,
+                                                      const std::vector<char>& may_follow, int threads,
+                                                      const Execution& execution) const {
+    struct Distances {
+        double missed = 0.0;
+        double gone = 0.0;
+    };
+    std::vector<Index> small;
+    for (std::size_t v = 0; v < components.part_of.size(); ++v) {
+        if (may_follow[components.part_of[v]]) small.push_back(static_cast<Index>(v));
+    }
+    std::vector<Eigen::RowVector3d> middles;
+    for (const Positions& shape : shapes)
+        middles.emplace_back(shape.colwise().mean());
+    // Of each shape from all others, so that the order of the sums is no matter of threads.
+    std::vector<std::vector<Distances>> to_shapes(shapes.size());
+    for_each_shape(shapes.size(), threads, [&](std::size_t to) {
+        std::vector<Distances> sums(components.parts.size());
+        Positions positions = shapes[to];
+        LooseParts::StarLengths lengths(components.part_of.size(), -1.0);
+        for (std::size_t from = 0; from < shapes.size(); ++from) {
+            if (from == to) continue;
+            carried_by_[from].carry(shapes[from], positions.data(), lengths, execution);
+            const Eigen::RowVector3d shift = middles[to] - middles[from];
+            for (const Index v : small) {
+                Distances& sum = sums[components.part_of[v]];
+                sum.missed += (positions.row(v) - shapes[to].row(v)).squaredNorm();
+                sum.gone += (shapes[from].row(v) + shift - shapes[to].row(v)).squaredNorm();
+            }
+        }
+        to_shapes[to] = std::move(sums);
+    });
+    std::vector<char> is_carried(components.parts.size(), 0);
+    for (std::size_t part = 0; part < is_carried.size(); ++part) {
+        Distances total;
+        for (const std::vector<Distances>& sums : to_shapes) {
+            total.missed += sums[part].missed;
+            total.gone += sums[part].gone;
+        }
+        is_carried[part] = may_follow[part] && total.missed <= kMisses * kMisses * total.gone ? 1 : 0;
+    }
+    return is_carried;
 }
 
 Positions FollowingParts::carried(const std::vector<Positions>& shapes, const ShapeWeights& weights,

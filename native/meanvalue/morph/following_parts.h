@@ -7,6 +7,7 @@
 #include "meanvalue/common/types.h"
 #include "meanvalue/deform/loose_parts.h"
 #include "meanvalue/encoding/shape_weights.h"
+#include "meanvalue/mesh/components.h"
 
 namespace meanvalue {
 
@@ -38,6 +39,12 @@ class FollowingParts {
     std::size_t bytes() const;
 
   private:
+    /// @return whether each part that may follow goes from each shape to each other one as it is carried; over all
+    /// pairs, by squared distances from where it is carried, and from where it was.
+    std::vector<char> parts_carried_along(const std::vector<Positions>& shapes, const Components& components,
+                                          const std::vector<char>& may_follow, int threads,
+                                          const Execution& execution) const;
+
     std::vector<char> follows_;           // n, or empty
     std::vector<Index> vertices_;         // that do
     std::vector<LooseParts> carried_by_;  // in each shape
