@@ -9,7 +9,7 @@ namespace {
 SolveOptions read_options(Bytes& bytes, const Binding& binding) {
     SolveOptions options;
     options.tolerance = read_tolerance(bytes);
-    options.max_iterations = bytes.once_in(4) ? bytes.below(30) - 1 : 100;
+    options.max_iterations = read_max_iterations(bytes);
     options.settle = bytes.once_in(4);
     if (!binding.strengths.empty()) options.weights = read_weights(bytes, binding.anchors.size());
     return options;

@@ -206,6 +206,11 @@ std::vector<double> read_weights(Bytes& bytes, std::size_t anchor_count) {
     return weights;
 }
 
+int read_max_iterations(Bytes& bytes) {
+    const Index kind = bytes.below(8);
+    return kind == 0 ? bytes.below(30) - 1 : kind == 1 ? 100 : 8;
+}
+
 std::optional<double> read_tolerance(Bytes& bytes) {
     if (!bytes.once_in(4)) return {};
     return bytes.once_in(16) ? bytes.number() : std::pow(10.0, -bytes.below(14));

@@ -28,7 +28,7 @@ Trajectories read_trajectories(Bytes& bytes, const OddMesh& mesh, const Binding&
 SequenceOptions read_options(Bytes& bytes) {
     SequenceOptions options;
     options.tolerance = read_tolerance(bytes);
-    options.max_iterations = bytes.once_in(4) ? bytes.below(30) - 1 : 100;
+    options.max_iterations = read_max_iterations(bytes);
     if (bytes.once_in(4)) {
         const Index first = bytes.below(8) - 1;
         options.frames = {first, first + bytes.below(8)};
@@ -70,7 +70,10 @@ std::vector<double> bits_of(const Sequence& clip) {
 
 /// Something else than `state`.
 Archive::Bytes damaged(Bytes& bytes, Archive::Bytes state) {
-    const auto place_in = [&](std::size_t count) { return (bytes.below(65536) * 65536LL + bytes.below(65536)) % count; };
+    const auto place_in = [&](std::size_t count) {
+        const std::size_t low = bytes.below(65536);
+        return (low + (std::size_t{65536} * bytes.byte())) % count;
+    };
     switch (bytes.below(4)) {
         case 0:
             state.resize(std::max<std::size_t>(1, place_in(state.size())));
