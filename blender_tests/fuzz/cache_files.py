@@ -8,6 +8,7 @@ there as the add-on does: True if it was taken, False if an error of the add-on'
 import json
 import types
 
+import meanvalue
 import numpy as np
 
 from addon.bake import baking, bundle, farm
@@ -165,6 +166,53 @@ class Chunks(OfJson):
         assert len(store.rows()[3]) == 5
 
 
+def a_paused_clip():
+    """(state, solved) of a clip of six frames, of which three or so are solved; see Sequence.state."""
+    plan, triangles = a_plan()
+    solver_input = plan.bind_input
+    deformer = meanvalue.Deformer(solver_input.rest.astype(np.float64), triangles, solver_input.anchors)
+    execution = meanvalue.Execution()
+    execution.pause()
+    paused = deformer.solve_sequence(np.repeat(plan.targets, 2, axis=0), chunk=2, overlap=1, execution=execution)
+    assert paused.is_paused
+    return paused.state.copy()
+
+
+class Begun(OfJson):
+    """How far a chunk is that was stopped: what is damaged counts as nothing, the rest is what was kept."""
+
+    name = "begun"
+    KEY = "0123abcd"
+    FRAMES, SOLVED = (1, 2, 3, 4, 5, 6), (1, 2, 5)
+
+    def __init__(self, folder):
+        self._state = a_paused_clip()
+        self._store(folder).keep_begun(self.FRAMES, self._state, self.SOLVED)
+        path = next(folder.glob(f"*{chunk_store.BEGUN}"))
+        self._name = path.name
+        self.seeds = [path.read_bytes()]
+
+    def _store(self, folder):
+        return chunk_store.ChunkStore(folder, self.KEY, self.FRAMES, 16)
+
+    def damaged(self, content, random_numbers):
+        head, state = content.split(b"\n", 1)
+        if random_numbers.random() < 0.5:
+            return super().damaged(head, random_numbers) + b"\n" + state
+        return mutated(content, random_numbers)
+
+    def attempt(self, content, folder):
+        (folder / self._name).write_bytes(content)
+        store = self._store(folder)
+        kept = store.kept([self.FRAMES])
+        state, solved = store.begun(self.FRAMES)
+        if state is None:
+            assert solved == []
+            return False
+        assert np.array_equal(state, self._state) and tuple(solved) == self.SOLVED == tuple(kept)
+        return True
+
+
 class Reports(OfJson):
     """The report beside a cache, of which a part is baked again."""
 
@@ -224,4 +272,4 @@ class FrameRanges:
         assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
 
 
-KINDS = (PointCaches, Bundles, Plans, Chunks, Reports, MarkerSets, FrameRanges)
+KINDS = (PointCaches, Bundles, Plans, Chunks, Begun, Reports, MarkerSets, FrameRanges)

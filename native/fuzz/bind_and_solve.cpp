@@ -9,7 +9,7 @@ namespace {
 SolveOptions read_options(Bytes& bytes, const Binding& binding) {
     SolveOptions options;
     options.tolerance = read_tolerance(bytes);
-    options.max_iterations = bytes.once_in(4) ? bytes.below(30) - 1 : 100;
+    options.max_iterations = read_max_iterations(bytes);
     options.settle = bytes.once_in(4);
     if (!binding.strengths.empty()) options.weights = read_weights(bytes, binding.anchors.size());
     return options;
@@ -34,6 +34,33 @@ void require_fixed_in_place(const Binding& binding, const SolveOptions& options,
     }
 }
 
+/// A loose part that is carried goes along with a held one.
+void require_carriers(const BindReport& report, LooseRule rule) {
+    require(report.carriers.size() == report.components.size(), "each part has a carrier or none");
+    for (const Index carrier : report.carriers) {
+        require(carrier < 0 || rule == LooseRule::kFollow, "where loose parts stay, none is carried");
+        if (carrier < 0) continue;
+        require(carrier < static_cast<Index>(report.carriers.size()), "what carries is a part of the mesh");
+        require(report.carriers[carrier] < 0, "what carries is not carried");
+        const Component& part = report.components[carrier];
+        require(part.fixed_count + part.soft_count > 0, "what carries is held");
+    }
+}
+
+/// Parts that nothing holds are at rest, or where the shape of what carries them says.
+void require_loose_in_place(const Binding& binding, const Deformer& deformer, const Solution& solution) {
+    const BindReport& report = deformer.report();
+    Positions carried = solution.vertices;
+    deformer.bound().loose_parts().carry(binding.vertices, carried.data(), 1, Execution());
+    require(carried == solution.vertices, "a loose part is where it is carried to");
+    for (Index v = 0; v < report.vertex_count; ++v) {
+        const Index number = report.part_of[v];
+        const Component& part = report.components[number];
+        if (report.carriers[number] >= 0 || part.fixed_count + part.soft_count > 0) continue;
+        require(solution.vertices.row(v) == binding.vertices.row(v), "a part that nothing holds or carries stays");
+    }
+}
+
 /// From rest, and from there to other targets.
 void solve_twice(Bytes& bytes, const OddMesh& mesh, const Binding& binding, Deformer& deformer) {
     std::optional<Positions> start;
@@ -46,6 +73,7 @@ void solve_twice(Bytes& bytes, const OddMesh& mesh, const Binding& binding, Defo
             deformer.solve(targets, start ? std::optional<PositionsView>(*start) : std::nullopt, options, execution);
         require_solution(solution, mesh.vertex_count());
         require_fixed_in_place(binding, options, targets, solution);
+        require_loose_in_place(binding, deformer, solution);
         if (mesh.vertex_count() > 0) start = solution.vertices;
     }
 }
@@ -70,11 +98,13 @@ Outcome bind_and_solve(Bytes bytes) {
         Execution execution;
         Deformer deformer(binding, execution);
         require(deformer.report().vertex_count == mesh.vertex_count(), "the report is of the mesh");
+        require_carriers(deformer.report(), binding.loose);
         const Outcome outcome = outcome_of([&] { solve_twice(bytes, mesh, binding, deformer); });
         if (bytes.once_in(2)) {
             Binding again = deformer.bound().binding_again();
             read_anchors(bytes, mesh.vertex_count(), again);
             Deformer other(again, execution, &deformer);
+            require_carriers(other.report(), again.loose);
             solve_twice(bytes, mesh, again, other);
         } else if (outcome == Outcome::kRefused) {
             throw InvalidInput("the solve");

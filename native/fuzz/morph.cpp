@@ -53,7 +53,7 @@ Outcome morph(Bytes bytes) {
         for (int turn = 0; turn < 2; ++turn) {
             MorphOptions options;
             options.tolerance = read_tolerance(bytes);
-            options.max_iterations = bytes.once_in(4) ? bytes.below(30) - 1 : 100;
+            options.max_iterations = read_max_iterations(bytes);
             options.is_draft = bytes.once_in(3);
             if (bytes.once_in(4)) {
                 options.parts.emplace();

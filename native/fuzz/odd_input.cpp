@@ -44,6 +44,16 @@ OddMesh read_heap(Bytes& bytes) {
     return mesh;
 }
 
+/// With a small ball or a triangle beside it, inside it or far away, which mostly nothing holds.
+tests::Mesh with_another_part(Bytes& bytes, const tests::Mesh& mesh) {
+    tests::Mesh part = bytes.once_in(4) ? tests::triangle() : tests::sphere(bytes.below(2));
+    part.vertices *= 0.05 * bytes.below(8);
+    const Index near = bytes.below(mesh.vertex_count());
+    part.vertices.rowwise() += mesh.vertices.row(near);
+    part.vertices.col(bytes.below(3)).array() += bytes.once_in(4) ? bytes.number() : 0.1 * bytes.below(4);
+    return tests::joined(mesh, part);
+}
+
 void add_face(OddMesh& mesh, Index a, Index b, Index c) {
     mesh.faces.conservativeResize(mesh.faces.rows() + 1, 3);
     mesh.faces.row(mesh.faces.rows() - 1) << a, b, c;
@@ -96,7 +106,9 @@ OddMesh read_mesh(Bytes& bytes) {
     if (kind > 5) {
         mesh = read_heap(bytes);
     } else {
-        const tests::Mesh surface = read_plain_surface(bytes, kind);
+        tests::Mesh surface = read_plain_surface(bytes, kind);
+        for (int parts = bytes.once_in(4) ? 1 + bytes.below(3) : 0; parts > 0; --parts)
+            surface = with_another_part(bytes, surface);
         mesh = {surface.vertices, surface.faces};
         for (int flaws = bytes.below(8); flaws > 0 && mesh.faces.rows() > 0; --flaws)
             spoil(bytes, mesh);
@@ -118,6 +130,21 @@ Positions read_targets(Bytes& bytes, const OddMesh& mesh, const std::vector<Inde
     if (bytes.once_in(16)) targets.conservativeResize(bytes.below(4), 3);
     return targets;
 }
+
+namespace {
+
+/// The last anchors, mostly soft ones.
+void read_border(Bytes& bytes, Binding& binding) {
+    const auto count = static_cast<Index>(binding.anchors.size());
+    binding.border_count = bytes.below(count + 1);
+    if (bytes.once_in(16)) binding.border_count = bytes.below(count + 4) - 2;
+    if (bytes.once_in(8)) return;
+    const std::size_t hard = binding.anchors.size() - std::clamp(binding.border_count, 0, count);
+    for (std::size_t k = hard; k < binding.strengths.size(); ++k)
+        binding.strengths[k] = 0.1;
+}
+
+}  // namespace
 
 void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
     binding.anchors.clear();
@@ -144,6 +171,8 @@ void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
             if (bytes.once_in(64)) binding.strengths.back() = bytes.number();
         }
     }
+    binding.border_count = 0;
+    if (!binding.strengths.empty() && bytes.once_in(4)) read_border(bytes, binding);
     binding.rigidity.reset();
     if (bytes.once_in(3)) binding.rigidity = bytes.once_in(2) ? 0.0 : std::pow(10.0, bytes.below(14) - 4);
     if (bytes.once_in(32)) binding.rigidity = bytes.number();
@@ -165,6 +194,7 @@ Binding read_binding(Bytes& bytes, const OddMesh& mesh) {
         for (char& flag : *binding.roi)
             flag = bytes.once_in(4) ? 0 : 1;
     }
+    if (bytes.once_in(2)) binding.loose = LooseRule::kFollow;
     return binding;
 }
 
@@ -174,6 +204,11 @@ std::vector<double> read_weights(Bytes& bytes, std::size_t anchor_count) {
     for (std::size_t k = 0; k < anchor_count; ++k)
         weights.push_back(bytes.once_in(32) ? bytes.number() : bytes.once_in(2) ? 0.0 : bytes.byte() / 255.0);
     return weights;
+}
+
+int read_max_iterations(Bytes& bytes) {
+    const Index kind = bytes.below(8);
+    return kind == 0 ? bytes.below(30) - 1 : kind == 1 ? 100 : 8;
 }
 
 std::optional<double> read_tolerance(Bytes& bytes) {

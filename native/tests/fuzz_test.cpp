@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <ctime>
 #include <map>
 #include <random>
 #include <vector>
@@ -32,17 +33,22 @@ std::vector<std::uint8_t> bytes_of(int run) {
     return bytes;
 }
 
+/// Seconds of processor time after which an input is taken to hang, as libFuzzer's -timeout in ./dev.
+constexpr double kHangsAfter = 10.0;
+
 /// How often each outcome came about in so many runs.
 std::map<Outcome, int> outcomes(Outcome (*entry)(fuzz::Bytes), int runs) {
     const int first = from_environment("MEANVALUE_FUZZ_FIRST", 0);
     std::map<Outcome, int> counts;
     for (int run = first; run < first + runs; ++run) {
         const std::vector<std::uint8_t> bytes = bytes_of(run);
+        const std::clock_t begun = std::clock();
         try {
             ++counts[entry({bytes.data(), bytes.size()})];
         } catch (const std::exception& error) {
             ADD_FAILURE() << "run " << run << ": " << error.what();
         }
+        EXPECT_LT(static_cast<double>(std::clock() - begun), kHangsAfter * CLOCKS_PER_SEC) << "run " << run;
     }
     return counts;
 }

@@ -33,7 +33,7 @@ void Seam::pass(Archive& archive, std::size_t numbers) {
     int sides_done = sides_done_;
     archive.pass(sides_done);
     sides_done_ = sides_done;
-    after_.resize(archive.pass_count(after_.size(), numbers * sizeof(float)));
+    after_.resize(archive.pass_count(after_.size(), sizeof(Index) + numbers * sizeof(float)));
     for (After& after : after_) {
         archive.pass(after.frame);
         if (archive.is_reading()) after.shape.reset(new float[numbers]);

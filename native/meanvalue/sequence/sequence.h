@@ -1,6 +1,8 @@
 // Many frames over one bound mesh: anchors follow trajectories, and the mesh is found at every frame.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,8 +32,11 @@ struct SequenceOptions {
     int threads = 0;  ///< 0: every core; results do not depend on it
     /// What this call makes of the progress that is told: from and to which share.
     std::pair<double, double> progress = {0.0, 1.0};
-    /// Whether Execution::pause() is looked at: between two frames of each run.
+    /// Whether Execution::pause() and the next are looked at: between two frames of each run.
     bool may_pause = false;
+    /// It pauses by itself once so many frames are solved, with those of the calls before and those that runs go
+    /// through on the way: one of each run at work more at most.
+    std::int64_t pause_after = std::numeric_limits<std::int64_t>::max();
     /// Sequence::state of the same clip, frames and options, to go on from; empty: from the beginning.
     Archive::Bytes resume = {};
 };

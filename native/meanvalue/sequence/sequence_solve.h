@@ -38,7 +38,9 @@ class SequenceSolve {
     void carry_loose_parts(int threads);
     void report_progress();
 
-    bool is_pausing() const { return options_.may_pause && execution_.pausing(); }
+    bool is_pausing() const {
+        return options_.may_pause && (execution_.pausing() || frames_solved_ >= options_.pause_after);
+    }
     Sequence paused();
     void pass(Archive& archive);
     void pass(Archive& archive, Run& run);
