@@ -333,6 +333,38 @@ TEST(LooseParts, ASoftBorderAloneHoldsNoPart) {
     EXPECT_EQ(solved(binding, targets), solved(head.binding(LooseRule::kFollow), head.turned(1.05)));
 }
 
+TEST(LooseParts, ASoftBorderWithoutAnythingThatHoldsStaysAtRest) {
+    const Mesh ball = sphere(1);
+    Binding binding{ball.vertices, ball.faces, {0, 1, 2}, {}};
+    binding.strengths = {1.0, 1.0, 1.0};
+    binding.border_count = 3;
+    binding.loose = LooseRule::kFollow;
+    const Positions targets = ball.vertices.topRows(3).array() + 0.5;
+    EXPECT_EQ(solved(binding, targets), ball.vertices);
+    EXPECT_EQ(solved(binding, targets, PositionsView(ball.vertices)), ball.vertices);
+}
+
+TEST(LooseParts, ASoftBorderOfWhatIsCarriedMayBeFreed) {
+    const Head head;
+    Binding binding = head.binding(LooseRule::kFollow);
+    binding.strengths.assign(binding.anchors.size(), std::numeric_limits<double>::infinity());
+    binding.anchors.push_back(head.head_count);
+    binding.strengths.push_back(1.0);
+    binding.border_count = 1;
+    Positions targets = head.turned(1.05);
+    targets.conservativeResize(targets.rows() + 1, 3);
+    targets.bottomRows(1) = head.mesh.vertices.row(head.head_count);
+    Execution execution;
+    Deformer deformer(binding, execution);
+    SolveOptions options;
+    options.weights.assign(binding.anchors.size(), 1.0);
+    const Solution all = deformer.solve(targets, {}, options, execution);
+    options.weights.back() = 0.0;
+    EXPECT_EQ(deformer.solve(targets, {}, options, execution).vertices, all.vertices);
+    options.weights.front() = 0.0;  // of one that is met exactly
+    EXPECT_THROW(deformer.solve(targets, {}, options, execution), InvalidInput);
+}
+
 TEST(LooseParts, ThinPatchesAndLooseVerticesGiveFiniteShapes) {
     // One triangle carries; what it carries: a vertex without faces, a segment's ends, a copy of itself.
     Positions vertices(9, 3);

@@ -143,6 +143,8 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
         if (binding.border_count > 0) let_go(components, resting_flags(binding));
         loose_parts_ = LooseParts(rest(), mesh_->faces, components, execution);
     }
+    for (const Index v : anchors_)
+        is_let_go_.push_back(components.fixed[components.part_of[v]].empty() ? 1 : 0);
     is_fixed_ = solved_as_fixed(std::move(is_fixed_), components);
     const auto shape = shape_for(is_fixed_, components, earlier, execution);
     region_vertices_ = shape->region.vertices;
@@ -227,7 +229,7 @@ void BoundMesh::check_weights(const std::vector<double>& weights) const {
             throw InvalidInput(message("weights[", k, "], of vertex ", anchors_[k], ", is ", weights[k], why));
         };
         if (!(weights[k] >= 0.0 && weights[k] <= 1.0)) refuse("; give numbers from 0 to 1");
-        if (weights[k] != 1.0 && is_fixed_[anchors_[k]])
+        if (weights[k] != 1.0 && is_fixed_[anchors_[k]] && !is_let_go_[k])
             refuse(", but its anchor is met exactly; bind it with a finite strength, so that it can give way");
     }
 }
@@ -267,6 +269,7 @@ Positions BoundMesh::place_anchors(const PositionsView& targets, const std::opti
         }
     });
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
+        if (is_let_go_[k]) continue;
         const bool is_free = !weights.empty() && weights[k] == 0.0;
         if ((!start && !is_free) || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
     }

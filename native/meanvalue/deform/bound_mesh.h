@@ -147,6 +147,7 @@ class BoundMesh {
     std::vector<Index> anchors_;
     std::uint64_t identity_ = 0;
     std::vector<char> is_fixed_;          // n: hard anchors, what lies outside the region of influence, loose parts
+    std::vector<char> is_let_go_;         // k: anchors of a soft border of a loose part, which hold nothing
     std::vector<char> cut_out_by_;        // n: what the region is the surroundings of the rest of
     std::vector<Index> region_vertices_;  // the decoder's vertex numbers in the mesh
     LooseParts loose_parts_;
