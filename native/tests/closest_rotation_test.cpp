@@ -115,6 +115,20 @@ TEST(ClosestRotation, IsAsGoodAsTheFitWhereSeveralAreBest) {
     }
 }
 
+TEST(ClosestRotation, OfALineTurnedNearlyRoundIsARotation) {
+    Random random;
+    for (int k = 0; k < 300; ++k) {
+        const Vector3 from = random.vector().normalized();
+        const Vector3 aside = from.cross(random.vector()).normalized();
+        for (const double off : {0.0, 1e-8, 1e-6, 3e-6, 1e-5, 1e-4, 1e-2}) {
+            const Vector3 to = (off * aside - from).normalized();
+            const Matrix3 rotation = fit_rotation(to * from.transpose());
+            expect_rotation(rotation);
+            EXPECT_LT((rotation * from - to).norm(), 1e-5) << off;
+        }
+    }
+}
+
 TEST(ClosestRotation, DoesNotDependOnScale) {
     Random random;
     for (int k = 0; k < 100; ++k) {

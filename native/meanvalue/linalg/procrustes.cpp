@@ -18,7 +18,9 @@ Matrix3 fit_rotation(const Matrix3& covariance) {
     const Vector3& values = svd.singularValues();
     if (values(0) == 0.0) return Matrix3::Identity();
     if (values(1) < kRankTolerance * values(0)) {
-        return Eigen::Quaterniond::FromTwoVectors(svd.matrixV().col(0), svd.matrixU().col(0)).toRotationMatrix();
+        // Of nearly opposite directions it has not the length 1.
+        const auto turn = Eigen::Quaterniond::FromTwoVectors(svd.matrixV().col(0), svd.matrixU().col(0));
+        return turn.normalized().toRotationMatrix();
     }
     Vector3 signs(1.0, 1.0, 1.0);
     if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs(2) = -1.0;
