@@ -37,7 +37,7 @@ def _take_hold(group, _context):
 
 def _paint(group, _context):
     if group.made_control and group.control is not None:
-        group.control.color = (*group.color, 1.0)
+        controls.paint(group.control, group)
 
 
 class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
@@ -114,7 +114,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):  # noqa: N801  Blender
     color: aside(FloatVectorProperty)(
         name="Colour",
         description="Colour of the handle in the overlay, and of its control",
-        subtype='COLOR',
+        subtype='COLOR_GAMMA',  # points are drawn in it as it is
         size=3,
         min=0.0,
         max=1.0,

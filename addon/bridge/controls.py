@@ -3,6 +3,7 @@
 
 import bpy
 import numpy as np
+from mathutils import Color
 
 from .. import compat
 from ..core import motion
@@ -123,6 +124,11 @@ def shown_move(obj, group):
     return motion.between(np.eye(4), move)
 
 
+def paint(control, group):
+    """Gives a control its handle's colour. Blender keeps an object's linear; a handle's is the one that is shown."""
+    control.color = (*Color(group.color).from_srgb_to_scene_linear(), 1.0)
+
+
 def add_control(obj, group, rest_points, shown_points):
     """Makes the Empty that carries `group`, at its vertices, as its key shows them (n x 3 both), where they are seen.
 
@@ -135,7 +141,7 @@ def add_control(obj, group, rest_points, shown_points):
     control.empty_display_type = 'CUBE'
     control.empty_display_size = _size(obj, shown_points)
     control.show_in_front = True
-    control.color = (*group.color, 1.0)
+    paint(control, group)
     control.parent = obj
     choose(group, control, motion.IDENTITY)
     group.follows = 'CONTROL'

@@ -97,7 +97,7 @@ def _make_control(obj, line, name, shape, size):
     control.empty_display_type = shape
     control.empty_display_size = size
     control.show_in_front = True
-    control.color = (*line.color, 1.0)
+    controls.paint(control, line)
     control.parent = obj
     return control
 

@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 import pytest
+from mathutils import Color
 from support import armatures, handles, meshes, steps
 from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
 
@@ -357,10 +358,19 @@ def test_reset_of_a_control_and_its_child_in_the_other_order():
     handles.assert_reset_puts_at_rest(obj)
 
 
-def test_the_colour_of_a_line_is_that_of_its_control():
+def test_a_line_its_points_and_its_control_are_shown_in_the_same_colour():
+    """Points are drawn in the line's colour as it is; an object's is linear, and made brighter when it is shown."""
     obj, control = handles.tube()
-    obj.meanvalue.anchor_groups["Top"].color = (0.1, 0.2, 0.3)
-    assert np.abs(np.array(control.color)[:3] - (0.1, 0.2, 0.3)).max() < 1e-5
+    line = obj.meanvalue.anchor_groups["Top"]
+    assert line.bl_rna.properties["color"].subtype == 'COLOR_GAMMA'
+    made, chosen = tuple(line.color), (0.1, 0.2, 0.3)
+    assert np.abs(shown_color(control) - made).max() < 1e-4
+    line.color = chosen
+    assert np.abs(shown_color(control) - chosen).max() < 1e-4
+
+
+def shown_color(obj):
+    return np.array(Color(obj.color[:3]).from_scene_linear_to_srgb())
 
 
 def test_the_control_is_shown_in_the_mirrored_object():

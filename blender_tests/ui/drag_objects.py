@@ -26,7 +26,7 @@ def drag_undo_redo(ui):
     def look(step):
         seen.append(ui.project(cube().location))
         if step == 2:
-            yield from ui.screenshot("in_mid_drag")
+            yield from ui.screenshot("in_mid_drag", amid_work=True)
             assert ui.reports() == []
 
     yield from ui.drag_by_keys('G', 150, 80, between=look)

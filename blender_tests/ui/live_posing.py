@@ -80,7 +80,7 @@ def drag_a_handle(ui):
     start = np.array(control().location)
     yield from ui.drag_by_keys('G', 160, -60, between=look, end=None)
     assert followed == sorted(followed) and followed[0] > 0.05, followed
-    yield from ui.screenshot("live_3_mid_drag")
+    yield from ui.screenshot("live_3_mid_drag", amid_work=True)
     yield from ui.key('RET')
     yield from ui.wait_until(settled, "the drag is settled")
     dropped = shown(tube())

@@ -43,7 +43,7 @@ def escape_during_a_bind(ui):
     before = snapshot(sheet())
     yield from ui.invoke("meanvalue.bind")
     yield from ui.wait_until(lambda: "Binding 'Sheet'" in (ui.status_text() or ""), "the status bar tells of the bind")
-    yield from ui.screenshot("long_1_binding")
+    yield from ui.screenshot("long_1_binding", amid_work=True)
     assert "Esc: Cancel" in ui.status_text()
     yield from ui.key('ESC')
     yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
@@ -142,7 +142,7 @@ def a_slow_drag_ends_with_the_answer(ui):
     yield from _sheet(ui, live=True)
     yield from ui.wait_until(lambda: _follower().is_caught_up, "it is bound")
     yield from ui.drag_by_keys('G', 80, 120, steps=8, end=None)
-    yield from ui.screenshot("long_2_slow_drag")
+    yield from ui.screenshot("long_2_slow_drag", amid_work=True)
     yield from ui.key('RET')
     yield from ui.wait_until(
         lambda: _follower().state.name == "SETTLED",

@@ -113,7 +113,7 @@ def esc_stops_the_bake(ui):
     yield from ui.invoke("meanvalue.bake_mix")
     yield from ui.wait_until(lambda: "solved" in (ui.status_text() or ""), "the status bar tells how many are solved")
     assert "Baking the mix of 'Limb'" in ui.status_text() and "Esc: Cancel" in ui.status_text()
-    yield from ui.screenshot("mix_6_baking")
+    yield from ui.screenshot("mix_6_baking", amid_work=True)
     yield from ui.key('ESC')
     yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
     assert_same(before, snapshot(limb()))

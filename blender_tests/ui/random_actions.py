@@ -306,5 +306,5 @@ def two_hundred_rounds(ui):
             yield from ui.wait_until(_is_quiet, f"round {number}, {action.__name__}, is quiet")
             _check_consistency()
             if number % 20 == 19:
-                yield from ui.screenshot("random_actions")
+                yield from ui.screenshot("random_actions", amid_work=True)
         _check_messages(ui.reports())

@@ -16,6 +16,8 @@ from . import display, message_log, status_bar, tabs, view
 from .acting import act
 
 WAIT_SECONDS = 150.0
+#: Blender lets panels slide for 0.3 s to where they belong when one above them has another height.
+PANELS_SLIDE_SECONDS = 0.5
 # On no keyboard, so in no keymap.
 UNUSED_KEY = 'F24'
 TYPED = {
@@ -147,11 +149,14 @@ class Ui:
             yield
 
     @act
-    def screenshot(self, name):
-        """Draws everything and writes build/ui/NAME.png."""
+    def screenshot(self, name, amid_work=False):
+        """Draws everything and writes build/ui/NAME.png: at once `amid_work`, else with all panels in their places."""
         self._tell(f"screenshot {name}")
         view.redraw()
         yield
+        until = time.monotonic() + (0.0 if amid_work else PANELS_SLIDE_SECONDS)
+        while time.monotonic() < until:
+            yield
         self.photograph(name)
 
     # Not acts: done at once
