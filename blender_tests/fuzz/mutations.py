@@ -22,7 +22,8 @@ def mutated(content, random_numbers):
             result[place:place] = result[place : place + random_numbers.choice((1, 2, 40, 512))]
         else:
             result[place : place + 4] = random_numbers.choice(ODD_WORDS)
-    return bytes(result[: random_numbers.randrange(len(result))] if random_numbers.random() < 0.1 else result)
+    end = random_numbers.randrange(max(1, len(result))) if random_numbers.random() < 0.1 else len(result)
+    return bytes(result[:end])
 
 
 #: What may stand where a JSON file has something else.

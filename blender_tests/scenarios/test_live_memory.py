@@ -35,4 +35,5 @@ def test_memory_is_flat_over_many_updates():
             assert np.abs(shown(obj)[TOP] - expected).max() < 1e-3
             places.add(tuple(np.round(shown(obj)[TOP[0]], 3)))
     assert len(places) > 0.8 * len(sizes)  # it was moved
+    print(f"{len(sizes)} looks: {max(sizes[:3]):,} bytes at first, {max(sizes):,} at most, {max(sizes[-3:]):,} at last")
     assert max(sizes[-3:]) - max(sizes[:3]) < SLACK, sizes

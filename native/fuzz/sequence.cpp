@@ -28,7 +28,7 @@ Trajectories read_trajectories(Bytes& bytes, const OddMesh& mesh, const Binding&
 SequenceOptions read_options(Bytes& bytes) {
     SequenceOptions options;
     options.tolerance = read_tolerance(bytes);
-    options.max_iterations = read_max_iterations(bytes);
+    options.max_iterations = std::min(20, read_max_iterations(bytes));  // of each of some dozens of solves
     if (bytes.once_in(4)) {
         const Index first = bytes.below(8) - 1;
         options.frames = {first, first + bytes.below(8)};
