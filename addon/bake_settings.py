@@ -154,7 +154,6 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     was_live: BoolProperty()
     was_mixed: BoolProperty()
     was_relative: BoolProperty()
-    made_basis: BoolProperty()
     note: StringProperty()  # what it is, for the panel
     worst: StringProperty()  # frames with the highest energies
 

@@ -14,9 +14,6 @@ KEPT_KEY = "Kept Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
 MIX_KEY = "Rotation-Aware Mix"
 
-#: On shape keys (the datablock of all of a mesh) that the add-on made: without it a Basis is the artist's, to be kept.
-MADE_KEYS = "meanvalue_made"
-
 #: Variable in the drivers of in-between keys, by which they are known whatever they are called and whose mesh it is.
 MIX_MARK = "meanvalue_mix"
 

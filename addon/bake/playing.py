@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import compat, ids
 from ..bake_settings import TO_CACHE, TO_KEYS
-from ..bridge import actions, mix_layers, shape_keys
+from ..bridge import actions, mix_layers, reference_key, shape_keys
 from ..core import bake_times, wording
 
 EVAL_TIME = "eval_time"
@@ -44,8 +44,7 @@ def play_keys(obj, plan, kept, shapes, prefix, is_absolute):
     mesh = obj.data
     record = obj.meanvalue.baked
     if mesh.shape_keys is None:
-        obj.shape_key_add(name=ids.BASIS_KEY, from_mix=False)
-        record.made_basis = True
+        reference_key.make(obj)
     keys = mesh.shape_keys
     was_relative = keys.use_relative
     active_index = obj.active_shape_key_index
@@ -98,7 +97,7 @@ def take_back(obj):
     said = f"the modifier '{record.modifier}'" if record.modifier else ""
     if record.target == TO_KEYS:
         said = wording.counted(_remove_keys(obj, json.loads(record.keys or "[]"), record.was_relative), "shape key")
-        _remove_lone_basis(obj)
+        reference_key.remove_lone(obj)
     keys = obj.data.shape_keys
     for name in json.loads(record.muted or "[]"):
         if keys is not None and name in keys.key_blocks:
@@ -210,13 +209,6 @@ def _remove_keys(obj, names, was_relative):
     if active_name in keys.key_blocks:
         obj.active_shape_key_index = keys.key_blocks.find(active_name)
     return len(found)
-
-
-def _remove_lone_basis(obj):
-    """Where the bake has made it and nothing came after it."""
-    keys = obj.data.shape_keys
-    if obj.meanvalue.baked.made_basis and keys is not None and len(keys.key_blocks) == 1:
-        obj.shape_key_remove(keys.reference_key)
 
 
 def _key_name(prefix, time):

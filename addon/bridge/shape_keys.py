@@ -9,7 +9,7 @@ from .. import compat, ids
 from ..core.bind_input import require_finite
 from ..core.language import translated
 from ..errors import SceneError
-from . import mesh_arrays
+from . import mesh_arrays, reference_key
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
@@ -91,7 +91,7 @@ def ensure_result_key(obj, pose_key=""):
     mesh = obj.data
     settings = obj.meanvalue
     if mesh.shape_keys is None:
-        make_basis(obj)
+        reference_key.make(obj)
     active_index = obj.active_shape_key_index
     name = settings.result_key
     if name not in mesh.shape_keys.key_blocks:
@@ -163,23 +163,10 @@ def show_fully(keys, key):
     key.value = 1.0
 
 
-def make_basis(obj):
-    """The rest shape as the first key of a mesh without any."""
-    obj.shape_key_add(name=ids.BASIS_KEY, from_mix=False)
-    obj.data.shape_keys[ids.MADE_KEYS] = True
-
-
-def remove_lone_basis(obj):
-    """Takes the last key away, if it is the Basis and the add-on made it."""
-    keys = obj.data.shape_keys
-    if keys is not None and len(keys.key_blocks) == 1 and keys.get(ids.MADE_KEYS):
-        obj.shape_key_clear()
-
-
 def add_shape(obj, name, shape):
     """A new key with the n x 3 float32 `shape`, at value 0; the Basis too if missing. The active key stays active."""
     if obj.data.shape_keys is None:
-        make_basis(obj)
+        reference_key.make(obj)
     active_index = obj.active_shape_key_index
     key = obj.shape_key_add(name=name, from_mix=False)
     write_positions(obj.data, key, shape)
@@ -218,7 +205,7 @@ def add_pose_key(obj):
     """A new key in the rest shape, active and shown, for the artist to move anchors in; the Basis too if missing."""
     mesh = obj.data
     if mesh.shape_keys is None:
-        make_basis(obj)
+        reference_key.make(obj)
     keys = mesh.shape_keys
     if not keys.use_relative:
         raise SceneError(ABSOLUTE)

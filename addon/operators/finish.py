@@ -4,7 +4,17 @@
 import bpy
 
 from .. import ids, session
-from ..bridge import bound_record, controls, mix_layers, region, scene_input, selection, shape_keys, targets
+from ..bridge import (
+    bound_record,
+    controls,
+    mix_layers,
+    reference_key,
+    region,
+    scene_input,
+    selection,
+    shape_keys,
+    targets,
+)
 from ..core import wording
 from ..errors import SceneError
 from ..live import engine
@@ -63,7 +73,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
             settings.live = False
             shape_keys.remove(obj, [settings.result_key])
-            shape_keys.remove_lone_basis(obj)
+            reference_key.remove_lone(obj)
             carried, note = mix_layers.made_for_former_rest(obj, carried)
             notes = [note] if note else []
             if carried:
