@@ -19,7 +19,7 @@ void make_bar(meanvalue::Positions& vertices, meanvalue::Triangles& triangles) {
     Index row = 0;
     for (Index section = 0; section < kSections; ++section) {
         for (Index corner = 0; corner < kCorners; ++corner) {
-            const double angle = 2.0 * M_PI * corner / kCorners;
+            const double angle = 2.0 * std::acos(-1.0) * corner / kCorners;
             const Index here = section * kCorners + corner;
             vertices.row(here) << 0.2 * section, 0.3 * std::cos(angle), 0.3 * std::sin(angle);
             if (section + 1 == kSections) continue;

@@ -17,8 +17,8 @@ constexpr Index kStrip = 4;  // columns that are worked on together
 /// Rows of a block that are in registers at once: all of it, or a third where registers are of two numbers.
 struct WideRows {
     using Vector = double __attribute__((vector_size(32)));
-    static constexpr int kVectors = 3;
-    static constexpr int kLanes = 4;
+    [[maybe_unused]] static constexpr int kVectors = 3;
+    [[maybe_unused]] static constexpr int kLanes = 4;
 };
 struct NarrowRows {
     using Vector = double __attribute__((vector_size(16)));
@@ -236,7 +236,7 @@ __attribute__((target("avx2,fma"))) void update_rest_avx2(const FrontShape& shap
 
 }  // namespace
 
-FrontKernels front_kernels(InstructionSet instructions) {
+FrontKernels front_kernels([[maybe_unused]] InstructionSet instructions) {
 #if defined(__x86_64__)
     if (use_avx2_and_fma(instructions)) return {factor_top_avx2, solve_below_avx2, update_rest_avx2};
 #endif

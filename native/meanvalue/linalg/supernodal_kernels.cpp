@@ -281,7 +281,7 @@ void pack(const FrontShape& shape, const double* panel, Lanes* values) {
     }
 }
 
-SupernodeKernels supernode_kernels(InstructionSet instructions) {
+SupernodeKernels supernode_kernels([[maybe_unused]] InstructionSet instructions) {
 #if defined(__x86_64__)
     if (use_avx2_and_fma(instructions)) return {forward_avx2, backward_avx2};
 #endif

@@ -101,7 +101,7 @@ __attribute__((target("avx2,fma"))) void add_scaled_avx2(double factor, const fl
 
 }  // namespace
 
-LbfgsKernels lbfgs_kernels(InstructionSet instructions) {
+LbfgsKernels lbfgs_kernels([[maybe_unused]] InstructionSet instructions) {
 #if defined(__x86_64__)
     if (use_avx2_and_fma(instructions)) return {dot_avx2, cross_dots_avx2, add_scaled_avx2};
 #endif

@@ -170,7 +170,7 @@ __attribute__((target("avx2,fma"))) double evaluate_avx2(const RowBatch* batches
 
 }  // namespace
 
-EnergyKernel energy_kernel(InstructionSet instructions) {
+EnergyKernel energy_kernel([[maybe_unused]] InstructionSet instructions) {
 #if defined(__x86_64__)
     if (use_avx2_and_fma(instructions)) return evaluate_avx2;
 #endif
