@@ -11,7 +11,7 @@ namespace {
 
 Trajectories read_trajectories(Bytes& bytes, const OddMesh& mesh, const Binding& binding) {
     Trajectories trajectories;
-    trajectories.frame_count = bytes.below(8);
+    trajectories.frame_count = bytes.below(6);
     trajectories.anchor_count = static_cast<Index>(binding.anchors.size()) + (bytes.once_in(64) ? 1 : 0);
     const bool has_weights = !binding.strengths.empty() && bytes.once_in(2);
     for (Index frame = 0; frame < trajectories.frame_count; ++frame) {
@@ -96,7 +96,7 @@ Sequence solve_with_pauses(Bytes& bytes, Deformer& deformer, const Binding& bind
     options.may_pause = true;
     options.pause_after = -1;
     std::unique_ptr<Deformer> other;
-    for (int pauses_left = 4;; --pauses_left) {
+    for (int pauses_left = 3;; --pauses_left) {
         Execution execution;
         options.pause_after += 1 + bytes.below(options.resume.empty() ? 8 : 4);
         if (pauses_left == 0) options.may_pause = false;
