@@ -13,6 +13,7 @@ from ..core.checked_json import read_json, write_json
 from ..core.chunk_store import ChunkStore
 from ..core.wording import counted
 from ..errors import CancelledError, SceneError, SolverError
+from . import solving
 from .solving import PausedRows
 
 #: Of the report beside a cache.
@@ -21,8 +22,9 @@ SCHEMA = 1
 #: Of frames that are kept, as a message tells them.
 MOST_RANGES = 4
 
-#: Of a chunk on its way, in memory and kept; a chunk larger than so many bytes is not waited for when Blender quits.
-BYTES_OF_VERTEX, MOST_LEFT = 12, 2**27
+#: Of a chunk on its way, for each vertex: of a frame, and of a run at work. One that has more bytes is not waited for when
+#: Blender quits.
+BYTES_OF_FRAME, BYTES_OF_RUN, MOST_LEFT = 12, 400, 2**27
 
 
 class Baking:
@@ -105,7 +107,8 @@ class Baking:
 
     def stop_before_leaving(self):
         """As stop(), if what has to be written then is soon written. Returns whether it stops that way."""
-        if not self._doing or self._doing * self.plan.vertices * BYTES_OF_VERTEX > MOST_LEFT:
+        runs = -(-self._doing // solving.RUN_FRAMES)
+        if not 0 < self.plan.vertices * (BYTES_OF_FRAME * self._doing + BYTES_OF_RUN * runs) <= MOST_LEFT:
             return False
         if not self._is_pausing:
             self._execution.pause()

@@ -28,7 +28,7 @@ class MixPlan(Rows):
     @cached_property
     def key(self):
         """Digest of all that the shapes depend on, and of the times that they belong to."""
-        version = native_loader.module().__version__
+        version = f"{native_loader.module().__version__} {solving.REVISION}"
         return digest(
             self.mix_input.revision, self.times, repr(self.spacing), self.values, version, ", ".join(solving.REPORTED)
         )

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from .. import ids
-from ..core import fixed_points, motion
+from ..core import fixed_points
 from ..errors import SceneError
 from . import (
     bound_record,
@@ -93,10 +93,11 @@ class Grip:
         world[:3, 3] += offset
         control_places.put(self.line(obj), world)
 
-    def has_moved(self, obj):
-        """Whether the control is elsewhere than when it was gripped, as the scene has it."""
+    def has_moved(self, obj, offset):
+        """Whether the control went along when it was moved by (3, world), as the scene has it."""
         bpy.context.view_layer.update()
-        return not motion.same(control_places.world_of(self.line(obj)), self._start)
+        way = control_places.world_of(self.line(obj))[:3, 3] - self._start[:3, 3]
+        return np.linalg.norm(way) > 0.5 * np.linalg.norm(offset)
 
     def take_back(self, obj):
         """As it was before."""

@@ -239,7 +239,7 @@ def _outcome(obj, grip, offset):
     notes = list(grip.notes(obj))
     if grip.is_new:
         message = translated("Handle '{name}' made. Drag it again, or press elsewhere for another one", name=line.name)
-    elif grip.has_moved(obj):
+    elif grip.has_moved(obj, offset):
         message = translated("Handle '{name}' moved. Drag it again, or press elsewhere for another one", name=line.name)
     else:
         message = translated("Handle '{name}' is where it was", name=line.name)

@@ -167,15 +167,21 @@ class Chunks(OfJson):
 
 
 def a_paused_clip():
-    """(state, solved) of a clip of six frames, of which three or so are solved; see Sequence.state."""
+    """What is kept of a clip of which some frames are solved; see Sequence.state."""
     plan, triangles = a_plan()
     solver_input = plan.bind_input
     deformer = meanvalue.Deformer(solver_input.rest.astype(np.float64), triangles, solver_input.anchors)
-    execution = meanvalue.Execution()
-    execution.pause()
-    paused = deformer.solve_sequence(np.repeat(plan.targets, 2, axis=0), chunk=2, overlap=1, execution=execution)
-    assert paused.is_paused
-    return paused.state.copy()
+    targets = np.repeat(plan.targets, 200, axis=0)
+    for _ in range(100):
+        execution = meanvalue.Execution()
+        task = deformer.start_solve_sequence(targets, chunk=2, overlap=1, threads=1, execution=execution)
+        while not task.finished and execution.progress == 0.0:
+            pass
+        execution.pause()
+        paused = task.result()
+        if paused.is_paused and 0 < paused.solved.sum() < len(targets):
+            return paused.state.copy()
+    raise AssertionError("no clip was paused on its way")
 
 
 class Begun(OfJson):

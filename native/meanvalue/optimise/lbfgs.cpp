@@ -95,16 +95,18 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         if (length < kMisled && is_inherited) {
             // What was learnt elsewhere misleads here.
             history_.clear();
+            scaling = 1.0;
             is_inherited = false;
             continue;
         }
         if (length == 0.0) {
-            if (history_.empty()) {
+            if (history_.empty() && scaling == 1.0) {
                 // At the minimum but for rounding, or stuck.
                 report.converged = longest < options.step_tolerance;
                 break;
             }
             history_.clear();  // it may be misleading: once more without it
+            scaling = 1.0;
             continue;
         }
         if (length == 1.0) lengthen(energy, options.threads, value, slope, positions, execution, length, trial_value);

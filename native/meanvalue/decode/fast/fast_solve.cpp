@@ -140,7 +140,7 @@ LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations, cons
     options.step_tolerance = tolerance * bound_.size_;
     options.energy_tolerance = rule.energy_tolerance;
     options.patience = rule.patience;
-    options.adapt_scaling = rule.patience == 0;  // a drag's history knows more, and ends lower without
+    options.adapt_scaling = rule.patience == 0;  // frames that go on a drag end lower without
     options.max_iterations = max_iterations;
     return options;
 }
