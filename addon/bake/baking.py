@@ -22,8 +22,8 @@ SCHEMA = 1
 #: Of frames that are kept, as a message tells them.
 MOST_RANGES = 4
 
-#: Of a chunk on its way, for each vertex: of a frame, and of a run at work. One that has more bytes is not waited for when
-#: Blender quits.
+#: Of a chunk on its way, for each vertex: of a frame, and of a run at work. One that has more bytes is not waited for
+#: when Blender quits.
 BYTES_OF_FRAME, BYTES_OF_RUN, MOST_LEFT = 12, 400, 2**27
 
 
