@@ -232,7 +232,7 @@ void bind_deformer(py::module_& module) {
             "long way downhill may be left to the next solve (stop_reason says so; settle leaves nothing).\n"
             "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
             "bounding-box diagonal; None: 1e-4 for method 'fast' (5e-5 at rigidity 0), 1e-6 for the others.\n"
-            "From rest, method 'fast' stops also when the energy falls by less than 30 times it in four steps.\n"
+            "From rest, method 'fast' stops also when the energy falls by less than 50 times it in four steps.\n"
             "max_iterations: the most of each stage of the solve (the whole mesh, and the coarser levels before "
             "it);\n"
             "at the limit, the best shape so far is returned. Solution.all_iterations counts those of all stages.\n"

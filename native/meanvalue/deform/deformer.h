@@ -13,7 +13,7 @@ namespace meanvalue {
 
 struct SolveOptions {
     /// Share of the rest shape's bounding-box diagonal that a vertex may still move in a step; none: the method's
-    /// default. With Method::kFast from rest a solve also ends when the energy falls by less than 30 times this share
+    /// default. With Method::kFast from rest a solve also ends when the energy falls by less than 50 times this share
     /// in four steps. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in
     /// three steps on end.
     std::optional<double> tolerance;

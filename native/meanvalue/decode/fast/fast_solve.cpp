@@ -12,8 +12,7 @@ constexpr int kLookBack = 10;
 constexpr double kStillFalling = 0.95;
 // Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from rest,
 // and after so many iterations in a drag, whose next frames make up for what is left in a valley.
-constexpr double kEnergyTolerance = 30.0;
-constexpr double kDragEnergyTolerance = 50.0;
+constexpr double kEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
 // Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
 constexpr double kMostStrengthKept = 1e3;
@@ -100,7 +99,7 @@ FastSolve::StopRule FastSolve::cold_rule() const {
 }
 
 FastSolve::StopRule FastSolve::drag_rule() const {
-    return {bound_.rigidity_ > 0.0 ? kDragEnergyTolerance * options_.tolerance : 0.0, kPatience};
+    return {cold_rule().energy_tolerance, kPatience};
 }
 
 /// Pairs in single precision tell nothing of the rest of the energy beside soft constraints that are far stiffer.
@@ -116,6 +115,7 @@ LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions opt
                                             level.work.energy);
     };
     options.threads = threads_;
+    options.adapt_scaling = &level.bound != bound_.fine_.get();  // the whole mesh begins near its minimum
     LbfgsReport report =
         level.work.minimiser.minimise(energy, preconditioner_of(level, stage), options, positions, execution_);
     all_iterations_ += report.iterations();
@@ -140,7 +140,6 @@ LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations, cons
     options.step_tolerance = tolerance * bound_.size_;
     options.energy_tolerance = rule.energy_tolerance;
     options.patience = rule.patience;
-    options.adapt_scaling = rule.patience == 0;  // frames that go on a drag end lower without
     options.max_iterations = max_iterations;
     return options;
 }
