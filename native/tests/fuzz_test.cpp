@@ -64,6 +64,13 @@ TEST(Fuzz, BindAndSolveEndInAResultOrAnErrorOfOurs) {
     expect_both(outcomes(&fuzz::bind_and_solve, runs), runs);
 }
 
+TEST(Fuzz, WhatWasFoundIsMended) {
+    for (const int run : {300179, 300489, 303328, 447875}) {  // soft borders of loose parts; far from the origin
+        const std::vector<std::uint8_t> bytes = bytes_of(run);
+        EXPECT_NO_THROW(fuzz::bind_and_solve({bytes.data(), bytes.size()})) << run;
+    }
+}
+
 TEST(Fuzz, MorphsEndInAResultOrAnErrorOfOurs) {
     const int runs = wanted_runs(200);
     expect_both(outcomes(&fuzz::morph, runs), runs);

@@ -39,12 +39,15 @@ double growth_of(const LoosePatch& patch, const Length& length) {
     return *middle;
 }
 
+/// From the first point on: far from the origin a sum of places would be off by more than the part is large.
 template <typename Scalar>
 Vector3 centre_of(const WeightedPoints& some, const Scalar* positions) {
-    Vector3 centre = Vector3::Zero();
-    for (std::size_t k = 0; k < some.points.size(); ++k)
-        centre += some.weights[k] * place_of(positions, some.points[k]);
-    return centre;
+    if (some.points.empty()) return Vector3::Zero();
+    const Vector3 first = place_of(positions, some.points.front());
+    Vector3 offset = Vector3::Zero();
+    for (std::size_t k = 1; k < some.points.size(); ++k)
+        offset += some.weights[k] * (place_of(positions, some.points[k]) - first);
+    return first + offset;
 }
 
 /// The turn comes from what is around as well, since few points hardly tell it; the place from what is touched alone,

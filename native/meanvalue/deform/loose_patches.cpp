@@ -229,11 +229,14 @@ class Finder {
         double sum = 0.0;
         for (const auto& [v, weight] : weights)
             sum += weight;
+        const Vector3 first = weights.empty() ? Vector3::Zero() : Vector3(rest_.row(weights.begin()->first));
         for (const auto& [v, weight] : weights) {
             result.points.push_back(v);
             result.weights.push_back(weight / sum);
-            result.centre += result.weights.back() * Vector3(rest_.row(v));
+            result.centre += result.weights.back() * (Vector3(rest_.row(v)) - first);
         }
+        result.centre +=
+            first;  // last: far from the origin a sum of places would be off by more than the part is large
         return result;
     }
 
