@@ -65,7 +65,8 @@ TEST(Fuzz, BindAndSolveEndInAResultOrAnErrorOfOurs) {
 }
 
 TEST(Fuzz, WhatWasFoundIsMended) {
-    for (const int run : {300179, 300489, 303328, 447875, 474707, 485865}) {  // soft borders of loose parts; far from the origin
+    for (const int run :
+         {300179, 300489, 303328, 447875, 474707, 485865}) {  // soft borders of loose parts; far from the origin
         const std::vector<std::uint8_t> bytes = bytes_of(run);
         EXPECT_NO_THROW(fuzz::bind_and_solve({bytes.data(), bytes.size()})) << run;
     }
