@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .. import mix_session, native_loader
+from .. import mix_session
 from ..core.fingerprint import digest
 from ..core.mixing.mix_input import MixInput
 from ..errors import CancelledError, SolverError
@@ -28,9 +28,13 @@ class MixPlan(Rows):
     @cached_property
     def key(self):
         """Digest of all that the shapes depend on, and of the times that they belong to."""
-        version = f"{native_loader.module().__version__} {solving.REVISION}"
         return digest(
-            self.mix_input.revision, self.times, repr(self.spacing), self.values, version, ", ".join(solving.REPORTED)
+            self.mix_input.revision,
+            self.times,
+            repr(self.spacing),
+            self.values,
+            solving.version(),
+            ", ".join(solving.REPORTED),
         )
 
     @property

@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from .. import native_loader
 from ..core import point_cache
 from ..core.bind_input import BindInput
 from ..core.fingerprint import digest
@@ -60,7 +59,7 @@ class BakePlan(Rows):
             repr(self.spacing),
             self.targets,
             "all count" if self.weights is None else self.weights,
-            f"{native_loader.module().__version__} {solving.REVISION} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}"
+            f"{solving.version()} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}"
             f"{' portable' if self.portable else ''}",
             ", ".join(solving.REPORTED),
         )

@@ -5,19 +5,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import session
+from .. import native_loader, session
 
 #: The solver's `chunk` and `overlap`: a row's bits depend on them, on the whole clip and on nothing else.
 RUN_FRAMES = 48
 OVERLAP_FRAMES = 12
-#: Raised by one when the solver makes other shapes of the same clip: those of a bake that was stopped are then not
-#: gone on with.
+#: Raised by one when the solver makes other shapes of the same clip.
 REVISION = 5
 
 #: What is told of each row, see core.bake_report.
 REPORTED = ("distances", "energies", "iterations", "converged", "errors")
 
 NOT_NUMBERS = "the solver gave positions that are not numbers"
+
+
+def version():
+    """By what shapes are made: where this is another one, shapes of a bake that was stopped are not gone on with."""
+    return f"{native_loader.module().__version__} {REVISION}"
 
 
 @dataclass(frozen=True, eq=False)

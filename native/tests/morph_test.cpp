@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <thread>
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/errors.h"
@@ -132,6 +133,40 @@ TEST(Morpher, PastesAPartWithoutMovingTheRest) {
     const Morpher morpher(binding, execution);
     const Solution solution = morpher.solve(weights, {}, {}, execution);
     EXPECT_LT((solution.vertices - bumped).rowwise().norm().maxCoeff(), 1e-3 * mesh.diagonal());
+}
+
+TEST(Morpher, PartsFollowWithTheBitsOfOneThreadOnSeveral) {
+    // A head with an eye, which turns; the eye at its surface goes along.
+    tests::Mesh eye = tests::sphere(1);
+    eye.vertices = (0.2 * eye.vertices).rowwise() + Eigen::RowVector3d(0.9, 0.2, 0.1);
+    const tests::Mesh head = tests::sphere(3);
+    const tests::Mesh mesh = tests::joined(head, eye);
+    std::vector<Positions> shapes;
+    for (const double angle : {0.0, 0.7, 1.4})
+        shapes.push_back(tests::moved_by_similarity(mesh.vertices, 1.0, Vector3::UnitZ(), angle, Vector3::Zero()));
+    MorphBinding binding{{shapes.begin(), shapes.end()}, mesh.faces};
+    Execution execution;
+    binding.threads = 1;
+    const Morpher alone(binding, execution);
+    const std::vector<double> weights{0.25, 0.25, 0.5};
+    const Positions expected = alone.solve(weights, {}, {}, execution).vertices;
+    const double away = (expected.bottomRows(eye.vertex_count()).colwise().mean() -
+                         expected.topRows(head.vertex_count()).colwise().mean())
+                            .norm();
+    EXPECT_NEAR(away, eye.vertices.colwise().mean().norm(), 1e-6);  // round with the head, not straight
+    binding.threads = 3;
+    const Morpher morpher(binding, execution);
+    std::vector<Positions> found(3);
+    std::vector<std::thread> callers;
+    for (Positions& result : found)
+        callers.emplace_back([&] {
+            Execution own;
+            result = morpher.solve(weights, {}, {}, own).vertices;
+        });
+    for (std::thread& caller : callers)
+        caller.join();
+    for (const Positions& result : found)
+        EXPECT_EQ(result, expected);
 }
 
 }  // namespace

@@ -107,6 +107,33 @@ TEST(RunWorkers, WorksInAForkedProcess) {
 }
 #endif
 
+TEST(ParallelItems, CallsEachItemOnceAndNoWorkerTwiceAtOnce) {
+    for (const int threads : {1, 2, 5}) {
+        for (const std::size_t count : {0, 1, 3, 1000}) {
+            std::vector<std::atomic<int>> calls(count);
+            std::vector<std::atomic<int>> working(threads);
+            parallel_items(count, threads, Execution(), [&](int worker, std::size_t item) {
+                EXPECT_EQ(++working[worker], 1);
+                ++calls[item];
+                --working[worker];
+            });
+            for (const std::atomic<int>& call : calls)
+                ASSERT_EQ(call, 1);
+        }
+    }
+}
+
+TEST(ParallelItems, NoItemBeginsAfterAnException) {
+    std::atomic<int> begun{0};
+    const auto fail = [&](int, std::size_t) {
+        ++begun;
+        throw std::logic_error("on purpose");
+    };
+    EXPECT_THROW(parallel_items(1000, 3, Execution(), fail), std::logic_error);
+    EXPECT_LE(begun, 3);
+    EXPECT_EQ(count_all(9000, 3), 9000);
+}
+
 TEST(ParallelInTurn, LaterRangesSeeWhatEarlierOnesWrote) {
     // Long and short ranges in turn, and empty ones.
     std::vector<Index> bounds = {0};

@@ -58,6 +58,25 @@ TEST(SequencePause, ByItselfAfterEachFrameItEndsInTheBitsOfTheWhole) {
     EXPECT_GE(pauses, kFrames);  // runs go through frames before their own
 }
 
+TEST(SequencePause, OfRunsSideBySideItEndsInTheBitsOfTheWhole) {
+    Clip clip;
+    Execution execution;
+    Deformer deformer({clip.mesh.vertices, clip.mesh.faces, clip.anchors, {}}, execution);
+    const Sequence whole = solve_sequence(deformer, clip.trajectories, clip.options, execution);
+    clip.options.threads = 3;
+    int pauses = 0;
+    for (clip.options.pause_after = 0;; ++clip.options.pause_after, ++pauses) {
+        Sequence part = solve_sequence(deformer, clip.trajectories, clip.options, execution);
+        if (part.state.empty()) {
+            EXPECT_EQ(numbers_of(part), numbers_of(whole));
+            EXPECT_EQ(part.energies, whole.energies);
+            break;
+        }
+        clip.options.resume = std::move(part.state);
+    }
+    EXPECT_GE(pauses, kFrames / 3);
+}
+
 TEST(SequencePause, AMeshWithoutVerticesGoesOn) {
     Clip clip;
     Execution execution;

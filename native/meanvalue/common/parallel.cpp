@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <exception>
 #include <thread>
 #include <vector>
@@ -100,6 +101,23 @@ void parallel_pieces(Index count, int threads, const Execution& execution,
         for (Index piece = share(worker); piece < share(worker + 1); ++piece) {
             execution.check();
             body(piece, piece * kPiece, std::min(count, (piece + 1) * kPiece));
+        }
+    });
+}
+
+void parallel_items(std::size_t count, int threads, const Execution& execution,
+                    const std::function<void(int, std::size_t)>& body) {
+    const auto most = static_cast<std::size_t>(std::max(1, threads));
+    std::atomic<std::size_t> next{0};
+    run_workers(static_cast<int>(std::min(most, std::max<std::size_t>(count, 1))), [&](int worker) {
+        try {
+            for (std::size_t item = next++; item < count; item = next++) {
+                execution.check();
+                body(worker, item);
+            }
+        } catch (...) {
+            next = count;
+            throw;
         }
     });
 }

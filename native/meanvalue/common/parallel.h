@@ -1,6 +1,7 @@
 // Loops split over threads, with the same result for any number of them.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -33,8 +34,15 @@ Index piece_count(Index count);
 /// exception (in order of workers) again.
 void run_workers(int workers, const std::function<void(int worker)>& body);
 
-/// The same for one range after another: [bounds[0], bounds[1]), then [bounds[1], bounds[2]), and so on, where later
-/// ranges read what earlier ones wrote. The threads stay for all of them, so that ranges may be short.
+/// Calls body(worker, item) once for each item in [0, count), on up to `threads` threads that each take the next one
+/// when they are done with theirs: for items that take long, some longer than others. `worker` is below
+/// min(threads, max(count, 1)), and no other call has it meanwhile. Checks for cancellation between items; after an
+/// exception no other item begins.
+void parallel_items(std::size_t count, int threads, const Execution& execution,
+                    const std::function<void(int worker, std::size_t item)>& body);
+
+/// parallel_for() for one range after another: [bounds[0], bounds[1]), then [bounds[1], bounds[2]), and so on, where
+/// later ranges read what earlier ones wrote. The threads stay for all of them, so that ranges may be short.
 void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execution& execution,
                       const std::function<void(Index begin, Index end)>& body);
 

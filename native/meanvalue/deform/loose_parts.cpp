@@ -11,18 +11,9 @@ namespace meanvalue {
 namespace {
 
 template <typename Scalar>
-Vector3 place_of(const Scalar* positions, Index v) {
-    const Scalar* place = positions + 3 * static_cast<std::ptrdiff_t>(v);
-    return {static_cast<double>(place[0]), static_cast<double>(place[1]), static_cast<double>(place[2])};
-}
-
-template <typename Scalar>
 double length_of_star(const LoosePatch& patch, std::size_t number, const Scalar* positions) {
-    const Vector3 middle = place_of(positions, patch.middles[number]);
-    double length = 0.0;
-    for (const Index v : patch.stars[number])
-        length += (place_of(positions, v) - middle).norm();
-    return length;
+    const std::vector<Index>& star = patch.stars[number];
+    return star_length(patch.middles[number], star.data(), star.data() + star.size(), positions);
 }
 
 /// How much the surface grows: the median over the stars, which a few stretched ones do not move.
@@ -39,24 +30,13 @@ double growth_of(const LoosePatch& patch, const Length& length) {
     return *middle;
 }
 
-/// From the first point on: far from the origin a sum of places would be off by more than the part is large.
-template <typename Scalar>
-Vector3 centre_of(const WeightedPoints& some, const Scalar* positions) {
-    if (some.points.empty()) return Vector3::Zero();
-    const Vector3 first = place_of(positions, some.points.front());
-    Vector3 offset = Vector3::Zero();
-    for (std::size_t k = 1; k < some.points.size(); ++k)
-        offset += some.weights[k] * (place_of(positions, some.points[k]) - first);
-    return first + offset;
-}
-
 /// The turn comes from what is around as well, since few points hardly tell it; the place from what is touched alone,
 /// since what is around may have moved less or more.
 template <typename Scalar, typename Length>
 Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const Scalar* positions,
                      const Length& length) {
     const WeightedPoints& around = patch.around;
-    const Vector3 to_centre = centre_of(around, positions);
+    const Vector3 to_centre = weighted_centre(around, positions);
     Matrix3 covariance = Matrix3::Zero();
     for (std::size_t k = 0; k < around.points.size(); ++k) {
         const Vector3 from = Vector3(rest.row(around.points[k])) - around.centre;
@@ -66,7 +46,8 @@ Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const S
     Similarity motion;
     motion.scale = growth_of(patch, length);
     motion.rotation = fit_rotation(covariance);
-    motion.translation = centre_of(patch.contact, positions) - motion.scale * motion.rotation * patch.contact.centre;
+    motion.translation =
+        weighted_centre(patch.contact, positions) - motion.scale * motion.rotation * patch.contact.centre;
     return motion;
 }
 

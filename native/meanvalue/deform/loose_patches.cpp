@@ -144,6 +144,7 @@ class Finder {
         std::vector<PointTree::Nearest> nearest;
         Contacts contacts;
         for (const Index v : lookouts) {
+            execution_.check();
             nearest.push_back(held_.nearest(rest_.row(v).transpose()));
             if (nearest.back().squared_distance >= contacts.least) continue;
             contacts.least = nearest.back().squared_distance;
@@ -152,6 +153,7 @@ class Finder {
         std::vector<Place> places;
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t k = 0; k < lookouts.size(); ++k) {
+            execution_.check();
             if (components_.part_of[nearest[k].row] != contacts.carrier) continue;
             places.push_back(place_near(nearest[k], rest_.row(lookouts[k]).transpose()));
             least = std::min(least, places.back().squared_distance);
@@ -229,14 +231,11 @@ class Finder {
         double sum = 0.0;
         for (const auto& [v, weight] : weights)
             sum += weight;
-        const Vector3 first = weights.empty() ? Vector3::Zero() : Vector3(rest_.row(weights.begin()->first));
         for (const auto& [v, weight] : weights) {
             result.points.push_back(v);
             result.weights.push_back(weight / sum);
-            result.centre += result.weights.back() * (Vector3(rest_.row(v)) - first);
         }
-        result.centre +=
-            first;  // last: far from the origin a sum of places would be off by more than the part is large
+        result.centre = weighted_centre(result, rest_.data());
         return result;
     }
 
@@ -269,15 +268,12 @@ class Finder {
             const Index v = near[k].second;
             patch.middles.push_back(v);
             patch.stars.emplace_back(neighbours_.begin() + offsets_[v], neighbours_.begin() + offsets_[v + 1]);
-            patch.star_lengths.push_back(star_length(v));
+            patch.star_lengths.push_back(length_around(v));
         }
     }
 
-    double star_length(Index v) const {
-        double length = 0.0;
-        for (Index j = offsets_[v]; j < offsets_[v + 1]; ++j)
-            length += (rest_.row(neighbours_[j]) - rest_.row(v)).norm();
-        return length;
+    double length_around(Index v) const {
+        return star_length(v, neighbours_.data() + offsets_[v], neighbours_.data() + offsets_[v + 1], rest_.data());
     }
 
     /// Of those vertices of a held part that have edges with a length, some.
@@ -285,7 +281,7 @@ class Finder {
         const auto [at, is_new] = stars_.try_emplace(part);
         if (is_new) {
             for (const Index v : some_of(members_[part], kMostStars)) {
-                if (star_length(v) > 0.0) at->second.push_back(v);
+                if (length_around(v) > 0.0) at->second.push_back(v);
             }
         }
         return at->second;

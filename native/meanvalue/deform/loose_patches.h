@@ -1,6 +1,7 @@
 // Which patches of the held surface the loose parts of a mesh go along with: found once, at bind.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -15,6 +16,33 @@ struct WeightedPoints {
     std::vector<double> weights;       ///< of these, summing to 1
     Vector3 centre = Vector3::Zero();  ///< of these at rest, weighted
 };
+
+/// The place of vertex v. @param positions n x 3, row by row.
+template <typename Scalar>
+Vector3 place_of(const Scalar* positions, Index v) {
+    const Scalar* place = positions + 3 * static_cast<std::ptrdiff_t>(v);
+    return {static_cast<double>(place[0]), static_cast<double>(place[1]), static_cast<double>(place[2])};
+}
+
+/// From the first point on: far from the origin a sum of places would be off by more than a part is large.
+template <typename Scalar>
+Vector3 weighted_centre(const WeightedPoints& some, const Scalar* positions) {
+    if (some.points.empty()) return Vector3::Zero();
+    const Vector3 first = place_of(positions, some.points.front());
+    Vector3 offset = Vector3::Zero();
+    for (std::size_t k = 1; k < some.points.size(); ++k)
+        offset += some.weights[k] * (place_of(positions, some.points[k]) - first);
+    return first + offset;
+}
+
+/// Sum of the lengths of the edges from `middle` to each vertex of [begin, end).
+template <typename Scalar>
+double star_length(Index middle, const Index* begin, const Index* end, const Scalar* positions) {
+    double length = 0.0;
+    for (const Index* v = begin; v != end; ++v)
+        length += (place_of(positions, *v) - place_of(positions, middle)).norm();
+    return length;
+}
 
 /// What a loose part is carried by.
 struct LoosePatch {

@@ -1,7 +1,6 @@
 #include "meanvalue/morph/following_parts.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -45,16 +44,6 @@ std::vector<double> sizes_of(const std::vector<Positions>& shapes, const Compone
     return sizes;
 }
 
-/// Calls body(shape) for each, on up to `threads` threads: shapes are few, and each takes long.
-template <typename Body>
-void for_each_shape(std::size_t count, int threads, const Body& body) {
-    std::atomic<std::size_t> next{0};
-    run_workers(static_cast<int>(std::min(static_cast<std::size_t>(threads), count)), [&](int) {
-        for (std::size_t shape = next++; shape < count; shape = next++)
-            body(shape);
-    });
-}
-
 }  // namespace
 
 FollowingParts::FollowingParts(const std::vector<Positions>& shapes, const TrianglesView& faces,
@@ -71,8 +60,8 @@ FollowingParts::FollowingParts(const std::vector<Positions>& shapes, const Trian
     }
     if (std::count(may_follow.begin(), may_follow.end(), 1) == 0) return;
     carried_by_.resize(shapes.size());
-    for_each_shape(shapes.size(), threads,
-                   [&](std::size_t k) { carried_by_[k] = LooseParts(shapes[k], faces, components, execution); });
+    parallel_items(shapes.size(), threads, execution,
+                   [&](int, std::size_t k) { carried_by_[k] = LooseParts(shapes[k], faces, components, execution); });
     const std::vector<char> is_carried = parts_carried_along(shapes, components, may_follow, threads, execution);
     follows_.assign(components.part_of.size(), 0);
     for (std::size_t v = 0; v < components.part_of.size(); ++v) {
@@ -102,7 +91,7 @@ std::vector<char> FollowingParts::parts_carried_along(const std::vector<Position
         middles.emplace_back(shape.colwise().mean());
     // Of each shape from all others, so that the order of the sums is no matter of threads.
     std::vector<std::vector<Distances>> to_shapes(shapes.size());
-    for_each_shape(shapes.size(), threads, [&](std::size_t to) {
+    parallel_items(shapes.size(), threads, execution, [&](int, std::size_t to) {
         std::vector<Distances> sums(components.parts.size());
         Positions positions = shapes[to];
         LooseParts::StarLengths lengths(components.part_of.size(), -1.0);

@@ -1,7 +1,6 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "meanvalue/common/parallel.h"
@@ -65,14 +64,10 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     const std::size_t worth = (unknowns_.rows.size() + kRowsOfThread - 1) / kRowsOfThread;
     const int workers = std::max(1, static_cast<int>(std::min<std::size_t>(threads, worth)));
     if (workspace.scratch.size() < static_cast<std::size_t>(workers)) workspace.scratch.resize(workers);
-    std::atomic<std::size_t> next{0};
-    run_workers(workers, [&](int worker) {
-        for (std::size_t patch = next++; patch < rows_.patch_count(); patch = next++) {
-            execution.check();
-            workspace.patch_energy[patch] =
-                evaluate_patch(patch, positions, stretching,
-                               workspace.shares.data() + rows_.patches[patch].first_point, workspace.scratch[worker]);
-        }
+    parallel_items(rows_.patch_count(), workers, execution, [&](int worker, std::size_t patch) {
+        workspace.patch_energy[patch] =
+            evaluate_patch(patch, positions, stretching, workspace.shares.data() + rows_.patches[patch].first_point,
+                           workspace.scratch[worker]);
     });
     parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
         for (Index slot = begin; slot < end; ++slot) {

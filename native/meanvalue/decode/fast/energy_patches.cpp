@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/row_filler.h"
@@ -237,19 +236,15 @@ EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unk
 void refill_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
                            double by_length, const std::vector<double>& hardness, int threads,
                            const Execution& execution, EnergyPatches& patches) {
-    const int workers = std::max(1, std::min(threads, static_cast<int>(patches.patch_count())));
-    std::atomic<std::size_t> next{0};
-    run_workers(workers, [&](int) {
-        RowFiller filler(encoding, unknowns, cells, size, by_length, patches);
-        for (std::size_t patch = next++; patch < patches.patch_count(); patch = next++) {
-            execution.check();
-            const EnergyPatch& begin = patches.patches[patch];
-            const EnergyPatch& end = patches.patches[patch + 1];
-            for (std::int64_t batch = begin.first_batch; batch < end.first_batch; ++batch)
-                filler.fill(patches.batches[batch]);
-            for (std::int64_t single = begin.first_single; single < end.first_single; ++single)
-                filler.fill(patches.singles[single]);
-        }
+    std::vector<RowFiller> fillers(std::max(1, threads),
+                                   RowFiller(encoding, unknowns, cells, size, by_length, patches));
+    parallel_items(patches.patch_count(), threads, execution, [&](int worker, std::size_t patch) {
+        const EnergyPatch& begin = patches.patches[patch];
+        const EnergyPatch& end = patches.patches[patch + 1];
+        for (std::int64_t batch = begin.first_batch; batch < end.first_batch; ++batch)
+            fillers[worker].fill(patches.batches[batch]);
+        for (std::int64_t single = begin.first_single; single < end.first_single; ++single)
+            fillers[worker].fill(patches.singles[single]);
     });
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, patches);
 }
