@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The in-Blender and the interface tests on other Blenders than this Debian's, with the extension installed in them.
+"""The in-Blender and the interface tests on other Blenders than this Debian's, with the extension installed in them;
+and the module's tests on its wheels, without a Blender.
 
-    other_blenders.py list VERSION                               names of the suites that there are for it
+    other_blenders.py list VERSION                               names of the suites that there are for it, or for `wheel`
     other_blenders.py run BUILD_FOLDER SUITE [PYTEST_ARGUMENT...]
 
 `run` takes the zip from MEANVALUE_ADDON_ZIP. What can't be had here ends with status 77 and a last line that says why.
 """
 
 import dataclasses
+import hashlib
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -36,7 +39,8 @@ GLIBC = (17, 36)
 
 @dataclasses.dataclass(frozen=True)
 class Suite:
-    """Tests of a kind (`blender`, `interface`, `module`) on a Blender; `debian` None is the one that runs here."""
+    """Tests of a kind (`blender`, `interface`, `module`) on a Blender, or `wheel` on a Python; `debian` None is the
+    one that runs here."""
 
     kind: str
     version: str
@@ -60,7 +64,14 @@ SUITES = {
     "5.0": [Suite("module", "5.0", None, "3.11")],
     "5.1": [Suite("module", "5.1", "trixie", "3.13")],
     "5.2": [*_debians("5.2", "sid", "3.14"), Suite("module", "5.2", "trixie", "3.13")],
+    "wheel": [
+        Suite("wheel", "3.11", None, "3.11"),
+        Suite("wheel", "3.13", "trixie", "3.13"),
+        Suite("wheel", "3.14", "sid", "3.14"),
+    ],
 }
+#: Host tests that need the module, by how they begin.
+OF_MODULE = re.compile(r'^(import meanvalue|(meanvalue = )?pytest.importorskip\("meanvalue")', re.MULTILINE)
 
 
 class Place:
@@ -93,13 +104,16 @@ def user_folder(build, suite):
     return {f"BLENDER_USER_{name.upper()}": str(user / name) for name in names}
 
 
-def install_module(build, suite):
-    """The module for the suite's Python, by this system's pip. Returns their folder. @throws UnavailableError."""
-    target = build / f"bpy-{suite.version}-python{suite.python}"
-    if (target / "ready").exists():
-        return target
+def install(target, suite, wanted, stamp=""):
+    """What is `wanted`, for the suite's Python, by this system's pip, unless it is there with the same stamp.
+
+    @throws UnavailableError.
+    """
+    ready = f"{wanted} {stamp}"
+    if (target / "ready").exists() and (target / "ready").read_text() == ready:
+        return
     shutil.rmtree(target, ignore_errors=True)
-    log = build / f"bpy-{suite.version}.log"
+    log = target.with_suffix(".log")
     command = [sys.executable, "-m", "pip", "install", "-q", "--only-binary", ":all:", "--target", target]
     command += ["--python-version", suite.python, "--implementation", "cp"]
     if suite.debian:  # for another Python: pip 23 compares what packages ask for with the one that runs
@@ -107,10 +121,26 @@ def install_module(build, suite):
     for minor in range(GLIBC[0], GLIBC[1] + 1):
         command += ["--platform", f"manylinux_2_{minor}_x86_64"]
     with log.open("w") as output:
-        done = subprocess.run([*command, f"bpy=={suite.version}.*"], stdout=output, stderr=subprocess.STDOUT)
+        done = subprocess.run([*command, *wanted], stdout=output, stderr=subprocess.STDOUT)
     if done.returncode:
-        raise UnavailableError(f"no bpy {suite.version} for Python {suite.python} could be had; see {log}")
-    (target / "ready").touch()
+        raise UnavailableError(f"{', '.join(wanted)} for Python {suite.python} could not be had; see {log}")
+    (target / "ready").write_text(ready)
+
+
+def install_module(build, suite):
+    """Blender's module, in the folder returned. @throws UnavailableError."""
+    target = build / f"bpy-{suite.version}-python{suite.python}"
+    install(target, suite, [f"bpy=={suite.version}.*"])
+    return target
+
+
+def install_wheel(build, suite):
+    """Our module, numpy, which is all that it needs, and pytest, in the folder returned. @throws UnavailableError."""
+    target = build / f"wheel-python{suite.python}"
+    wheel = next((build / "wheels").glob(f"*-cp{suite.python.replace('.', '')}-*.whl"), None)
+    if wheel is None:
+        raise UnavailableError(f"there is no wheel for Python {suite.python}")
+    install(target, suite, [str(wheel), "pytest"], hashlib.sha256(wheel.read_bytes()).hexdigest())
     return target
 
 
@@ -133,9 +163,15 @@ def check_version(place, suite):
 
 def run(build, suite, arguments):
     """Exit status of pytest. @throws UnavailableError."""
-    check_wheel(suite)
+    if suite.kind != "wheel":
+        check_wheel(suite)
     place, environment = Place(suite, build), {}
-    if suite.kind == "interface":
+    if suite.kind == "wheel":
+        files = sorted((ROOT / "blender_tests" / "host").glob("test_*.py"))
+        files = [file.relative_to(ROOT) for file in files if OF_MODULE.search(file.read_text())]
+        command = [f"/usr/bin/python{suite.python}", "-m", "pytest", *PYTEST, *arguments, *map(str, files)]
+        environment["PYTHONPATH"] = str(install_wheel(build, suite))
+    elif suite.kind == "interface":
         command = ["/usr/bin/python3", "-m", "pytest", *PYTEST, *arguments, "blender_tests/ui"]
         environment["MEANVALUE_UI_OUTPUT"] = str(build / f"ui-{suite.version}")
     elif suite.kind == "blender":
@@ -146,7 +182,7 @@ def run(build, suite, arguments):
         modules = install_module(build, suite)
         command = [f"/usr/bin/python{suite.python}", "blender_tests/run.py", "--", *PYTEST, *arguments, *TESTS]
         environment |= {"PYTHONPATH": str(modules), **user_folder(build, suite)}
-    if suite.kind != "module":
+    if suite.kind in ("blender", "interface"):
         check_version(place, suite)
     return place.run(command, environment).returncode
 
