@@ -3,7 +3,7 @@
 """The in-Blender and the interface tests on other Blenders than this Debian's, with the extension installed in them;
 and the module's tests on its wheels, without a Blender.
 
-    other_blenders.py list VERSION                               names of the suites that there are for it, or for `wheel`
+    other_blenders.py list VERSION                names of the suites that there are for it, or for `wheel`
     other_blenders.py run BUILD_FOLDER SUITE [PYTEST_ARGUMENT...]
 
 `run` takes the zip from MEANVALUE_ADDON_ZIP. What can't be had here ends with status 77 and a last line that says why.
