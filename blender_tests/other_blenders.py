@@ -6,7 +6,8 @@ and the module's tests on its wheels, without a Blender.
     other_blenders.py list VERSION                names of the suites that there are for it, or for `wheel`
     other_blenders.py run BUILD_FOLDER SUITE [PYTEST_ARGUMENT...]
 
-`run` takes the zip from MEANVALUE_ADDON_ZIP. What can't be had here ends with status 77 and a last line that says why.
+`run` takes the zip from MEANVALUE_ADDON_ZIP, wheels from BUILD_FOLDER/wheels. What can't be had here ends with status
+77 and a last line that says why.
 """
 
 import dataclasses
@@ -112,9 +113,10 @@ def install(target, suite, wanted, stamp=""):
     ready = f"{wanted} {stamp}"
     if (target / "ready").exists() and (target / "ready").read_text() == ready:
         return
-    shutil.rmtree(target, ignore_errors=True)
-    log = target.with_suffix(".log")
-    command = [sys.executable, "-m", "pip", "install", "-q", "--only-binary", ":all:", "--target", target]
+    fresh = target.with_name(f"{target.name}.new")  # what is there stays until there is something better
+    shutil.rmtree(fresh, ignore_errors=True)
+    log = target.with_name(f"{target.name}.log")
+    command = [sys.executable, "-m", "pip", "install", "-q", "--only-binary", ":all:", "--target", fresh]
     command += ["--python-version", suite.python, "--implementation", "cp"]
     if suite.debian:  # for another Python: pip 23 compares what packages ask for with the one that runs
         command.append("--ignore-requires-python")
@@ -124,7 +126,9 @@ def install(target, suite, wanted, stamp=""):
         done = subprocess.run([*command, *wanted], stdout=output, stderr=subprocess.STDOUT)
     if done.returncode:
         raise UnavailableError(f"{', '.join(wanted)} for Python {suite.python} could not be had; see {log}")
-    (target / "ready").write_text(ready)
+    (fresh / "ready").write_text(ready)
+    shutil.rmtree(target, ignore_errors=True)
+    fresh.rename(target)
 
 
 def install_module(build, suite):
@@ -169,8 +173,14 @@ def run(build, suite, arguments):
     if suite.kind == "wheel":
         files = sorted((ROOT / "blender_tests" / "host").glob("test_*.py"))
         files = [file.relative_to(ROOT) for file in files if OF_MODULE.search(file.read_text())]
-        command = [f"/usr/bin/python{suite.python}", "-m", "pytest", *PYTEST, *arguments, *map(str, files)]
+        # -S: nothing of what Debian has for its Python; a file whose import of the module fails would only be skipped.
+        python = [f"/usr/bin/python{suite.python}", "-S"]
+        command = [*python, "-m", "pytest", *PYTEST, *arguments, *map(str, files)]
         environment["PYTHONPATH"] = str(install_wheel(build, suite))
+        imported = "import meanvalue, sys; sys.exit(not meanvalue.__file__.startswith(sys.argv[1]))"
+        if place.run([*python, "-c", imported, environment["PYTHONPATH"]], environment).returncode:
+            print("the module is not the wheel's")
+            return 1
     elif suite.kind == "interface":
         command = ["/usr/bin/python3", "-m", "pytest", *PYTEST, *arguments, "blender_tests/ui"]
         environment["MEANVALUE_UI_OUTPUT"] = str(build / f"ui-{suite.version}")
@@ -191,7 +201,8 @@ def main(arguments):
     task, *rest = arguments
     if task == "list":
         if rest[0] not in SUITES:
-            raise SystemExit(f"no Blender {rest[0]} is known; there are: 3.4, {', '.join(SUITES)}")
+            versions = [version for version in SUITES if version != "wheel"]
+            raise SystemExit(f"no Blender {rest[0]} is known; there are: 3.4, {', '.join(versions)}")
         print(*(suite.name for suite in SUITES[rest[0]]), sep="\n")
         return 0
     build, name, *pytest_arguments = rest

@@ -36,8 +36,8 @@ void run_workers(int workers, const std::function<void(int worker)>& body);
 
 /// Calls body(worker, item) once for each item in [0, count), on up to `threads` threads that each take the next one
 /// when they are done with theirs: for items that take long, some longer than others. `worker` is below
-/// min(threads, max(count, 1)), and no other call has it meanwhile. Checks for cancellation between items; after an
-/// exception no other item begins.
+/// min(threads, max(count, 1)), and no other call has it meanwhile. Checks for cancellation between items. After an
+/// exception no item is taken any more; it is thrown again, as by run_workers(), once those that had begun are done.
 void parallel_items(std::size_t count, int threads, const Execution& execution,
                     const std::function<void(int worker, std::size_t item)>& body);
 
