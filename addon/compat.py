@@ -86,11 +86,6 @@ def curves_to_read(id_block):
     return ()
 
 
-def locale(language):
-    """What this Blender calls a language of ours: it had another code for simplified Chinese at first."""
-    return "zh_CN" if language == "zh_HANS" and language not in bpy.app.translations.locales else language
-
-
 def file_handler():
     """The class of what takes files that are dropped on a window (4.1 and later), or None."""
     return getattr(bpy.types, "FileHandler", None)

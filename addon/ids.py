@@ -27,11 +27,7 @@ PIN_GROUP = "Pin"
 REGION_GROUP = "Region"
 LEFT_OVER_GROUP = "Wrap Left Over"
 
-#: Panel that lists the presets, and the folder of theirs among Blender's.
-PRESETS_PANEL = "MEANVALUE_PT_presets"
-PRESETS_FOLDER = "meanvalue"
-
-#: The folder of the artist's own marker sets, likewise.
+#: The folder of the artist's own marker sets among Blender's presets.
 MARKER_SETS_FOLDER = "meanvalue_markers"
 
 #: The solver's methods (`method` of the native Deformer), and its default rigidity.

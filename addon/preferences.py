@@ -5,7 +5,6 @@ import bpy
 
 from . import native_loader
 from .core import wording
-from .core.language import translated
 from .operators.copy_system_info import MEANVALUE_OT_copy_system_info
 from .ui import keymap, text_box
 
@@ -20,7 +19,7 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
         if problem:
             text_box.draw_wrapped(box, context, wording.sentence(problem), icon='ERROR')
         else:
-            ready = translated("Ready, version {version}", version=native_loader.module().__version__)
+            ready = f"Ready, version {native_loader.module().__version__}"
             box.label(text=ready, icon='CHECKMARK')
         for label, value in native_loader.environment():
             split = box.split(factor=0.3)

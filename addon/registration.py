@@ -3,13 +3,12 @@
 
 import bpy
 
-from . import handlers, mix_session, native_loader, preferences, properties, session, translations
+from . import handlers, mix_session, native_loader, preferences, properties, session
 from .bridge import object_model, object_status, overlay_data
 from .operators import (
     add_anchor_group,
     add_handle,
     add_pose_key,
-    add_preset,
     apply_pose,
     background,
     bake,
@@ -47,7 +46,6 @@ from .operators import (
     toggle_live,
     unbake,
     unbind,
-    use_preset,
     wrap,
 )
 from .ui import (
@@ -63,7 +61,6 @@ from .ui import (
     overlay,
     pair_overlay,
     panel,
-    presets,
     symmetry_panel,
     wrap_panel,
 )
@@ -105,8 +102,6 @@ CLASSES = (
     bake_mix.MEANVALUE_OT_bake_mix,
     remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
     copy_system_info.MEANVALUE_OT_copy_system_info,
-    add_preset.MEANVALUE_OT_add_preset,
-    use_preset.MEANVALUE_OT_use_preset,
     import_motion.MEANVALUE_OT_import_motion,
     find_marker_problems.MEANVALUE_OT_find_marker_problems,
     find_marker_problems.MEANVALUE_OT_show_marker_problem,
@@ -118,7 +113,6 @@ CLASSES = (
     remove_marker.MEANVALUE_OT_remove_marker,
     save_marker_set.MEANVALUE_OT_save_marker_set,
     *marker_list.CLASSES,
-    presets.MEANVALUE_PT_presets,
     anchor_list.MEANVALUE_UL_anchor_groups,
     *panel.CLASSES,
     *symmetry_panel.CLASSES,
@@ -136,7 +130,6 @@ USER_INTERFACE = (menus, keymap, grab_tool, overlay, pair_overlay)
 
 def register():
     native_loader.forget()
-    translations.register()
     properties.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
@@ -154,7 +147,6 @@ def unregister():
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister()
-    translations.unregister()
     job.cancel_all()
     object_model.clear()
     object_status.clear()

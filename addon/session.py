@@ -12,7 +12,6 @@ import numpy as np
 from . import native_loader
 from .core import result
 from .core.deformer_cache import DeformerCache
-from .core.language import translated
 from .errors import CancelledError, SceneError, SolverError
 
 # What is said of input that the native module refuses.
@@ -209,7 +208,7 @@ def call(function, *arguments, refused=REFUSED_MESH, **options):
             f"The solver failed: {error}. Move the handles closer to the rest shape, or add pins"
         ) from error
     except module.Cancelled as error:
-        raise CancelledError(translated("Cancelled. Nothing was changed")) from error
+        raise CancelledError("Cancelled. Nothing was changed") from error
     except MemoryError as error:
         raise SolverError(
             "There is not enough memory for this mesh. Choose a smaller region, or close other programs"

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from .. import native_loader
-from ..core import bake_plot, bake_report, bake_times, frame_ranges, key_reduction, point_cache, whole_files
+from ..core import bake_report, bake_times, frame_ranges, key_reduction, point_cache
 from ..core.bake_report import BakeReport
 from ..core.checked_json import read_json, write_json
 from ..core.chunk_store import ChunkStore
@@ -184,7 +184,7 @@ class Baking:
             "key": f"{former.get('key', '')}, in part {self.plan.key}",
             "frames": bake_report.with_frames(former.get("frames"), report.content()["frames"]),
         }
-        _write_content(self.path, content)
+        write_json(report_path(self.path), content)
         self.store.remove()
         return report
 
@@ -210,21 +210,8 @@ class Baking:
 
 
 def write_report(path, report, about):
-    """Beside the cache `path`: a BakeReport and what `about` says, as JSON and as a picture. @throws CacheError."""
-    _write_content(path, {"schema": SCHEMA, **about, **report.content()})
-
-
-def _write_content(path, content):
-    write_json(report_path(path), content)
-    title = f"Bake of {content.get('object') or content.get('clip') or pathlib.Path(path).name}"
-    with whole_files.replacing(plot_path(path)) as file:
-        file.write(bake_plot.svg(content["frames"], title).encode())
-
-
-def plot_path(path):
-    """Of the picture of the report, beside the cache `path`."""
-    path = pathlib.Path(path)
-    return path.with_name(f"{path.name}.svg")
+    """Beside the cache `path`: a BakeReport and what `about` says, as JSON. @throws CacheError."""
+    write_json(report_path(path), {"schema": SCHEMA, **about, **report.content()})
 
 
 def report_path(path):

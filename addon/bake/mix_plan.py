@@ -59,9 +59,7 @@ class MixPlan(Rows):
                 return solving.PausedRows(_state(np.array(rows, np.float32), report), solved)
             error, mix = "", None
             try:
-                mix = yield from mix_session.solve_steps(
-                    morpher, self.mix_input, self.values[row], execution
-                )
+                mix = yield from mix_session.solve_steps(morpher, self.mix_input, self.values[row], execution)
                 before = mix.positions.astype(np.float32)
             except CancelledError:
                 raise

@@ -59,8 +59,7 @@ class BakePlan(Rows):
             repr(self.spacing),
             self.targets,
             "all count" if self.weights is None else self.weights,
-            f"{solving.version()} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}"
-            f"{' portable' if self.portable else ''}",
+            f"{solving.version()} {solving.RUN_FRAMES} {solving.OVERLAP_FRAMES}{' portable' if self.portable else ''}",
             ", ".join(solving.REPORTED),
         )
 

@@ -90,5 +90,3 @@ def _different_faces(here, there):
     if len(starts) == 0:
         return 0
     return int(np.count_nonzero(np.add.reduceat(corners != other_corners, starts)))
-
-

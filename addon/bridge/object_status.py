@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 from .. import compat
 from ..core import fingerprint, wording
-from ..core.language import translated
 from ..errors import SceneError
 from . import bound_record, object_model, scene_input, shared_readings
 from .object_model import QUIET_SECONDS  # noqa: F401  panels take the seconds from here
@@ -74,10 +73,10 @@ def _bound_as(obj):
 def _unread(obj):
     is_waiting = obj.mode == 'OBJECT'
     mode = scene_input.mode_name(obj.mode)
-    why = translated("the mesh is being read") if is_waiting else translated("not checked in {mode}", mode=mode)
+    why = "the mesh is being read" if is_waiting else f"not checked in {mode}"
     if obj.meanvalue.bound.is_bound:
         return Status(State.BOUND, f"{_bound_text(obj)} ({why})")
-    return Status(State.UNBOUND, translated("Not bound ({why})", why=why))
+    return Status(State.UNBOUND, f"Not bound ({why})")
 
 
 def _read(obj, reading):
@@ -94,15 +93,15 @@ def _state_and_text(obj):
     except SceneError as problem:
         return State.PROBLEM, wording.sentence(str(problem))
     if bound is None:
-        return State.UNBOUND, translated("Not bound. Press Bind.")
+        return State.UNBOUND, "Not bound. Press Bind."
     reasons = fingerprint.stale_reasons(bound, now)
     if not reasons:
         return State.BOUND, _bound_text(obj)
     changes = fingerprint.describe(reasons, bound, now)
     if fingerprint.needs_bind(reasons):
-        return State.STALE, translated("Stale: {changes}. Check the handles and press Bind.", changes=changes)
-    return State.STALE, translated("Stale: {changes}. Solve will bind again.", changes=changes)
+        return State.STALE, f"Stale: {changes}. Check the handles and press Bind."
+    return State.STALE, f"Stale: {changes}. Solve will bind again."
 
 
 def _bound_text(obj):
-    return translated("Bound: {summary}", summary=bound_record.read_summary(obj.meanvalue.bound).text())
+    return f"Bound: {bound_record.read_summary(obj.meanvalue.bound).text()}"

@@ -115,9 +115,7 @@ def grown_by_rings(obj, seeds, ring_count):
 def grown_by_distance(obj, seeds, distance):
     """n bool; measured on the rest shape."""
     surface = _Surface(obj, seeds)
-    return surface.of_mesh(
-        region_growth.grown_by_distance(surface.edges, surface.rest, surface.seeds, distance)
-    )
+    return surface.of_mesh(region_growth.grown_by_distance(surface.edges, surface.rest, surface.seeds, distance))
 
 
 def distances(obj, seeds, limit):

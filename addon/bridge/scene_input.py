@@ -4,7 +4,6 @@
 from .. import ids
 from ..core import mirror_planes, springs, welding, wording
 from ..core.bind_input import BindInput, anchor_layout, region_weights, require_finite, soft_border
-from ..core.language import translated
 from ..errors import SceneError
 from . import carriers, marker_pairs, mirrors, shape_keys, targets, vertex_groups
 from .scene_reading import SceneReading
@@ -22,9 +21,9 @@ def subject(context):
 def object_problem(obj):
     """Why `obj` cannot be worked on at all, or None. Cheap: operators ask it in poll()."""
     if obj is None:
-        return translated("There is no active object. Click a mesh object")
+        return "There is no active object. Click a mesh object"
     if obj.type != 'MESH':
-        return translated("'{name}' is not a mesh. Click a mesh object", name=obj.name)
+        return f"'{obj.name}' is not a mesh. Click a mesh object"
     if obj.library is not None:
         return (
             f"'{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local), or pose it in "
@@ -51,18 +50,18 @@ def _override_problem(obj):
 def mode_problem(obj):
     """Why the object's mode is in the way, or None. Blender's mesh data is only up to date in Object Mode."""
     if obj.mode != 'OBJECT':
-        return translated("'{name}' is in {mode}. Go back to Object Mode", name=obj.name, mode=mode_name(obj.mode))
+        return f"'{obj.name}' is in {mode_name(obj.mode)}. Go back to Object Mode"
     return None
 
 
 def mode_name(mode):
     names = {
-        'EDIT': translated("Edit Mode"),
-        'SCULPT': translated("Sculpt Mode"),
-        'VERTEX_PAINT': translated("Vertex Paint Mode"),
-        'WEIGHT_PAINT': translated("Weight Paint Mode"),
-        'TEXTURE_PAINT': translated("Texture Paint Mode"),
-        'PARTICLE_EDIT': translated("Particle Edit Mode"),
+        'EDIT': "Edit Mode",
+        'SCULPT': "Sculpt Mode",
+        'VERTEX_PAINT': "Vertex Paint Mode",
+        'WEIGHT_PAINT': "Weight Paint Mode",
+        'TEXTURE_PAINT': "Texture Paint Mode",
+        'PARTICLE_EDIT': "Particle Edit Mode",
     }
     return names.get(mode) or f"{mode.title()} Mode"
 
@@ -104,9 +103,7 @@ def gather(obj, reading=None):
     border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
     soft = [group.strength if group.is_soft else None for group in groups]
     if rigidity is None and any(group.is_soft for group in groups):
-        raise SceneError(
-            translated("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
-        )
+        raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
     bind_input = BindInput(
         rest=rest,
         face_corners=corners,
@@ -143,13 +140,11 @@ def require_groups(obj):
     region_name = obj.meanvalue.roi_group
     if not obj.meanvalue.anchor_groups:
         raise SceneError(
-            translated(
-                "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and "
-                "press Add Handle. For recorded motion choose a take in Motion Capture and press Match Markers"
-            )
+            "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and "
+            "press Add Handle. For recorded motion choose a take in Motion Capture and press Match Markers"
         )
     if not names:
-        raise SceneError(translated("All handles are turned off. Tick at least one in the list"))
+        raise SceneError("All handles are turned off. Tick at least one in the list")
     for name in names:
         vertex_groups.require_listed(obj, name)
     if region_name:

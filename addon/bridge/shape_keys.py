@@ -7,7 +7,6 @@ import numpy as np
 
 from .. import compat, ids
 from ..core.bind_input import require_finite
-from ..core.language import translated
 from ..errors import SceneError
 from . import mesh_arrays, reference_key
 
@@ -41,7 +40,7 @@ def pose_problem(obj):
     """Why the active shape key cannot give the targets, or None. Cheap enough for drawing."""
     keys = obj.data.shape_keys
     if keys is None:
-        return translated(
+        return (
             "There is no shape key to take the targets from. Press Add Pose Key and move the vertices of handles in "
             "that key, in Edit Mode"
         )
@@ -49,7 +48,7 @@ def pose_problem(obj):
         return ABSOLUTE
     active = obj.active_shape_key
     if active is None or active == keys.reference_key:
-        return translated(
+        return (
             "The active shape key is the rest shape itself, so nothing is posed. Press Add Pose Key and move the "
             "vertices of handles in that key, in Edit Mode, or choose the key that poses them"
         )

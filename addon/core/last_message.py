@@ -10,5 +10,5 @@ def remember(text):
 
 
 def last():
-    """"" if nothing was told yet."""
+    """ "" if nothing was told yet."""
     return _last

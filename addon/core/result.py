@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import wording
-from .language import translated
 
 
 def compose(bind_input, targets, solved):
@@ -33,9 +32,7 @@ def pose_warnings(bind_input, targets, pose=None):
     """
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
-        yield translated(
-            "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
-        )
+        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
     yield from torn_notes(bind_input, targets)
     if pose is None:
         return
@@ -93,12 +90,9 @@ class BindSummary:
     following_part_count: int = 0
 
     def text(self):
-        text = translated(
-            "{vertices}, {held} held, {free} free, {seconds}",
-            vertices=wording.vertices(self.vertex_count),
-            held=f"{self.anchor_count:,}",
-            free=f"{self.free_count:,}",
-            seconds=wording.seconds(self.seconds),
+        text = (
+            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, {self.free_count:,} free, "
+            f"{wording.seconds(self.seconds)}"
         )
         following = self.following_part_count
         if following == 0:
@@ -127,9 +121,7 @@ class BindSummary:
             anchor_count=int(report.anchor_count) - border_count,
             free_count=int(report.free_count),
             unheld_part_count=sum(
-                1
-                for part, carrier in parts
-                if part.free_count and part.undetermined and carrier < 0
+                1 for part, carrier in parts if part.free_count and part.undetermined and carrier < 0
             ),
             seconds=float(sum(report.timings.values())),
             following_part_count=sum(1 for _part, carrier in parts if carrier >= 0),
@@ -182,14 +174,8 @@ class SolveSummary:
     stop_reason: str
 
     def text(self):
-        one = self.iterations == 1
-        count = f"{self.iterations:,}"
-        return translated(
-            "{iterations}, energy {energy}, {seconds}",
-            iterations=translated("1 iteration") if one else translated("{count} iterations", count=count),
-            energy=f"{self.energy:.3g}",
-            seconds=wording.seconds(self.seconds),
-        )
+        iterations = wording.counted(self.iterations, "iteration")
+        return f"{iterations}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
 
     def notes(self):
         if not self.converged:

@@ -36,7 +36,7 @@ def _is_telling(word):
 
 
 def counted(kinds):
-    """"ARMATURE, SUBSURF 2" of an iterable of names, sorted; "none" of none."""
+    """ "ARMATURE, SUBSURF 2" of an iterable of names, sorted; "none" of none."""
     counts = sorted(Counter(kinds).items())
     return ", ".join(kind if count == 1 else f"{kind} {count}" for kind, count in counts) or "none"
 

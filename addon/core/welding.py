@@ -91,8 +91,9 @@ class Welded:
 
     def _mean(self, values):
         """n x 3 to r x 3 float64: the mean of all copies."""
-        return np.stack([np.bincount(self._merged, column) for column in values.T.astype(np.float64)], axis=1) / (
-            self._counts[:, None]
+        return (
+            np.stack([np.bincount(self._merged, column) for column in values.T.astype(np.float64)], axis=1)
+            / (self._counts[:, None])
         )
 
     def _merge(self):

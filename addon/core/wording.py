@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers and names as messages show them."""
 
-from . import line_breaks
-from .language import translated
-
 
 def counted(count, singular, plural=None):
     """`counted(1, "face")` is "1 face", `counted(1200, "vertex", "vertices")` is "1,200 vertices"."""
@@ -12,7 +9,7 @@ def counted(count, singular, plural=None):
 
 
 def vertices(count):
-    return translated("1 vertex") if count == 1 else translated("{count} vertices", count=f"{count:,}")
+    return "1 vertex" if count == 1 else f"{f'{count:,}'} vertices"
 
 
 def seconds(value):
@@ -40,7 +37,7 @@ def duration(value):
 
 
 def listed(words):
-    """"a", "a and b", "a, b and c"."""
+    """ "a", "a and b", "a, b and c"."""
     words = list(words)
     if len(words) < 2:
         return "".join(words)
@@ -57,9 +54,8 @@ def quoted(names, limit=3):
 
 
 def sentence(text):
-    """First letter in upper case, the rest untouched, one full stop, as the script has it."""
-    text = first_upper(text).rstrip(".。")
-    return text + ("。" if line_breaks.is_wide(text[-1:]) else ".")
+    """First letter in upper case, the rest untouched, one full stop."""
+    return first_upper(text).rstrip(".") + "."
 
 
 def first_upper(text):
@@ -70,15 +66,15 @@ def first_upper(text):
 def stage(name):
     """What the native solver calls one of its stages, for artists."""
     stages = {
-        "": translated("starting"),
-        "encode": translated("describing the shape"),
-        "order": translated("preparing the solver"),
-        "analyse": translated("preparing the solver"),
-        "cells": translated("comparing the shapes"),
-        "blend": translated("mixing the shapes"),
-        "build hierarchy": translated("simplifying the mesh"),
-        "coarse level": translated("preparing the simplified mesh"),
-        "factor": translated("preparing the solver"),
-        "solve": translated("finding the pose"),
+        "": "starting",
+        "encode": "describing the shape",
+        "order": "preparing the solver",
+        "analyse": "preparing the solver",
+        "cells": "comparing the shapes",
+        "blend": "mixing the shapes",
+        "build hierarchy": "simplifying the mesh",
+        "coarse level": "preparing the simplified mesh",
+        "factor": "preparing the solver",
+        "solve": "finding the pose",
     }
     return stages.get(name, name)

@@ -9,7 +9,6 @@ import numpy as np
 
 from .. import mix_session
 from ..bridge import mix_layers, object_model, scene_input
-from ..core.language import translated
 from .following import Following
 from .states import NotReadyError, State
 
@@ -26,11 +25,11 @@ class MixFollower(Following):
 
     @property
     def name_shown(self):
-        return translated("Mixing")
+        return "Mixing"
 
     @property
     def reading_text(self):
-        return translated("Mixing: reading the shape keys")
+        return "Mixing: reading the shape keys"
 
     def look_again(self):
         super().look_again()

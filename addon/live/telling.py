@@ -4,7 +4,6 @@
 import traceback
 
 from ..core import wording
-from ..core.language import translated
 from .states import State
 
 
@@ -17,11 +16,11 @@ class Telling:
     @property
     def name_shown(self):
         """What it is called in the panel, and here."""
-        return translated("Live")
+        return "Live"
 
     @property
     def reading_text(self):
-        return translated("Live: reading the mesh")
+        return "Live: reading the mesh"
 
     @property
     def is_caught_up(self):
@@ -52,19 +51,19 @@ class Telling:
         """For the panel."""
         name = self.name_shown
         if self.problem:
-            return wording.sentence(translated("{name} is waiting: {problem}", name=name, problem=self.problem))
+            return wording.sentence(f"{name} is waiting: {self.problem}")
         if self.state is State.READING:
             return self.reading_text
         if self.state is State.BINDING:
             stage, share = self._job.progress if self._job is not None else ("", 0.0)
             stage, share = wording.stage(stage), f"{share:.0%}"
-            return translated("{name}: binding, {stage}, {share}", name=name, stage=stage, share=share)
+            return f"{name}: binding, {stage}, {share}"
         if self.state is State.SOLVING:
-            return translated("{name}: solving", name=name)
+            return f"{name}: solving"
         speed = name
         if self.solve_seconds:
             seconds = wording.seconds(self.solve_seconds)
-            speed = translated("{name}: {seconds} a solve", name=name, seconds=seconds)
+            speed = f"{name}: {seconds} a solve"
         return " ".join(wording.sentence(each) for each in (speed, *self._notes()))
 
     def _notes(self):

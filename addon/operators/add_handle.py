@@ -9,7 +9,6 @@ from ..bridge import handle_lines, region, rig_space, scene_input, selection, sh
 from ..bridge.grip import radius
 from ..core import wording
 from ..core.bind_input import require_finite
-from ..core.language import translated
 from ..errors import SceneError
 from .base import MeshOperator
 from .grow_region import notes_on
@@ -100,9 +99,7 @@ class NewAnchors(MeshOperator):
         if self.from_selection:
             members = selection.selected_vertices(obj)
             if len(members) == 0:
-                raise SceneError(
-                    translated("No vertices are selected. Select the ones to hold, then press the button again")
-                )
+                raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
             return "", members
         active = None if self._was_asked else obj.vertex_groups.active
         name = name or (active.name if active else "")
@@ -174,9 +171,7 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
             obj.meanvalue.live = True
         selection.choose(control)
         count = wording.vertices(len(np.unique(members)))
-        return translated(
-            "Handle '{name}' carries {vertices}: move, turn or scale its control", name=line.name, vertices=count
-        )
+        return f"Handle '{line.name}' carries {count}: move, turn or scale its control"
 
 
 class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
@@ -189,4 +184,4 @@ class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
     def equip(self, _obj, line, members):
         handle_lines.make_pin(line)
         count = wording.vertices(len(members))
-        return translated("Pin '{name}' holds {vertices}", name=line.name, vertices=count)
+        return f"Pin '{line.name}' holds {count}"

@@ -5,7 +5,6 @@ import bpy
 
 from ..bridge import bound_record, controls, mix_layers, scene_input, shape_keys, targets
 from ..core import wording
-from ..core.language import translated
 from ..live import engine
 from .settled import SettledOperator
 
@@ -29,4 +28,4 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         if carried:
             keys = wording.counted(len(carried), "shape key")
             notes.append(f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}")
-        return translated("The pose is the rest shape now. The mesh is bound again when it is posed"), notes
+        return "The pose is the rest shape now. The mesh is bound again when it is posed", notes

@@ -8,9 +8,7 @@ import bpy
 from .. import compat
 from ..bridge import scene_input
 from ..core import wording
-from ..core.language import translated
 from ..errors import CancelledError, MeanValueError, SceneError
-from ..workers import interrupts
 from ..workers.job import Job, run
 from .base import MeshOperator
 
@@ -19,9 +17,6 @@ TICK_SECONDS = 0.05
 
 #: How long the scene is read in one go, of every tick.
 SLICE_SECONDS = 0.03
-
-#: How often Ctrl-C is looked for.
-INTERRUPT_SECONDS = 0.2
 
 #: Work that is done sooner is waited for: no progress bar flickers up, and the result is there at once.
 PATIENCE_SECONDS = 0.15
@@ -91,7 +86,7 @@ class BackgroundOperator(MeshOperator):
 
     def stopped(self):
         """What is said when it was stopped."""
-        return translated("Cancelled. Nothing was changed")
+        return "Cancelled. Nothing was changed"
 
     def run(self, obj):
         self._remember_object(obj)
@@ -99,26 +94,10 @@ class BackgroundOperator(MeshOperator):
         for _ in self.before(prepared):
             pass
         prepared.read_triangles(obj)
-        outcome = self._work_at_once(prepared)
+        outcome = run(prepared.work(None))
         for _ in self.after(prepared):
             pass
         return self.finish(obj, prepared, outcome)
-
-    def _work_at_once(self, prepared):
-        """Returns the outcome. Without a window Ctrl-C is what Esc is with one."""
-        if not bpy.app.background:
-            return run(prepared.work(None))
-        self._job = Job(prepared.work)
-        try:
-            with interrupts.calling(self.ask_to_stop):
-                while not self._job.wait(INTERRUPT_SECONDS):
-                    pass
-            outcome = self._job.result()  # throws what went wrong, also while it was stopping
-            if self._job.is_cancelled:
-                raise CancelledError(self.stopped())
-            return outcome
-        finally:
-            self._job = None
 
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:

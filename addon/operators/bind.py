@@ -5,7 +5,6 @@ import bpy
 
 from ..bridge import bound_record, controls, mesh_arrays, targets
 from ..core import fingerprint, mesh_problems, result
-from ..core.language import translated
 from ..workers.posing import Posing
 from .background import BackgroundOperator
 
@@ -25,9 +24,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         yield "looking at the mesh", 0.0
         rest = posing.bind_input.rest
         triangles = mesh_arrays.triangles(self._object().data, rest)
-        search = mesh_problems.search(
-            rest, triangles, posing.binding.deformer.report, posing.bind_input.whole.places
-        )
+        search = mesh_problems.search(rest, triangles, posing.binding.deformer.report, posing.bind_input.whole.places)
         while True:
             try:
                 yield "looking at the mesh", next(search)
@@ -44,7 +41,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         report = posing.binding.deformer.report
         guarded = result.guarded_notes(report, posing.bind_input.whole.places)
         notes = [*mesh_problems.text(self._problems), *guarded, *result.size_notes(report)]
-        bound = translated("Bound {summary}", summary=posing.binding.summary.text())
+        bound = f"Bound {posing.binding.summary.text()}"
         message = ". ".join([bound, *notes])
         return message, list(posing.binding.summary.notes())
 

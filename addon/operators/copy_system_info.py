@@ -5,7 +5,6 @@ import bpy
 
 from ..bridge import scene_input
 from ..core import system_info
-from ..core.language import translated
 from . import system_facts
 from .base import Reporting
 
@@ -22,5 +21,5 @@ class MEANVALUE_OT_copy_system_info(Reporting, bpy.types.Operator):
         context.window_manager.clipboard = text
         if bpy.app.background:  # which has no clipboard
             print(text)
-        self.report({'INFO'}, translated("Copied. Paste it into the report."))
+        self.report({'INFO'}, "Copied. Paste it into the report.")
         return {'FINISHED'}

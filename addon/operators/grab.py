@@ -8,7 +8,6 @@ from mathutils import Vector
 from .. import compat, ids
 from ..bridge import controls, scene_input
 from ..bridge.grip import Grip, line_at, radius
-from ..core.language import translated
 from ..errors import MeanValueError, SceneError
 from ..live import engine
 from . import keyframe_handles
@@ -183,7 +182,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     def _click(self, obj):
         index = obj.meanvalue.anchor_groups.find(self.handle)
         if index < 0:
-            self.say('INFO', translated("Press and drag to grab the mesh here; Shift-click pins it."))
+            self.say('INFO', "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
         line = obj.meanvalue.anchor_groups[index]
         obj.meanvalue.active_anchor_group = index
@@ -238,11 +237,11 @@ def _outcome(obj, grip, offset):
     line = grip.line(obj)
     notes = list(grip.notes(obj))
     if grip.is_new:
-        message = translated("Handle '{name}' made. Drag it again, or press elsewhere for another one", name=line.name)
+        message = f"Handle '{line.name}' made. Drag it again, or press elsewhere for another one"
     elif grip.has_moved(obj, offset):
-        message = translated("Handle '{name}' moved. Drag it again, or press elsewhere for another one", name=line.name)
+        message = f"Handle '{line.name}' moved. Drag it again, or press elsewhere for another one"
     else:
-        message = translated("Handle '{name}' is where it was", name=line.name)
+        message = f"Handle '{line.name}' is where it was"
         if offset.length > 0.0:
             notes.append("Something else moves its control, such as a constraint or a driver: move that")
     live = engine.status(obj)

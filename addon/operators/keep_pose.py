@@ -5,7 +5,6 @@ import bpy
 
 from .. import ids
 from ..bridge import shape_keys
-from ..core.language import translated
 from .settled import SettledOperator
 
 
@@ -21,4 +20,4 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         name = shape_keys.keep(obj, self.name.strip() or ids.KEPT_KEY)
-        return translated("The pose is kept as shape key '{name}', with value 0", name=name), []
+        return f"The pose is kept as shape key '{name}', with value 0", []

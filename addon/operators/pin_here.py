@@ -7,7 +7,6 @@ from .. import ids
 from ..bridge import controls, handle_lines, region, scene_input, vertex_groups
 from ..bridge.grip import HANDLE_SHARE, line_at, near_vertices, radius
 from ..core import wording
-from ..core.language import translated
 from ..errors import MeanValueError, SceneError
 from .pressing import ToolOperator, require_vertex, size_property
 
@@ -62,11 +61,7 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
         notes = []
         if obj.meanvalue.roi_group and not region.current_mask(obj)[self.vertex]:
             notes.append("Nothing moves here anyway: it is outside the region")
-        held = translated(
-            "Pin '{name}' holds {vertices}; Shift-click it again to let go",
-            name=line.name,
-            vertices=wording.vertices(len(members)),
-        )
+        held = f"Pin '{line.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go"
         return held, notes
 
 
@@ -79,7 +74,7 @@ def _let_go(obj, index):
         )
     name = line.name
     controls.remove_handle(obj, index)
-    return translated("Pin '{name}' is let go", name=name), []
+    return f"Pin '{name}' is let go", []
 
 
 def _is_pin(line):

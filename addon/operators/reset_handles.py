@@ -5,7 +5,6 @@ import bpy
 
 from ..bridge import controls, resets
 from ..core import wording
-from ..core.language import translated
 from ..errors import SceneError
 from ..live import engine
 from .base import MeshOperator
@@ -36,5 +35,5 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         if keyed:
             notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
         if not obj.meanvalue.live:
-            notes.append(translated("Live is off: press Solve to have the mesh follow"))
+            notes.append("Live is off: press Solve to have the mesh follow")
         return f"{wording.counted(len(usable), 'handle')} reset", notes

@@ -5,7 +5,6 @@ import bpy
 
 from ..bridge import bound_record, rig_space, scene_input, shape_keys
 from ..core import result
-from ..core.language import translated
 from ..errors import SceneError
 from ..workers.posing import Posing
 from .background import BackgroundOperator
@@ -49,10 +48,10 @@ class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
 
 def _require_bound(obj):
     if not obj.meanvalue.bound.is_bound:
-        raise SceneError(translated("'{name}' is not bound yet. Press Bind first", name=obj.name))
+        raise SceneError(f"'{obj.name}' is not bound yet. Press Bind first")
 
 
 def _message(obj, summary, notes):
     shared = scene_input.sharing_note(obj)
-    solved = translated("Solved into '{key}': {summary}", key=obj.meanvalue.result_key, summary=summary.text())
+    solved = f"Solved into '{obj.meanvalue.result_key}': {summary.text()}"
     return ". ".join([solved, *notes, *([shared] if shared else [])])

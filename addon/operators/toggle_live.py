@@ -4,7 +4,6 @@
 import bpy
 
 from ..bridge import scene_input, shared_readings, targets
-from ..core.language import translated
 from ..errors import SceneError
 from .base import MeshOperator
 
@@ -27,12 +26,12 @@ class MEANVALUE_OT_toggle_live(MeshOperator, bpy.types.Operator):
         settings = obj.meanvalue
         if settings.live:
             settings.live = False
-            return translated("Live is off: '{name}' stays as it is", name=obj.name), []
+            return f"Live is off: '{obj.name}' stays as it is", []
         problem = _problem(obj)
         if problem:
             raise SceneError(f"Live stays off: {problem}")
         settings.live = True
-        return translated("Live is on: '{name}' follows its handles", name=obj.name), []
+        return f"Live is on: '{obj.name}' follows its handles", []
 
 
 def _problem(obj):

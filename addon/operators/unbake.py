@@ -51,5 +51,4 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
         with contextlib.suppress(OSError):
             path.unlink()
             baking.report_path(path).unlink()
-            baking.plot_path(path).unlink()
         return f"'{shown_path}' could not be deleted" if path.exists() else f"'{shown_path}' is deleted"

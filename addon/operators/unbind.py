@@ -5,7 +5,6 @@ import bpy
 
 from .. import session
 from ..bridge import bound_record
-from ..core.language import translated
 from .base import MeshOperator
 
 
@@ -27,4 +26,4 @@ class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):
         record = obj.meanvalue.bound
         session.forget(bound_record.read_fingerprint(record))
         bound_record.clear(record)
-        return translated("'{name}' is no longer bound", name=obj.name), []
+        return f"'{obj.name}' is no longer bound", []

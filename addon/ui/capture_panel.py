@@ -6,7 +6,6 @@ import bpy
 from .. import ids
 from ..bridge import marker_pairs, scene_input, takes
 from ..core import wording
-from ..core.language import translated
 from ..operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from ..operators.import_motion import MEANVALUE_OT_import_motion
 from ..operators.match_markers import MEANVALUE_OT_match_markers
@@ -42,7 +41,7 @@ class MEANVALUE_PT_capture(bpy.types.Panel):
         _draw_problems(layout, context)
         if not takes.is_take(capture.take):
             if not any(takes.is_take(collection) for collection in bpy.data.collections):
-                draw_wrapped(layout, context, translated("Import a C3D, TRC or BVH file to begin with"), icon='INFO')
+                draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
             return
         _draw_reference(layout, capture)
         _draw_options(layout, capture)
@@ -128,9 +127,7 @@ def _draw_pairs(layout, obj, capture):
     buttons.prop(capture, "show_pairs", text="", icon='OVERLAY')
     matched = len(marker_pairs.matched(obj))
     picked = sum(pair.is_picked for pair in capture.pairs)
-    found = translated(
-        "{matched} of {count} matched, {picked} picked", matched=matched, count=len(capture.pairs), picked=picked
-    )
+    found = f"{matched} of {len(capture.pairs)} matched, {picked} picked"
     layout.label(text=found)
     active = marker_pairs.active_pair(obj)
     if active is not None:

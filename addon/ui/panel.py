@@ -7,7 +7,6 @@ from .. import ids, native_loader
 from ..bridge import bound_record, controls, object_status, scene_input, shape_keys, targets
 from ..bridge.object_status import State
 from ..core import wording
-from ..core.language import translated
 from ..live import engine
 from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
@@ -29,7 +28,6 @@ from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.unbind import MEANVALUE_OT_unbind
 from . import overlay
 from .anchor_list import MEANVALUE_UL_anchor_groups
-from .presets import MEANVALUE_PT_presets
 from .text_box import draw_wrapped
 
 STATE_ICONS = {
@@ -38,7 +36,6 @@ STATE_ICONS = {
     State.STALE: 'FILE_REFRESH',
     State.PROBLEM: 'ERROR',
 }
-
 
 
 class SidebarPanel:
@@ -160,9 +157,6 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
     bl_label = "Solver"
     bl_parent_id = "MEANVALUE_PT_advanced"
 
-    def draw_header_preset(self, _context):
-        MEANVALUE_PT_presets.draw_panel_header(self.layout)
-
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
@@ -208,7 +202,7 @@ def _draw_live(layout, obj):
     row = split.row(align=True)
     row.prop_enum(obj.meanvalue, "symmetric", 'NONE')
     axes = row.row(align=True)
-    axes.scale_x = 0.5  # a letter each, so that the word before them has room in all languages
+    axes.scale_x = 0.5
     for axis in ('X', 'Y', 'Z'):
         axes.prop_enum(obj.meanvalue, "symmetric", axis)
 
@@ -239,7 +233,7 @@ def _draw_status(layout, context, obj, status):
     """One thing at a time: what live posing waits for, or what there is to do, with the button that does it."""
     if not obj.meanvalue.anchor_groups and not obj.meanvalue.live:
         if not obj.meanvalue.mix.is_on:
-            hint = translated(
+            hint = (
                 "Choose the Grab tool, press on the mesh and drag. Or select vertices in Edit Mode and press "
                 "Add Handle."
             )
@@ -265,7 +259,7 @@ def _draw_status(layout, context, obj, status):
         draw_wrapped(box, context, wording.sentence(hint), icon='INFO')
     solved = bound_record.read_solve(obj.meanvalue.bound)
     if solved:
-        draw_wrapped(box, context, translated("Solved: {summary}", summary=solved.text()), icon='SHAPEKEY_DATA')
+        draw_wrapped(box, context, f"Solved: {solved.text()}", icon='SHAPEKEY_DATA')
 
 
 CLASSES = (

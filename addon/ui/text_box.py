@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Texts of several lines, which Blender's labels do not break by themselves."""
 
-from ..core import line_breaks
+import textwrap
 
 #: Width of an average letter and of a label's margins, in pixels at interface scale 1.
 LETTER_WIDTH = 7.0
@@ -15,7 +15,7 @@ def draw_wrapped(layout, context, text, icon='NONE'):
     letters = int((context.region.width / scale - MARGIN_WIDTH) / LETTER_WIDTH)
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for number, line in enumerate(line_breaks.wrap(text, max(letters, SHORTEST_LINE))):
+    for number, line in enumerate(textwrap.wrap(text, max(letters, SHORTEST_LINE))):
         if icon == 'NONE':
             column.label(text=line)
         else:

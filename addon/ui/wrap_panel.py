@@ -4,7 +4,6 @@
 import bpy
 
 from ..bridge import scene_input
-from ..core.language import translated
 from ..operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
 from ..operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
 from ..operators.wrap import MEANVALUE_OT_wrap
@@ -15,7 +14,6 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
     """Take the shape of a mesh that has other faces"""
 
     bl_label = "Wrap"
-    bl_translation_context = bpy.app.translations.contexts.operator_default  # else that of lines of text
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
@@ -33,7 +31,7 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
         undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon='LOOP_BACK').only_last = True
         undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon="X").only_last = False
         row.prop(settings, "show_pairs", text="", icon='OVERLAY')
-        layout.label(text=translated("Pairs picked: {count}", count=len(settings.pairs)))
+        layout.label(text=f"Pairs picked: {len(settings.pairs)}")
         wrap = layout.column()
         wrap.scale_y = 1.4
         wrap.operator(MEANVALUE_OT_wrap.bl_idname, icon='MOD_SHRINKWRAP')

@@ -64,9 +64,7 @@ class Posing:
         @throws MeanValueError.
         """
         if self.binding is None:
-            self.binding = yield from session.bind_steps(
-                self.bind_input, self._triangles, execution, known=self._known
-            )
+            self.binding = yield from session.bind_steps(self.bind_input, self._triangles, execution, known=self._known)
             self._triangles = self._known = None
         if self.targets is None:
             return None

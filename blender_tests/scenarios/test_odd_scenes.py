@@ -62,18 +62,6 @@ def armature_control(obj, line="Top"):
     return rig
 
 
-def test_a_preset_is_for_the_mesh_while_an_armature_that_carries_it_is_active(part):
-    obj, _control = handles.tube(live=False)
-    parent = meshes.grid(name="Parent")
-    rig = armature_control(obj)
-    rig.parent = parent
-    meshes.activate(rig)
-    for path in part("ui.presets").SHIPPED.glob("Stiff.py"):
-        bpy.ops.script.execute_preset(filepath=str(path), menu_idname="MEANVALUE_PT_presets")
-    assert obj.meanvalue.rigidity == 100.0
-    assert parent.meanvalue.rigidity == part("ids").DEFAULT_RIGIDITY
-
-
 def test_choosing_another_control_keeps_the_pose():
     obj, control = handles.tube()
     move(control, (2.0, 0.0, 1.0))

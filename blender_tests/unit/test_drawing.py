@@ -5,7 +5,6 @@ Pictures of the real thing: ui/panel_pictures.py.
 """
 
 import itertools
-import pathlib
 import time
 import types
 
@@ -163,26 +162,6 @@ def test_the_object_menu_has_an_entry_for_meshes_only(part):
         listener = types.SimpleNamespace(layout=ListeningLayout())
         menus.meanvalue_draw_object_menu(listener, context_of(obj))
         assert (expected in listener.layout.text) if expected else listener.layout.text == ""
-
-
-def test_presets_are_listed_and_only_ones_own_can_be_removed(part):
-    listed = []
-
-    class Listener:
-        layout = ListeningLayout()
-        preset_subdir = "meanvalue"
-        preset_add_operator = "meanvalue.add_preset"
-
-        def path_menu(self, folders, _operator, *, filter_ext, display_name, add_operator=None):
-            for folder in folders:
-                listed.extend(
-                    (display_name(str(path)), add_operator)
-                    for path in sorted(pathlib.Path(folder).iterdir())
-                    if filter_ext(path.suffix)
-                )
-
-    part("ui.presets").MEANVALUE_PT_presets.draw(Listener(), context_of(meshes.grid()))
-    assert listed == [(name, None) for name in ("Default", "Paper", "Soft Tissue", "Stiff")]
 
 
 def test_without_the_native_module(draw, part, monkeypatch):

@@ -78,7 +78,7 @@ LIMBS = {"arms": (("shoulder",), ("elbow",)), "legs": (("knee",), ("hip", "pelvi
 
 
 def side_of(landmark):
-    """"L", "R", or None for the middle of the body and for None."""
+    """ "L", "R", or None for the middle of the body and for None."""
     return landmark[-1] if landmark and landmark[-2:] in (".L", ".R") else None
 
 

@@ -164,7 +164,6 @@ class Recording:
         return labels, positions
 
 
-
 class _Names:
     """Makes names unique, and counts what it changed."""
 

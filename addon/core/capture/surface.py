@@ -208,4 +208,3 @@ def nearest_on_triangles(points, corners):
 
 def _unit(vectors):
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
-
