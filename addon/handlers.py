@@ -8,9 +8,12 @@ an edited object has been left alone for a moment, since Blender has no reason t
 import bpy
 from bpy.app.handlers import persistent
 
-from . import mix_session, session
-from .bridge import carriers, controls, marker_pairs, object_model, object_status, overlay_data, shared_readings, views
+from .capture.bridge import marker_pairs
 from .live import engine
+from .mixing import mix_session
+from .posing.bridge import carriers, controls, object_status, overlay_data
+from .scene import object_model, shared_readings, views
+from .solver import session
 
 
 @persistent

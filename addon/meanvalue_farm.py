@@ -55,7 +55,7 @@ def main():
 
         if not hasattr(bpy.types.Object, "meanvalue"):  # the add-on is not enabled here, and need not be
             sys.modules[package].register()
-    return __import__(f"{package}.bake.farm", fromlist=["main"]).main(arguments)
+    return __import__(f"{package}.baking.bridge.farm", fromlist=["main"]).main(arguments)
 
 
 if __name__ == "__main__":

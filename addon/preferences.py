@@ -3,10 +3,11 @@
 
 import bpy
 
-from . import native_loader
-from .core import wording
-from .operators.copy_system_info import MEANVALUE_OT_copy_system_info
-from .ui import keymap, text_box
+from . import wording
+from .posing.operators.copy_system_info import MEANVALUE_OT_copy_system_info
+from .posing.ui import keymap
+from .solver import native_loader
+from .widgets import text_box
 
 
 class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blender's way

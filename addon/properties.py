@@ -12,9 +12,14 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import bake_settings, ids, properties_capture, properties_handles, properties_mix, properties_wrap
-from .bridge import targets
-from .declarations import aside, tell
+from . import ids
+from .baking import properties as bake_settings
+from .capture import properties as properties_capture
+from .mixing import properties as properties_mix
+from .posing import properties_handles
+from .posing.bridge import targets
+from .scene.declarations import aside, tell
+from .wrapping import properties as properties_wrap
 
 
 def _choose_region(settings, context):
@@ -33,7 +38,7 @@ def _make_result_key(settings, _context):
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
-    """What the mesh was bound as, see bridge/bound_record.py. Counts are for messages, digests for comparing"""
+    """What the mesh was bound as, see posing/bridge/bound_record.py. Counts are for messages, digests for comparing"""
 
     is_bound: BoolProperty()
     vertex_count: IntProperty()

@@ -3,68 +3,57 @@
 
 import bpy
 
-from . import handlers, mix_session, native_loader, preferences, properties, session
-from .bridge import object_model, object_status, overlay_data
-from .operators import (
+from . import handlers, preferences, properties
+from .baking import panel as bake_panel
+from .baking.operators import bake, show_baked_frame, unbake
+from .capture import file_drop, marker_list
+from .capture import panel as capture_panel
+from .capture.bridge import mended_takes
+from .capture.operators import (
+    find_marker_problems,
+    import_motion,
+    match_markers,
+    pick_marker_point,
+    reference_frame,
+    remove_marker,
+    save_marker_set,
+    select_marker,
+    swap_markers,
+)
+from .mixing import mix_session
+from .mixing import panel as mix_panel
+from .mixing.operators import bake_mix, morph, remove_in_betweens
+from .posing.bridge import object_status, overlay_data
+from .posing.operators import (
     add_anchor_group,
     add_handle,
     add_pose_key,
     apply_pose,
-    background,
-    bake,
-    bake_mix,
     bind,
-    clear_wrap_pairs,
     copy_system_info,
-    find_marker_problems,
     finish,
     grab,
     grow_region,
-    import_motion,
     keep_pose,
     keyframe_handles,
-    match_markers,
-    morph,
     own_controls,
     paint_region,
-    pick_marker_point,
-    pick_wrap_pairs,
     pin_here,
-    reference_frame,
     remove_anchor_group,
-    remove_in_betweens,
-    remove_marker,
     reset_handles,
-    save_marker_set,
     select_handle,
-    select_marker,
     select_problems,
     select_unpaired,
-    show_baked_frame,
     solve,
-    swap_markers,
     toggle_live,
-    unbake,
     unbind,
-    wrap,
 )
-from .ui import (
-    anchor_list,
-    bake_panel,
-    capture_panel,
-    file_drop,
-    grab_tool,
-    keymap,
-    marker_list,
-    menus,
-    mix_panel,
-    overlay,
-    pair_overlay,
-    panel,
-    symmetry_panel,
-    wrap_panel,
-)
-from .workers import job, mended_takes
+from .posing.ui import anchor_list, grab_tool, keymap, menus, overlay, panel, symmetry_panel
+from .scene import object_model
+from .solver import job, native_loader, session
+from .widgets import background, pair_overlay
+from .wrapping import panel as wrap_panel
+from .wrapping.operators import clear_wrap_pairs, pick_wrap_pairs, wrap
 
 CLASSES = (
     preferences.MEANVALUE_AP_preferences,

@@ -13,7 +13,7 @@ MARK = "MEANVALUE_PT_panel"
 def first_copy():
     """Package of another copy of this add-on that is on, or None."""
     mark = getattr(bpy.types, MARK, None)
-    package = mark.__module__.removesuffix(".ui.panel") if mark else __package__
+    package = mark.__module__.removesuffix(".posing.ui.panel") if mark else __package__
     return None if package == __package__ else package
 
 

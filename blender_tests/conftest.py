@@ -49,16 +49,16 @@ def empty_file(request):
     request.getfixturevalue("installed_addon")
     bpy.ops.wm.read_factory_settings(use_empty=True)  # this disables all add-ons
     installed.enable()
-    installed.part("session").clear()
+    installed.part("solver.session").clear()
 
 
 @pytest.fixture
 def part():
-    """part("session") is that module of the installed add-on."""
+    """part("solver.session") is that module of the installed add-on."""
     return installed.part
 
 
 @pytest.fixture
 def native():
     """The compiled module that the installed add-on uses."""
-    return installed.part("native_loader").module()
+    return installed.part("solver.native_loader").module()

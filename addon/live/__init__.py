@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live posing: the mesh follows its controls."""
+"""Objects that follow at once: what Blender tells, and when who is looked at."""

@@ -8,11 +8,12 @@ import contextlib
 
 import bpy
 
-from ..bridge import object_model, scene_input, views
-from ..core import wording
+from .. import wording
+from ..mixing.mix_follower import MixFollower
+from ..posing.bridge import scene_input
+from ..posing.live.follower import Follower, identity
+from ..scene import object_model, views
 from . import render_notes, updates
-from .follower import Follower, identity
-from .mix_follower import MixFollower
 from .states import TICK_SECONDS
 from .telling import reporting
 

@@ -12,9 +12,9 @@ import contextlib
 
 import numpy as np
 
-from ..bridge import object_model
 from ..errors import CancelledError, MeanValueError
-from ..workers.job import Job
+from ..scene import object_model
+from ..solver.job import Job
 from . import states
 from .states import NotReadyError, State
 from .telling import Telling

@@ -7,8 +7,9 @@ told by the console at once, and by the panel and a popup as soon as Blender cal
 
 import numpy as np
 
-from ..bridge import controls, mix_layers, targets
-from ..core import wording
+from .. import wording
+from ..mixing.bridge import mix_layers
+from ..posing.bridge import controls, targets
 
 _at_first = {}  # identity of an object: where its controls and sliders were in the first frame
 _notes = {}  # identity of an object: what is to be told

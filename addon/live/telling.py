@@ -3,7 +3,7 @@
 
 import traceback
 
-from ..core import wording
+from .. import wording
 from .states import State
 
 
@@ -71,7 +71,7 @@ class Telling:
         return ()
 
 
-class reporting:  # noqa: N801  reads as a function
+class reporting:
     """Context manager: an error that nobody foresaw ends the work on one object alone, and is told."""
 
     def __init__(self, follower):

@@ -9,7 +9,7 @@ again (sliders that are driven or animated) that of its geometry alone. So in 3.
 import bpy
 
 from .. import compat
-from ..bridge.object_model import Change
+from ..scene.object_model import Change
 
 
 def of(depsgraph):

@@ -11,12 +11,13 @@ import types
 import meanvalue
 import numpy as np
 
-from addon.bake import baking, bundle, farm
-from addon.bake.plan import BakePlan
-from addon.core import bake_report, checked_json, chunk_store, frame_ranges, point_cache
-from addon.core.bind_input import BindInput
-from addon.core.capture import known_sets, marker_sets
+from addon.baking.bridge import baking, bundle, farm
+from addon.baking.bridge.plan import BakePlan
+from addon.baking.core import bake_report, chunk_store, frame_ranges, point_cache
+from addon.capture.core import known_sets, marker_sets
 from addon.errors import MeanValueError
+from addon.posing.core.bind_input import BindInput
+from addon.scene.core import checked_json
 
 from .mutations import mutated, with_odd_values
 

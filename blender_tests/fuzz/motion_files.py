@@ -5,7 +5,7 @@ import pathlib
 
 import numpy as np
 
-from addon.core.capture import bvh_file, c3d_file, trc_file
+from addon.capture.core import bvh_file, c3d_file, trc_file
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
 from blender_tests.support.mesh_files import DATA

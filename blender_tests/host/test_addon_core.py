@@ -11,11 +11,14 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core import fingerprint, fixed_points, motion, result, springs, wording
-from addon.core.bind_input import BindInput, anchor_layout, region_weights, require_finite
-from addon.core.deformer_cache import DeformerCache
-from addon.core.fingerprint import StaleReason
+from addon import wording
 from addon.errors import SceneError
+from addon.posing.core import springs
+from addon.posing.core.bind_input import BindInput, anchor_layout, region_weights, require_finite
+from addon.scene.core import fixed_points, motion
+from addon.solver.core import fingerprint, result
+from addon.solver.core.deformer_cache import DeformerCache
+from addon.solver.core.fingerprint import StaleReason
 
 
 def test_core_does_not_need_blender():

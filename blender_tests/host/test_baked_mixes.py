@@ -9,8 +9,8 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.mixing import in_betweens, leja
-from addon.core.mixing.mix_input import Layer, MixInput
+from addon.mixing.core import in_betweens, leja
+from addon.mixing.core.mix_input import Layer, MixInput
 from blender_tests.support import bent_limb
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/core/chunk_store.py: chunks that were stopped on their way, and what is told of them."""
+"""addon/baking/core/chunk_store.py: chunks that were stopped on their way, and what is told of them."""
 
 import pathlib
 import sys
@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.chunk_store import ChunkStore
+from addon.baking.core.chunk_store import ChunkStore
 
 FRAMES = range(1, 13)
 CHUNK = list(range(7, 13))

@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import c3d_file
+from addon.capture.core import c3d_file
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
 

@@ -9,9 +9,9 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import cuffs, marker_sets
-from addon.core.capture.matching import match_to_surface
-from addon.core.capture.rings import ring_around
+from addon.capture.core import cuffs, marker_sets
+from addon.capture.core.matching import match_to_surface
+from addon.capture.core.rings import ring_around
 from blender_tests.support import body_mesh, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()

@@ -10,11 +10,11 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import filtering, gaps, readers
-from addon.core.capture.checks import InvalidMotionError
-from addon.core.steps import result_of
+from addon.capture.bridge import mended_takes
+from addon.capture.core import filtering, gaps, readers
 from addon.errors import MeanValueError
-from addon.workers import mended_takes
+from addon.scene.core.checks import InvalidMotionError
+from addon.solver.core.steps import result_of
 from blender_tests.support import mesh_files, walking_figure
 
 

@@ -9,8 +9,8 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture.checks import InvalidMotionError
-from addon.core.capture.jumps import find_jumps
+from addon.capture.core.jumps import find_jumps
+from addon.scene.core.checks import InvalidMotionError
 from blender_tests.support import walking_figure
 
 

@@ -9,12 +9,12 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import facing, marker_sets, proportions, readers
-from addon.core.capture.limb import Limb
-from addon.core.capture.limb_posing import posed_and_actor
-from addon.core.capture.matching import align_to_mesh, match_to_surface, pose_limbs
-from addon.core.capture.skin import skin_targets
-from addon.core.capture.surface import Surface, along_from, outward
+from addon.capture.core import facing, marker_sets, proportions, readers
+from addon.capture.core.limb import Limb
+from addon.capture.core.limb_posing import posed_and_actor
+from addon.capture.core.matching import align_to_mesh, match_to_surface, pose_limbs
+from addon.capture.core.skin import skin_targets
+from addon.scene.core.surface import Surface, along_from, outward
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()

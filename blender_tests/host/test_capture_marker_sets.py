@@ -9,9 +9,9 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import known_sets, landmarks, marker_sets, readers
-from addon.core.capture.checks import InvalidMotionError
-from addon.core.capture.marker_set import key_of
+from addon.capture.core import known_sets, landmarks, marker_sets, readers
+from addon.capture.core.marker_set import key_of
+from addon.scene.core.checks import InvalidMotionError
 from blender_tests.support import mesh_files, walking_figure
 
 

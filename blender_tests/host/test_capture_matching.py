@@ -10,12 +10,12 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import marker_sets, readers
-from addon.core.capture.checks import InvalidMotionError
-from addon.core.capture.matching import align_to_mesh, match_to_surface, one_to_one, pose_limbs, similarity
-from addon.core.capture.medial import medial_points
-from addon.core.capture.skin import skin_targets
-from addon.core.capture.surface import Surface, nearest_on_triangles
+from addon.capture.core import marker_sets, readers
+from addon.capture.core.matching import align_to_mesh, match_to_surface, one_to_one, pose_limbs, similarity
+from addon.capture.core.medial import medial_points
+from addon.capture.core.skin import skin_targets
+from addon.scene.core.checks import InvalidMotionError
+from addon.scene.core.surface import Surface, nearest_on_triangles
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 LABELS = walking_figure.LABELS

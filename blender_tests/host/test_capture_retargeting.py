@@ -9,11 +9,11 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import landmarks, marker_graph, marker_sets, readers, stances
-from addon.core.capture.checks import InvalidMotionError
-from addon.core.capture.foot_planting import find_feet
-from addon.core.capture.retargeting import retarget
-from addon.core.capture.rigid import fit_rotations
+from addon.capture.core import landmarks, marker_graph, marker_sets, readers, stances
+from addon.capture.core.foot_planting import find_feet
+from addon.capture.core.retargeting import retarget
+from addon.scene.core.checks import InvalidMotionError
+from addon.scene.core.rigid import fit_rotations
 from blender_tests.support import mesh_files, walking_figure
 
 LABELS = walking_figure.LABELS

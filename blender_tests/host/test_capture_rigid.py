@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core.capture.rigid import fit_rotations, nearest_rotations, turns_between
+from addon.scene.core.rigid import fit_rotations, nearest_rotations, turns_between
 
 
 def random_rotations(rng, count):

@@ -10,10 +10,10 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.bake import solving
-from addon.bake.mix_plan import MixPlan
-from addon.core.mixing import drivers, grafting, in_betweens, leja
-from addon.core.mixing.mix_input import Layer, MixInput
+from addon.baking.bridge import solving
+from addon.baking.bridge.mix_plan import MixPlan
+from addon.mixing.core import drivers, grafting, in_betweens, leja
+from addon.mixing.core.mix_input import Layer, MixInput
 
 ARM = np.array([(0.5, 0.0, 0.0), (0.25, 0.0, 0.0), (0.0, 0.1, 0.0)])
 

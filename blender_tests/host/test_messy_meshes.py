@@ -15,10 +15,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
-from addon.core import mesh_problems  # noqa: E402
-from addon.core.bind_input import BindInput  # noqa: E402
-from addon.core.coincidence import first_of_place  # noqa: E402
 from addon.errors import SceneError  # noqa: E402
+from addon.posing.core import mesh_problems  # noqa: E402
+from addon.posing.core.bind_input import BindInput  # noqa: E402
+from addon.posing.core.coincidence import first_of_place  # noqa: E402
 from blender_tests.support import mesh_files, messy_variants  # noqa: E402
 
 #: Vertices that may move, of a bigger mesh those nearest to the handle: for time's sake.

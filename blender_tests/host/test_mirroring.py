@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/core/mirroring.py: a part of a body, solved with its images, is the body solved as a whole."""
+"""addon/posing/core/mirroring.py: a part of a body, solved with its images, is the body solved as a whole."""
 
 import pathlib
 import sys
@@ -12,9 +12,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import meanvalue
 from support.mirrored_bodies import body, part
 
-from addon.core import mirror_planes, springs, twins
-from addon.core.bind_input import BindInput, soft_border
 from addon.errors import SceneError
+from addon.posing.core import springs
+from addon.posing.core.bind_input import BindInput, soft_border
+from addon.scene.core import mirror_planes, twins
 
 AXES = [(0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2)]
 

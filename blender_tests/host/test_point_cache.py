@@ -17,9 +17,10 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core import bake_times, frame_ranges, key_reduction, point_cache, whole_files
-from addon.core.chunk_store import ChunkStore
+from addon.baking.core import bake_times, frame_ranges, key_reduction, point_cache
+from addon.baking.core.chunk_store import ChunkStore
 from addon.errors import CacheError, DamagedCacheError, IncompleteCacheError, SceneError
+from addon.scene.core import whole_files
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

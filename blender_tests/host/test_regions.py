@@ -7,10 +7,10 @@ import meanvalue
 import numpy as np
 import pytest
 
-from addon.core import springs
-from addon.core.bind_input import region_weights, soft_border
-from addon.core.region_growth import distances, falloff, grown_by_distance, grown_by_rings, parts_within
-from addon.core.tinted_faces import tinted_faces
+from addon.posing.core import springs
+from addon.posing.core.bind_input import region_weights, soft_border
+from addon.posing.core.region_growth import distances, falloff, grown_by_distance, grown_by_rings, parts_within
+from addon.posing.core.tinted_faces import tinted_faces
 
 CHAIN = np.array([(0, 1), (1, 2), (2, 3), (3, 4), (5, 6)], np.int32)
 CHAIN_POSITIONS = np.array([(0, 0, 0), (1, 0, 0), (3, 0, 0), (6, 0, 0), (10, 0, 0), (0, 1, 0), (1, 1, 0)], np.float32)

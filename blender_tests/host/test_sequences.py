@@ -6,7 +6,7 @@ import pytest
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
-from addon.core import sample_times  # noqa: E402
+from addon.scene.core import sample_times  # noqa: E402
 from blender_tests.support import stress  # noqa: E402
 
 FRAMES = 60

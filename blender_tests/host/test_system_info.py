@@ -9,7 +9,8 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.core import last_message, system_info
+from addon.posing.core import system_info
+from addon.widgets.core import last_message
 
 
 def test_lines_under_their_headings_and_nothing_empty():

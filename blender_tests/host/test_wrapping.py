@@ -8,12 +8,12 @@ import pytest
 from support import figure_body
 from support.wrap_calls import wrapped
 
-from addon.core.capture.surface import Surface
-from addon.core.mixing import flips
-from addon.core.mixing.wrap_input import WrapInput
-from addon.core.mixing.wrapping import Wrap
-from addon.core.steps import Pause
 from addon.errors import SceneError
+from addon.scene.core.surface import Surface
+from addon.solver.core.steps import Pause
+from addon.wrapping.core import flips
+from addon.wrapping.core.wrap_input import WrapInput
+from addon.wrapping.core.wrapping import Wrap
 
 
 def triangles_of(quads):

@@ -23,7 +23,7 @@ def saved(tmp_path):
 
 def solved_rows(monkeypatch, part):
     """A list that gets (begin, end) of everything that is solved from now on."""
-    solving = part("bake.solving")
+    solving = part("baking.bridge.solving")
     asked = []
     solve = solving.solve_rows
 
@@ -58,9 +58,9 @@ def test_what_was_solved_before_it_was_stopped_is_not_solved_again(saved, monkey
     bake()
     whole = path.read_bytes()
     bpy.ops.meanvalue.unbake(delete_files=True)
-    plan = part("bake.plan")
+    plan = part("baking.bridge.plan")
     monkeypatch.setattr(plan.BakePlan, "chunks", lambda _self: [(0, 5), (5, 10), (10, FRAMES)])
-    solving = part("bake.solving")
+    solving = part("baking.bridge.solving")
     solve, asked = solving.solve_rows, []
 
     def stopped(binding, bind_input, targets, weights, begin, end, *rest):

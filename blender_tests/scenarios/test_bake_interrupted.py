@@ -22,7 +22,7 @@ def test_stopped_inside_its_only_chunk_it_goes_on_there_to_the_same_bytes(tmp_pa
     capfd.readouterr()
     kept = []
     for share in (0.1, 0.3, 0.5):
-        with pausing_at(part("bake.solving"), share) as asked:
+        with pausing_at(part("baking.bridge.solving"), share) as asked:
             assert bpy.ops.meanvalue.bake(step=step) == {'CANCELLED'}
         assert asked == [(0, 60, bool(kept))]
         said = capfd.readouterr().out
@@ -32,7 +32,7 @@ def test_stopped_inside_its_only_chunk_it_goes_on_there_to_the_same_bytes(tmp_pa
             pytest.skip("the solver is quicker than the look at it")
         assert len(list(path.with_name("Tube.chunks").glob("*.begun"))) == 1
     assert 0 < kept[0] <= kept[1] <= kept[2] <= 60
-    with pausing_at(part("bake.solving"), 1.0) as asked:
+    with pausing_at(part("baking.bridge.solving"), 1.0) as asked:
         bake(step=step)
     assert asked == [(0, 60, True)]
     assert path.read_bytes() == whole
@@ -42,13 +42,13 @@ def test_stopped_inside_its_only_chunk_it_goes_on_there_to_the_same_bytes(tmp_pa
 def test_what_was_begun_is_of_no_use_once_the_motion_is_another(tmp_path, part):
     _obj, control = animated_tube(frames=60)
     save(tmp_path)
-    with pausing_at(part("bake.solving"), 0.5):
+    with pausing_at(part("baking.bridge.solving"), 0.5):
         assert bpy.ops.meanvalue.bake() == {'CANCELLED'}
     curve = curves(control)[0]
     for point in curve.keyframe_points:
         point.co.y += 0.5
     curve.update()
-    with pausing_at(part("bake.solving"), 1.0) as asked:
+    with pausing_at(part("baking.bridge.solving"), 1.0) as asked:
         bake()
     assert asked == [(0, 60, False)]
 
@@ -57,12 +57,12 @@ def test_what_the_solver_does_not_take_is_solved_from_the_beginning(tmp_path, pa
     animated_tube(frames=60)
     save(tmp_path)
     path = tmp_path / "meanvalue_cache" / "Tube.pc2"
-    with pausing_at(part("bake.solving"), 0.5):
+    with pausing_at(part("baking.bridge.solving"), 0.5):
         assert bpy.ops.meanvalue.bake() == {'CANCELLED'}
-    store = part("core.chunk_store").ChunkStore
+    store = part("baking.core.chunk_store").ChunkStore
     begun = store.begun
     monkeypatch.setattr(store, "begun", lambda *given: (begun(*given)[0][:-1].copy(), [1]))
-    with pausing_at(part("bake.solving"), 1.0) as asked:
+    with pausing_at(part("baking.bridge.solving"), 1.0) as asked:
         bake()
     assert asked == [(0, 60, True), (0, 60, False)]
     monkeypatch.undo()

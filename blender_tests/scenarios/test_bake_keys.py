@@ -19,7 +19,7 @@ def solved(tmp_path, part):
     obj, _control = animated_tube()
     save(tmp_path)
     bake()
-    cache = part("core.point_cache")
+    cache = part("baking.core.point_cache")
     rows = cache.read_rows(tmp_path / "meanvalue_cache" / "Tube.pc2", 0, FRAMES)
     assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
     assert len(obj.modifiers) == 0

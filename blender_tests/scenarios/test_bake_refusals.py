@@ -107,7 +107,7 @@ def test_a_full_disk_leaves_scene_and_old_cache(saved, part, monkeypatch):
     def full(_file):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(part("core.whole_files").os, "fsync", full)
+    monkeypatch.setattr(part("scene.core.whole_files").os, "fsync", full)
     with steps.refused("The disk is full", "bake again"):
         bpy.ops.meanvalue.bake()
     assert_same(before, snapshot(obj))
@@ -178,7 +178,7 @@ def test_removing_the_bake_of_a_copy_keeps_the_originals_file(saved):
 
 def test_an_object_that_is_deleted_while_it_is_sampled(saved, part):
     obj, _control, _path = saved
-    preparing, scene = part("bake.preparing"), bpy.context.scene
+    preparing, scene = part("baking.bridge.preparing"), bpy.context.scene
     options = _options(obj, part)
     preparation = preparing.Preparation(obj, scene, options)
 
@@ -195,7 +195,8 @@ def test_an_object_that_is_deleted_while_it_is_sampled(saved, part):
 def test_sampling_that_is_dropped_puts_the_frame_back(saved, part):
     obj, _control, _path = saved
     bpy.context.scene.frame_set(3)
-    sampling = part("bake.preparing").Preparation(obj, bpy.context.scene, _options(obj, part)).sample(lambda: obj)
+    preparing = part("baking.bridge.preparing")
+    sampling = preparing.Preparation(obj, bpy.context.scene, _options(obj, part)).sample(lambda: obj)
     next(sampling)
     next(sampling)
     assert bpy.context.scene.frame_current == 2
@@ -204,5 +205,5 @@ def test_sampling_that_is_dropped_puts_the_frame_back(saved, part):
 
 
 def _options(obj, part):
-    names = part("bake_settings").NAMES
+    names = part("baking.properties").NAMES
     return types.SimpleNamespace(**{name: getattr(obj.meanvalue.bake, name) for name in names}, confirm_size=False)

@@ -9,7 +9,7 @@ from support import meshes, steps
 
 @pytest.fixture
 def session(part):
-    return part("session")
+    return part("solver.session")
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def test_a_handle_more_gives_what_a_fresh_session_gives(tube, session, monkeypat
 def test_another_rest_shape_or_region_is_not_bound_again_from_it(tube, session, part):
     steps.list_anchors(tube, Low=range(12), High=range(348, 360))
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    gather = part("bridge.scene_input").gather
+    gather = part("posing.bridge.scene_input").gather
     assert session.earlier(gather(tube)) is not None
     tube.data.vertices[100].co.x += 0.1
     assert session.earlier(gather(tube)) is None

@@ -15,7 +15,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from addon.core.capture import marker_sets
+from addon.capture.core import marker_sets
 from blender_tests.demo import pictures, row
 from blender_tests.demo.walk import capture, gait, measures, strip, subjects
 from blender_tests.support import walking_figure

@@ -16,7 +16,7 @@ def grid():
 
 @pytest.fixture
 def status(part):
-    return part("bridge.object_status").status
+    return part("posing.bridge.object_status").status
 
 
 def add_vertex(bm):

@@ -22,7 +22,7 @@ from support.farm import baked_at_once, planned, two_clips
 
 @pytest.fixture
 def script(part):
-    return pathlib.Path(part("session").__file__).parent / "meanvalue_farm.py"
+    return pathlib.Path(part("solver.session").__file__).parent / "meanvalue_farm.py"
 
 
 @pytest.fixture
@@ -180,7 +180,7 @@ def test_a_changed_scene_is_another_key_and_never_mixes(tmp_path, part, farm):
 
 def test_clips_have_names_objects_and_ranges(tmp_path, part):
     two_clips(tmp_path)
-    planned_clips = part("bake.farm_scene").planned
+    planned_clips = part("baking.bridge.farm_scene").planned
     clips = planned_clips(["Walk=First:5-9", "Run=First:20..22", "Second"], "1-3")
     assert [(name, list(plan.times)) for name, plan, _ in clips] == [
         ("Walk", [5, 6, 7, 8, 9]), ("Run", [20, 21, 22]), ("Second", [1, 2, 3]),
@@ -195,7 +195,7 @@ def test_clips_have_names_objects_and_ranges(tmp_path, part):
 def test_a_portable_plan_is_another_key_and_solved_so(tmp_path, part, farm, farm_in_blender):
     blend = two_clips(tmp_path)
     out = tmp_path / "out"
-    load = part("bake.bundle").load
+    load = part("baking.bridge.bundle").load
     plans = {}
     for options in ((), ("--portable",)):
         assert (
@@ -209,7 +209,7 @@ def test_a_portable_plan_is_another_key_and_solved_so(tmp_path, part, farm, farm
     assert farm("bake", "--plan", out / "plan", "--index", 0).returncode == 0
     mesh = portable.bind_input
     deformer = (
-        part("native_loader")
+        part("solver.native_loader")
         .module()
         .Deformer(
             mesh.rest.astype(np.float64),

@@ -19,7 +19,7 @@ def files(part):
     """The add-on's folder."""
     if not bpy.app.binary_path:
         pytest.skip("this is the bpy module: there is no Blender to start")
-    return pathlib.Path(part("session").__file__).parent
+    return pathlib.Path(part("solver.session").__file__).parent
 
 
 def same_as_at_once(out, tmp_path, name):

@@ -219,7 +219,7 @@ def test_the_artists_own_group_is_not_written_to():
 
 
 def take_hold(obj, vertex=MIDDLE):
-    return installed.part("bridge.grip").Grip(obj, vertex, 0.2)
+    return installed.part("posing.bridge.grip").Grip(obj, vertex, 0.2)
 
 
 @pytest.mark.parametrize("name, is_inverted", [("", False), ("Painted", True), ("Gone", False)])
@@ -520,7 +520,7 @@ def test_a_loose_vertex_is_not_what_was_pressed(part):
     obj.data.vertices.add(1)
     obj.data.vertices[-1].co = place = np.add(obj.data.vertices[MIDDLE].co, (0.0, 0.0, 0.1))
     handles.update()
-    assert part("operators.under_mouse").own_vertex(obj, place) == MIDDLE
+    assert part("widgets.under_mouse").own_vertex(obj, place) == MIDDLE
 
 
 def half_sheet(axes=(True, False, False)):
@@ -543,7 +543,7 @@ def hit(obj, x, y):
 @pytest.mark.parametrize("x, y", [(5.1, 3.1), (-5.1, 3.1), (5.1, -3.1), (-5.1, -3.1), (-0.8, 2.9), (-0.2, 2.9)])
 def test_a_press_on_a_mirror_image_takes_the_vertex_that_it_is_of(part, x, y):
     obj = half_sheet((True, True, False))
-    vertex, turn = part("operators.under_mouse").vertex_or_image(obj, hit(obj, x, y))
+    vertex, turn = part("widgets.under_mouse").vertex_or_image(obj, hit(obj, x, y))
     expected = round(abs(y)) * 7 + round(abs(x))
     assert vertex == expected
     own = np.array(obj.data.vertices[expected].co)
@@ -555,9 +555,9 @@ def test_a_press_on_what_an_array_made_is_refused(part):
     obj = meshes.grid(7, 7, "Tile")
     obj.modifiers.new("Array", 'ARRAY')
     handles.update()
-    assert part("operators.under_mouse").vertex_or_image(obj, hit(obj, 3.1, 3.1))[0] == 24
-    assert part("operators.under_mouse").vertex_or_image(obj, hit(obj, 9.1, 3.1)) is None
-    assert part("operators.under_mouse").own_vertex(obj, hit(obj, 9.1, 3.1)) is None
+    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 3.1, 3.1))[0] == 24
+    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 9.1, 3.1)) is None
+    assert part("widgets.under_mouse").own_vertex(obj, hit(obj, 9.1, 3.1)) is None
 
 
 def test_a_press_on_an_image_that_is_not_taken_into_account_is_refused(part):
@@ -566,7 +566,7 @@ def test_a_press_on_an_image_that_is_not_taken_into_account_is_refused(part):
     bend.factor = 0.0
     bpy.ops.object.modifier_move_to_index(modifier="Bend", index=0)
     handles.update()
-    assert part("operators.under_mouse").vertex_or_image(obj, hit(obj, -5.1, 3.1)) is None
+    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, -5.1, 3.1)) is None
 
 
 def test_a_coarse_face_beside_fine_ones_can_be_pressed_in_its_middle(part):
@@ -575,4 +575,4 @@ def test_a_coarse_face_beside_fine_ones_can_be_pressed_in_its_middle(part):
     obj = meshes.make_object([(0, 0, 0), (30, 0, 0), (30, 9.9, 0), (0, 9.9, 0), *fine], [(0, 1, 2, 3), *faces])
     obj.modifiers.new("Array", 'ARRAY')
     handles.update()
-    assert part("operators.under_mouse").own_vertex(obj, hit(obj, 5.0, 7.0)) is not None
+    assert part("widgets.under_mouse").own_vertex(obj, hit(obj, 5.0, 7.0)) is not None

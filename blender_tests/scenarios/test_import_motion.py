@@ -181,7 +181,7 @@ def test_an_error_half_way_leaves_nothing(tmp_path, part, monkeypatch):
     labels, positions = take_files.waves()
     path = take_files.write_trc(tmp_path / "swing.trc", labels, positions)
     before = blocks()
-    write = part("bridge.actions").write_vector
+    write = part("scene.actions").write_vector
     calls = []
 
     def fails_at_the_third(*arguments):
@@ -190,7 +190,7 @@ def test_an_error_half_way_leaves_nothing(tmp_path, part, monkeypatch):
             raise part("errors").SceneError("no more room")
         write(*arguments)
 
-    monkeypatch.setattr(part("bridge.actions"), "write_vector", fails_at_the_third)
+    monkeypatch.setattr(part("scene.actions"), "write_vector", fails_at_the_third)
     rate = bpy.context.scene.render.fps
     with steps.refused("o more room"):
         bpy.ops.meanvalue.import_motion(filepath=path, time='CAPTURE')
@@ -219,11 +219,11 @@ def test_the_report_counts(tmp_path, capfd):
 def test_long_takes(tmp_path, part):
     """10,000 samples of 60 markers: every key is there, and frames far on are still told apart."""
     labels, positions = take_files.waves(frames=10000, markers=60)
-    take_class = part("core.capture.take").Take
+    take_class = part("capture.core.take").Take
     take = take_class("long", 100.0, 1, labels, positions.astype(np.float64))
-    frames = part("core.sample_times").sample_frames(10000, 100.0, 24.0, 1)
-    collection = part("bridge.takes").make(take, frames)
-    recording = part("bridge.takes").read(collection)
+    frames = part("scene.core.sample_times").sample_frames(10000, 100.0, 24.0, 1)
+    collection = part("capture.bridge.takes").make(take, frames)
+    recording = part("capture.bridge.takes").read(collection)
     assert recording.labels == labels
     assert np.array_equal(recording.positions.astype(np.float32), positions)
     assert np.allclose(recording.frames, frames, atol=1e-3)
@@ -233,7 +233,7 @@ def test_what_was_edited_is_read_back(tmp_path, part):
     labels, positions = take_files.waves()
     positions[50:60, 0] = np.nan
     take = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
-    takes = part("bridge.takes")
+    takes = part("capture.bridge.takes")
     read = takes.read(take)
     assert np.array_equal(read.positions.astype(np.float32), positions, equal_nan=True)
     assert np.allclose(read.frames, 1.0 + 0.24 * np.arange(120))
@@ -258,5 +258,5 @@ def test_markers_under_a_moved_parent_are_read_where_they_are(tmp_path, part):
     for empty in take.objects:
         empty.parent = stand
     bpy.context.view_layer.update()
-    read = part("bridge.takes").read(take)
+    read = part("capture.bridge.takes").read(take)
     assert np.allclose(read.positions, 2.0 * positions + (1.0, 2.0, 3.0), atol=1e-5)

@@ -78,9 +78,9 @@ def test_solve_refuses_what_was_found_for_another_shape(part):
     move(control, (1.0, 0.0, 0.0))
     meshes.activate(obj)
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    posing = part("workers.posing").Posing.to_solve(obj)
+    posing = part("posing.bridge.posing").Posing.to_solve(obj)
     posing.read_triangles(obj)
-    part("workers.job").run(posing.work(None))
+    part("solver.job").run(posing.work(None))
     if obj.data.shape_keys is None:
         obj.shape_key_add(name="Basis", from_mix=False)
     for point in obj.data.shape_keys.reference_key.data:
@@ -179,7 +179,7 @@ def test_odd_matrices(status):
 
 def test_an_unexpected_error_of_a_job_does_not_hide(part, monkeypatch, status):
     obj, control = handles.tube()
-    session = part("session")
+    session = part("solver.session")
 
     def fail(*_a, **_k):
         raise RuntimeError("out of order")
@@ -197,7 +197,7 @@ def test_how_often_the_mesh_is_read_while_it_is_animated_otherwise(part, monkeyp
     key.value = 1.0
     key.keyframe_insert("value", frame=20)
     update()
-    scene_input = part("bridge.scene_input")
+    scene_input = part("posing.bridge.scene_input")
     gather, seen = scene_input.gather, []
     monkeypatch.setattr(scene_input, "gather", lambda *arguments: seen.append(1) or gather(*arguments))
     for frame in range(1, 21):

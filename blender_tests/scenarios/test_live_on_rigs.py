@@ -12,7 +12,7 @@ from support.handles import TOP, update
 def reads(part, monkeypatch):
     """A list that grows with every slice of vertex weights that is read, and every gathering of the scene."""
     counted = []
-    reading, module = part("bridge.vertex_groups").Reading, part("bridge.scene_input")
+    reading, module = part("scene.vertex_groups").Reading, part("posing.bridge.scene_input")
     go_on, gather = reading.go_on, module.gather
     monkeypatch.setattr(reading, "go_on", lambda *arguments: counted.append("weights") or go_on(*arguments))
     monkeypatch.setattr(module, "gather", lambda *arguments: counted.append("scene") or gather(*arguments))
@@ -22,15 +22,15 @@ def reads(part, monkeypatch):
 def test_bone_steps_read_nothing(part, reads):
     obj, rig = rigged.tube(live=True)
     update()
-    assert part("bridge.object_status").status(obj).state.name == "BOUND"
-    model = part("bridge.object_model").of(obj)
+    assert part("posing.bridge.object_status").status(obj).state.name == "BOUND"
+    model = part("scene.object_model").of(obj)
     revisions, stamp = [model.rig_revision], model.stamp
     reads.clear()
     for step in range(10):
         rigged.bend(rig, 5.0 * step + 5.0)
         update()
-        part("bridge.object_status").status(obj)
-        revisions.append(part("bridge.object_model").rig_revision(obj))
+        part("posing.bridge.object_status").status(obj)
+        revisions.append(part("scene.object_model").rig_revision(obj))
     assert reads == []
     assert model.stamp == stamp
     assert len(set(revisions)) == 11 and revisions == sorted(revisions)
@@ -39,12 +39,12 @@ def test_bone_steps_read_nothing(part, reads):
 def test_a_doubt_is_not_looked_into_while_bones_move(part, reads):
     """As the interface has it: handlers only follow, the timer reads when all is quiet."""
     obj, rig = rigged.tube()
-    follower = part("live.follower").Follower(obj, hears_itself=True)
+    follower = part("posing.live.follower").Follower(obj, hears_itself=True)
     while not follower.is_resting:
         follower.tick(obj)
     while follower.tick(obj) is not None:
         pass
-    model = part("bridge.object_model").of(obj)
+    model = part("scene.object_model").of(obj)
     model.doubt()
     reads.clear()
     for step in range(10):
@@ -69,10 +69,10 @@ def test_moving_the_object_reads_nothing(part, reads):
 
 def test_a_drag_of_a_control_is_no_move_of_the_rig(part):
     obj, _rig = rigged.tube(live=True)
-    before = part("bridge.object_model").rig_revision(obj)
+    before = part("scene.object_model").rig_revision(obj)
     handles.move(obj.meanvalue.anchor_groups["Top"].control, (1.0, 0.0, 0.0))
     assert np.abs(handles.shown(obj)[TOP, 0] - handles.rest(obj)[TOP, 0] - 1.0).max() < 1e-3
-    assert part("bridge.object_model").rig_revision(obj) == before
+    assert part("scene.object_model").rig_revision(obj) == before
 
 
 def test_what_is_edited_beside_a_bone_step_is_found(part):
@@ -80,12 +80,12 @@ def test_what_is_edited_beside_a_bone_step_is_found(part):
     obj.vertex_groups["Top"].remove([TOP[0], TOP[1]])
     rigged.bend(rig, 20.0)
     update()
-    assert part("bridge.object_model").of(obj).bind_input(obj).anchors.size == 14
+    assert part("scene.object_model").of(obj).bind_input(obj).anchors.size == 14
     basis = obj.data.shape_keys.reference_key
     basis.data[TOP[2]].co.x += 0.25
     rigged.bend(rig, 40.0)
     update()
-    rest = part("bridge.object_model").of(obj)
+    rest = part("scene.object_model").of(obj)
     rest.read_on(obj)
     assert rest.bind_input(obj).rest[TOP[2], 0] == pytest.approx(basis.data[TOP[2]].co.x)
 

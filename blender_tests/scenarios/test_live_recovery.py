@@ -245,7 +245,7 @@ def spied_distances(part, monkeypatch):
     """Called, it gives a list that gets, with every solve from then on, how far the farthest target is from rest."""
 
     def start():
-        session = part("session")
+        session = part("solver.session")
         solve_steps, seen = session.solve_steps, []
 
         def spy(binding, bind_input, goal, *rest, **options):

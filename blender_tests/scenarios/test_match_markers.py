@@ -496,7 +496,7 @@ def test_a_clean_take_has_no_problems(tmp_path):
 
 def test_lines_go_from_each_marker_to_its_point(tmp_path, part):
     obj, _take = set_up(tmp_path)
-    lines = part("bridge.pair_lines")
+    lines = part("capture.bridge.pair_lines")
     assert len(lines.lines(obj).ends) == 0
     match()
     found = lines.lines(obj)

@@ -82,7 +82,7 @@ def test_a_handle_across_the_seam_goes_along_the_plane():
 
 def test_that_a_handle_is_kept_in_the_plane_is_told(part):
     obj, control = halves.half(live=False)
-    result, posing = part("core.result"), part("workers.posing").Posing
+    result, posing = part("solver.core.result"), part("posing.bridge.posing").Posing
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     move(control, (0.0, 0.2, 0.0))
     assert not list(result.torn_notes(*given(posing, obj)))
@@ -163,9 +163,9 @@ def test_switched_off_while_live_and_on_again():
 def test_a_binding_knows_its_mirror(part):
     obj, control = halves.half(live=False)
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert "Bound" in part("bridge.object_status").status(obj).text
+    assert "Bound" in part("posing.bridge.object_status").status(obj).text
     obj.modifiers["Mirror"].use_axis = (False, True, False)
-    status = part("bridge.object_status").status(obj)
+    status = part("posing.bridge.object_status").status(obj)
     assert "mirror planes changed" in status.text and "Solve will bind again" in status.text
     move(control, (0.0, 0.3, 0.0))
     steps.solve()
@@ -183,7 +183,7 @@ def test_a_binding_knows_its_mirror(part):
 )
 def test_what_is_not_handled_is_told_by_name(part, change, text):
     obj, _control = halves.half(live=False)
-    notes = part("bridge.mirrors").notes
+    notes = part("scene.mirrors").notes
     assert notes(obj) == []
     change(obj, obj.modifiers["Mirror"])
     update()
@@ -253,14 +253,14 @@ def test_a_soft_border_of_the_region_across_the_seam():
 
 def test_halves_that_do_not_touch_the_plane_are_posed_as_ever(part):
     obj, _control = halves.half(live=False, shift=(0.5, 0.0, 0.0))
-    assert part("bridge.scene_input").gather(obj).planes is None
+    assert part("posing.bridge.scene_input").gather(obj).planes is None
 
 
 def test_a_whole_mesh_with_a_mirror_is_posed_as_ever(part):
     """It goes on beyond the plane, and its copy lies in it."""
     obj, _control = halves.whole(live=False)
     halves.add_mirror(obj)
-    assert part("bridge.scene_input").gather(obj).planes is None
+    assert part("posing.bridge.scene_input").gather(obj).planes is None
 
 
 def test_an_animated_mirror_object_is_told(part):
@@ -268,26 +268,26 @@ def test_an_animated_mirror_object_is_told(part):
     empty = bpy.data.objects.new("Plane", None)
     bpy.context.collection.objects.link(empty)
     obj.modifiers["Mirror"].mirror_object = empty
-    assert part("bridge.mirrors").notes(obj) == []
+    assert part("scene.mirrors").notes(obj) == []
     empty.keyframe_insert("location", frame=1)
-    (note,) = part("bridge.mirrors").notes(obj)
+    (note,) = part("scene.mirrors").notes(obj)
     assert "'Plane'" in note and "where it is when the bake begins" in note
 
 
 def test_a_farm_gets_the_planes_too(part, tmp_path):
     obj, _control = halves.half((0, 1), live=False)
-    bind_input = part("bridge.scene_input").gather(obj)
+    bind_input = part("posing.bridge.scene_input").gather(obj)
     targets = bind_input.anchor_rest[None]
-    plan = part("bake.plan").BakePlan(bind_input, np.array([1.0]), 1.0, targets, None)
-    triangles = part("bridge.mesh_arrays").triangles(obj.data, bind_input.rest)
-    digest = part("bake.bundle").save(tmp_path / "clip.npz", plan, triangles)
-    loaded, _triangles = part("bake.bundle").load(tmp_path / "clip.npz", digest)
+    plan = part("baking.bridge.plan").BakePlan(bind_input, np.array([1.0]), 1.0, targets, None)
+    triangles = part("scene.mesh_arrays").triangles(obj.data, bind_input.rest)
+    digest = part("baking.bridge.bundle").save(tmp_path / "clip.npz", plan, triangles)
+    loaded, _triangles = part("baking.bridge.bundle").load(tmp_path / "clip.npz", digest)
     assert loaded.key == plan.key and loaded.bind_input.planes.shape == (2, 4)
 
 
 def test_a_region_that_leaves_the_seam_alone_costs_nothing(part):
     obj, _control = halves.half(live=False)
-    gather = part("bridge.scene_input").gather
+    gather = part("posing.bridge.scene_input").gather
     assert gather(obj).planes is not None
     for line in obj.meanvalue.anchor_groups:
         group = obj.vertex_groups[line.name]
@@ -423,5 +423,5 @@ def test_moving_object_and_mirror_about_makes_no_new_plane(part):
         obj.location = (5.0 + 0.1 * step, 0.0, 0.0)
         mirror.location = (5.3 + 0.1 * step, 0.0, 0.0)
         update()
-        found.add(part("bridge.mirrors").signature(obj))
+        found.add(part("scene.mirrors").signature(obj))
     assert len(found) <= 1, found

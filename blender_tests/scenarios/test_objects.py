@@ -35,7 +35,7 @@ def test_two_objects_are_independent():
 def test_a_duplicate_is_bound_and_solves_on_its_own(part):
     obj = steps.posed_grid(meshes.grid())
     copy = duplicate(obj)
-    assert part("bridge.object_status").status(copy).state.name == "BOUND"
+    assert part("posing.bridge.object_status").status(copy).state.name == "BOUND"
     meshes.activate(copy)
     steps.move(copy, [24], (0.0, 0.0, 1.0))
     before = snapshot(obj, without=("datablocks",))
@@ -50,7 +50,7 @@ def test_the_same_content_shares_one_native_binding(part):
     copy = duplicate(obj)
     meshes.activate(copy)
     steps.solve()
-    assert len(part("session")._cache) == 1
+    assert len(part("solver.session")._cache) == 1
 
 
 def test_a_mesh_of_two_objects_is_solved_with_a_note(capfd):

@@ -16,7 +16,7 @@ def status(part):
 
 def test_a_failed_bind_is_told_and_not_tried_again_until_an_edit(status, part, monkeypatch):
     obj, control = handles.tube(live=False)
-    session = part("session")
+    session = part("solver.session")
     errors, tried = part("errors"), []
 
     def fails(*_arguments, **_options):
@@ -36,7 +36,7 @@ def test_a_failed_bind_is_told_and_not_tried_again_until_an_edit(status, part, m
 
 def test_a_failed_solve_is_told_until_the_control_moves(status, part, monkeypatch):
     obj, control = handles.tube()
-    session, errors = part("session"), part("errors")
+    session, errors = part("solver.session"), part("errors")
     solve_steps = session.solve_steps
 
     def fails(*_arguments, **_options):
@@ -123,7 +123,7 @@ def test_points_of_the_overlay_lie_on_the_subdivided_surface(part):
     update()
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     places = {tuple(np.round(np.array(vertex.co, float), 4)) for vertex in evaluated.vertices}
-    found = part("bridge.overlay_data").shown_positions(obj)
+    found = part("posing.bridge.overlay_data").shown_positions(obj)
     assert len(found) == len(obj.data.vertices)
     assert all(tuple(np.round(point, 4)) in places for point in found.astype(float))
 
@@ -135,7 +135,7 @@ def test_drawing_evaluates_nothing(part, monkeypatch):
     def forbidden(*_):
         raise AssertionError("drawing must not evaluate the scene")
 
-    overlay_data = part("bridge.overlay_data")
+    overlay_data = part("posing.bridge.overlay_data")
 
     class Context:
         view_layer = bpy.context.view_layer
@@ -153,7 +153,7 @@ def test_the_object_behind_an_active_control_is_found_without_going_through_all(
     obj, control = handles.tube(live=False)
     lone = bpy.data.objects.new("Lone", None)
     bpy.context.collection.objects.link(lone)
-    controls = part("bridge.controls")
+    controls = part("posing.bridge.controls")
     assert controls.carried_by(control) == obj
     for _ in range(2):
         assert controls.carried_by(lone) is None
@@ -240,8 +240,8 @@ def test_a_render_right_after_a_drag_is_told(part, monkeypatch, status):
     engine, states = part("live.engine"), part("live.states")
     now = [0.0]
     monkeypatch.setattr(states, "clock", lambda: now[0])
-    follower = part("live.follower").Follower(obj, hears_itself=True)
-    monkeypatch.setitem(engine._followers, part("live.follower").identity(obj), follower)
+    follower = part("posing.live.follower").Follower(obj, hears_itself=True)
+    monkeypatch.setitem(engine._followers, part("posing.live.follower").identity(obj), follower)
     monkeypatch.setattr(engine, "follow_all", lambda: None)
     while not follower.is_resting:
         now[0] += 1.0
@@ -265,10 +265,10 @@ def test_polls_with_another_object_active_go_through_the_scene_once(part, monkey
     bpy.context.collection.objects.link(lone)
     meshes.activate(lone)
     update()
-    controls, looked = part("bridge.controls"), []
+    controls, looked = part("posing.bridge.controls"), []
     carried_by = controls.carried_by
     monkeypatch.setattr(controls, "carried_by", lambda control: looked.append(1) or carried_by(control))
-    subject = part("bridge.scene_input").subject
+    subject = part("posing.bridge.scene_input").subject
     for step in range(20):
         assert subject(bpy.context) == lone
         lone.location.x = step

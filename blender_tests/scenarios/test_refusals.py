@@ -252,10 +252,10 @@ def test_infinity_in_the_pose():
 
 def test_native_module_missing(part, monkeypatch):
     obj = steps.posed_grid(meshes.grid())
-    loader = part("native_loader")
+    loader = part("solver.native_loader")
     monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
     loader.forget()
-    part("session").clear()
+    part("solver.session").clear()
     try:
         for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
             with refused_unchanged(obj, "solver", "Python 3.", "Install the add-on zip"):
@@ -289,7 +289,7 @@ def failing_task(native, fail):
 )
 def test_errors_of_the_native_module(native, part, monkeypatch, kind, texts):
     obj = steps.posed_grid(meshes.grid())
-    part("session").clear()
+    part("solver.session").clear()
     error = MemoryError() if kind == "MemoryError" else getattr(native, kind)("edge 3 has 5 faces")
     monkeypatch.setattr(native, "start_bind", failing_task(native, failing(error)))
     for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
@@ -299,7 +299,7 @@ def test_errors_of_the_native_module(native, part, monkeypatch, kind, texts):
 
 def test_what_was_cancelled_changes_nothing(native, part, monkeypatch):
     obj = steps.posed_grid(meshes.grid())
-    part("session").clear()
+    part("solver.session").clear()
     monkeypatch.setattr(native, "start_bind", failing_task(native, failing(native.Cancelled("stopped"))))
     before = snapshot(obj)
     for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
@@ -333,7 +333,7 @@ def answer_with(native, monkeypatch, part):
 
     def install(change):
         start_bind = native.start_bind
-        part("session").clear()
+        part("solver.session").clear()
 
         def start(*arguments, **options):
             return tasks.Changed(start_bind(*arguments, **options), lambda made: WrappedDeformer(made, change))

@@ -73,14 +73,14 @@ def test_menus_shortcuts_and_overlay_are_taken_back(part):
     assert len(menu_entries()) == 2
     installed.disable()
     assert menu_entries() == shortcuts() == []
-    assert part("ui.overlay")._handler is None
+    assert part("posing.ui.overlay")._handler is None
     installed.enable()
     assert len(menu_entries()) == 2
 
 
 def test_without_a_keyconfig_of_add_ons(part, monkeypatch):
     """As it is in the bpy module."""
-    keymap = part("ui.keymap")
+    keymap = part("posing.ui.keymap")
     nothing = types.SimpleNamespace(window_manager=types.SimpleNamespace(keyconfigs=types.SimpleNamespace(addon=None)))
     monkeypatch.setattr(keymap, "bpy", types.SimpleNamespace(context=nothing))
     keymap.register()
@@ -90,7 +90,8 @@ def test_without_a_keyconfig_of_add_ons(part, monkeypatch):
 def test_shortcuts_are_those_that_are_told(part):
     if bpy.context.window_manager.keyconfigs.addon is None:
         pytest.skip("this Blender has no shortcuts of add-ons in the background")
-    assert sorted(shortcuts()) == sorted((keymap, operator) for keymap, operator, *_ in part("ui.keymap").SHORTCUTS)
+    known = part("posing.ui.keymap").SHORTCUTS
+    assert sorted(shortcuts()) == sorted((keymap, operator) for keymap, operator, *_ in known)
 
 
 #: Keymaps that get a key before, or in place of, the keymap of a mode.
@@ -114,7 +115,7 @@ def test_shortcuts_are_free_in_blenders_own_keymap(part):
         for _operator, event, _properties in content["items"]
     }
     assert ("Mesh", 'P', False, False, False) in taken
-    for keymap, operator, key, modifiers in part("ui.keymap").SHORTCUTS:
+    for keymap, operator, key, modifiers in part("posing.ui.keymap").SHORTCUTS:
         for name in (keymap, *ABOVE, *BELOW):
             wanted = (name, key, *(modifiers.get(modifier, False) for modifier in ("ctrl", "alt", "shift")))
             assert wanted not in taken, operator

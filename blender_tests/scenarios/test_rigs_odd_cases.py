@@ -98,7 +98,7 @@ def test_measuring_leaves_the_scene_alone(part):
     obj, _armature = all_at_once()
     before = rigs.seen(obj)
     original = {key.name: steps.key_positions(obj, key.name) for key in obj.data.shape_keys.key_blocks}
-    assert part("bridge.rig_space").measure(obj) is not None
+    assert part("scene.rig_space").measure(obj) is not None
     assert all(np.array_equal(steps.key_positions(obj, name), shape) for name, shape in original.items())
     assert [modifier.show_viewport for modifier in obj.modifiers] == [True, True]
     assert np.array_equal(rigs.seen(obj), before)
@@ -113,7 +113,7 @@ def test_without_a_rig_nothing_is_measured(part):
     obj.modifiers.new("Armature", 'ARMATURE').show_viewport = False
     rigs.pin(obj, "Bottom", BOTTOM)
     control = rigs.handle(obj, "Top", TOP)
-    assert not part("bridge.rig_space").is_there(obj)
+    assert not part("scene.rig_space").is_there(obj)
     rigs.move_in_world(control, OFFSET)
     assert control.matrix_parent_inverse == Matrix.Identity(4)
 
@@ -205,7 +205,7 @@ def test_what_is_not_seen_through_is_told_by_name(part):
     meshes.activate(obj)
     bpy.ops.meanvalue.bind()
     steps.solve()
-    assert "Move 'Follow' above 'Subdivision'" in part("bridge.rig_space").note(obj)
+    assert "Move 'Follow' above 'Subdivision'" in part("scene.rig_space").note(obj)
 
 
 def test_what_a_pinned_key_shows_counts(part):
@@ -214,7 +214,7 @@ def test_what_a_pinned_key_shows_counts(part):
     obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Thick")
     obj.show_only_shape_key = True
     update()
-    space = part("bridge.rig_space").measure(obj)
+    space = part("scene.rig_space").measure(obj)
     assert np.abs(space.seen - rest * (1.3, 1.0, 1.0)).max() < 1e-5
     assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
 
@@ -227,7 +227,7 @@ def test_keys_relative_to_others_count(part):
     blocks["Thick"].value = 0.0
     update()
     rest = steps.key_positions(obj, "Basis")
-    space = part("bridge.rig_space").measure(obj)
+    space = part("scene.rig_space").measure(obj)
     assert np.abs(space.seen - rest * (0.85, 1.0, 1.15)).max() < 1e-5
     assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
 
@@ -240,14 +240,14 @@ def test_far_from_the_origin_an_armature_is_straight_all_the_same(part):
         vertex.co.x += offset[0]
     armature.location = offset
     rigs.bend(armature, 50.0)
-    assert part("bridge.rig_space").measure(obj).is_affine
+    assert part("scene.rig_space").measure(obj).is_affine
 
 
 def test_whether_the_result_is_shown_does_not_matter(part):
     obj, _armature = all_at_once()
     rigs.pin(obj, "Bottom", BOTTOM)
     rigs.move_in_world(rigs.handle(obj, "Part", MIDDLE), OFFSET)
-    measure = part("bridge.rig_space").measure
+    measure = part("scene.rig_space").measure
     obj.meanvalue.live = False
     update()
     shown = measure(obj)

@@ -43,7 +43,7 @@ def test_in_betweens_are_those_of_all_objects_with_the_mesh(part, status):
     made = in_betweens_of(obj)
     twin = bpy.data.objects.new("Twin", obj.data)
     bpy.context.collection.objects.link(twin)
-    layers = part("bridge.mix_layers").taking_part(twin)
+    layers = part("mixing.bridge.mix_layers").taking_part(twin)
     assert [key.name for key in layers] == ["Bend"]
     twin.meanvalue.mix.is_on = True
     set_value(twin, "Bend", 0.5)
@@ -98,7 +98,7 @@ def test_renamed_in_betweens_are_still_known(part):
     bake(obj)
     made = in_betweens_of(obj)
     keys_of(obj)[made[0]].name = "Elbow half"
-    assert [key.name for key in part("bridge.mix_layers").taking_part(obj)] == ["Bend"]
+    assert [key.name for key in part("mixing.bridge.mix_layers").taking_part(obj)] == ["Bend"]
     assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
     assert len(keys_of(obj)) == 2
 
@@ -108,7 +108,7 @@ def test_a_slider_that_in_betweens_need_is_deleted(part):
     bake(obj, 1.0)
     set_value(obj, "Bend", 0.5)
     obj.shape_key_remove(keys_of(obj)["Bend"])
-    text = part("bridge.in_between_keys").problem(obj)
+    text = part("mixing.bridge.in_between_keys").problem(obj)
     assert "'Bend'" in text and "Remove In-Betweens" in text
     keys_of(obj)["Stretch"].mute = True
     assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
@@ -234,8 +234,8 @@ def test_a_bake_does_not_add_to_in_betweens(tmp_path):
 
 
 def test_expressions_are_never_longer_than_blender_takes(part):
-    drivers, leja = part("core.mixing.drivers"), part("core.mixing.leja")
-    in_betweens = part("core.mixing.in_betweens")
+    drivers, leja = part("mixing.core.drivers"), part("mixing.core.leja")
+    in_betweens = part("mixing.core.in_betweens")
     search = in_betweens._Search(in_betweens.Interpolation([leja.places(-0.9137, 0.8791)] * 3, (1, 3)), lambda *_: True)
     for order in range(1, leja.MOST):
         for new in search._next_to({0: order, 1: order, 2: order}):

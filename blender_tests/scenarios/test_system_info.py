@@ -9,9 +9,9 @@ SECRET = "Zarquon"
 
 
 def told(part):
-    facts = part("operators.system_facts")
-    subject = part("bridge.scene_input").subject(bpy.context)
-    return part("core.system_info").text(facts.sections(subject))
+    facts = part("posing.operators.system_facts")
+    subject = part("posing.bridge.scene_input").subject(bpy.context)
+    return part("posing.core.system_info").text(facts.sections(subject))
 
 
 def test_a_posed_object_without_a_name_of_the_artists(part, native, tmp_path):
@@ -74,7 +74,7 @@ def test_it_works_wherever_one_is(part, kind, capfd):
 
 
 def test_without_a_solver(part, monkeypatch):
-    loader = part("native_loader")
+    loader = part("solver.native_loader")
     monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
     loader.forget()
     try:

@@ -146,7 +146,7 @@ def test_toggle_live():
 
 
 def test_the_status_follows_undo(part):
-    status = part("bridge.object_status").status
+    status = part("posing.bridge.object_status").status
     steps.list_anchors(meshes.grid(), A=[0, 4, 20])
     remember()
     press(bpy.ops.meanvalue.bind)

@@ -25,7 +25,7 @@ def newer(tmp_path):
             new.writestr(name, content)
     yield path
     _install_over(installed.ZIP)
-    assert not hasattr(installed.part("bake_settings"), "MARK")
+    assert not hasattr(installed.part("baking.properties"), "MARK")
 
 
 def _install_over(path):
@@ -44,7 +44,7 @@ def test_updating_while_it_is_on(newer):
     steps.solve()
     before = len([name for name in dir(bpy.types) if name.startswith("MEANVALUE_")])
     _install_over(newer)
-    assert installed.part("bake_settings").MARK == NEWER
+    assert installed.part("baking.properties").MARK == NEWER
     assert len([name for name in dir(bpy.types) if name.startswith("MEANVALUE_")]) == before
     assert obj.meanvalue.bound.is_bound
     steps.solve()

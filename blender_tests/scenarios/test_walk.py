@@ -77,9 +77,9 @@ def cuff_lines(obj):
 def cuff_places(obj, part, sample):
     """{cuff: (rest (k, 3), now (k, 3))} of the vertices of cuffs, in the object's space."""
     controls_at(obj, sample)
-    members = part("bridge.vertex_groups").members(obj, [line.name for line in cuff_lines(obj)])
+    members = part("scene.vertex_groups").members(obj, [line.name for line in cuff_lines(obj)])
     rest = np.array([vertex.co for vertex in obj.data.vertices])
-    move, apply = part("bridge.controls").move, part("core.motion").apply
+    move, apply = part("posing.bridge.controls").move, part("scene.core.motion").apply
     return {
         line.cuff: (rest[members[line.name]], apply(move(obj, line), rest[members[line.name]]))
         for line in cuff_lines(obj)
@@ -143,7 +143,7 @@ def test_feet_of_another_figure_stand_still(tmp_path, part, legs):
     for column, number in enumerate(feet):
         name = pairs[number].name
         flat = contacts[f"heel.{name[0]}"] & contacts[f"toe.{name[0]}"]
-        for begin, end in part("core.sample_times").runs(flat):
+        for begin, end in part("scene.core.sample_times").runs(flat):
             stance = paths[begin:end, column, :2]
             slide = np.linalg.norm(stance - stance[0], axis=1).max()
             assert slide < 0.01 * height, (name, begin, end, slide / height)

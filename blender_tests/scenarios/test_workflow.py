@@ -178,7 +178,7 @@ def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path, part)
     bpy.ops.wm.open_mainfile(filepath=path)
     obj = bpy.data.objects["Grid"]
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
-    assert part("bridge.object_status").status(obj).state.name == "BOUND"
+    assert part("posing.bridge.object_status").status(obj).state.name == "BOUND"
     steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
     steps.solve()
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
@@ -225,7 +225,7 @@ def test_repeating_gives_the_same_bits(part):
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
     first = steps.key_positions(obj, "Mean-Value")
-    part("session").clear()
+    part("solver.session").clear()
     steps.solve()
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), first)
 
@@ -329,7 +329,7 @@ def test_anchor_list_by_operators():
 def test_the_order_of_the_list_does_not_matter(part):
     obj = steps.posed_grid(meshes.grid())
     obj.meanvalue.anchor_groups.move(0, 1)
-    assert part("bridge.object_status").status(obj).state.name == "BOUND"
+    assert part("posing.bridge.object_status").status(obj).state.name == "BOUND"
 
 
 def test_weight_zero_is_no_member():

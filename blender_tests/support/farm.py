@@ -31,6 +31,6 @@ def baked_at_once(tmp_path, name):
 def planned(tmp_path, part, names=("First", "Second"), chunk=20):
     """OUT with the plan of the scene that is open."""
     out = tmp_path / "out"
-    clips = part("bake.farm_scene").planned(list(names), None)
-    part("bake.farm").write_plan(out, clips, chunk)
+    clips = part("baking.bridge.farm_scene").planned(list(names), None)
+    part("baking.bridge.farm").write_plan(out, clips, chunk)
     return out

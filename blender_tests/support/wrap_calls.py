@@ -3,7 +3,7 @@
 
 import meanvalue
 
-from addon.core.mixing.wrapping import Wrap
+from addon.wrapping.core.wrapping import Wrap
 
 
 def bind(rest, triangles, anchors, strengths):

@@ -38,7 +38,7 @@ def cache_of(folder):
 @contextlib.contextmanager
 def _chunks_of(frames, waits_at=None, until=lambda execution: execution.pausing):
     """Chunks of so many frames; the one that begins at row `waits_at` begins only once `until(execution)`."""
-    plan, solving = installed.part("bake.plan"), installed.part("bake.solving")
+    plan, solving = installed.part("baking.bridge.plan"), installed.part("baking.bridge.solving")
     chunks, solve = plan.BakePlan.chunks, solving.solve_rows
 
     def late(binding, bind_input, targets, weights, begin, end, execution, *rest):
@@ -58,7 +58,7 @@ def _chunks_of(frames, waits_at=None, until=lambda execution: execution.pausing)
 
 @contextlib.contextmanager
 def _pausing_at(share):
-    with interrupting.pausing_at(installed.part("bake.solving"), share):
+    with interrupting.pausing_at(installed.part("baking.bridge.solving"), share):
         yield
 
 
@@ -127,7 +127,7 @@ def escape_inside_a_chunk(ui):
 def sampling_is_seen_and_stopped(ui):
     yield from _tube(ui)
     bpy.context.scene.frame_set(7)
-    background = installed.part("operators.background")
+    background = installed.part("widgets.background")
     usual = background.SLICE_SECONDS, background.PATIENCE_SECONDS
     background.SLICE_SECONDS = background.PATIENCE_SECONDS = 0.0
     try:
@@ -159,7 +159,7 @@ def an_object_deleted_while_it_is_baked(ui):
 
 def another_file_while_it_is_sampled(ui):
     yield from _tube(ui)
-    background = installed.part("operators.background")
+    background = installed.part("widgets.background")
     usual = background.SLICE_SECONDS, background.PATIENCE_SECONDS
     background.SLICE_SECONDS = background.PATIENCE_SECONDS = 0.0
     try:
@@ -171,7 +171,7 @@ def another_file_while_it_is_sampled(ui):
     finally:
         background.SLICE_SECONDS, background.PATIENCE_SECONDS = usual
     assert "Tube" not in bpy.data.objects
-    assert installed.part("workers.job")._running == set()
+    assert installed.part("solver.job")._running == set()
     assert not installed.part("live.engine")._is_held
 
 
@@ -207,8 +207,8 @@ def the_panel(ui):
 @contextlib.contextmanager
 def _only_the_bake_panel():
     """Open, and in place of all others: the sidebar has no room for more."""
-    panel = installed.part("ui.panel")
-    bake = installed.part("ui.bake_panel").MEANVALUE_PT_bake
+    panel = installed.part("posing.ui.panel")
+    bake = installed.part("baking.panel").MEANVALUE_PT_bake
     usual = bake.bl_options, bake.bl_parent_id
     for cls in (bake, *reversed(panel.CLASSES)):
         bpy.utils.unregister_class(cls)
@@ -236,11 +236,11 @@ def another_file_while_a_chunk_is_solved(ui):
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         yield
         yield
-        assert installed.part("workers.job")._running == set()
+        assert installed.part("solver.job")._running == set()
         assert not cache_of(folder).exists()
         bpy.ops.wm.open_mainfile(filepath=str(path))
         yield
-        with interrupting.pausing_at(installed.part("bake.solving"), 1.0) as asked:
+        with interrupting.pausing_at(installed.part("baking.bridge.solving"), 1.0) as asked:
             yield from ui.invoke("meanvalue.bake")
             yield from ui.wait_until(lambda: cache_of(folder).exists() and ui.status_text() is None, "it goes on")
     assert asked == [(0, frames, True)], "from what was kept"
@@ -255,5 +255,5 @@ def another_file_while_a_chunk_takes_too_long(ui):
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         yield
         yield
-    assert installed.part("workers.job")._running == set()
+    assert installed.part("solver.job")._running == set()
     assert not cache_of(folder).exists()

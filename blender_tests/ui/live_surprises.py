@@ -74,7 +74,7 @@ def a_control_that_follows_its_own_mesh_comes_to_rest(ui):
 
 def two_view_layers_do_not_read_twice(ui):
     _obj, control = handles.tube()
-    scene_input = installed.part("bridge.scene_input")
+    scene_input = installed.part("posing.bridge.scene_input")
     gather, seen = scene_input.gather, []
     ui.frame_all()
     yield from ui.pause(1.0)
@@ -210,7 +210,7 @@ def _slowly(seconds):
 
     @contextlib.contextmanager
     def slowed():
-        session = installed.part("session")
+        session = installed.part("solver.session")
         solve_steps = session.solve_steps
 
         def late(*arguments, **options):

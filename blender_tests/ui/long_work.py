@@ -81,8 +81,8 @@ def escape_while_the_mesh_is_read(ui):
 @contextlib.contextmanager
 def _reading_slowly():
     """One slice of 3,000 vertices a tick."""
-    groups = installed.part("bridge.vertex_groups")
-    background = installed.part("operators.background")
+    groups = installed.part("scene.vertex_groups")
+    background = installed.part("widgets.background")
     usual = groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS
     groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS = 3000, 0.0, 0.0
     try:
@@ -113,7 +113,7 @@ def escape_during_a_solve(ui):
 @contextlib.contextmanager
 def _solving_until_cancelled():
     """The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
-    session = installed.part("session")
+    session = installed.part("solver.session")
     solve_steps = session.solve_steps
 
     def late(*arguments, execution, **options):
@@ -135,7 +135,7 @@ def another_file_during_a_bind(ui):
     yield
     yield
     assert "Sheet" not in bpy.data.objects
-    assert installed.part("workers.job")._running == set()
+    assert installed.part("solver.job")._running == set()
 
 
 def a_slow_drag_ends_with_the_answer(ui):

@@ -40,7 +40,7 @@ def _take_file():
 
 def _open_panel(ui):
     """With Motion Capture open, and the parts that are around it closed."""
-    modules = [installed.part(f"ui.{name}") for name in ("panel", "capture_panel")]
+    modules = [installed.part(name) for name in ("posing.ui.panel", "capture.panel")]
     for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
         bpy.utils.unregister_class(panel)
         panel.bl_options = set() if "capture" in panel.__name__ else {'DEFAULT_CLOSED'}

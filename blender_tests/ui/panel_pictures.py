@@ -55,7 +55,7 @@ def edited_after_bind(ui):
 
 def _quiet_screenshot(ui, name):
     """The panel looks at an edited mesh again when it has been left alone for a moment."""
-    object_model = installed.part("bridge.object_model")
+    object_model = installed.part("scene.object_model")
     yield
     yield from ui.wait_until(lambda: object_model.quiet_in() <= 0.0, "the mesh was left alone")
     yield from ui.screenshot(name)
@@ -88,7 +88,7 @@ def preferences(ui):
 
 @contextlib.contextmanager
 def _no_solver():
-    loader = installed.part("native_loader")
+    loader = installed.part("solver.native_loader")
     names = loader.MODULE_NAMES
     loader.MODULE_NAMES = ("nowhere.meanvalue",)
     loader.forget()

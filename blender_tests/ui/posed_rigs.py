@@ -28,7 +28,7 @@ def _is_where_seen(name, indices):
 
 
 def _measured(counted):
-    module = installed.part("bridge.rig_space")
+    module = installed.part("scene.rig_space")
     measure = module.measure
     module.measure = lambda obj: counted.append(1) or measure(obj)
     return lambda: setattr(module, "measure", measure)

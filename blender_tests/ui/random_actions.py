@@ -267,7 +267,7 @@ def _check_consistency():
 
 def _check_anchors(obj, keys):
     """Every hard handle is where its control has it, every pin is at rest."""
-    controls = installed.part("bridge.controls")
+    controls = installed.part("posing.bridge.controls")
     rest = np.array([tuple(point.co) for point in keys.reference_key.data])
     result = np.array([tuple(point.co) for point in keys.key_blocks[obj.meanvalue.result_key].data])
     assert np.isfinite(result).all()

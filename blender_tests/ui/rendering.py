@@ -24,7 +24,7 @@ def an_animation_with_live_on(ui):
     scene.frame_start, scene.frame_end = 1, 40
     bpy.context.preferences.view.render_display_type = 'NONE'
     bpy.ops.render.render('INVOKE_DEFAULT', animation=True)
-    views, popped_up = installed.part("bridge.views"), []
+    views, popped_up = installed.part("scene.views"), []
     pop_up = views.pop_up
 
     def listening(title, text):

@@ -43,13 +43,13 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     height = np.ptp([point.co.z for point in key.data])
     assert abs(height - 3.0) < 0.1, height
     yield from ui.screenshot("wrap_02_fitted")
-    ends = installed.part("bridge.wrap_lines").lines(obj).ends.reshape(-1, 2, 3)
+    ends = installed.part("wrapping.bridge.wrap_lines").lines(obj).ends.reshape(-1, 2, 3)
     assert len(ends) == 3 and np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() < 0.1
 
 
 def _open_panel(ui):
     """With Wrap open, and the parts that are around it closed."""
-    modules = [installed.part(f"ui.{name}") for name in ("panel", "wrap_panel")]
+    modules = [installed.part(name) for name in ("posing.ui.panel", "wrapping.panel")]
     for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
         bpy.utils.unregister_class(panel)
         panel.bl_options = set() if "wrap" in panel.__name__ else {'DEFAULT_CLOSED'}

@@ -51,13 +51,13 @@ def context_of(obj):
 @pytest.fixture
 def draw(part, monkeypatch):
     """draw(obj): the panel with all its parts drawn for obj, some time after the last edit."""
-    panels = part("ui.panel").CLASSES
+    panels = part("posing.ui.panel").CLASSES
 
     later = itertools.count(1)
 
     def draw(obj):
         bpy.context.view_layer.update()
-        monkeypatch.setattr(part("bridge.object_model"), "clock", lambda: time.monotonic() + next(later))
+        monkeypatch.setattr(part("scene.object_model"), "clock", lambda: time.monotonic() + next(later))
         listener = types.SimpleNamespace(layout=ListeningLayout())
         for panel in panels:
             if not hasattr(panel, "poll") or panel.poll(context_of(obj)):
@@ -128,12 +128,12 @@ def test_the_region_while_it_is_painted(draw):
 
 
 def test_an_overlay_that_had_to_stop(draw, part, monkeypatch):
-    monkeypatch.setattr(part("ui.overlay"), "problem", "The overlay cannot be drawn: no reason")
+    monkeypatch.setattr(part("posing.ui.overlay"), "problem", "The overlay cannot be drawn: no reason")
     assert "The overlay cannot be drawn: no reason." in draw(meshes.grid()).labels
 
 
 def test_menus(part):
-    menus = part("ui.menus")
+    menus = part("posing.ui.menus")
     obj = meshes.grid()
     told = {}
     for menu in menus.CLASSES:
@@ -157,7 +157,7 @@ def test_menus(part):
 
 
 def test_the_object_menu_has_an_entry_for_meshes_only(part):
-    menus = part("ui.menus")
+    menus = part("posing.ui.menus")
     for obj, expected in ((meshes.grid(), "MEANVALUE_MT_object"), (None, "")):
         listener = types.SimpleNamespace(layout=ListeningLayout())
         menus.meanvalue_draw_object_menu(listener, context_of(obj))
@@ -165,7 +165,7 @@ def test_the_object_menu_has_an_entry_for_meshes_only(part):
 
 
 def test_without_the_native_module(draw, part, monkeypatch):
-    loader = part("native_loader")
+    loader = part("solver.native_loader")
     monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
     loader.forget()
     try:
@@ -188,11 +188,11 @@ def test_list_lines(part):
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0, 4, 20], Gone=[1])
     obj.vertex_groups.remove(obj.vertex_groups["Gone"])
-    part("bridge.object_status").status(obj)
+    part("posing.bridge.object_status").status(obj)
     lines = []
     for item in obj.meanvalue.anchor_groups:
         layout = ListeningLayout()
-        part("ui.anchor_list").MEANVALUE_UL_anchor_groups.draw_item(
+        part("posing.ui.anchor_list").MEANVALUE_UL_anchor_groups.draw_item(
             None, context_of(obj), layout, None, item, 0, None, "", 0
         )
         lines.append(layout.labels)
@@ -201,7 +201,7 @@ def test_list_lines(part):
 
 def test_preferences(part, native, monkeypatch):
     preferences = part("preferences").MEANVALUE_AP_preferences
-    loader = part("native_loader")
+    loader = part("solver.native_loader")
     assert preferences.bl_idname == installed.PACKAGE
     listener = types.SimpleNamespace(layout=ListeningLayout())
     preferences.draw(listener, context_of(None))
@@ -224,7 +224,7 @@ def test_long_texts_are_broken_to_the_width(part, width):
     layout = ListeningLayout()
     context = context_of(None)
     context.region.width = width
-    part("ui.text_box").draw_wrapped(layout, context, "word " * 60, icon='ERROR')
+    part("widgets.text_box").draw_wrapped(layout, context, "word " * 60, icon='ERROR')
     lines = [line for line in layout.told if line.startswith("label")]
     assert layout.labels.split() == ["word"] * 60
     assert max(len(line) for line in lines) <= max(width // 7, 16) + len("label ")

@@ -14,13 +14,13 @@ from support import handles, tasks
 
 @pytest.fixture
 def job(part):
-    return part("workers.job")
+    return part("solver.job")
 
 
 def test_no_thread_of_pythons_runs_while_the_solver_works(part, job):
     """Blender 3.4 crashes where one does: decision 0009."""
     obj, _control = handles.tube(live=False)
-    prepared = part("workers.posing").Posing.to_bind(obj)
+    prepared = part("posing.bridge.posing").Posing.to_bind(obj)
     prepared.read_triangles(obj)
     before = threading.active_count()
     running = job.Job(prepared.work)
@@ -77,7 +77,7 @@ def test_errors_come_with_the_result(job, steps_before):
 
 def test_cancel_ends_it_soon(part, job):
     obj, _control = handles.tube(live=False)
-    prepared = part("workers.posing").Posing.to_bind(obj)
+    prepared = part("posing.bridge.posing").Posing.to_bind(obj)
     prepared.read_triangles(obj)
 
     def work(execution):  # so small a mesh may be bound before it is cancelled
@@ -115,13 +115,13 @@ def test_a_job_that_was_dropped_holds_nothing(part, job):
 
 def test_live_drops_its_job_when_it_looks_again(part, job, monkeypatch):
     obj, control = handles.tube(live=False)
-    part("bridge.targets").prepare_result(obj)
-    follower = part("live.follower").Follower(obj, hears_itself=True)
+    part("posing.bridge.targets").prepare_result(obj)
+    follower = part("posing.live.follower").Follower(obj, hears_itself=True)
 
     def never(*_arguments, **_options):
         yield tasks.Until(lambda: False)
 
-    monkeypatch.setattr(part("session"), "bind_steps", never)
+    monkeypatch.setattr(part("solver.session"), "bind_steps", never)
     control.location.x += 1.0
     bpy.context.view_layer.update()
     follower.follow(obj)
@@ -143,7 +143,7 @@ def test_an_interrupt_is_not_taken_for_a_result(job):
 
 
 def test_the_add_on_starts_no_threads(part):
-    folder = pathlib.Path(part("workers.job").__file__).parents[1]
+    folder = pathlib.Path(part("solver.job").__file__).parents[1]
     sources = list(folder.rglob("*.py"))
     assert sources
     for path in sources:

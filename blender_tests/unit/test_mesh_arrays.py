@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""bridge/mesh_arrays.py and the parts of compat.py that it uses."""
+"""scene/mesh_arrays.py and the parts of compat.py that it uses."""
 
 import bpy
 import numpy as np
@@ -9,12 +9,12 @@ from support import meshes, steps
 
 @pytest.fixture
 def arrays(part):
-    return part("bridge.mesh_arrays")
+    return part("scene.mesh_arrays")
 
 
 @pytest.fixture
 def gather(part):
-    return part("bridge.scene_input").gather
+    return part("posing.bridge.scene_input").gather
 
 
 def test_positions_are_those_of_the_vertices(arrays):

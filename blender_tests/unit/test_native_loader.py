@@ -10,7 +10,7 @@ from support import installed
 
 @pytest.fixture
 def loader(part):
-    loader = part("native_loader")
+    loader = part("solver.native_loader")
     loader.forget()
     yield loader
     loader.forget()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""bridge/object_model.py, the one place that knows whether an object has changed, and what it depends on."""
+"""scene/object_model.py, the one place that knows whether an object has changed, and what it depends on."""
 
 import bpy
 import numpy as np
@@ -11,12 +11,12 @@ from support.handles import update
 
 @pytest.fixture
 def declarations(part):
-    return part("declarations")
+    return part("scene.declarations")
 
 
 @pytest.fixture
 def object_model(part):
-    return part("bridge.object_model")
+    return part("scene.object_model")
 
 
 def other_value(group, name):
@@ -106,12 +106,12 @@ def test_a_setting_that_nobody_knows_of_counts(declarations):
 
 def test_what_is_known_ends_with_an_edit_and_not_with_our_writing(object_model, part):
     obj, _control = handles.tube(live=False)
-    part("bridge.targets").prepare_result(obj)
+    part("posing.bridge.targets").prepare_result(obj)
     update()
     model = object_model.of(obj)
     assert model.read_on(obj)
     bind_input, before = model.bind_input(obj), model.stamp
-    keys = part("bridge.shape_keys")
+    keys = part("scene.shape_keys")
     result = keys.result_positions(obj)
     result[3] += 1.0
     keys.write_positions(obj.data, obj.data.shape_keys.key_blocks["Mean-Value"], result)
@@ -149,12 +149,12 @@ def test_numbers_of_revisions_never_come_back(object_model):
 def test_panel_and_live_share_what_was_read(object_model, part, monkeypatch):
     obj, control = handles.tube(live=False)
     update()
-    assert part("bridge.object_status").status(obj).state.name == "UNBOUND"
-    module = part("bridge.vertex_groups").Reading
+    assert part("posing.bridge.object_status").status(obj).state.name == "UNBOUND"
+    module = part("scene.vertex_groups").Reading
     calls, go_on = [], module.go_on
     monkeypatch.setattr(module, "go_on", lambda *arguments: calls.append(1) or go_on(*arguments))
-    follower = part("live.follower").Follower(obj, hears_itself=True)
-    part("bridge.targets").prepare_result(obj)
+    follower = part("posing.live.follower").Follower(obj, hears_itself=True)
+    part("posing.bridge.targets").prepare_result(obj)
     follower.follow(obj)
     while not follower.is_caught_up:
         follower.tick(obj)

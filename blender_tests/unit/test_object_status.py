@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""bridge/object_status.py with the handlers that tell it what was edited."""
+"""posing/bridge/object_status.py with the handlers that tell it what was edited."""
 
 import time
 
@@ -11,12 +11,12 @@ from support.snapshot import assert_same, snapshot
 
 @pytest.fixture
 def object_status(part):
-    return part("bridge.object_status")
+    return part("posing.bridge.object_status")
 
 
 @pytest.fixture
 def object_model(part):
-    return part("bridge.object_model")
+    return part("scene.object_model")
 
 
 @pytest.fixture
@@ -183,7 +183,7 @@ def test_an_edit_has_the_panel_drawn_again_by_one_timer(object_status, part, mon
     update()
     assert bpy.app.timers.is_registered(handlers._draw_again)
     assert handlers._draw_again() > 0.0
-    object_model = part("bridge.object_model")
+    object_model = part("scene.object_model")
     monkeypatch.setattr(object_model, "clock", lambda: time.monotonic() + object_model.QUIET_SECONDS)
     assert handlers._draw_again() is None
     handlers.unregister()

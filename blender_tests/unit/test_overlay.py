@@ -14,12 +14,12 @@ REGION = [0, 1, 2, 5, 6, 7]
 
 @pytest.fixture
 def data(part):
-    return part("bridge.overlay_data")
+    return part("posing.bridge.overlay_data")
 
 
 @pytest.fixture
 def overlay(part):
-    return part("ui.overlay")
+    return part("posing.ui.overlay")
 
 
 def grid_with_anchors():
@@ -141,7 +141,7 @@ def test_nothing_is_read_or_made_again_while_nothing_changes(data, part, monkeyp
     obj = grid_with_anchors()
     add_region(obj)
     first = data.look(obj)
-    calls = count_calls(monkeypatch, part("bridge.vertex_groups").Reading, "go_on")
+    calls = count_calls(monkeypatch, part("scene.vertex_groups").Reading, "go_on")
     assert data.look(obj) is first
     assert calls == []
 
@@ -155,7 +155,7 @@ def test_while_the_shape_changes_groups_and_faces_stay_as_they_were(data, part, 
     bpy.context.view_layer.update()
     data.clear()
     before = data.look(obj)
-    calls = count_calls(monkeypatch, part("bridge.vertex_groups").Reading, "go_on")
+    calls = count_calls(monkeypatch, part("scene.vertex_groups").Reading, "go_on")
     for step in range(3):
         steps.move(obj, [24], (0.0, 0.0, 1.0), key)
         bpy.context.view_layer.update()
@@ -166,7 +166,7 @@ def test_while_the_shape_changes_groups_and_faces_stay_as_they_were(data, part, 
 
 
 def test_groups_are_read_again_when_the_object_is_left_alone(data, part, monkeypatch):
-    now, models = [100.0], part("bridge.object_model")
+    now, models = [100.0], part("scene.object_model")
     monkeypatch.setattr(models, "clock", lambda: now[0])
     obj = grid_with_anchors()
     assert len(data.look(obj).points) == 3

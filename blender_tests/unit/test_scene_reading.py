@@ -12,12 +12,12 @@ from support import handles, meshes, steps
 
 @pytest.fixture
 def scene_reading(part):
-    return part("bridge.scene_reading")
+    return part("scene.scene_reading")
 
 
 @pytest.fixture
 def small_slices(part, monkeypatch):
-    monkeypatch.setattr(part("bridge.vertex_groups"), "SLICE", 4)
+    monkeypatch.setattr(part("scene.vertex_groups"), "SLICE", 4)
 
 
 def grid_with_region():
@@ -48,7 +48,7 @@ def test_in_slices_as_in_one_go(scene_reading, small_slices):
 
 def test_what_does_not_fit_any_more_is_read_again(part, scene_reading, small_slices):
     obj = grid_with_region()
-    gather = part("bridge.scene_input").gather
+    gather = part("posing.bridge.scene_input").gather
     reading = scene_reading.SceneReading(obj)
     reading.go_on(obj, 0.0)
     steps.edit_mesh(obj, lambda bm: bm.verts.remove(list(bm.verts)[7]))
@@ -64,22 +64,22 @@ def test_what_does_not_fit_any_more_is_read_again(part, scene_reading, small_sli
 def test_one_reading_for_panel_and_overlay(part, monkeypatch):
     obj = grid_with_region()
     bpy.context.view_layer.update()
-    module = part("bridge.scene_reading")
+    module = part("scene.scene_reading")
     made, real = [], module.SceneReading
     monkeypatch.setattr(module, "SceneReading", lambda obj: made.append(obj.name) or real(obj))
-    part("bridge.object_status").status(obj)
-    part("bridge.overlay_data").look(obj)
+    part("posing.bridge.object_status").status(obj)
+    part("posing.bridge.overlay_data").look(obj)
     assert made == ["Grid"]
     obj.vertex_groups["A"].add([1], 1.0, 'REPLACE')
     bpy.context.view_layer.update()
-    assert part("bridge.object_status").status(obj).member_counts["A"] == 4
+    assert part("posing.bridge.object_status").status(obj).member_counts["A"] == 4
     assert made == ["Grid", "Grid"]
 
 
 @pytest.fixture
 def unread(part, monkeypatch):
     """As if the mesh were big: called with True, all readings begin, and none is finished, until called with False."""
-    readings = part("bridge.shared_readings")
+    readings = part("scene.shared_readings")
     finished = readings.finished
 
     def switch(is_unread):
@@ -91,7 +91,7 @@ def unread(part, monkeypatch):
 def test_panel_and_overlay_show_what_they_know_until_a_big_mesh_is_read(part, unread):
     obj = grid_with_region()
     bpy.context.view_layer.update()
-    status, look = part("bridge.object_status").status, part("bridge.overlay_data").look
+    status, look = part("posing.bridge.object_status").status, part("posing.bridge.overlay_data").look
     unread(True)
     assert "being read" in status(obj).text
     assert len(look(obj).points) == 0
@@ -109,7 +109,7 @@ def test_panel_and_overlay_show_what_they_know_until_a_big_mesh_is_read(part, un
 def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
     obj = grid_with_region()
     bpy.context.view_layer.update()
-    look = part("bridge.overlay_data").look
+    look = part("posing.bridge.overlay_data").look
     assert len(look(obj).points) == 5
     unread(True)
     if is_removed:
@@ -126,8 +126,8 @@ def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
 @pytest.fixture
 def slow_readings(part, small_slices, monkeypatch):
     """(shared_readings as where something is drawn, a slice at a time; a list that grows with calls for drawing)."""
-    readings, drawn = part("bridge.shared_readings"), []
-    part("bridge.object_model").clear()
+    readings, drawn = part("scene.shared_readings"), []
+    part("scene.object_model").clear()
     timers = types.SimpleNamespace(is_registered=lambda _: False, register=lambda *_, **__: None)
     app = types.SimpleNamespace(background=False, timers=timers)
     monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
@@ -161,13 +161,13 @@ def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(slow_readin
     obj = grid_with_region()
     frames = 0
     while readings.finished(obj) is None:
-        part("bridge.object_model").edited(obj)
+        part("scene.object_model").edited(obj)
         frames += 1
         assert frames < 20
 
 
 def test_only_so_many_objects_are_kept(part):
-    readings, models = part("bridge.shared_readings"), part("bridge.object_model")
+    readings, models = part("scene.shared_readings"), part("scene.object_model")
     models.clear()
     for number in range(models.MOST + 2):
         readings.finished(meshes.grid(name=f"Grid {number}"))
@@ -178,12 +178,12 @@ def test_only_so_many_objects_are_kept(part):
 @pytest.fixture
 def slow_follower(part, small_slices, monkeypatch):
     """make(obj): a Follower as the interface has it, that reads a slice of four vertices at a time."""
-    module = part("live.follower")
+    module = part("posing.live.follower")
     monkeypatch.setattr(part("live.states"), "SLICE_SECONDS", 0.0)
     made = []
 
     def make(obj):
-        part("bridge.targets").prepare_result(obj)
+        part("posing.bridge.targets").prepare_result(obj)
         made.append(module.Follower(obj, hears_itself=True))
         return made[-1]
 
@@ -216,7 +216,7 @@ def test_live_reads_in_slices_and_then_follows(slow_follower):
 
 @pytest.fixture
 def model_of(part):
-    return part("bridge.object_model").of
+    return part("scene.object_model").of
 
 
 def test_an_edit_begins_the_reading_anew(slow_follower, model_of):
@@ -263,20 +263,20 @@ def test_an_edit_that_an_echo_hides_is_found(slow_follower, model_of, part, monk
     control.location.x += 1.0
     bpy.context.view_layer.update()
     catch_up(follower, obj)
-    status = part("bridge.object_status").status
+    status = part("posing.bridge.object_status").status
     assert status(obj).member_counts["Top"] == 8
-    look = part("bridge.overlay_data").look
+    look = part("posing.bridge.overlay_data").look
     assert len(look(obj).points) == 16
     model = model_of(obj)
     before = model.stamp
     obj.vertex_groups["Top"].remove([handles.TOP[0], handles.TOP[1]])
-    assert model.told(obj, part("bridge.object_model").Change.KEYS) is False
+    assert model.told(obj, part("scene.object_model").Change.KEYS) is False
     assert model.stamp == before and model.reading is None
     while follower.tick(obj) is not None:
         pass
     assert model.stamp != before
     assert "solve" in follower.text and follower.problem is None
-    monkeypatch.setattr(part("bridge.object_model"), "clock", lambda: time.monotonic() + 1.0)
+    monkeypatch.setattr(part("scene.object_model"), "clock", lambda: time.monotonic() + 1.0)
     assert len(look(obj).points) == 14
     assert status(obj).member_counts["Top"] == 6
 
@@ -290,7 +290,7 @@ def test_what_somebody_else_wrote_is_written_again_by_a_check(slow_follower, mod
     while follower.tick(obj) is not None:
         pass
     shown = handles.shown(obj)
-    part("bridge.shape_keys").write_positions(
+    part("scene.shape_keys").write_positions(
         obj.data, obj.data.shape_keys.key_blocks[obj.meanvalue.result_key], (shown + 0.5).astype(np.float32)
     )
     model_of(obj).doubt()
@@ -303,10 +303,10 @@ def test_what_somebody_else_wrote_is_written_again_by_a_check(slow_follower, mod
 def test_esc_at_the_moment_when_a_job_ends(part, monkeypatch):
     """The operator's steps without a window. The job is over before anybody looks at it, as it may be."""
     obj, _control = handles.tube(live=False)
-    module = part("operators.bind")
-    background = part("operators.background")
+    module = part("posing.operators.bind")
+    background = part("widgets.background")
     steps_of, job_of = background.BackgroundOperator._all_steps, background.Job
-    posing = part("workers.posing").Posing
+    posing = part("posing.bridge.posing").Posing
     compat = part("compat")
 
     class Operator:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""bridge/shape_keys.py: reading and writing in single precision, bit by bit."""
+"""scene/shape_keys.py: reading and writing in single precision, bit by bit."""
 
 import bpy
 import numpy as np
@@ -9,7 +9,7 @@ from support import meshes
 
 @pytest.fixture
 def shape_keys(part):
-    return part("bridge.shape_keys")
+    return part("scene.shape_keys")
 
 
 def test_rest_is_the_mesh_without_keys_and_the_basis_with(shape_keys):

@@ -83,7 +83,7 @@ def test_sliders_that_are_driven_or_animated(changes, tube):
 
 def test_our_own_writing(changes, tube, part):
     obj, rig = tube
-    keys = part("bridge.shape_keys")
+    keys = part("scene.shape_keys")
     key, shape = obj.data.shape_keys.key_blocks["Mean-Value"], keys.result_positions(obj)
     shape[0] += 1.0
     with changes() as told:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""bridge/vertex_groups.py"""
+"""scene/vertex_groups.py"""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from support import meshes, steps
 
 @pytest.fixture
 def members(part):
-    return part("bridge.vertex_groups").members
+    return part("scene.vertex_groups").members
 
 
 def test_several_groups_in_one_pass(members):

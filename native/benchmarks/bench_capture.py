@@ -15,7 +15,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from addon.core.capture import gaps  # noqa: E402
+from addon.capture.core import gaps  # noqa: E402
 from native.benchmarks import reporting  # noqa: E402
 
 COLUMNS = ["markers", "missing", "strength", "rms over diagonal", "over ARAP's", "goal", "frames/s", "not converged"]

@@ -57,8 +57,15 @@ class Scene:
         self.bpy = bpy
         bpy.ops.wm.read_factory_settings(use_empty=True)
         bpy.ops.preferences.addon_enable(module=PACKAGE)
-        live, bridge = ("engine", "follower", "states"), ("object_model", "shape_keys", "targets")
-        names = [*(f"live.{name}" for name in live), *(f"bridge.{name}" for name in bridge), "session"]
+        names = [
+            "live.engine",
+            "live.states",
+            "posing.live.follower",
+            "posing.bridge.targets",
+            "scene.object_model",
+            "scene.shape_keys",
+            "solver.session",
+        ]
         self.parts = {name: sys.modules[f"{PACKAGE}.{name}"] for name in names}
         job = generated_meshes.speed_job(shape, size)
         self.obj = self._object(job)
@@ -72,11 +79,11 @@ class Scene:
             bpy.context.view_layer.objects.active = self.obj
             operator(group=name)
         self.rig = self._armature() if is_rigged else None
-        self.parts["bridge.targets"].prepare_result(self.obj)  # as turning Live on does
+        self.parts["posing.bridge.targets"].prepare_result(self.obj)  # as turning Live on does
         bpy.context.view_layer.update()
         self.control = self.obj.meanvalue.anchor_groups["Handle"].control
         self.start = np.array(self.control.matrix_world)
-        self.follower = self.parts["live.follower"].Follower(self.obj, hears_itself=True)
+        self.follower = self.parts["posing.live.follower"].Follower(self.obj, hears_itself=True)
         self.transfer = self.native = 0.0
         self._watch()
         # In the interface our handlers are told of what a timer wrote alone; follow() tells them as that does.
@@ -142,7 +149,7 @@ class Scene:
 
     def _watch(self):
         """Stopwatches around the calls that write and solve."""
-        keys, session = self.parts["bridge.shape_keys"], self.parts["session"]
+        keys, session = self.parts["scene.shape_keys"], self.parts["solver.session"]
         write, solve_steps = keys.write_positions, session.solve_steps
 
         def watched_write(*arguments):
@@ -196,7 +203,7 @@ class Scene:
         self.obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
         evaluated = time.perf_counter()
         if is_told:
-            models = self.parts["bridge.object_model"]
+            models = self.parts["scene.object_model"]
             models.of(self.obj).told(self.obj, models.Change.KEYS)
         ended = time.perf_counter()
         blender = (moved - began) + (evaluated - followed)

@@ -16,8 +16,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "blender_tests")]
 
 from support import mesh_files, wrap_calls  # noqa: E402
 
-from addon.core.capture.surface import Surface  # noqa: E402
-from addon.core.mixing.wrap_input import WrapInput  # noqa: E402
+from addon.scene.core.surface import Surface  # noqa: E402
+from addon.wrapping.core.wrap_input import WrapInput  # noqa: E402
 from native.benchmarks import reporting, shape_metrics  # noqa: E402
 
 #: Vertices of both: finger tips, toes, heels, top and nose; joints of the limbs; the trunk; ears, lips, chin and lids.

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from addon.core.mixing import flips
+from addon.wrapping.core import flips
 
 
 def farthest_points(edges, vertices, count):

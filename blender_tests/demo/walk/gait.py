@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from addon.core.capture import marker_sets, readers
-from addon.core.capture.hip_centres import with_hips
-from addon.core.capture.landmarks import feet
-from addon.core.capture.rigid import fit_rotations
-from addon.core.capture.stances import find_stances
+from addon.capture.core import marker_sets, readers
+from addon.capture.core.hip_centres import with_hips
+from addon.capture.core.landmarks import feet
+from addon.capture.core.stances import find_stances
+from addon.scene.core.rigid import fit_rotations
 
 from .measures import share, slide
 

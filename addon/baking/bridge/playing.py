@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a bake makes in the scene, and takes back again. It plays by Blender alone, without the add-on."""
+
+import json
+
+import bpy
+import numpy as np
+
+from ... import compat, ids, wording
+from ...mixing.bridge import mix_layers
+from ...scene import actions, reference_key, shape_keys
+from ..core import bake_times
+from ..properties import TO_CACHE, TO_KEYS
+
+EVAL_TIME = "eval_time"
+
+
+def play_cache(obj, path, plan):
+    """A Mesh Cache modifier on top of the stack. Returns notes."""
+    modifier = obj.modifiers.new(ids.CACHE_MODIFIER, "MESH_CACHE")
+    compat.move_modifier_to_top(obj, modifier)  # it has to see the vertices of the mesh itself
+    scale = 1.0 / plan.spacing
+    modifier.cache_format = "PC2"
+    modifier.filepath = path
+    modifier.time_mode, modifier.play_mode = "FRAME", "SCENE"
+    modifier.frame_scale = scale
+    modifier.frame_start = plan.times[0] * scale  # Blender scales the frame first
+    modifier.interpolation = "LINEAR"
+    modifier.deform_mode = "OVERWRITE"
+    modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
+    mixed = [key.name for key in _mixed_keys(obj)] if obj.meanvalue.mix.is_on else []
+    others = [key.name for key in _shown_keys(obj) if key.name not in {obj.meanvalue.result_key, ids.MIX_KEY, *mixed}]
+    _hide_result(obj)
+    record = obj.meanvalue.baked
+    record.target, record.path, record.modifier = TO_CACHE, path, modifier.name
+    if others:
+        yield (
+            f"While the cache plays, {'shape key' if len(others) == 1 else 'shape keys'} {wording.quoted(others)} "
+            "cannot be seen: the modifier puts every vertex in its place"
+        )
+
+
+def play_keys(obj, plan, kept, shapes, prefix, is_absolute):
+    """Shape keys at the rows `kept` with their F-curves. Returns notes. For what has no keys_problem()."""
+    mesh = obj.data
+    record = obj.meanvalue.baked
+    if mesh.shape_keys is None:
+        reference_key.make(obj)
+    keys = mesh.shape_keys
+    was_relative = keys.use_relative
+    active_index = obj.active_shape_key_index
+    times = plan.times[kept]
+    made = []
+    for time, shape in zip(times, shapes, strict=True):
+        key = obj.shape_key_add(name=_key_name(prefix, time), from_mix=False)
+        shape_keys.write_positions(mesh, key, shape)
+        key.value = 0.0
+        made.append(key)
+    if is_absolute:
+        _animate_time(keys, made, times)
+    else:
+        _animate_values(keys, made, times)
+    obj.active_shape_key_index = active_index
+    record.target, record.was_relative = TO_KEYS, was_relative
+    record.keys = json.dumps([key.name for key in made])
+    _hide_result(obj)
+    if is_absolute and was_relative:
+        yield "The shape keys are absolute now. Posing needs relative ones, which Remove Bake restores"
+    if obj.show_only_shape_key:
+        yield "A shape key is pinned: turn off Shape Key Lock to see the bake"
+
+
+def keys_problem(obj, is_absolute):
+    """Why `obj` cannot be baked to shape keys, in words, or None."""
+    for other in bpy.data.objects:
+        if other != obj and other.data == obj.data and other.meanvalue.baked.target == TO_KEYS:
+            return (
+                f"The mesh is shared with '{other.name}', whose bake is in its shape keys. Bake to a point cache, or "
+                "make the mesh a single user (Object > Relations > Make Single User)"
+            )
+    keys = obj.data.shape_keys
+    if keys is None:
+        return None
+    is_own = obj.meanvalue.baked.target == TO_KEYS and obj.meanvalue.baked.was_relative
+    if is_absolute and not is_own and len(actions.read_keys(keys, EVAL_TIME)[0]):
+        return "The evaluation time of the shape keys is animated already. Remove that animation, or turn Absolute off"
+    if not is_absolute and not is_own and not keys.use_relative:
+        return shape_keys.ABSOLUTE
+    return None
+
+
+def take_back(obj):
+    """Takes back what the last bake of `obj` has made in the scene. Files stay. Returns what it was, in words."""
+    record = obj.meanvalue.baked
+    modifier = obj.modifiers.get(record.modifier) if record.modifier else None
+    if modifier is not None and modifier.type == "MESH_CACHE":
+        obj.modifiers.remove(modifier)
+    said = f"the modifier '{record.modifier}'" if record.modifier else ""
+    if record.target == TO_KEYS:
+        said = wording.counted(_remove_keys(obj, json.loads(record.keys or "[]"), record.was_relative), "shape key")
+        reference_key.remove_lone(obj)
+    keys = obj.data.shape_keys
+    for name in json.loads(record.muted or "[]"):
+        if keys is not None and name in keys.key_blocks:
+            keys.key_blocks[name].mute = False
+    was_live, was_mixed = record.was_live, record.was_mixed
+    for prop in record.bl_rna.properties:
+        if prop.identifier not in {"rna_type", "name"}:
+            record.property_unset(prop.identifier)
+    if was_live:
+        obj.meanvalue.live = True
+    if was_mixed:
+        obj.meanvalue.mix.is_on = True
+    return said
+
+
+def is_in_place(obj, path, plan):
+    """Whether the modifier plays `path` as play_cache() would set it up."""
+    record = obj.meanvalue.baked
+    modifier = obj.modifiers.get(record.modifier) if record.target == TO_CACHE else None
+    return (
+        modifier is not None
+        and modifier.type == "MESH_CACHE"
+        and modifier.filepath == path
+        and modifier.frame_scale == _single(1.0 / plan.spacing)
+        and modifier.frame_start == _single(plan.times[0] / plan.spacing)
+        and modifier.show_viewport
+        and modifier.show_render
+    )
+
+
+def has_all_keys(obj):
+    """Whether the baked shape keys are all there."""
+    keys = obj.data.shape_keys
+    names = json.loads(obj.meanvalue.baked.keys or "[]")
+    return keys is not None and bool(names) and all(name in keys.key_blocks for name in names)
+
+
+def _single(value):
+    """As Blender's float properties keep it."""
+    return float(np.float32(value))
+
+
+def _hide_result(obj):
+    """The mesh must not be moved twice: what poses it is muted, and live posing ends."""
+    record = obj.meanvalue.baked
+    record.was_live, record.was_mixed = obj.meanvalue.live, obj.meanvalue.mix.is_on
+    keys = obj.data.shape_keys
+    shown = _mixed_keys(obj) if record.was_mixed else []
+    obj.meanvalue.live = obj.meanvalue.mix.is_on = False
+    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+    if key is not None and key != keys.reference_key and not key.mute and key not in shown:
+        shown.append(key)
+    baked = set(json.loads(record.keys or "[]"))
+    muted = [key.name for key in shown if key.name not in baked]
+    for name in muted:
+        keys.key_blocks[name].mute = True
+    record.muted = json.dumps(muted)
+
+
+def _mixed_keys(obj):
+    """What shows the mix: its sliders, and the in-between keys that stand for it already."""
+    in_betweens = set(mix_layers.made_names(obj))
+    return [*mix_layers.taking_part(obj), *(key for key in _shown_keys(obj) if key.name in in_betweens)]
+
+
+def _shown_keys(obj):
+    keys = obj.data.shape_keys
+    if keys is None or not keys.use_relative:
+        return []
+    return [key for key in keys.key_blocks if key != keys.reference_key and key.value and not key.mute]
+
+
+def _animate_values(keys, made, times):
+    """Each key is at 1 at its own frame and at 0 at its neighbours', so that values cross-fade and sum to 1."""
+    for number, key in enumerate(made):
+        key.mute = False
+        begin, end = max(0, number - 1), min(len(made), number + 2)
+        values = [float(each == number) for each in range(begin, end)]
+        path = f'key_blocks["{bpy.utils.escape_identifier(key.name)}"].value'
+        actions.write_curve(keys, path, 0, times[begin:end], values, "LINEAR")
+
+
+def _animate_time(keys, made, times):
+    keys.use_relative = False
+    for key in made:
+        key.interpolation = "KEY_LINEAR"
+    actions.write_curve(keys, EVAL_TIME, 0, times, [key.frame for key in made], "LINEAR")
+
+
+def _remove_keys(obj, names, was_relative):
+    keys = obj.data.shape_keys
+    if keys is None:
+        return 0
+    paths = {f'key_blocks["{bpy.utils.escape_identifier(name)}"].value' for name in names}
+    is_absolute = was_relative and not keys.use_relative
+    if is_absolute:
+        keys.use_relative = True
+        paths.add(EVAL_TIME)
+    curves = compat.curves_to_read(keys)
+    for curve in [curve for curve in curves if curve.data_path in paths]:
+        curves.remove(curve)
+    if keys.animation_data is not None and keys.animation_data.action is not None and len(curves) == 0:
+        actions.remove_action(keys)
+    found = [name for name in names if name in keys.key_blocks]
+    active = obj.active_shape_key
+    active_name = active.name if active is not None else ""
+    for name in found:
+        obj.shape_key_remove(keys.key_blocks[name])
+    if active_name in keys.key_blocks:
+        obj.active_shape_key_index = keys.key_blocks.find(active_name)
+    return len(found)
+
+
+def _key_name(prefix, time):
+    """ "Bake 0012", "Bake -0003.5": sorted by name they are in order, for frames from 0 on."""
+    whole, dot, part = bake_times.named(abs(time)).partition(".")
+    return f"{prefix} {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"

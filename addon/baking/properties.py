@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How an object is baked (`object.meanvalue.bake`), and what a bake has made of it (`object.meanvalue.baked`)."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from .. import compat, ids
+
+TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
+
+
+def options(flags=frozenset()):
+    """{name: property}: what can be chosen, for the settings and for the operator's own properties alike."""
+    flags = {"options": set(flags)}
+    return {
+        "target": EnumProperty(
+            name="Bake to",
+            description="What the animation of the handles becomes",
+            items=(
+                (TO_CACHE, "Point Cache", "A file (PC2) that a Mesh Cache modifier plays. For takes of any length"),
+                (TO_KEYS, "Shape Keys", "Keys in the mesh, with animated values. For short takes, to go on working on"),
+            ),
+            default=TO_CACHE,
+            **flags,
+        ),
+        "frame_range": EnumProperty(
+            name="Range",
+            description="Frames to bake",
+            items=(
+                ('SCENE', "Scene", "From the scene's first frame to its last"),
+                ('PREVIEW', "Preview", "The preview range of the timeline"),
+                ('OWN', "Own", "From Start to End"),
+            ),
+            default='SCENE',
+            **flags,
+        ),
+        "frame_start": IntProperty(name="Start", description="First frame to bake", default=1, **flags),
+        "frame_end": IntProperty(name="End", description="Last frame to bake", default=250, **flags),
+        "step": IntProperty(
+            name="Step",
+            description="Bake every frame (1), every second (2), ...; those between are blended",
+            default=1,
+            min=1,
+            soft_max=10,
+            **flags,
+        ),
+        "samples": IntProperty(
+            name="Samples",
+            description="Samples per frame: more than 1 bakes between frames too, for motion blur and fast motion",
+            default=1,
+            min=1,
+            soft_max=8,
+            max=100,
+            **flags,
+        ),
+        "path": StringProperty(
+            name="File",
+            description="Point cache to write. Left empty, it is in the folder meanvalue_cache beside the .blend, with "
+            "the name of the object",
+            subtype='FILE_PATH',
+            options={*flags["options"], *compat.flags_of_paths()},
+        ),
+        "overwrite": EnumProperty(
+            name="Overwrite",
+            description="What may be replaced",
+            items=(
+                ('OWN', "Own", "Earlier bakes of this object in this file"),
+                ('ANY', "Any", "Whatever has the name of the cache"),
+                ('NEVER', "Nothing", "Refuse where there is a bake or a file already"),
+            ),
+            default='OWN',
+            **flags,
+        ),
+        "use_part": BoolProperty(
+            name="Part Only",
+            description="Bake a part of the range again and leave the rest of the point cache as it is",
+            **flags,
+        ),
+        "part_start": IntProperty(name="From", description="First frame to bake again", default=1, **flags),
+        "part_end": IntProperty(name="To", description="Last frame to bake again", default=10, **flags),
+        "prefix": StringProperty(
+            name="Name", description="Shape keys are called so, with the frame", default="Bake", maxlen=40, **flags
+        ),
+        "keys": EnumProperty(
+            name="Keys",
+            description="Which frames become shape keys",
+            items=(
+                ('ADAPTIVE', "Adaptive", "As few as keep the motion within the tolerance"),
+                ('EVERY', "Regular", "Every frame that is sampled, or every n-th"),
+            ),
+            default='ADAPTIVE',
+            **flags,
+        ),
+        "key_step": IntProperty(
+            name="Every", description="Make a key of every n-th sample", default=1, min=1, soft_max=25, **flags
+        ),
+        "tolerance_kind": EnumProperty(
+            name="Tolerance",
+            description="What the tolerance is measured in",
+            items=(
+                ('SHARE', "Share of Size", "Of the diagonal of the mesh's bounding box"),
+                ('DISTANCE', "Distance", "In the object's own units"),
+            ),
+            default='SHARE',
+            **flags,
+        ),
+        "tolerance_share": FloatProperty(
+            name="Share",
+            description="No vertex may be farther than this from where it was solved",
+            default=0.1,
+            min=0.0,
+            soft_max=5.0,
+            max=100.0,
+            precision=3,
+            subtype='PERCENTAGE',
+            **flags,
+        ),
+        "tolerance": FloatProperty(
+            name="Distance",
+            description="No vertex may be farther than this from where it was solved",
+            default=0.001,
+            min=0.0,
+            precision=4,
+            subtype='DISTANCE',
+            **flags,
+        ),
+        "use_absolute": BoolProperty(
+            name="Absolute",
+            description="Absolute shape keys, played by their evaluation time: quicker with many keys, but the mesh "
+            "can have no relative ones beside them",
+            **flags,
+        ),
+    }
+
+
+NAMES = tuple(options())
+
+
+class MEANVALUE_PG_bake(bpy.types.PropertyGroup):
+    """How the object is baked"""
+
+    __annotations__ = options()
+
+
+class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
+    """What a bake has made of the object, so that it can be taken back. Lists are JSON"""
+
+    target: StringProperty()  # "" for none
+    key: StringProperty()  # digest of what was baked
+    path: StringProperty()
+    modifier: StringProperty(maxlen=ids.NAME_LENGTH)
+    keys: StringProperty()
+    muted: StringProperty()
+    was_live: BoolProperty()
+    was_mixed: BoolProperty()
+    was_relative: BoolProperty()
+    note: StringProperty()  # what it is, for the panel
+    worst: StringProperty()  # frames with the highest energies
+
+
+CLASSES = (MEANVALUE_PG_bake, MEANVALUE_PG_baked)

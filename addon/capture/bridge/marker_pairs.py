@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of markers of a mesh: which point each has, and which control and handle were made for it."""
+
+import bpy
+
+from ...posing.bridge import controls
+from . import takes
+
+
+def list_markers(capture):
+    """Gives every marker of the chosen take a line. Lines of others go, unless they have a control."""
+    wanted = takes.labels(capture.take) if takes.is_take(capture.take) else []
+    for index in reversed(range(len(capture.pairs))):
+        pair = capture.pairs[index]
+        if pair.name not in wanted and pair.control is None:
+            capture.pairs.remove(index)
+    for label in wanted:
+        if label not in capture.pairs:
+            capture.pairs.add().name = label
+    capture.active_pair = max(0, min(capture.active_pair, len(capture.pairs) - 1))
+
+
+def line_index(obj, pair):
+    """Where the handle of a pair is in `obj.meanvalue.anchor_groups`, or None.
+
+    A line that the artist gave another control is no longer the marker's.
+    """
+    lines = obj.meanvalue.anchor_groups
+    return next((n for n, line in enumerate(lines) if line.marker == pair.name and line.made_control), None)
+
+
+def line_of(obj, pair):
+    """The handle of a pair, or None."""
+    index = line_index(obj, pair)
+    return None if index is None else obj.meanvalue.anchor_groups[index]
+
+
+def matched(obj):
+    """The pairs of a mesh that have a handle."""
+    return [pair for pair in obj.meanvalue.capture.pairs if line_index(obj, pair) is not None]
+
+
+def index_of(obj, name):
+    """Number of the pair of a marker, or None."""
+    return obj.meanvalue.capture.pairs.find(name) if name in obj.meanvalue.capture.pairs else None
+
+
+def index_meant(obj, active):
+    """Number of the pair that the artist means: of the active object (its control or marker), else of the list; or
+    None."""
+    capture = obj.meanvalue.capture
+    if active is not None and active.type == 'EMPTY':
+        for number, pair in enumerate(capture.pairs):
+            if pair.control == active:
+                return number
+    if active is not None and takes.of_marker(active) in {capture.take, capture.reference_take} - {None}:
+        return index_of(obj, active.meanvalue.marker)
+    return capture.active_pair if capture.active_pair < len(capture.pairs) else None
+
+
+def active_pair(obj):
+    """The pair whose line in the list is the active one, or None."""
+    capture = obj.meanvalue.capture
+    return capture.pairs[capture.active_pair] if capture.active_pair < len(capture.pairs) else None
+
+
+def note_active(active):
+    """Makes the pair of a control that the artist has just made active the active one of the list."""
+    obj = controls.owner_of(active)
+    if obj is None:
+        return
+    capture = obj.meanvalue.capture
+    for number, pair in enumerate(capture.pairs):
+        if pair.control == active and capture.active_pair != number:
+            capture.active_pair = number
+
+
+def mesh_of_marker(marker):
+    """The mesh object whose take has the Empty `marker`, or None."""
+    take = takes.of_marker(marker)
+    if take is None:
+        return None
+    for obj in bpy.context.view_layer.objects:
+        if obj.type == 'MESH' and take in {obj.meanvalue.capture.take, obj.meanvalue.capture.reference_take}:
+            return obj
+    return None

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Marker sets of the artist's own: which place of the body a marker of that name is on. Kept with Blender's presets."""
+
+import pathlib
+
+import bpy
+
+from ... import ids, wording
+from ...errors import MeanValueError, SceneError
+from ..core import landmarks, marker_sets
+
+
+def folder(create=False):
+    """Where they are, or None if nothing was saved yet."""
+    found = bpy.utils.user_resource('SCRIPTS', path=f"presets/{ids.MARKER_SETS_FOLDER}", create=create)
+    return pathlib.Path(found) if found else None
+
+
+def own_sets():
+    """(marker sets, notes on files that are none)."""
+    sets, notes = [], []
+    where = folder()
+    for path in sorted(where.glob("*.json")) if where is not None and where.is_dir() else ():
+        try:
+            sets.append(marker_sets.load(path))
+        except MeanValueError as error:
+            notes.append(f"Marker set left out: {error}")
+    return sets, notes
+
+
+def recognised(capture, labels):
+    """(landmark or None for each of the labels, words on what the names tell, notes): as the artist says, else by the
+    names."""
+    sets, notes = own_sets()
+    recognition = marker_sets.recognise(labels, sets)
+    own = [capture.pairs[label].landmark if label in capture.pairs else "" for label in labels]
+    unknown = sorted({landmark for landmark in own if landmark and landmarks.place_of(landmark) is None})
+    if unknown:
+        raise SceneError(
+            f"{wording.quoted(unknown)} {'is no landmark' if len(unknown) == 1 else 'are no landmarks'}. Choose from "
+            "the list that opens in the field, or clear it"
+        )
+    places = tuple(mine or by_name for mine, by_name in zip(own, recognition.landmarks, strict=True))
+    chosen = sum(map(bool, own))
+    by_hand = f", {wording.counted(chosen, 'landmark')} chosen by hand" if chosen else ""
+    return places, recognition.words.rstrip(".") + by_hand, notes
+
+
+def save(name, capture):
+    """Writes the landmarks of all markers as a set `name`. Returns its path. @throws MeanValueError."""
+    labels = [pair.name for pair in capture.pairs]
+    places, _, _ = recognised(capture, labels)
+    known = {label: place for label, place in zip(labels, places, strict=True) if place}
+    if not known:
+        raise SceneError("No marker has a landmark yet. Choose one for each marker of the list first")
+    if not name.strip():
+        raise SceneError("The marker set has no name. Fill it in")
+    path = folder(create=True) / f"{bpy.path.clean_name(name)}.json"
+    marker_sets.save(path, marker_sets.MarkerSet(name, known))
+    return path, len(known)
+
+
+def candidates():
+    """Names of all landmarks, with sides where a body has two."""
+    for name, place in landmarks.PLACES.items():
+        is_limb = any("*" in segment for segment in place.segments)
+        yield from ([] if is_limb else [name])
+        yield from (f"{name}.L", f"{name}.R")

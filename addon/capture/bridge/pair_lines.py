@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the overlay shows of motion capture: a line from each marker, at the reference frame, to its point."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...posing.bridge import overlay_data
+from . import marker_pairs
+
+#: Near, middling, far: told apart by most eyes (Okabe and Ito 2008).
+SCALE_COLORS = np.array([(0.0, 0.62, 0.45, 1.0), (0.94, 0.89, 0.26, 1.0), (0.84, 0.30, 0.0, 1.0)], np.float32)
+
+#: Distance that has the last colour, as a share of the mesh's size: on a person some 12 cm.
+FAR = 0.05
+
+ACTIVE_COLOR = (1.0, 1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """In object space: ends (2k, 3) float32, two for each line, with colors (2k, 4) float32."""
+
+    ends: np.ndarray
+    colors: np.ndarray
+
+
+NOTHING = Lines(np.empty((0, 3), np.float32), np.empty((0, 4), np.float32))
+
+
+def lines(obj):
+    """The Lines of a mesh object, where its vertices are to be seen now."""
+    capture = obj.meanvalue.capture
+    if not capture.show_pairs:
+        return NOTHING
+    pairs = [pair for pair in capture.pairs if pair.distance >= 0.0 and 0 <= pair.vertex < len(obj.data.vertices)]
+    if not pairs:
+        return NOTHING
+    points = overlay_data.shown_positions(obj)[[pair.vertex for pair in pairs]]
+    offsets = np.array([pair.offset for pair in pairs], np.float32)
+    colors = distance_colors(np.linalg.norm(offsets, axis=1) / max(capture.mesh_size, 1e-30))
+    active = marker_pairs.active_pair(obj)
+    for number, pair in enumerate(pairs):
+        if pair == active:
+            colors[number] = ACTIVE_COLOR
+    return Lines(np.stack([points, points + offsets], axis=1).reshape(-1, 3), np.repeat(colors, 2, axis=0))
+
+
+def distance_colors(shares):
+    """k x 4 float32 for distances as shares of the mesh's size: green where near, over yellow, red where far."""
+    place = np.clip(np.asarray(shares) / FAR, 0.0, 1.0) * (len(SCALE_COLORS) - 1)
+    stops = np.arange(len(SCALE_COLORS))
+    return np.stack([np.interp(place, stops, SCALE_COLORS[:, channel]) for channel in range(4)], axis=1).astype("f4")

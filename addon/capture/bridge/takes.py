@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Takes in the scene: a collection with one Empty for each marker, animated as it was recorded.
+
+The Empties are the artist's to mend: what is read back is what their keys say.
+"""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ... import wording
+from ...errors import SceneError
+from ...scene import actions
+from ...scene.core import sample_times
+
+#: Size of a marker, as a share of the size of the whole set, and where that has none, in metres.
+SIZE_OVER_SPREAD = 0.008
+LEAST_SIZE = 0.002
+
+#: How far from its samples a key may lie, as a share of the time between them.
+OFF_SAMPLE = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What the Empties of a take say.
+
+    labels     m names, as in the file
+    empties    their m objects; not to be kept
+    positions  (f, m, 3) float64, world space; NaN where a marker has no key
+    frames     (f,) float64, of the scene
+    rate_hz    samples a second, as recorded
+    """
+
+    labels: tuple
+    empties: tuple
+    positions: np.ndarray
+    frames: np.ndarray
+    rate_hz: float
+
+    def sample_at(self, frame):
+        """Number of the sample nearest to a frame of the scene."""
+        return sample_times.nearest_sample(self.frames, frame)
+
+
+def make(take, frames, scale=1.0):
+    """The collection of a core.capture.Take: samples at `frames` (f,) of the scene, positions times `scale`.
+
+    Markers that are never seen get no Empty. What was made before an error is taken away again.
+    """
+    collection = bpy.data.collections.new(take.name)
+    try:
+        bpy.context.scene.collection.children.link(collection)
+        _describe(collection.meanvalue, take, frames)
+        positions = take.positions * scale
+        measured = take.measured
+        size = _marker_size(positions, measured)
+        for number in np.flatnonzero(measured.any(axis=0)):
+            empty = _make_empty(take.labels[number], size, collection)
+            _animate(empty, positions[:, number], measured[:, number], frames)
+    except BaseException:
+        remove(collection)
+        raise
+    return collection
+
+
+def remove(collection):
+    """Deletes a take with its Empties and their actions."""
+    for empty in list(collection.objects):
+        actions.remove_action(empty)
+        bpy.data.objects.remove(empty)
+    bpy.data.collections.remove(collection)
+
+
+def markers(collection):
+    """The Empties of a take, in the order of the file."""
+    found = [obj for obj in collection.objects if obj.meanvalue.marker]
+    return sorted(found, key=lambda obj: obj.meanvalue.marker_number)
+
+
+def labels(collection):
+    return [empty.meanvalue.marker for empty in markers(collection)]
+
+
+def is_take(collection):
+    return collection is not None and collection.meanvalue.is_take
+
+
+def of_marker(obj):
+    """The take that an Empty is a marker of, or None."""
+    if obj is None or not obj.meanvalue.marker:
+        return None
+    return next((collection for collection in obj.users_collection if is_take(collection)), None)
+
+
+def chosen(context):
+    """The take that the artist works on: of the active marker, else of the active mesh, else the only one; or None."""
+    active = context.object
+    if active is not None:
+        own = of_marker(active)
+        if own is not None:
+            return own
+        if active.meanvalue.capture.take is not None:
+            return active.meanvalue.capture.take
+        if active.parent is not None and active.parent.meanvalue.capture.take is not None:
+            return active.parent.meanvalue.capture.take
+    found = [collection for collection in bpy.data.collections if is_take(collection)]
+    return found[0] if len(found) == 1 else None
+
+
+def read(collection):
+    """The Recording of a take. @throws SceneError if there is nothing to read, or its keys were stretched in time."""
+    if not is_take(collection):
+        raise SceneError("No take is chosen. Import a motion capture file, and choose its collection as Take")
+    empties = markers(collection)
+    curves = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in empties]
+    spans = [(frames[0], frames[-1]) for curve in curves for frames, _ in curve if len(frames)]
+    if not spans:
+        raise SceneError(
+            f"The take '{collection.name}' has no markers with keyframes on their location any more. Import it again"
+        )
+    spacing = collection.meanvalue.frames_per_sample
+    first, last = min(span[0] for span in spans), max(span[1] for span in spans)
+    count = round((last - first) / spacing) + 1
+    if count > collection.meanvalue.sample_count:
+        raise _stretched(collection, f"The keys of '{collection.name}' reach over {count:,} samples")
+    positions = np.full((count, len(empties), 3), np.nan)
+    for number, curve in enumerate(curves):
+        for index, (frames, values) in enumerate(curve):
+            samples = (frames - first) / spacing
+            numbers = np.rint(samples).astype(int)
+            _require_on_samples(collection, empties[number], samples - numbers)
+            positions[numbers, number, index] = values
+    positions[np.isnan(positions).any(axis=2)] = np.nan  # all three or none
+    return Recording(
+        labels=tuple(empty.meanvalue.marker for empty in empties),
+        empties=tuple(empties),
+        positions=_in_world(empties, positions),
+        frames=first + spacing * np.arange(count),
+        rate_hz=collection.meanvalue.rate_hz,
+    )
+
+
+def swap(collection, one, other, frame=None):
+    """Gives two Empties of a take each other's keys, from a frame of the scene on, or all. @throws SceneError."""
+    recording = read(collection)
+    if one.parent != other.parent:
+        raise SceneError(
+            f"'{one.name}' and '{other.name}' have different parents, so their keys mean different places. Clear the "
+            "parents (Alt+P), or give both the same"
+        )
+    spacing = collection.meanvalue.frames_per_sample
+    begin = -np.inf if frame is None else frame - 0.5 * spacing
+    paths = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in (one, other)]
+    for empty, own, new in ((one, *paths), (other, *paths[::-1])):
+        present = np.zeros(len(recording.frames), bool)
+        for index in range(3):
+            parts = [own[index], new[index]]
+            kept = [parts[0][0] < begin, parts[1][0] >= begin]
+            frames, values = (
+                np.concatenate([part[row][keep] for part, keep in zip(parts, kept, strict=True)]) for row in (0, 1)
+            )
+            actions.write_curve(empty, "location", index, frames, values)
+            present[np.rint((frames - recording.frames[0]) / spacing).astype(int)] = True
+        write_presence(empty, present, recording.frames)
+
+
+def _describe(settings, take, frames):
+    settings.is_take = True
+    settings.is_skeleton = bool(take.parents)
+    settings.rate_hz = take.rate_hz
+    settings.sample_count = take.frames
+    settings.frames_per_sample = float(frames[1] - frames[0]) if len(frames) > 1 else 1.0
+    settings.fullest_frame = frames[int(take.measured.sum(axis=1).argmax())]
+    settings.missing_share = take.missing_share
+
+
+def _make_empty(label, size, collection):
+    empty = bpy.data.objects.new(label, None)
+    collection.objects.link(empty)
+    empty.empty_display_type = 'SPHERE'
+    empty.empty_display_size = size
+    empty.meanvalue.marker = label
+    empty.meanvalue.marker_number = len(collection.objects)
+    return empty
+
+
+def _animate(empty, positions, measured, frames):
+    """positions (f, 3), measured (f,) bool, at least one of them."""
+    actions.write_vector(empty, "location", frames[measured], positions[measured])
+    write_presence(empty, measured, frames)
+    empty.location = positions[int(measured.argmax())]
+
+
+def write_presence(obj, present, frames):
+    """Keys the influence of a marker: 0 from where it is missing, 1 from where it is there again."""
+    keyed, values = sample_times.presence_keys(present, frames)
+    actions.write_curve(obj, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
+
+
+def _marker_size(positions, measured):
+    fullest = positions[int(measured.sum(axis=1).argmax())]
+    seen = fullest[~np.isnan(fullest[:, 0])]
+    spread = float(np.linalg.norm(np.ptp(seen, axis=0))) if len(seen) else 0.0
+    return max(SIZE_OVER_SPREAD * spread, LEAST_SIZE)
+
+
+def _require_on_samples(collection, empty, off):
+    """off: how far keys are from the nearest samples, in samples."""
+    count = int(np.count_nonzero(np.abs(off) > OFF_SAMPLE))
+    if count:
+        raise _stretched(collection, f"{wording.counted(count, 'key')} of marker '{empty.name}' are off the samples")
+
+
+def _stretched(collection, what):
+    settings = collection.meanvalue
+    return SceneError(
+        f"{what}, but the take has {wording.counted(settings.sample_count, 'sample')}, one every "
+        f"{settings.frames_per_sample:.4g} frames. Keys may be moved in value and deleted, and all of them moved in "
+        "time together; undo what stretched them, or import the take again"
+    )
+
+
+def _in_world(empties, positions):
+    """(f, m, 3) as the parents of the Empties, if any, have them now."""
+    for number, empty in enumerate(empties):
+        if empty.parent is not None or empty.constraints:
+            around = np.array(empty.matrix_world @ empty.matrix_basis.inverted(), np.float64)
+            positions[:, number] = positions[:, number] @ around[:3, :3].T + around[:3, 3]
+    return positions

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Markers that the capturing program took for others: paths that no body moves along."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...scene.core import checks
+
+#: A path may miss where its own speed leads by this share of the body's size (1 cm for an adult), and by this many
+#: times what most of its steps do, in the whole take or among the NEARBY steps before and after: takes that lost single
+#: frames (of 120 Hz every sixth, say) stutter everywhere, and that is no fault of a marker.
+FREE, USUAL, NEARBY = 0.006, 4.0, 20
+#: Gaps of less samples are judged by speeds, longer ones by neighbours.
+SHORT = 4
+#: Steps that speeds, and samples that distances, are the medians of.
+WINDOW = 3
+#: Seconds between the reappearances of two markers that may have been swapped meanwhile, and until a spike is over.
+TOGETHER, SPIKE = 0.5, 0.25
+#: Neighbours whose distance to a marker is compared before and after a gap, as many of them as must have changed, and
+#: the samples between which their distances change as they usually do.
+PARTNERS, AGREEING, LAG = 5, 3, 10
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something to look at: `kind` is "jump", "spike" or "swap"; `sample` is the first wrong one, counted from 0."""
+
+    kind: str
+    marker: int
+    sample: int
+    words: str
+    #: The marker it was swapped with, or None.
+    other: int | None = None
+    #: How far the path is from where it should go on, in metres.
+    distance: float = 0.0
+    #: Of spikes: the first sample that is right again.
+    until: int | None = None
+
+
+@dataclass
+class _Break:
+    """Between samples `last` and `first` (the next good one) marker's path does not go on."""
+
+    marker: int
+    last: int
+    first: int
+    place: np.ndarray  # where it is at `first`
+    expected: np.ndarray  # where its speed before leads at `first`
+    before: np.ndarray  # that speed, a sample
+
+
+def find_jumps(positions, rate_hz, labels=None, are_joints=False):
+    """List of `Finding`, by sample: markers that jump, jump away and come back (spikes), or are swapped with another.
+
+    A path breaks where a step differs from the mean of the speeds (medians of WINDOW steps) before and after it by far
+    more than its steps usually do, and by more than half of what the speeds themselves differ by: noise, fast motion
+    and hard stops pass. After a gap, distances to the neighbours that are most rigid with the marker must be as before.
+    Two markers whose paths break together and go on in each other's are swapped. Markers nearer to each other than
+    twice FREE of the body's size can't be told apart.
+
+    positions  (f, m, 3) metres, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words;
+    are_joints  they are of a skeleton, as in BVH, where no point can be taken for another: swaps are not looked for.
+    Raises InvalidMotionError for wrong shapes.
+    """
+    positions = checks.motion(positions)
+    rate = checks.positive(rate_hz, "the frame rate", "Hz")
+    names = [f"marker {number}" for number in range(positions.shape[1])] if labels is None else list(labels)
+    if len(names) != positions.shape[1]:
+        raise checks.InvalidMotionError(f"There are {len(names)} names for {positions.shape[1]} markers.")
+    size = _body_size(positions)
+    if not size > 0.0:
+        return []
+    breaks = []
+    for marker in range(positions.shape[1]):
+        breaks += _breaks(positions, marker, size)
+    findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate * TOGETHER, names)
+    findings += _single(rest, rate * SPIKE, names, are_joints)
+    return sorted(findings, key=lambda finding: (finding.sample, finding.marker))
+
+
+def _body_size(positions):
+    """Median over some frames of the diagonal of what is seen."""
+    some = positions[:: max(1, len(positions) // 200)]
+    some = some[~np.isnan(some[..., 0]).all(axis=1)]
+    if not len(some):
+        return 0.0
+    return float(np.median(np.linalg.norm(np.nanmax(some, axis=1) - np.nanmin(some, axis=1), axis=1)))
+
+
+def _breaks(positions, marker, size):
+    path = positions[:, marker]
+    good = np.flatnonzero(~np.isnan(path[:, 0]))
+    if len(good) < 4:
+        return []
+    known, spans = path[good], np.diff(good)
+    speeds = np.diff(known, axis=0) / spans[:, None]
+    before, after = _speeds_around(speeds)
+    off = np.linalg.norm(spans[:, None] * (speeds - 0.5 * (before + after)), axis=1)
+    allowed = FREE * size + 0.5 * spans * np.linalg.norm(after - before, axis=1)
+    usual = _usual_where(np.where(spans == 1, off, np.nan), off > allowed)
+    allowed += USUAL * usual * spans**2
+    allowed[[0, -1]] *= 3.0  # at the take's ends only one side is known
+    broken = (off > allowed) & (spans < SHORT)
+    gaps = np.flatnonzero(spans >= SHORT)
+    if len(gaps):
+        broken[gaps] = _Neighbours(positions, marker).disagree(good[gaps], good[gaps + 1], FREE * size)
+    expected = known[:-1] + spans[:, None] * before
+    return [
+        _Break(marker, int(good[step]), int(good[step + 1]), known[step + 1], expected[step], before[step])
+        for step in np.flatnonzero(broken)
+    ]
+
+
+def _usual_where(off, asked):
+    """(n,): what few of the (n,) values around each are above, NaN left out, and no less than for all of them; of
+    those that are not asked for (n,) bool, the latter."""
+    if np.isnan(off).all():
+        return np.full(len(off), np.inf)
+    result = np.full(len(off), np.nanquantile(off, 0.9))
+    padded = np.concatenate([np.full(NEARBY, np.nan), off, np.full(NEARBY, np.nan)])
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEARBY + 1)[asked]
+    ordered = np.sort(windows, axis=1)  # NaN last
+    counts = (~np.isnan(ordered)).sum(axis=1)
+    nearby = np.take_along_axis(ordered, (0.85 * np.maximum(counts - 1, 0)).astype(int)[:, None], axis=1)[:, 0]
+    result[asked] = np.fmax(nearby, result[asked])
+    return result
+
+
+def _speeds_around(speeds):
+    """(n, 3) twice: medians of the WINDOW speeds before and after each, of the other side where there is none."""
+    padding = np.full((WINDOW, 3), np.nan)
+    padded = np.concatenate([padding, speeds, padding])
+    medians = _median(np.stack([padded[k : len(padded) - WINDOW + 1 + k] for k in range(WINDOW)]))
+    before, after = medians[: len(speeds)], medians[WINDOW + 1 :]
+    return np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
+
+
+def _median(values):
+    """Of the first axis, which has WINDOW rows, without NaN; NaN where there is nothing else."""
+    middle = np.maximum(np.minimum(values[0], values[1]), np.minimum(np.maximum(values[0], values[1]), values[2]))
+    is_holed = np.isnan(values).any(axis=0)  # seldom: only there is sorting worth its while
+    holed = np.sort(values[:, is_holed], axis=0)
+    count = (~np.isnan(holed)).sum(axis=0)
+    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, WINDOW - 1)
+    pick = [np.take_along_axis(holed, place[None], axis=0)[0] for place in (low, high)]
+    middle[is_holed] = 0.5 * (pick[0] + pick[1])
+    return middle
+
+
+class _Neighbours:
+    """The markers that are most rigid with one, by how little their distances change within LAG samples.
+
+    Not by how little they vary over the take: after a swap that is never undone they all do.
+    """
+
+    def __init__(self, positions, marker):
+        self._positions, self._marker = positions, marker
+        starts = np.arange(0, max(1, len(positions) - LAG), max(1, len(positions) // 1500))
+        ends = np.minimum(starts + LAG, len(positions) - 1)
+        change = np.abs(self._distances(ends) - self._distances(starts))
+        counts = (~np.isnan(change)).sum(axis=0)
+        ordered = np.sort(change, axis=0)  # NaN last
+        self._usual = np.full(positions.shape[1], np.inf)
+        enough = counts >= LAG
+        rows = np.minimum((0.9 * counts).astype(int), np.maximum(counts - 1, 0))
+        self._usual[enough] = np.take_along_axis(ordered, rows[None], axis=0)[0, enough]
+        self._usual[marker] = np.inf
+
+    def disagree(self, last, first, free):
+        """(g,) bool of g gaps: distances to them are others from samples `first` (g,) on than until `last` (g,)."""
+        steps, end = np.arange(WINDOW)[:, None], len(self._positions)
+        change = np.abs(self._usually(first + steps, first + steps < end) - self._usually(last - steps, steps <= last))
+        order = np.argsort(self._usual, kind="stable")[: np.count_nonzero(np.isfinite(self._usual))]
+        change, usual = change[:, order], self._usual[order]
+        seen = ~np.isnan(change)
+        partners = seen & (np.cumsum(seen, axis=1) <= PARTNERS)
+        lags = np.maximum(1.0, (first - last) / LAG)
+        others = partners & (change > 3.0 * lags[:, None] * usual + 2.0 * free)
+        return others.sum(axis=1) >= AGREEING
+
+    def _usually(self, frames, exist):
+        """(g, m): medians of the distances in frames (WINDOW, g), of those that exist (WINDOW, g)."""
+        distances = self._distances(np.where(exist, frames, 0))
+        return _median(np.where(exist[..., None], distances, np.nan))
+
+    def _distances(self, frames):
+        """(..., m) from the marker in frames (...)."""
+        some = self._positions[frames]
+        return np.linalg.norm(some - some[..., self._marker, None, :], axis=-1)
+
+
+def _swaps(breaks, window, names):
+    """(findings of swapped pairs, breaks that are left)."""
+    candidates = []
+    for number, one in enumerate(breaks):
+        for other_number in range(number + 1, len(breaks)):
+            other = breaks[other_number]
+            if one.marker == other.marker or abs(one.first - other.first) > window:
+                continue
+            apart = np.linalg.norm(one.place - one.expected) + np.linalg.norm(other.place - other.expected)
+            crossed = np.linalg.norm(_expected_at(other, one.first) - one.place)
+            crossed += np.linalg.norm(_expected_at(one, other.first) - other.place)
+            if crossed < 0.4 * apart:
+                candidates.append((crossed / apart, number, other_number))
+    used, findings = set(), []
+    for _, number, other_number in sorted(candidates):
+        if number in used or other_number in used:
+            continue
+        used |= {number, other_number}
+        one, other = breaks[number], breaks[other_number]
+        sample, distance = min(one.first, other.first), float(np.linalg.norm(one.place - one.expected))
+        words = (
+            f"{names[one.marker]} and {names[other.marker]} change places at sample {sample} "
+            f"({1000.0 * distance:.0f} mm apart): Swap Markers mends it from there on."
+        )
+        findings.append(Finding("swap", one.marker, sample, words, other.marker, distance))
+    return findings, [one for number, one in enumerate(breaks) if number not in used]
+
+
+def _expected_at(one, sample):
+    return one.expected + (sample - one.first) * one.before
+
+
+def _single(breaks, window, names, are_joints):
+    """Findings of breaks that are no swaps; one that is undone soon is a spike."""
+    findings, number = [], 0
+    while number < len(breaks):
+        one, number = breaks[number], number + 1
+        distance = float(np.linalg.norm(one.place - one.expected))
+        told = f"{names[one.marker]} jumps by {1000.0 * distance:.0f} mm at sample {one.first}"
+        following = breaks[number] if number < len(breaks) else None
+        is_undone = (
+            following is not None
+            and following.marker == one.marker
+            and following.first - one.first <= window
+            and np.linalg.norm(_expected_at(one, following.first) - following.place) < 0.4 * distance
+        )
+        if is_undone:
+            number += 1
+            until = following.first
+            words = f"{told} and is back at sample {until}: delete the samples between, the gap will be filled."
+            findings.append(Finding("spike", one.marker, one.first, words, distance=distance, until=until))
+        else:
+            if are_joints:
+                words = f"{told}: the skeleton's motion is broken there; leave these frames out or mend its curves."
+            else:
+                words = f"{told}: another point may go by its name from there on; rename it or delete its samples."
+            findings.append(Finding("jump", one.marker, one.first, words, distance=distance))
+    return findings

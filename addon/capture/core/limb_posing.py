@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arms and legs of a reference frame brought into the pose of the mesh: hardly anybody stands as the mesh does."""
+
+import numpy as np
+
+from ...scene.core import checks
+from ...scene.core.surface import Surface, along_from, outward
+from . import facing
+from .hip_centres import with_hips
+from .landmarks import has_joints, side_of
+from .limb import Limb
+from .medial import medial_points
+from .proportions import proportions_of
+
+ARM = (("upper_arm", "elbow"), ("forearm", "wrist", "hand"), "elbow")
+LEG = (("thigh", "knee"), ("shank", "ankle", "heel", "toe"), "knee")
+FOOT = (("heel", "toe"), ("ankle",))
+#: Points of the surface; the joint of the shoulder below its marker, over the body's height.
+SAMPLES, BELOW = 12000, 0.03
+#: What is the skin of an arm: so far beyond the shoulder and above the ground, to be reached by steps of REACH from
+#: what is within ROOT of the shoulder, and as long as LEAST_ARM, all over the body's height. The trunk is as near to an
+#: arm that hangs down as an arm is. Legs are below LEGS.
+BEYOND, HANDS, REACH, ROOT, LEAST_ARM, LEGS = 0.012, 0.35, 0.02, 0.1, 0.25, 0.45
+#: How much nearer to its skin a limb must come.
+BETTER = 0.7
+
+
+def pose_limbs(markers, landmarks, vertices, triangles):
+    """(m, 3): the first of `posed_and_actor()`."""
+    return posed_and_actor(markers, landmarks, vertices, triangles)[0]
+
+
+def posed_and_actor(markers, landmarks, vertices, triangles):
+    """(posed, actor), (m, 3) each.
+
+    Posed: the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
+
+    Arms are stretched out. Each limb is tried in all directions about that of the end of its skin, the farthest from
+    the shoulder or the lowest on its side, and rolled about that; the best one is refined by ICP, first for the whole
+    limb about shoulder or hip, then for what is beyond elbow or knee. Markers look for skin that looks their way
+    (facing.py): so forearms are rolled as the hands of the mesh are. Only skin beyond the shoulder is an arm's, so arms
+    of a mesh that lie at its sides are not followed. Lengths stay the actor's. A limb that would not lie much nearer to
+    its skin is left alone. Feet are turned about the upright axis alone, unless they are tilted: soles stay on the
+    ground. Before that, markers go to the heights of a body with such legs (proportions.py), where these are unusual.
+    Joints of a skeleton look for the middle of the limb in place of its skin.
+    What comes out takes the place of the reference everywhere: in `match_to_surface()`, `skin_targets()`, and as the
+    character of `retarget()`.
+    Actor: the same pose with the lengths of the actor, which is the reference that `retarget()` needs.
+
+    markers  (m, 3) aligned with the mesh, NaN where missing; landmarks  m names or None; vertices  (n, 3); triangles
+    (t, 3). Arms need markers (or joints) of shoulder and elbow, legs of knee and pelvis or hip, or they are left alone.
+    """
+    landmarks = tuple(landmarks)
+    markers = checks.points(markers, "the markers")
+    if len(landmarks) != len(markers):
+        raise checks.InvalidMotionError(f"There are {len(landmarks)} landmarks for {len(markers)} markers.")
+    body = _Body(Surface(vertices, triangles), has_joints(landmarks))
+    known = np.flatnonzero(~np.isnan(markers[:, 0]))
+    looks = facing.forward(markers[known], [landmarks[k] for k in known])
+    proportions = proportions_of(body.skin, body.normals)
+    markers = proportions.of_mesh(markers, landmarks)
+    hips = _hips(markers, landmarks)
+    result = markers.copy()
+    for number, side in enumerate("LR"):
+        shoulder, other = (_middle(markers, landmarks, which, "shoulder") for which in (side, "RL"[number]))
+        if shoulder is not None and other is not None:
+            below = 0.0 if f"shoulder.joint.{side}" in landmarks else BELOW * body.height
+            _pose_arm(result, landmarks, side, shoulder - [0.0, 0.0, below], shoulder - other, body, looks)
+        if len(hips):
+            out = _level(hips[number] - hips[1 - number])
+            is_leg = ((body.points - hips.mean(axis=0)) @ out > 0.0) & (body.above < LEGS)
+            _pose_leg(result, landmarks, side, hips[number], body, is_leg, looks)
+    return result, proportions.of_actor(result, landmarks)
+
+
+class _Body:
+    """Samples of the mesh: skin (s, 3) with normals (s, 3) outward; points (s, 3), which are the skin or of
+    skeletons its middle; above (s,) height over the ground as a share of the whole."""
+
+    def __init__(self, surface, is_for_joints):
+        self.skin, normals = surface.samples(SAMPLES)
+        self.normals = outward(self.skin, normals)
+        self.points = medial_points(self.skin, self.normals) if is_for_joints else self.skin
+        self.is_for_joints, self.height = is_for_joints, float(np.ptp(self.points[:, 2]))
+        self.above = (self.points[:, 2] - self.points[:, 2].min()) / max(self.height, 1e-300)
+
+    def faces(self, ways):
+        """Joints are inside, where nothing looks anywhere."""
+        return 0.0 * ways if self.is_for_joints else ways
+
+
+def _hips(markers, landmarks):
+    """(2, 3) left and right: as captured, or from the markers of the pelvis; empty where neither is there."""
+    if {"hip.L", "hip.R"} <= set(landmarks):
+        hips = markers[[landmarks.index("hip.L"), landmarks.index("hip.R")]]
+        return hips[:0] if np.isnan(hips).any() else hips
+    return with_hips(markers, markers, markers[None], landmarks)[0][len(markers) :]
+
+
+def _pose_arm(markers, landmarks, side, shoulder, across, body, looks):
+    """Turns the markers of one arm where they lie better then. across (3,): to its shoulder from the other one."""
+    is_arm, from_tip = _arm(body, shoulder, across)
+    if not is_arm.any():
+        return
+    skin = body.points[is_arm]
+    hand = facing.hand_of(skin, from_tip, side, body.height, looks)
+    faces = np.zeros_like(markers) if hand is None else body.faces(facing.of_arm(landmarks, hand))
+    limb = _limb(markers, landmarks, side, ARM, shoulder, body, is_arm, faces)
+    if limb:
+        _keep_better(markers, limb, limb.posed(_end(skin, -from_tip), is_stretched=True))
+
+
+def _arm(body, shoulder, across):
+    """(which samples (s,) bool are of the arm, how far these are from its tip, along the skin); none if it is short."""
+    # From the middle of the mesh, not from the marker: an alignment may be a little to one side.
+    out = body.points @ _level(across)
+    out -= np.median(out[body.above > 0.5]) + 0.5 * np.linalg.norm(across)
+    beyond = np.flatnonzero((out > BEYOND * body.height) & (body.above > HANDS))
+    points, reach, is_arm = body.points[beyond], REACH * body.height, np.zeros(len(body.points), bool)
+    far = along_from(np.linalg.norm(points - shoulder, axis=1) < ROOT * body.height, points, reach)
+    far[np.isinf(far)] = 0.0
+    if not far.any() or far.max() < LEAST_ARM * body.height:
+        return is_arm, far[:0]
+    # Flanks may be as far from the shoulder along the skin, but not as far out.
+    tip = (far + out[beyond]).argmax()
+    from_tip = along_from(np.arange(len(points)) == tip, points, reach)
+    near = from_tip < far[tip]
+    is_arm[beyond[near]] = True
+    return is_arm, from_tip[near]
+
+
+def _pose_leg(markers, landmarks, side, hip, body, is_leg, looks):
+    """Turns the markers of one leg, then of its foot, where they lie better then."""
+    skin = body.points[is_leg]
+    limb = _limb(markers, landmarks, side, LEG, hip, body, is_leg, body.faces(facing.of_body(landmarks, looks)))
+    if limb:
+        foot, ankle = (_numbers(markers, landmarks, side, names) for names in FOOT)
+        captured = markers.copy()
+        _keep_better(markers, limb, limb.posed(_end(skin, -skin[:, 2]), is_stretched=False))
+        if foot and ankle:
+            markers[foot] = limb.foot(captured, markers, foot, ankle)
+
+
+def _limb(markers, landmarks, side, parts, joint, body, is_limb, faces):
+    """The `Limb`, or None where markers or skin tell too little."""
+    upper, fore, middle = (_numbers(markers, landmarks, side, names) for names in (*parts[:2], parts[2:]))
+    if not middle or np.count_nonzero(is_limb) < 20:
+        return None
+    return Limb(markers, joint, upper, fore, middle, body.points[is_limb], body.normals[is_limb], faces, body.height)
+
+
+def _end(skin, outermost):
+    return skin[outermost >= np.quantile(outermost, 0.95)].mean(axis=0)
+
+
+def _keep_better(markers, limb, posed):
+    if limb.residual(posed) < BETTER * limb.residual(markers):
+        markers[limb.numbers] = posed[limb.numbers]
+
+
+def _numbers(markers, landmarks, side, names):
+    return [
+        number
+        for number, name in enumerate(landmarks)
+        if side_of(name) == side and name.split(".")[0] in names and not np.isnan(markers[number, 0])
+    ]
+
+
+def _middle(markers, landmarks, side, name):
+    numbers = _numbers(markers, landmarks, side, (name,))
+    return markers[numbers].mean(axis=0) if numbers else None
+
+
+def _level(way):
+    way = way * [1.0, 1.0, 0.0]
+    return way / max(np.linalg.norm(way), 1e-300)

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion for characters of other proportions: the directions of the capture with the lengths of the character."""
+
+import numpy as np
+
+from ...scene.core import checks
+from ...scene.core.rigid import turns_between
+from . import landmarks as places
+from .foot_planting import planted
+from .hip_centres import with_hips
+from .marker_graph import by_segments
+
+#: Edges whose captured lengths vary by this share count half: joints bend between their ends.
+BENDING = 0.05
+#: Degrees between the ways that reference and character look.
+MOST_TURNED = 60.0
+
+
+def retarget(markers, reference, character, rate_hz, landmarks=None, plant_feet=True):
+    """(f, m, 3) float64: where the markers would go on a character of other proportions.
+
+    Edges between neighbouring markers (of one segment of the body) turn as in the capture, by the rotation of their
+    segment and then the least one that makes their direction the captured one, and have the character's length, times
+    what the capture itself stretches them by. The markers that fit these edges best (least squares, relative to their
+    lengths) are one linear solve, the same for all frames: as-rigid-as-possible (Sorkine and Alexa 2007) with rotations
+    given by the capture. A character like the actor, but for scale, gets the capture back.
+    The pelvis' path is scaled by the length of the legs, and feet that stand still in the capture stand still
+    (foot_planting.py).
+
+    markers  (f, m, 3) metres, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
+        move with its segment meanwhile. reference  (m, 3): the markers in a frame in which the body stands upright,
+        any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, metres,
+        Z up. rate_hz  frames a second. landmarks  m names or None, of `marker_sets.recognise()`; without, markers are
+        joined with their nearest ones, and the lowest ones are feet.
+    Raises InvalidMotionError where shapes differ, for NaN in reference or character, and for less than three markers.
+    """
+    markers = checks.motion(markers, "the markers")
+    count = markers.shape[1]
+    reference = checks.points(reference, "the reference", count, missing_allowed=False)
+    character = checks.points(character, "the character's markers", count, missing_allowed=False)
+    rate = checks.positive(rate_hz, "the frame rate", "Hz")
+    landmarks = tuple(landmarks) if landmarks is not None else (None,) * count
+    if len(landmarks) != count:
+        raise checks.InvalidMotionError(f"There are {len(landmarks)} landmarks for {count} markers.")
+    if count < 3:
+        raise checks.InvalidMotionError(f"A body needs at least 3 markers to be retargeted, but there are {count}.")
+    _require_same_heading(reference, character)
+    reference, character, completed, landmarks = with_hips(reference, character, markers, landmarks)
+    graph = by_segments(reference, landmarks)
+    turns = graph.rotations(reference, completed)
+    completed = complete(completed, reference, graph, turns)
+    shape = _solved(graph, turns, completed, reference, character)
+    root = [k for k, landmark in enumerate(landmarks) if "pelvis" in places.segments_of(landmark)]
+    root = root or list(range(len(reference)))
+    shape -= shape[:, root].mean(axis=1, keepdims=True)
+    result = planted(shape, root, completed, reference, character, landmarks, rate, graph, plant_feet)[:, :count]
+    result[np.isnan(markers)] = np.nan
+    return result
+
+
+def _require_same_heading(reference, character):
+    flat = [points[:, :2] - points[:, :2].mean(axis=0) for points in (reference, character)]
+    cosine, sine = (flat[0] * flat[1]).sum(), (flat[0][:, 0] * flat[1][:, 1] - flat[0][:, 1] * flat[1][:, 0]).sum()
+    angle = np.degrees(np.arctan2(sine, cosine))
+    if abs(angle) > MOST_TURNED and np.hypot(cosine, sine) > 0.0:
+        raise checks.InvalidMotionError(
+            f"The character's markers are turned by {angle:.0f} degrees from those of the reference frame: "
+            "align the capture with the character first, or check that left and right are not exchanged."
+        )
+
+
+def complete(markers, reference, graph, turns):
+    """(f, m, 3) without NaN: a missing marker is where the first of its cells that is seen would carry it.
+
+    turns  (f, c, 3, 3), of `MarkerGraph.rotations()`. What no cell tells is where the whole body would carry it; in a
+    frame without any marker, everything is as in the nearest frame with one.
+    """
+    result = markers.copy()
+    for cell, (members, weights) in enumerate(zip(graph.members, graph.weights, strict=True)):
+        _carry(result, markers, reference, members[weights > 0.0], turns[:, cell], least=2)
+    everything = np.arange(markers.shape[1])
+    _carry(result, markers, reference, everything, turns.mean(axis=1), least=1)
+    seen = np.flatnonzero(~np.isnan(result[..., 0]).any(axis=1))
+    if not len(seen):
+        raise checks.InvalidMotionError("No marker is seen in any frame: there is no motion to retarget.")
+    frames = np.arange(len(result))
+    after = np.minimum(np.searchsorted(seen, frames), len(seen) - 1)
+    before = np.maximum(after - 1, 0)
+    nearest = np.where(np.abs(seen[after] - frames) <= np.abs(seen[before] - frames), seen[after], seen[before])
+    return result[nearest]
+
+
+def _carry(result, markers, reference, members, turns, least):
+    known = ~np.isnan(markers[:, members, 0])
+    frames = np.flatnonzero((known.sum(axis=1) >= least) & np.isnan(result[:, members, 0]).any(axis=1))
+    if not len(frames):
+        return
+    shares = known[frames] / known[frames].sum(axis=1, keepdims=True)
+    centres = np.einsum("fk,fkj->fj", shares, np.nan_to_num(markers[frames][:, members]))
+    offsets = reference[members] - (shares @ reference[members])[:, None]
+    carried = centres[:, None] + np.einsum("fij,fkj->fki", turns[frames], offsets)
+    part = result[frames[:, None], members]
+    result[frames[:, None], members] = np.where(np.isnan(part), carried, part)
+
+
+def _solved(graph, turns, markers, reference, character):
+    """(f, m, 3): the markers that fit the character's edges best, each frame about its centre."""
+    first, second = graph.edges.T
+    of_reference, of_character = reference[second] - reference[first], character[second] - character[first]
+    rest_lengths = np.maximum(np.linalg.norm(of_reference, axis=1), 1e-9)
+    least = 1e-3 * np.median(rest_lengths)
+    lengths = np.linalg.norm(of_character, axis=1)
+    some = markers[:: max(1, len(markers) // 1000)]
+    varies = np.linalg.norm(some[:, second] - some[:, first], axis=2).std(axis=0) / rest_lengths
+    # Relative errors count, but the shortest edges, where all is noise, not without bound.
+    weights = 1.0 / np.maximum(lengths, 0.3 * np.median(lengths) + 1e-12) ** 2 / (1.0 + (varies / BENDING) ** 2)
+    incidence = np.zeros((len(first), len(reference)))
+    rows = np.arange(len(first))
+    incidence[rows, second], incidence[rows, first] = 1.0, -1.0
+    solve = np.linalg.pinv(incidence.T @ (weights[:, None] * incidence), rcond=1e-10) @ (incidence.T * weights)
+    result = np.empty_like(markers)
+    for begin in range(0, len(markers), 512):
+        part = slice(begin, begin + 512)
+        edges = markers[part][:, second] - markers[part][:, first]
+        # Markers in one place of the reference tell of no stretching.
+        stretch = np.where(rest_lengths > least, np.linalg.norm(edges, axis=2) / rest_lengths, 1.0)
+        turned = turns[part][:, graph.cell_of_edge]
+        carried = np.einsum("feij,ej->fei", turned, of_reference)
+        wanted = np.einsum("feij,ej->fei", turned, of_character)
+        wanted = np.einsum("feij,fej->fei", turns_between(carried, edges), wanted)
+        result[part] = np.einsum("me,fej->fmj", solve, stretch[..., None] * wanted)
+    return result

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""When feet stand: low and slow, with hysteresis."""
+
+import numpy as np
+
+from ...scene.core import checks
+from .filtering import low_pass
+from .gaps import runs
+
+#: Body heights a second, and body heights above the lowest that a marker gets: below the first of each a stance begins,
+#: above the second it is over.
+STILL, LOW = (0.05, 0.09), (0.03, 0.05)
+#: Speeds as STILL, of feet that also roll over heel or toes: a foot stands on some of its markers without a break.
+ROLLING = (0.06, 0.14)
+SHORTEST = 0.06  # seconds
+SMOOTHING_HZ = 12.0  # speeds of noise are no speeds
+
+
+def find_stances(positions, rate_hz, height, slow=STILL):
+    """(f, k) bool: where each marker of a foot stands still on the ground.
+
+    A stance begins where the marker is both low and slow and lasts, forward and backward, while it is not much higher
+    or faster. "Low" is above the level that it has for a fiftieth of the time, so that floors need not be known; on
+    stairs only the lowest stances are found.
+
+    positions  (f, k, 3) metres, Z up, NaN stands nowhere; smoothed here, as noise has speed. rate_hz  frames a second;
+    height  of the body, metres; slow  two speeds, STILL or ROLLING.
+    """
+    positions = checks.motion(positions)
+    height = checks.positive(height, "the body's height", "m")
+    smooth = low_pass(positions, rate_hz, SMOOTHING_HZ) if rate_hz > 3.0 * SMOOTHING_HZ else positions
+    speed = np.linalg.norm(np.gradient(smooth, axis=0), axis=2) * rate_hz if len(smooth) > 1 else 0.0 * smooth[..., 0]
+    result = np.zeros(positions.shape[:2], bool)
+    for marker in range(positions.shape[1]):
+        known = ~np.isnan(speed[:, marker])
+        if not known.any():
+            continue
+        above = smooth[:, marker, 2] - np.quantile(smooth[known, marker, 2], 0.02)
+        surely, maybe = (
+            known & (speed[:, marker] < bound * height) & (above < low * height)
+            for bound, low in zip(slow, LOW, strict=True)
+        )
+        for begin, end in runs(maybe):
+            if surely[begin:end].any() and end - begin >= SHORTEST * rate_hz:
+                result[begin:end, marker] = True
+    return result
+
+
+def foot_slide(positions, stands):
+    """List of (marker, begin, end, metres): how far each stance travels on the ground, from where it begins at most.
+
+    positions  (f, k, 3), Z up; stands  (f, k) bool, of `find_stances()`.
+    """
+    result = []
+    for marker in range(positions.shape[1]):
+        for begin, end in runs(stands[:, marker]):
+            path = positions[begin:end, marker, :2]
+            travel = np.linalg.norm(path - path[0], axis=1)
+            result.append((marker, int(begin), int(end), float(np.nanmax(travel)) if len(travel) else 0.0))
+    return result

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lists what should be looked at in a take, and goes there."""
+
+import math
+
+import bpy
+import numpy as np
+
+from ... import wording
+from ...errors import MeanValueError, SceneError
+from ...scene import selection
+from ...scene.core import sample_times
+from ...widgets.base import Reporting
+from ..bridge import takes
+from ..core import jumps
+
+#: Gaps that are too long for their thresholds are all listed; of jumps, so many. More would not be read.
+MOST = 200
+
+
+class TakeOperator(Reporting):
+    """Mix-in for operators on the take that the artist works on. Subclasses define run(context, take)."""
+
+    bl_options = {'REGISTER', 'UNDO'}
+
+    @classmethod
+    def poll(cls, context):
+        if takes.chosen(context) is None:
+            cls.poll_message_set("No take is chosen. Import a motion capture file, or click one of its markers")
+            return False
+        return True
+
+    def execute(self, context):
+        try:
+            message, warnings = self.run(context, takes.chosen(context))
+        except MeanValueError as error:
+            return self.refuse(error)
+        return self.tell(message, warnings)
+
+
+class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
+    """List markers of the take that jump or are swapped with others, and gaps that are too long to be filled"""
+
+    bl_idname = "meanvalue.find_marker_problems"
+    bl_label = "Find Problems"
+
+    longest_gap: bpy.props.FloatProperty(
+        name="Longest Gap",
+        description="List gaps that are longer. If it is never given: what the mesh that uses the take has for it",
+        default=1.0,
+        min=0.0,
+        unit='TIME_ABSOLUTE',
+        options={'SKIP_SAVE'},
+    )
+
+    def run(self, context, take):
+        recording = takes.read(take)
+        found = [*self._gaps(context, take, recording), *_jumps(recording, take.meanvalue.is_skeleton)]
+        settings = take.meanvalue
+        settings.problems.clear()
+        settings.active_problem = 0
+        settings.is_searched = True
+        for sample, marker, text, other in sorted(found, key=lambda each: each[:3])[:MOST]:
+            problem = settings.problems.add()
+            problem.text = text
+            problem.marker = recording.empties[marker]
+            problem.other = None if other is None else recording.empties[other]
+            problem.frame = recording.frames[sample]
+        if not found:
+            return f"'{take.name}': no jumps, no swapped markers, no gaps over {self.longest_gap:g} s", []
+        more = [f"The first {MOST} are listed"] if len(found) > MOST else []
+        first = settings.problems[0]
+        return (
+            f"'{take.name}': {wording.counted(len(found), 'problem')} found. The first, at frame {first.frame:g}: "
+            f"{first.text.rstrip('.')}. Click one in the list to go there",
+            more,
+        )
+
+    def _gaps(self, context, take, recording):
+        if not self.properties.is_property_set("longest_gap"):
+            self.longest_gap = _threshold(context, take)
+        for marker, label in enumerate(recording.labels):
+            for begin, end in sample_times.runs(np.isnan(recording.positions[:, marker, 0])):
+                seconds = (end - begin) / recording.rate_hz
+                if seconds > self.longest_gap:
+                    yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
+
+
+class MEANVALUE_OT_show_marker_problem(TakeOperator, bpy.types.Operator):
+    """Go to the frame of this problem, and select its marker"""
+
+    bl_idname = "meanvalue.show_marker_problem"
+    bl_label = "Show Problem"
+
+    index: bpy.props.IntProperty(name="Line", description="Line of the list, from 0", min=0, options={'SKIP_SAVE'})
+
+    def run(self, context, take):
+        problems = take.meanvalue.problems
+        if self.index >= len(problems):
+            raise SceneError(f"The list has {wording.counted(len(problems), 'problem')}. Choose one of them")
+        problem = problems[self.index]
+        take.meanvalue.active_problem = self.index
+        whole = math.floor(problem.frame)
+        context.scene.frame_set(whole, subframe=problem.frame - whole)
+        if problem.marker is not None and problem.marker.name in context.view_layer.objects:
+            selection.choose(problem.marker)
+            return problem.text, []
+        return problem.text, ["Its marker is in no collection of this view layer"]
+
+
+def _jumps(recording, are_joints):
+    for finding in jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, are_joints):
+        yield finding.sample, finding.marker, finding.words, finding.other
+
+
+def _threshold(context, take):
+    """Seconds: the rigid threshold of the mesh that uses the take."""
+    for obj in context.view_layer.objects:
+        if obj.type == 'MESH' and obj.meanvalue.capture.take == take:
+            capture = obj.meanvalue.capture
+            return max(capture.spline_seconds, capture.rigid_seconds)
+    return 1.0

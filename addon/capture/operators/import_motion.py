@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads motion capture files: one Empty for each marker, animated as it was recorded."""
+
+import math
+import pathlib
+
+import bpy
+from bpy_extras.io_utils import ImportHelper
+
+from ... import wording
+from ...errors import MeanValueError, MotionFileError, SceneError
+from ...scene import selection
+from ...scene.core import sample_times
+from ...widgets.base import Reporting
+from ..bridge import takes
+from ..core import readers
+
+FROM_FILE = 'FILE'
+
+#: Metres for one unit of the file.
+METRES = {'METRES': 1.0, 'CENTIMETRES': 0.01, 'MILLIMETRES': 0.001, 'INCHES': 0.0254, 'FEET': 0.3048}
+
+
+class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
+    """Import markers of motion capture (C3D, TRC, BVH) as animated Empties"""
+
+    bl_idname = "meanvalue.import_motion"
+    bl_label = "Import Motion Capture"
+    bl_options = {'REGISTER', 'UNDO', 'PRESET'}
+
+    filter_glob: bpy.props.StringProperty(
+        default=";".join(f"*{suffix};*{suffix.upper()}" for suffix in readers.SUFFIXES), options={'HIDDEN'}
+    )
+    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={'HIDDEN', 'SKIP_SAVE'})
+    directory: bpy.props.StringProperty(subtype='DIR_PATH', options={'HIDDEN', 'SKIP_SAVE'})
+    up_axis: bpy.props.EnumProperty(
+        name="Up Axis",
+        description="Which axis of the file points up",
+        items=[(FROM_FILE, "From File", "As the file says"), *((axis, axis, "") for axis in readers.UP_AXES)],
+        default=FROM_FILE,
+    )
+    unit: bpy.props.EnumProperty(
+        name="Unit",
+        description="What the file counts lengths in",
+        items=(
+            (FROM_FILE, "From File", "As the file says"),
+            ('METRES', "Metres", "The file counts in metres"),
+            ('CENTIMETRES', "Centimetres", "The file counts in centimetres"),
+            ('MILLIMETRES', "Millimetres", "The file counts in millimetres"),
+            ('INCHES', "Inches", "The file counts in inches"),
+            ('FEET', "Feet", "The file counts in feet"),
+        ),
+        default=FROM_FILE,
+    )
+    scale: bpy.props.FloatProperty(
+        name="Scale", description="Factor on all positions", default=1.0, min=1e-6, soft_min=0.01, soft_max=100.0
+    )
+    time: bpy.props.EnumProperty(
+        name="Time",
+        description="How the samples are laid into the time of the scene. One second stays one second either way",
+        items=(
+            ('SCENE', "Keep Scene Rate", "Keys come between the frames where the capture has more samples a second"),
+            ('CAPTURE', "Take Capture's Rate", "Set the scene's frame rate to that of the (first) file"),
+        ),
+        default='SCENE',
+    )
+    start_frame: bpy.props.IntProperty(name="Start Frame", description="Frame of the first sample", default=1)
+    extend_range: bpy.props.BoolProperty(
+        name="Extend Range", description="Move the end of the scene so that the whole take is played", default=True
+    )
+
+    trim: bpy.props.BoolProperty(
+        name="Trim Empty Ends",
+        description="Leave frames at the ends of the take that show no marker at all out of the range of the scene",
+        default=True,
+    )
+
+    def invoke(self, context, event):
+        if self.files and self.directory:  # dropped on the window
+            return context.window_manager.invoke_props_dialog(self)
+        return super().invoke(context, event)
+
+    def execute(self, context):
+        try:
+            read = self._read()
+            collections, frames = self._make(context.scene, read)
+        except MeanValueError as error:
+            return self.refuse(error)
+        if self.extend_range:
+            self._extend(context.scene, read, frames)
+        _go_on_with(context, collections)
+        lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
+        for line in lines[:-1]:
+            self.say('INFO', wording.sentence(line))
+        empty = [note for pair in zip(read, frames, strict=True) for note in self._empty_ends(*pair)]
+        return self.tell(lines[-1], [*empty, *_notes(context.scene, read, self.time)])
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        for name in ("up_axis", "unit", "scale", "time", "start_frame", "extend_range", "trim"):
+            layout.prop(self, name)
+
+    def _paths(self):
+        """@throws SceneError if none is given."""
+        folder = pathlib.Path(bpy.path.abspath(self.directory)) if self.directory else None
+        named = [folder / each.name for each in self.files if each.name] if folder else []
+        if named:
+            return named
+        if self.filepath:
+            return [pathlib.Path(bpy.path.abspath(self.filepath))]
+        raise SceneError(f"No file is chosen. Choose one or more of {wording.listed(readers.SUFFIXES)}")
+
+    def _read(self):
+        """The Takes of all files, before anything is made. @throws MotionFileError, SceneError."""
+        unit = METRES.get(self.unit)
+        up_axis = None if self.up_axis == FROM_FILE else self.up_axis
+        try:
+            read = [readers.read(path, up_axis=up_axis, unit=unit) for path in self._paths()]
+        except MotionFileError as error:  # begins with the name of the file, which must stay as it is
+            raise MotionFileError(f"Cannot import {error}") from error
+        for take in read:
+            if not take.measured.any():
+                raise MotionFileError(
+                    f"Cannot import '{take.name}': it has no sample of any marker: all are missing. Choose another file"
+                )
+        return read
+
+    def _make(self, scene, read):
+        """(collections, the frames of their samples); all of them or, after an error, none."""
+        former = scene.render.fps, scene.render.fps_base
+        made, frames = [], []
+        try:
+            if self.time == 'CAPTURE':
+                _set_rate(scene, read[0].rate_hz)
+            for take in read:
+                frames.append(self._frames(scene, take, read[0].rate_hz))
+                made.append(takes.make(take, frames[-1], self.scale))
+        except BaseException:
+            scene.render.fps, scene.render.fps_base = former
+            for collection in made:
+                takes.remove(collection)
+            raise
+        return made, frames
+
+    def _extend(self, scene, read, frames):
+        """Lets the scene play all takes: its end moves out, its start past what is empty at the start of all."""
+        spans = [_seen_span(take) if self.trim else (0, take.frames - 1) for take in read]
+        begin = min(each[span[0]] for each, span in zip(frames, spans, strict=True))
+        end = max(each[span[1]] for each, span in zip(frames, spans, strict=True))
+        scene.frame_end = max(scene.frame_end, math.ceil(end))
+        if scene.frame_start == self.start_frame < begin:
+            scene.frame_start = math.ceil(begin)
+
+    def _empty_ends(self, take, frames):
+        """Says where a take shows nothing at its ends."""
+        first, last = _seen_span(take)
+        ends = [(first, "first"), (take.frames - 1 - last, "last")]
+        told = [f"the {which} {wording.counted(count, 'sample')}" for count, which in ends if count]
+        if not told:
+            return
+        text = f"No marker is seen in {wording.listed(told)} of '{take.name}': markers are at frames "
+        text += f"{frames[first]:g} to {frames[last]:g}"
+        if self.extend_range and self.trim:
+            text += ", and only these were made sure to be in the scene's range. Untick Trim Empty Ends to play all"
+        yield text
+
+    def _frames(self, scene, take, first_rate):
+        # In place of the scene's own figure, which is rounded to single precision.
+        rate = first_rate if self.time == 'CAPTURE' else scene.render.fps / scene.render.fps_base
+        return sample_times.sample_frames(take.frames, take.rate_hz, rate, self.start_frame)
+
+
+def _seen_span(take):
+    """(first, last): numbers of the samples that show any marker."""
+    seen = take.measured.any(axis=1).nonzero()[0]
+    return int(seen[0]), int(seen[-1])
+
+
+def _set_rate(scene, rate_hz):
+    scene.render.fps = max(1, round(rate_hz))
+    scene.render.fps_base = scene.render.fps / rate_hz
+
+
+def _go_on_with(context, collections):
+    """A mesh that is being worked on stays active and gets the take, if it has none; else the markers are selected."""
+    active = context.object
+    if active is not None and active.type == 'MESH':
+        if active.meanvalue.capture.take is None:
+            active.meanvalue.capture.take = collections[0]
+        return
+    empties = [empty for collection in collections for empty in takes.markers(collection)]
+    selection.choose(empties[0])
+    for empty in empties:
+        if empty.name in context.view_layer.objects:
+            empty.select_set(True)
+
+
+def _account(take, collection):
+    """What was read of one file, in numbers."""
+    gaps = sum(len(sample_times.runs(~column)) for column in take.measured.T)
+    parts = [
+        f"'{collection.name}': {wording.counted(len(takes.markers(collection)), 'marker')}, "
+        f"{wording.counted(take.frames, 'sample')}, {take.seconds:.2f} s at {take.rate_hz:g} Hz",
+        f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "no gaps",
+    ]
+    left_out = {kind: names for kind, names in take.left_out.items() if names}
+    if left_out:
+        total = sum(map(len, left_out.values()))
+        kinds = wording.listed(f"{len(names)} {kind}" for kind, names in left_out.items())
+        parts.append(f"{total:,} left out as no markers ({kinds})")
+    return ". ".join([", ".join(parts), *take.notes])
+
+
+def _notes(scene, read, time):
+    """What the artist should look at."""
+    notes = []
+    for take in read:
+        unseen = [take.labels[number] for number in (~take.measured.any(axis=0)).nonzero()[0]]
+        if unseen:
+            notes.append(
+                f"{wording.quoted(unseen)} of '{take.name}' {'is' if len(unseen) == 1 else 'are'} in no sample and got "
+                "no Empty"
+            )
+    others = sorted({take.rate_hz for take in read if time == 'CAPTURE' and take.rate_hz != read[0].rate_hz})
+    if others:
+        notes.append(
+            f"The scene has the rate of the first file, {read[0].rate_hz:g} Hz; others were recorded at "
+            f"{wording.listed(f'{rate:g}' for rate in others)} Hz and have keys between frames"
+        )
+    return notes

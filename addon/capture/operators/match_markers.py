@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Has the mesh carried by the markers of a take."""
+
+import bpy
+
+from ... import wording
+from ...errors import SceneError
+from ...posing.bridge import scene_input, targets
+from ...scene import shape_keys, vertex_groups
+from ...widgets.background import BackgroundOperator
+from ..bridge import cuff_handles, marker_handles, marker_matching, marker_pairs, match_input
+
+
+class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
+    """Lay the markers of the reference frame on the mesh, give each its point, and have soft handles follow them"""
+
+    bl_idname = "meanvalue.match_markers"
+    bl_label = "Match Markers"
+    doing = "Matching markers to"
+
+    def run(self, obj):
+        return self._write(obj, marker_matching.find(match_input.read(obj)))
+
+    def _all_steps(self):
+        """In place of a job: numpy's work goes on between looks at the interface, so that Esc is heard."""
+        matched = yield from marker_matching.steps(match_input.read(self._object()))
+        return self._write(self._object(), matched)
+
+    def _write(self, obj, matched):
+        marker_handles.carry_all(obj, matched)
+        cuff_handles.carry_all(obj, matched)
+        notes = [*matched.notes, *_shared(obj, matched)]
+        try:
+            scene_input.gather(obj)
+        except SceneError as problem:  # there is more to do before it can be posed
+            notes.append(str(problem))
+        if obj.meanvalue.baked.target:
+            notes.append(shape_keys.BAKE_PLAYS)
+        return _account(obj, matched), notes
+
+
+def _shared(obj, matched):
+    """Notes on vertices that another handle of the mesh has, too: the first of the list carries them."""
+    own = {pair.control for pair in marker_pairs.matched(obj)}
+    lines = [line for line in targets.enabled_groups(obj) if line.control not in own]
+    held = {}
+    for name, members in vertex_groups.members(obj, [line.name for line in lines]).items():
+        held.update(dict.fromkeys(members.tolist(), name))
+    places = zip(matched.names, matched.vertices.tolist(), strict=True)
+    both = {name: held[vertex] for name, vertex in places if vertex in held}
+    if not both:
+        return []
+    return [
+        f"{wording.quoted(both)} belong to vertices that {wording.quoted(sorted(set(both.values())))} has too: what "
+        "comes first in the list of handles carries them. Remove or turn off one of the two"
+    ]
+
+
+def _account(obj, matched):
+    parts = [
+        f"{wording.counted(len(matched.names), 'marker')} matched to '{obj.name}' at frame {matched.frame:g}, "
+        f"{_far(matched, matched.distance.mean())} from it on average, at most "
+        f"{_far(matched, matched.distance.max())} ('{matched.names[int(matched.distance.argmax())]}')",
+        wording.first_upper(matched.recognition),
+    ]
+    filled = [f"{wording.share(share)} {how}" for how, share in matched.filled.items() if share]
+    if filled:
+        parts.append(f"Of the samples {wording.listed(filled)}")
+    parts += matched.told_of_cuffs
+    if not obj.meanvalue.live and not obj.meanvalue.baked.target:
+        parts.append("To see the mesh follow, press Live, or Bake")
+    return ". ".join(parts)
+
+
+def _far(matched, distance):
+    """A distance in the scene's unit and, since that may be any, over the mesh's size."""
+    return f"{distance:.3g} ({wording.share(distance / matched.world_size)} of the mesh's size)"

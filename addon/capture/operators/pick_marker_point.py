@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The artist shows where on the mesh a marker is."""
+
+import bpy
+
+from ... import wording
+from ...errors import MeanValueError, SceneError
+from ...posing.bridge import scene_input
+from ...widgets import under_mouse
+from ...widgets.background import VIEW_EVENTS
+from ...widgets.base import MeshOperator
+from ..bridge import cuff_handles, marker_handles, marker_matching, marker_pairs, match_input
+
+
+class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
+    """Click the point of the mesh where the active marker belongs. Match Markers keeps it"""
+
+    bl_idname = "meanvalue.pick_marker_point"
+    bl_label = "Pick Point"
+
+    marker: bpy.props.StringProperty(
+        name="Marker",
+        description="Name of the marker. If empty: that of the active control or Empty, else the active line's",
+        options={'SKIP_SAVE'},
+    )
+    vertex: bpy.props.IntProperty(
+        name="Vertex", description="Vertex to choose; -1 to click at it", default=-1, min=-1, options={'SKIP_SAVE'}
+    )
+
+    def invoke(self, context, _event):
+        if self.vertex >= 0 or bpy.app.background or context.window is None:
+            return self.execute(context)
+        try:
+            obj = scene_input.subject(context)
+            self.marker = self._pair(obj).name  # what is active may change meanwhile
+        except MeanValueError as error:
+            return self.refuse(error)
+        self._object_name = obj.name
+        context.window.cursor_modal_set('EYEDROPPER')
+        context.workspace.status_text_set(f"Click the point of '{self.marker}' on '{obj.name}'    Esc: Cancel")
+        context.window_manager.modal_handler_add(self)
+        return {'RUNNING_MODAL'}
+
+    def modal(self, context, event):
+        if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
+            self._stop(context)
+            return {'CANCELLED'}
+        if event.type == 'LEFTMOUSE' and event.value == 'PRESS':
+            found = under_mouse.view_under(context, event)
+            obj = bpy.data.objects.get(self._object_name)
+            if obj is None or obj != scene_input.subject(context):
+                self._stop(context)
+                return self.refuse(SceneError("Another object is active now. Pick the point again"))
+            if found is not None:
+                vertex = under_mouse.vertex_under(obj, *found)
+                if vertex is None:
+                    self.say('INFO', f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
+                else:
+                    self.vertex = vertex
+                    self._stop(context)
+                    return self.execute(context)
+            return {'RUNNING_MODAL'}
+        return {'PASS_THROUGH'} if event.type in VIEW_EVENTS else {'RUNNING_MODAL'}
+
+    def cancel(self, context):
+        self._stop(context)
+
+    def run(self, obj):
+        pair = self._pair(obj)
+        count = len(obj.data.vertices)
+        if not 0 <= self.vertex < count:
+            raise SceneError(
+                f"Vertex {self.vertex} is none of the {wording.vertices(count)} of '{obj.name}'. Click a point of the "
+                "mesh"
+            )
+        other = next(
+            (each for each in obj.meanvalue.capture.pairs if each.vertex == self.vertex and each != pair), None
+        )
+        if other is not None and (other.is_picked or other.control is not None):
+            raise SceneError(
+                f"That vertex carries marker '{other.name}' already. Click another one, or remove that marker first"
+            )
+        name = pair.name
+        if marker_pairs.line_index(obj, pair) is not None:
+            pair.is_used = True
+            moves_all = obj.meanvalue.capture.mode == 'RETARGET'  # by the lengths of the character
+            given = match_input.read_again(obj, name, self.vertex)
+            matched = marker_matching.find(given, only=None if moves_all else name)
+            if moves_all:
+                marker_handles.carry_all(obj, matched)
+                cuff_handles.carry_all(obj, matched)
+            elif name in matched.names:
+                marker_handles.carry(obj, matched, matched.names.index(name))
+        pair = obj.meanvalue.capture.pairs[name]
+        pair.vertex, pair.is_picked, pair.is_used = self.vertex, True, True
+        obj.meanvalue.capture.active_pair = marker_pairs.index_of(obj, name)
+        if pair.control is None:
+            return f"'{name}' belongs to vertex {self.vertex}. Match Markers goes by it", []
+        return f"'{name}' carries vertex {self.vertex} now, {pair.distance:.3g} from the marker", []
+
+    def _pair(self, obj):
+        """@throws SceneError if there is no such marker."""
+        capture = obj.meanvalue.capture
+        if not capture.pairs:
+            raise SceneError(f"'{obj.name}' has no markers yet. Choose a take in Motion Capture")
+        if self.marker and self.marker not in capture.pairs:
+            raise SceneError(f"'{self.marker}' is no marker of the take. Choose one of the list in Motion Capture")
+        if self.marker:
+            return capture.pairs[self.marker]
+        index = marker_pairs.index_meant(obj, bpy.context.object)
+        if index is None:
+            raise SceneError("No marker is chosen. Click one in the list of Motion Capture")
+        return capture.pairs[index]
+
+    def _stop(self, context):
+        if context.window is not None:
+            context.window.cursor_modal_restore()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)

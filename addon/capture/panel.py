@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion Capture, a part of the sidebar panel: from a file to a mesh that follows it, from top to bottom."""
+
+import bpy
+
+from .. import ids, wording
+from ..posing.bridge import scene_input
+from ..widgets.text_box import draw_wrapped
+from .bridge import marker_pairs, takes
+from .marker_list import MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems
+from .operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
+from .operators.import_motion import MEANVALUE_OT_import_motion
+from .operators.match_markers import MEANVALUE_OT_match_markers
+from .operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
+from .operators.reference_frame import MEANVALUE_OT_set_reference_frame
+from .operators.remove_marker import MEANVALUE_OT_remove_marker
+from .operators.save_marker_set import MEANVALUE_OT_save_marker_set
+from .operators.swap_markers import MEANVALUE_OT_swap_markers
+
+
+class MEANVALUE_PT_capture(bpy.types.Panel):
+    """Move the mesh by recorded markers"""
+
+    bl_idname = "MEANVALUE_PT_capture"
+    bl_label = "Motion Capture"
+    bl_parent_id = "MEANVALUE_PT_panel"
+    bl_space_type = 'VIEW_3D'
+    bl_region_type = 'UI'
+    bl_category = ids.SIDEBAR_TAB
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.operator(MEANVALUE_OT_import_motion.bl_idname, icon='IMPORT')
+        obj = scene_input.subject(context)
+        if scene_input.object_problem(obj) is not None:
+            _draw_problems(layout, context)
+            return
+        capture = obj.meanvalue.capture
+        _draw_take(layout, context, capture)
+        _draw_problems(layout, context)
+        if not takes.is_take(capture.take):
+            if not any(takes.is_take(collection) for collection in bpy.data.collections):
+                draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
+            return
+        _draw_reference(layout, capture)
+        _draw_options(layout, capture)
+        match = layout.column()
+        match.scale_y = 1.4
+        match.operator(MEANVALUE_OT_match_markers.bl_idname, icon='SNAP_ON')
+        _draw_pairs(layout, obj, capture)
+
+
+def _split(layout):
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    return column
+
+
+def _draw_take(layout, context, capture):
+    column = _split(layout)
+    column.prop(capture, "take")
+    if takes.is_take(capture.take):
+        take = capture.take.meanvalue
+        missing = f", {wording.share(take.missing_share)} missing" if take.missing_share else ""
+        text = f"{wording.counted(take.sample_count, 'sample')} at {take.rate_hz:g} Hz{missing}"
+        draw_wrapped(layout, context, text)
+
+
+def _draw_problems(layout, context):
+    take = takes.chosen(context)
+    if take is None:
+        return
+    layout.operator(MEANVALUE_OT_find_marker_problems.bl_idname, icon='VIEWZOOM')
+    settings = take.meanvalue
+    if not settings.is_searched:
+        return
+    if not settings.problems:
+        layout.label(text="No problems found", icon='CHECKMARK')
+        return
+    layout.template_list(
+        MEANVALUE_UL_marker_problems.__name__, "", settings, "problems", settings, "active_problem", rows=3
+    )
+    if settings.active_problem < len(settings.problems):
+        problem = settings.problems[settings.active_problem]
+        draw_wrapped(layout, context, wording.sentence(problem.text))
+        if problem.other is not None:
+            layout.operator(MEANVALUE_OT_swap_markers.bl_idname, icon='ARROW_LEFTRIGHT')
+
+
+def _draw_reference(layout, capture):
+    layout.label(text="Reference")
+    column = _split(layout)
+    column.prop(capture, "reference_take", text="Take")
+    row = column.row(align=True)
+    row.prop(capture, "reference_frame", text="Frame")
+    row.operator(MEANVALUE_OT_set_reference_frame.bl_idname, text="", icon='TIME')
+
+
+def _draw_options(layout, capture):
+    column = _split(layout)
+    column.prop(capture, "align")
+    limbs = column.row()
+    limbs.active = capture.align != 'NONE'
+    limbs.prop(capture, "pose_limbs")
+    column.prop(capture, "mode")
+    column.prop(capture, "use_cuffs")
+    layout.label(text="Fill Gaps up to")
+    gaps = _split(layout).column(align=True)
+    gaps.prop(capture, "spline_seconds", text="Spline")
+    gaps.prop(capture, "rigid_seconds", text="Neighbours")
+    smooth = layout.row(align=True)
+    smooth.prop(capture, "use_low_pass")
+    cutoff = smooth.row()
+    cutoff.active = capture.use_low_pass
+    cutoff.prop(capture, "cutoff_hz", text="Hz")
+
+
+def _draw_pairs(layout, obj, capture):
+    if not capture.pairs:
+        return
+    layout.template_list(MEANVALUE_UL_marker_pairs.__name__, "", capture, "pairs", capture, "active_pair", rows=5)
+    buttons = layout.row(align=True)
+    buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, icon='EYEDROPPER')
+    buttons.operator(MEANVALUE_OT_remove_marker.bl_idname, text="", icon='REMOVE')
+    buttons.prop(capture, "show_pairs", text="", icon='OVERLAY')
+    matched = len(marker_pairs.matched(obj))
+    picked = sum(pair.is_picked for pair in capture.pairs)
+    found = f"{matched} of {len(capture.pairs)} matched, {picked} picked"
+    layout.label(text=found)
+    active = marker_pairs.active_pair(obj)
+    if active is not None:
+        row = layout.row(align=True)
+        row.prop(active, "landmark", text="")
+        row.operator(MEANVALUE_OT_save_marker_set.bl_idname, text="", icon='FILE_TICK')
+
+
+CLASSES = (MEANVALUE_PT_capture,)

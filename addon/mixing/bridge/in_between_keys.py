@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shape keys that stand for a mix, each driven by the sliders that it is a correction of."""
+
+import bpy
+import numpy as np
+
+from ... import ids, wording
+from ...scene import shape_keys
+from ..core import drivers, leja
+from . import mix_layers
+
+#: A polynomial may go below 0 and above 1 between the places of its sliders.
+FARTHEST = 10.0
+
+
+def make(obj, mix_input, found):
+    """Keys with their drivers for a core.mixing.in_betweens.Found, in place of what stood for a mix before."""
+    remove(obj)
+    mix_layers.remove(obj)
+    names = [layer.name for layer in mix_input.layers]
+    knots = [leja.places(layer.low, layer.high) for layer in mix_input.layers]
+    made = []
+    for node in found.nodes:
+        shape = (mix_input.rest + node.offset).astype(np.float32)
+        key = shape_keys.add_shape(obj, drivers.label(names, knots, node.orders), shape)
+        key.slider_min, key.slider_max = -FARTHEST, FARTHEST
+        text, sliders = drivers.expression(knots, node.orders)
+        _drive(obj.data.shape_keys, key, text, [names[slider] for slider in sliders])
+        made.append(key.name)
+    return made
+
+
+def remove(obj):
+    """Takes away what make() has made. Returns how many keys there were."""
+    names = mix_layers.made_names(obj)
+    shape_keys.remove(obj, names)
+    obj.meanvalue.mix.note = ""
+    return len(names)
+
+
+def problem(obj):
+    """Why the keys that make() has made do not fit the sliders any more, or None. Cheap enough for drawing."""
+    driving = {
+        target.data_path
+        for curve in mix_layers.marked_drivers(obj)
+        for variable in curve.driver.variables
+        for target in variable.targets
+    }
+    lost = sorted(driving - {mix_layers.value_path(key.name) for key in mix_layers.taking_part(obj)})
+    if not lost:
+        return None
+    names = [bpy.utils.unescape_identifier(path.partition('"')[2].rpartition('"')[0]) for path in lost]
+    are, them = ("is", "it") if len(names) == 1 else ("are", "them")
+    return (
+        f"The in-between keys belong to {'shape key' if are == 'is' else 'shape keys'} {wording.quoted(names)}, which "
+        f"{are} muted or gone. Press Bake Mix to make them anew without {them}, or Remove In-Betweens"
+    )
+
+
+def _drive(keys, key, text, sliders):
+    curve = key.driver_add("value")
+    _make_plain(curve)
+    driver = curve.driver
+    driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
+    names = [*drivers.VARIABLES[: len(sliders)], ids.MIX_MARK]  # the last is not in the expression
+    for name, slider in zip(names, [*sliders, sliders[0]], strict=True):
+        variable = driver.variables.new()
+        variable.name = name
+        variable.type = 'SINGLE_PROP'
+        target = variable.targets[0]
+        target.id_type, target.id = 'KEY', keys
+        target.data_path = mix_layers.value_path(slider)
+    driver.expression = text
+
+
+def _make_plain(curve):
+    """New driver curves have a modifier or keys that change what the expression gives."""
+    for modifier in list(curve.modifiers):
+        curve.modifiers.remove(modifier)
+    while len(curve.keyframe_points):
+        curve.keyframe_points.remove(curve.keyframe_points[0])

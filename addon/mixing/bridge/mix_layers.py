@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own."""
+
+import json
+import math
+import time
+
+import bpy
+import numpy as np
+
+from ... import ids, wording
+from ...errors import SceneError
+from ...posing.core.bind_input import require_finite
+from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ..core.mix_input import Layer, MixInput
+
+
+def taking_part(obj):
+    """The shape keys that are mixed, in their order: all that are shown but the rest shape and what the add-on makes
+    of them."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return []
+    baked = obj.meanvalue.baked
+    made = {ids.MIX_KEY, *made_names(obj), *json.loads(baked.keys or "[]")}
+    muted_by_bake = set(json.loads(baked.muted or "[]")) if baked.was_mixed else ()
+    return [
+        key
+        for key in keys.key_blocks
+        if key != keys.reference_key and key.name not in made and (not key.mute or key.name in muted_by_bake)
+    ]
+
+
+def is_baked(obj):
+    """Whether a bake of the mix plays in its place."""
+    return bool(obj.meanvalue.baked.target) and obj.meanvalue.baked.was_mixed
+
+
+def is_mixed_by_another(obj):
+    """Whether another object with the same mesh has Rotation-Aware Keys on."""
+    return obj.data.users > 1 and any(
+        other != obj and other.data == obj.data and other.meanvalue.mix.is_on for other in bpy.data.objects
+    )
+
+
+def marked_drivers(obj):
+    """The driver curves of the in-between keys that stand for a mix."""
+    keys = obj.data.shape_keys
+    if keys is None or keys.animation_data is None:
+        return []
+    return [curve for curve in keys.animation_data.drivers if ids.MIX_MARK in curve.driver.variables]
+
+
+def made_names(obj):
+    """Of the in-between keys that stand for a mix, which all objects with the mesh share."""
+    paths = {curve.data_path for curve in marked_drivers(obj)}
+    if not paths:
+        return []
+    return [key.name for key in obj.data.shape_keys.key_blocks if value_path(key.name) in paths]
+
+
+def made_for_former_rest(obj, carried):
+    """(names of the artist's keys among `carried`, what Apply as Rest leaves to be done for a mix as a note, or "")."""
+    made = made_names(obj)
+    own = [name for name in carried if name != ids.MIX_KEY and name not in made]
+    if not made:
+        return own, ""
+    keys = wording.counted(len(made), "in-between key")
+    return own, f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew"
+
+
+def value_path(name):
+    """From a mesh's shape keys to the slider of one."""
+    return f'key_blocks["{bpy.utils.escape_identifier(name)}"].value'
+
+
+def problem(obj):
+    """Why the keys cannot be mixed, or None. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return (
+            "There are no shape keys to mix. Add some in Object Data Properties > Shape Keys, or take the shape of "
+            "another object by Morph"
+        )
+    if not keys.use_relative:
+        return shape_keys.ABSOLUTE
+    layers = taking_part(obj)
+    if not layers:
+        return (
+            "There is no shape key but the rest shape, or all others are muted. Add one, or turn on one that is to be "
+            "mixed"
+        )
+    others = [key.name for key in layers if key.relative_key != keys.reference_key]
+    if others:
+        are = "is" if len(others) == 1 else "are"
+        return (
+            f"Shape {'key' if are == 'is' else 'keys'} {wording.quoted(others)} {are} relative to another key than "
+            f"'{keys.reference_key.name}'. Choose that in Relative To, or mute "
+            f"{'it' if are == 'is' else 'them'}"
+        )
+    lost = [key.name for key in layers if key.vertex_group and key.vertex_group not in obj.vertex_groups]
+    if lost:
+        return f"The vertex group of shape key {wording.quoted(lost)} is gone. Choose another, or clear the field"
+    return None
+
+
+def signature(obj):
+    """What is quick to compare of all that a mix depends on, but for the sliders."""
+    return len(obj.data.vertices), tuple(
+        (key.name, key.slider_min, key.slider_max, key.vertex_group) for key in taking_part(obj)
+    )
+
+
+def values(obj):
+    """(k,) float64: the sliders."""
+    return np.array([key.value for key in taking_part(obj)], np.float64)
+
+
+class MixReading:
+    """Reads the shapes one after the other, so that nobody has to wait for many of a big mesh.
+
+    Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
+    """
+
+    def __init__(self, obj):
+        found = problem(obj)
+        if found:
+            raise SceneError(found)
+        layers = taking_part(obj)
+        self._layers = tuple(Layer(key.name, key.slider_min, key.slider_max) for key in layers)
+        self._groups = [key.vertex_group for key in layers]
+        self._shapes = []
+        self._masks = None
+        self._weights = vertex_groups.WeightReading(obj, set(filter(None, self._groups)))
+
+    @property
+    def share(self):
+        return len(self._shapes) / (len(self._layers) + 1)
+
+    def go_on(self, obj, seconds=math.inf):
+        """Reads for about so long. Returns whether all is read. @throws SceneError."""
+        until = time.monotonic() + seconds
+        while len(self._shapes) < len(self._layers):
+            self._shapes.append(_shape(obj, self._layers[len(self._shapes)].name))
+            if time.monotonic() >= until:
+                return False
+        return self._weights.go_on(obj, until - time.monotonic())
+
+    def result(self, obj):
+        """The MixInput, once all is read. @throws SceneError."""
+        rest = shape_keys.rest_positions(obj.data)
+        require_finite(rest, "the rest shape")
+        shapes = np.array(self._shapes)
+        _require_extent(obj.data.shape_keys.reference_key.name, rest)
+        for layer, shape in zip(self._layers, shapes, strict=True):
+            _require_extent(layer.name, shape)
+        return MixInput(
+            layers=self._layers,
+            rest=rest,
+            shapes=shapes,
+            masks=self._masks_of(len(rest)),
+            triangles=mesh_arrays.triangles(obj.data, rest),
+            rigidity=obj.meanvalue.rigidity,
+        )
+
+    def _masks_of(self, count):
+        if not any(self._groups):
+            return None
+        weights = self._weights.weights
+        return np.array([weights[group] if group else np.ones(count) for group in self._groups])
+
+
+def gather(obj):
+    """The MixInput of `obj`, read in one go. @throws SceneError."""
+    reading = MixReading(obj)
+    reading.go_on(obj)
+    return reading.result(obj)
+
+
+def _shape(obj, name):
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(name) if keys else None
+    if key is None:
+        raise SceneError(f"Shape key '{name}' was deleted meanwhile. Try again")
+    shape = shape_keys.positions(key)
+    if len(shape) != len(obj.data.vertices):
+        raise SceneError(
+            f"Shape key '{name}' has {len(shape):,} points, the mesh has {len(obj.data.vertices):,} vertices. Enter "
+            "and leave Edit Mode once, so that Blender makes them agree"
+        )
+    require_finite(shape, f"shape key '{name}'")
+    return shape
+
+
+def _require_extent(name, shape):
+    if len(shape) == 0 or (shape == shape[0]).all():
+        raise SceneError(
+            f"Shape key '{name}' has {wording.vertices(len(shape))}, all in one place, so nothing can turn. Mute it, "
+            "or give it a shape"
+        )
+
+
+def has_key(obj):
+    """Whether the key that turns the mix is there."""
+    return ids.MIX_KEY in obj.data.shape_keys.key_blocks
+
+
+def ensure_key(obj):
+    """The key that turns the mix, shown fully; made if it is missing, in the rest shape: it adds nothing then."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(ids.MIX_KEY)
+    if key is None:
+        key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
+        shape_keys.show_fully(keys, key)
+    return key
+
+
+def write(obj, shape):
+    """Writes n x 3 float32 into the key that turns the mix."""
+    shape_keys.write_positions(obj.data, ensure_key(obj), shape)
+
+
+def remove(obj):
+    """Takes the key away, so that the mix goes in straight lines again."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(ids.MIX_KEY) if keys else None
+    if key is not None:
+        shape_keys.remove(obj, [key.name])
+
+
+def why_hidden(obj):
+    """Why the mix is not to be seen as it should, in words, or None."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(ids.MIX_KEY) if keys else None
+    if key is not None and (key.mute or key.value != 1.0 or key.vertex_group):
+        return f"Shape key '{key.name}', which turns the mix, is not shown fully. Delete it: it is made again"
+    if obj.show_only_shape_key:
+        return "A shape key is pinned. Turn off Shape Key Lock to see the mix"
+    if obj.meanvalue.baked.target:
+        return shape_keys.BAKE_PLAYS
+    return None

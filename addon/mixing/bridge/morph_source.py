@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shape of another object, for a shape key of this one."""
+
+import numpy as np
+
+from ... import wording
+from ...errors import SceneError
+from ...posing.core.bind_input import require_finite
+from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ..core import grafting
+
+
+def candidates(context, obj):
+    """Selected meshes other than `obj`."""
+    return [other for other in context.selected_objects if other != obj and other.type == 'MESH']
+
+
+def require_alike(obj, source):
+    """@throws SceneError, with both counts, if the faces of the two do not join the same vertices."""
+    here, there = obj.data, source.data
+    counts = [(len(here.vertices), len(there.vertices), "vertices"), (len(here.polygons), len(there.polygons), "faces")]
+    for ours, theirs, what in counts:
+        if ours != theirs:
+            raise SceneError(
+                f"'{source.name}' has {theirs:,} {what}, '{obj.name}' has {ours:,}. Both need the same faces: Wrap "
+                f"gives '{obj.name}' the shape of another mesh"
+            )
+    different = _different_faces(mesh_arrays.faces(here), mesh_arrays.faces(there))
+    if different:
+        raise SceneError(
+            f"{wording.counted(different, 'face')} of '{source.name}' join other vertices than in '{obj.name}', though "
+            f"there are as many. Both need the same faces in the same order: Wrap gives '{obj.name}' the shape of "
+            "another mesh"
+        )
+
+
+def shown_shape(source):
+    """n x 3 float32: the rest shape of an object with its shape keys as they are set; no modifiers.
+
+    @throws SceneError.
+    """
+    keys = source.data.shape_keys
+    if source.data.is_editmode:
+        raise SceneError(f"'{source.name}' is in Edit Mode. Leave that first")
+    shape = shape_keys.rest_positions(source.data)
+    if keys is not None and keys.use_relative:
+        shape = _mixed(source, shape)
+    require_finite(shape, f"shape of '{source.name}'")
+    return shape.astype(np.float32)
+
+
+def add_key(obj, shape, name, value, group=""):
+    """A shape key of `obj`, with the Basis if that is missing. group: a vertex group that says where it counts.
+
+    A part is placed so that its border meets that of the mesh. Returns the name of the key; the active key stays.
+    """
+    if group:
+        reading = vertex_groups.WeightReading(obj, [group])
+        reading.go_on(obj)
+        mask = reading.weights[group]
+        if not mask.any():
+            raise SceneError(f"The vertex group '{group}' has no vertices with a weight above zero. Assign the part")
+        rest = shape_keys.rest_positions(obj.data)
+        shape = grafting.placed(shape, rest, grafting.border(mask, mesh_arrays.edges(obj.data)))
+    made = shape_keys.add_shape(obj, name, np.asarray(shape, np.float32))
+    made.vertex_group = group
+    made.value = value
+    return made.name
+
+
+def _mixed(source, rest):
+    """In straight lines, whatever key is relative to which."""
+    shape = rest.astype(np.float64)
+    reading = vertex_groups.WeightReading(source, {key.vertex_group for key in source.data.shape_keys.key_blocks})
+    reading.go_on(source)
+    for key in source.data.shape_keys.key_blocks:
+        if key.mute or key == source.data.shape_keys.reference_key or not key.value:
+            continue
+        offset = shape_keys.positions(key) - shape_keys.positions(key.relative_key)
+        mask = reading.weights.get(key.vertex_group)
+        shape += key.value * (offset if mask is None else mask[:, None] * offset)
+    return shape
+
+
+def _different_faces(here, there):
+    """How many faces have other corners."""
+    (corners, starts), (other_corners, other_starts) = here, there
+    if not np.array_equal(starts, other_starts):
+        return int(np.count_nonzero(starts != other_starts))
+    if len(starts) == 0:
+        return 0
+    return int(np.count_nonzero(np.add.reduceat(corners != other_corners, starts)))

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The compiled morphers of this session and the calls into them, as session.py for deformers."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import SolverError
+from ..solver import native_loader, session
+from ..solver.core import result
+from ..solver.core.deformer_cache import DeformerCache
+
+REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
+
+CACHE_ENTRIES = 2
+CACHE_BYTES = 2 << 30
+
+_cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
+
+
+@dataclass(frozen=True, eq=False)
+class Mix:
+    """positions n x 3 float64; energy in the units of the mesh; seconds that the solver took."""
+
+    positions: np.ndarray
+    energy: float
+    iterations: int
+    converged: bool
+    seconds: float
+
+
+def cached(mix_input):
+    """The native Morpher of `mix_input` if it is at hand, else None."""
+    return _cache.get(mix_input.key)
+
+
+def remember(mix_input, morpher):
+    _cache.put(mix_input.key, morpher, int(morpher.report.bytes))
+
+
+def bind_steps(mix_input, execution):
+    """Steps (see workers.job) to a native Morpher. @throws NativeModuleError, SolverError, CancelledError."""
+    shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
+    try:
+        task = session.call(
+            native_loader.module().start_bind_morph,
+            shapes,
+            mix_input.triangles,
+            rigidity=mix_input.rigidity,
+            execution=execution,
+            refused=REFUSED_SHAPES,
+        )
+        yield task
+        return session.call(task.result, refused=REFUSED_SHAPES)
+    except SolverError as error:
+        raise SolverError(_with_names(str(error), mix_input)) from error
+
+
+def _with_names(text, mix_input):
+    """What the solver says of shapes[k], said of the shape keys."""
+    names = ["the rest shape", *(f"'{layer.name}'" for layer in mix_input.layers)]
+    return re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], text)
+
+
+def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
+    """Steps to the Mix with the sliders at `values`, (k,).
+
+    The same for the same values, whatever was solved before; but a draft, for sliders that are being dragged, goes on
+    from the last solve in a few iterations. Where one shape alone is wanted, it is that to the bit.
+
+    @throws SolverError, CancelledError.
+    """
+    weights = mix_input.weights(values)
+    if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
+        shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
+        return Mix(shape.astype(np.float64), 0.0, 0, True, 0.0)
+    task = session.call(
+        morpher.start_solve,
+        weights,
+        draft=is_draft,
+        parts=mix_input.parts,
+        execution=execution,
+        refused=REFUSED_SHAPES,
+    )
+    yield task
+    solution = session.call(task.result, refused=REFUSED_SHAPES)
+    if not result.all_finite(solution.vertices):
+        raise SolverError("The solver gave positions that are not numbers. Move the sliders closer to 0")
+    return Mix(
+        positions=solution.vertices,
+        energy=float(solution.energy),
+        iterations=int(solution.iterations),
+        converged=bool(solution.converged),
+        seconds=float(solution.timings["total"]),
+    )
+
+
+def clear():
+    _cache.clear()

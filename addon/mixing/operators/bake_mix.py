@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes shape keys that stand for a rotation-aware mix, so that it plays without the add-on."""
+
+import bpy
+
+from ... import wording
+from ...errors import SceneError
+from ...widgets.background import BackgroundOperator
+from ..bridge import in_between_keys, mix_layers
+from ..bridge.mixing import InBetweenSearch
+from ..core import leja
+
+
+class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
+    bl_idname = "meanvalue.bake_mix"
+    bl_label = "Bake Mix"
+    bl_description = (
+        "Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and "
+        "play without the add-on"
+    )
+    doing = "Baking the mix of"
+
+    _prepared = None
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and obj.meanvalue.baked.target:
+            problem = f"A bake of '{obj.name}' plays already. Press Remove Bake first"
+        return problem or mix_layers.problem(obj)
+
+    def start_reading(self, obj):
+        return None
+
+    def prepare(self, obj, _reading):
+        settings = obj.meanvalue.mix
+        mix_input = mix_layers.gather(obj)
+        tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
+        self._prepared = InBetweenSearch(mix_input, tolerance, settings.most_keys)
+        return self._prepared
+
+    def progress_text(self, stage, share):
+        solved = self._prepared.solved if self._prepared is not None else 0
+        if not solved:
+            return super().progress_text(stage, share)
+        return f"{wording.counted(solved, 'mix', 'mixes')} solved    Esc: Cancel"
+
+    def finish(self, obj, prepared, found):
+        settings = obj.meanvalue.mix
+        share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
+        if not found.nodes and found.error > prepared.tolerance:
+            raise SceneError(
+                f"No in-between key brings the mix of '{obj.name}' nearer than straight lines, which are {share:.2%} "
+                f"of its size off: {_advice(prepared.bind_input, found)}"
+            )
+        if not found.nodes:
+            return _without_any(obj, share)
+        settings.is_on = False
+        made = in_between_keys.make(obj, prepared.bind_input, found)
+        settings.note = f"{wording.counted(len(made), 'in-between key')}, within {share:.2%} of the mesh's size"
+        warnings = []
+        if found.error > prepared.tolerance:
+            warnings.append(
+                f"The tolerance of {settings.tolerance_share:g}% is not reached with "
+                f"{wording.counted(len(made), 'key')}: {_advice(prepared.bind_input, found)}"
+            )
+        return f"'{obj.name}' has {settings.note}, driven by its sliders", warnings
+
+
+def _advice(mix_input, found):
+    """What helps where the tolerance is not reached."""
+    others = "raise the tolerance, or bake the animation to a point cache"
+    if found.used_up:
+        names = wording.listed([f"'{mix_input.layers[slider].name}'" for slider in found.used_up])
+        return (
+            f"all {leja.MOST} places along {names} are used up, since the mix goes unevenly there. More keys would not "
+            f"help; narrow the slider's range, {others}"
+        )
+    if found.would_more_help:
+        return f"allow more of them, {others}"
+    return f"no key that could be added brings the mix nearer. More keys would not help; {others}"
+
+
+def _without_any(obj, share):
+    """@throws SceneError where nothing had to be changed."""
+    text = f"No in-between keys are needed: in straight lines, too, the mix is within {share:.2%} of the size"
+    advice = "Lower the tolerance if that is too much"
+    removed = in_between_keys.remove(obj)
+    if not removed:
+        raise SceneError(f"{text}. {advice}")
+    return text, [f"Removed {wording.counted(removed, 'key')} that stood for a former mix", advice]

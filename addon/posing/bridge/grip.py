@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the Grab tool holds: a new handle with its surroundings, or one that is there; and the way back."""
+
+import bpy
+import numpy as np
+
+from ... import ids
+from ...errors import SceneError
+from ...scene import key_states, mesh_arrays, shape_keys, vertex_groups
+from ...scene.core import fixed_points
+from . import bound_record, control_places, controls, handle_lines, region
+
+#: Share of Size over which a new handle itself reaches. The mesh turns with its handle where that is more than a point.
+HANDLE_SHARE = 0.15
+
+#: The surroundings reach over so many edges at least, whatever Size says: where nothing is free nothing can follow.
+LEAST_EDGES = 2.5
+
+
+class Grip:
+    """Holds no datablock: names and arrays alone. All places are in the object's own space if not said otherwise.
+
+    line_name, index  of the line on the list that is held
+    is_new            it was made for this grip
+    """
+
+    def __init__(self, obj, vertex, size, handle=""):
+        """Takes hold of `handle`, or the one that has `vertex`, or makes one. @throws SceneError before anything is
+        changed.
+
+        size: how far the surroundings of a new handle follow, as a share of the mesh's size.
+        """
+        self.vertex = vertex
+        self._before = _Before(obj)
+        index = obj.meanvalue.anchor_groups.find(handle)
+        index = line_at(obj, vertex) if index < 0 else index
+        self.is_new = index is None
+        if self.is_new:
+            self._require_can_be_posed(obj)
+            rest = shape_keys.rest_positions(obj.data)
+            self._least = LEAST_EDGES * _edge_length(obj, vertex, rest)  # first, as it may throw
+            members = near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
+            self._takes_region = bool(obj.meanvalue.roi_group) or not _moving_lines(obj)
+            line = handle_lines.add_line(obj, members, new_name=ids.HANDLE_GROUP)
+            handle_lines.make_handle(obj, line, members)
+            self.index = len(obj.meanvalue.anchor_groups) - 1
+            self.resize(obj, size)
+        else:
+            self._require_can_be_posed(obj)
+            line = obj.meanvalue.anchor_groups[index]
+            _require_control(obj, line)
+            self.index = index
+            obj.meanvalue.active_anchor_group = index
+            self._takes_region = False
+        self.line_name = line.name
+        bpy.context.view_layer.update()  # a control that was just made has its place only after this
+        self._start = control_places.world_of(self.line(obj))
+        self._channels = _channels(self.line(obj))
+        if not obj.meanvalue.live:
+            obj.meanvalue.live = True
+
+    def line(self, obj):
+        """@throws SceneError if it is gone."""
+        if self.line_name not in obj.meanvalue.anchor_groups:
+            raise SceneError(f"Handle '{self.line_name}' is gone")
+        return obj.meanvalue.anchor_groups[self.line_name]
+
+    @property
+    def has_size(self):
+        """Whether resize() does anything."""
+        return self._takes_region
+
+    def resize(self, obj, size):
+        """Has as much follow as `size` says, besides what the region had before."""
+        if not self._takes_region:
+            return
+        outer = max(radius(obj, size), self._least)
+        before = self._before.region_weights(obj)
+        region.add_falloff(obj, np.array([self.vertex]), HANDLE_SHARE * outer, outer, before)
+
+    def move(self, obj, offset):
+        """Puts the control so far (3, world) from where it was when it was gripped."""
+        world = self._start.copy()
+        world[:3, 3] += offset
+        control_places.put(self.line(obj), world)
+
+    def has_moved(self, obj, offset):
+        """Whether the control went along when it was moved by (3, world), as the scene has it."""
+        bpy.context.view_layer.update()
+        way = control_places.world_of(self.line(obj))[:3, 3] - self._start[:3, 3]
+        return np.linalg.norm(way) > 0.5 * np.linalg.norm(offset)
+
+    def take_back(self, obj):
+        """As it was before."""
+        if self.is_new:
+            self._before.bring_back(obj, self.line_name)
+        else:
+            mover = controls.mover(self.line(obj))
+            for channel, value in self._channels.items():
+                setattr(mover, channel, value)
+            self._before.bring_back(obj, "")
+
+    def notes(self, obj):
+        if self.is_new and not self._takes_region:
+            yield (
+                "No region is set, so all that is not held follows, whatever Size says. Press Grow from Handle to have "
+                "less follow"
+            )
+        if self._before.mixed:
+            yield "Rotation-Aware Keys was turned off: handles and it take turns"
+
+    def _require_can_be_posed(self, obj):
+        if obj.meanvalue.baked.target:
+            raise SceneError(shape_keys.BAKE_PLAYS)
+        problem = shape_keys.result_problem(obj)
+        if problem:
+            raise SceneError(problem)
+        region.require_own_group(obj)
+
+
+class _Before:
+    """What a grip changes beside the handle's control."""
+
+    def __init__(self, obj):
+        settings = obj.meanvalue
+        self.live, self.mixed = settings.live, settings.mix.is_on
+        self._region = settings.roi_group, settings.roi_invert, settings.made_region
+        self._had_group = settings.roi_group in obj.vertex_groups
+        self._active = settings.active_anchor_group
+        self._was_bound = settings.bound.is_bound
+        self._weights = None
+        self._result = shape_keys.result_positions(obj)
+        self._had_keys = obj.data.shape_keys is not None
+        self._keys = key_states.read(obj)
+        self._former_result = settings.former_result
+        self._active_group = vertex_groups.active_name(obj)
+
+    def region_weights(self, obj):
+        if self._weights is None:  # asked for before anything is written
+            self._weights = region.weights(obj)
+        return self._weights
+
+    def bring_back(self, obj, made_line):
+        settings = obj.meanvalue
+        settings.live = self.live
+        if made_line in settings.anchor_groups:
+            controls.remove_handle(obj, settings.anchor_groups.find(made_line))
+        settings.active_anchor_group = self._active
+        if self._weights is not None:
+            self._bring_region_back(obj)
+        if self._result is not None:
+            shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[settings.result_key], self._result)
+        elif not self.live:
+            shape_keys.remove(obj, [settings.result_key])
+            if not self._had_keys:
+                obj.shape_key_clear()
+        if not self._was_bound:
+            bound_record.clear(settings.bound)
+        settings.mix.is_on = self.mixed
+        key_states.bring_back(obj, self._keys)
+        settings.former_result = self._former_result
+        vertex_groups.make_active(obj, self._active_group)
+        obj.update_tag()
+
+    def _bring_region_back(self, obj):
+        settings = obj.meanvalue
+        name, is_inverted, made_region = self._region
+        if self._had_group and settings.roi_group == name:
+            weights = 1.0 - self._weights if is_inverted else self._weights
+            vertex_groups.replace_weights(obj, obj.vertex_groups[name], weights)
+        else:
+            region.remove_made_group(obj)
+        settings.roi_group, settings.roi_invert = name, is_inverted
+        settings.made_region = made_region  # after the region, which says that the artist chose it
+
+
+def radius(obj, size):
+    """Length of the share `size` of the mesh's size."""
+    return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
+
+
+def line_at(obj, vertex):
+    """Number of the first line that is turned on and has the vertex, or one that is merged with it; None if none
+    has."""
+    found = (handle_lines.line_at(obj, each) for each in region.copies_of(obj, vertex))
+    return next((index for index in found if index is not None), None)
+
+
+def near_vertices(obj, vertex, distance):
+    """Indices, int32: `vertex` and those within `distance` of it along edges that no other line has."""
+    distances = region.distances(obj, np.array([vertex]), distance)
+    near = np.flatnonzero(distances <= distance).astype(np.int32)
+    is_free = [each == vertex or handle_lines.line_at(obj, int(each)) is None for each in near]
+    return near[np.array(is_free)]
+
+
+def _channels(line):
+    """{name: value} of what places the control: of a matrix alone, scales come back with other signs."""
+    mover = controls.mover(line)
+    names = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+    return {name: tuple(getattr(mover, name)) for name in names}
+
+
+def _require_control(obj, line):
+    if line.follows == 'REST':
+        raise SceneError(
+            f"'{line.name}' is pinned here, so it stays. Shift-click it to let go, or press where nothing is pinned"
+        )
+    if line.follows == 'SHAPE':
+        raise SceneError(
+            f"'{line.name}' follows the active shape key, so it has no control to drag. Choose Control for it in "
+            "Active Handle, under Follows"
+        )
+    problem = controls.problem(obj, line)
+    if problem:
+        raise SceneError(problem)
+
+
+def _moving_lines(obj):
+    return [line.name for line in obj.meanvalue.anchor_groups if line.is_enabled and line.follows != 'REST']
+
+
+def _edge_length(obj, vertex, rest):
+    """Of the longest edge at the vertex."""
+    edges = mesh_arrays.edges(obj.data)
+    own = edges[(edges == vertex).any(axis=1)]
+    if len(own) == 0:
+        raise SceneError("The vertex under the mouse has no edges, so nothing can follow it. Press somewhere else")
+    return float(np.linalg.norm(rest[own[:, 0]] - rest[own[:, 1]], axis=1).max())

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Bind and Solve hand to the solver: the gathered scene, and the calls to make with it."""
+
+import numpy as np
+
+from ...errors import SceneError, StaleBindingError
+from ...scene import mesh_arrays, shape_keys
+from ...solver import session
+from ...solver.core import fingerprint, result
+from . import bound_record, scene_input, targets
+
+
+class Posing:
+    """Arrays of one object; work() binds if need be and solves.
+
+    bind_input  what is bound; binding  the Binding, None until there is one
+    targets     where the anchors go; None to bind only
+    changes     what changed since the binding on record, in words, "" if nothing
+    """
+
+    def __init__(self, bind_input, goal=None, changes="", start=None):
+        self.bind_input = bind_input
+        self.targets = goal
+        self.changes = changes
+        self._start = start
+        self.binding = session.cached(bind_input)
+        self._known = session.earlier(bind_input) if self.binding is None else None
+        self._triangles = None
+
+    def read_triangles(self, obj):
+        """Before work(): apart from the rest, since it takes long on a big mesh."""
+        if self.binding is None and self._known is None:
+            self._triangles = mesh_arrays.triangles(obj.data, self.bind_input.rest)
+
+    @classmethod
+    def to_bind(cls, obj, reading=None):
+        """reading: see scene_input.gather(). @throws SceneError."""
+        return cls(scene_input.gather(obj, reading))
+
+    @classmethod
+    def to_solve(cls, obj, reading=None):
+        """@throws SceneError; StaleBindingError if the artist has to look first."""
+        bind_input = scene_input.gather(obj, reading)
+        changes = _what_changed(obj, bind_input)
+        return cls(bind_input, targets.gather(obj, bind_input), changes)
+
+    @classmethod
+    def to_bake(cls, obj, reading=None):
+        """As to_bind(), which it may be the first time. @throws SceneError; StaleBindingError as to_solve()."""
+        bind_input = scene_input.gather(obj, reading)
+        is_bound = obj.meanvalue.bound.is_bound
+        return cls(bind_input, changes=_what_changed(obj, bind_input) if is_bound else "it was not bound")
+
+    @classmethod
+    def to_settle(cls, obj, reading=None):
+        """As to_solve(), from the result that is there; the better answer of that and of rest. @throws likewise."""
+        bind_input = scene_input.gather(obj, reading)
+        shape = shape_keys.result_positions(obj)
+        start = shape.astype(np.float64) if shape is not None and result.all_finite(shape) else None
+        return cls(bind_input, targets.gather(obj, bind_input), start=start)
+
+    def work(self, execution):
+        """Steps (see workers.job) to (n x 3 positions, SolveSummary) if there are targets, else None.
+
+        @throws MeanValueError.
+        """
+        if self.binding is None:
+            self.binding = yield from session.bind_steps(self.bind_input, self._triangles, execution, known=self._known)
+            self._triangles = self._known = None
+        if self.targets is None:
+            return None
+        return (
+            yield from session.solve_steps(
+                self.binding,
+                self.bind_input,
+                self.targets,
+                start=self._start,
+                settle=self._start is not None,
+                execution=execution,
+            )
+        )
+
+    def keep(self):
+        """Keeps the binding for the session."""
+        session.remember(self.bind_input, self.binding)
+
+    def record(self, obj):
+        """Keeps the binding for the session, and tells the file of it."""
+        self.keep()
+        bound_record.write(obj.meanvalue.bound, self.bind_input.fingerprint, self.binding.summary)
+        obj.update_tag()  # live posing may have waited for it
+
+    def require_unchanged(self, obj, reading=None):
+        """@throws SceneError if the scene is another one by now: a script, a timer or another window was at work."""
+        problem = scene_input.object_problem(obj) or scene_input.mode_problem(obj)
+        if problem is None:
+            now = scene_input.gather(obj, reading)
+            is_same = now.fingerprint == self.bind_input.fingerprint
+            if is_same and self.targets is not None:
+                is_same = targets.gather(obj, now).is_near(self.targets, 0.0)
+            if is_same:
+                return
+        raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+
+
+def _what_changed(obj, bind_input):
+    """What changed since the binding on record that need not stop us, in words; "" if nothing.
+
+    @throws StaleBindingError if the artist has to look first.
+    """
+    bound = bound_record.read_fingerprint(obj.meanvalue.bound)
+    reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
+    changes = fingerprint.describe(reasons, bound, bind_input.fingerprint)
+    if fingerprint.needs_bind(reasons):
+        raise StaleBindingError(f"The binding is stale: {changes}. Check the handles and press Bind")
+    return changes

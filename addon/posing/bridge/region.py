@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The vertex group that is the region of influence, and how far it grows from a handle."""
+
+import numpy as np
+
+from ... import ids
+from ...errors import SceneError
+from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ..core import region_growth, welding
+
+
+def require_own_group(obj):
+    """@throws SceneError if what is written to the region would change a handle."""
+    name = obj.meanvalue.roi_group
+    if name in obj.meanvalue.anchor_groups:
+        raise SceneError(
+            f"The region '{name}' is the vertex group of a handle too, which would be changed. Choose another group in "
+            "Region, or clear the field to have one made"
+        )
+
+
+def take_group(obj):
+    """The region's vertex group, made if it is missing and put into the settings."""
+    settings = obj.meanvalue
+    group = obj.vertex_groups.get(settings.roi_group)
+    if group is None:
+        group = vertex_groups.make(obj, settings.roi_group or ids.REGION_GROUP)
+        settings.roi_group = group.name
+        settings.made_region = group.name  # after the region, which says that the artist chose it
+    return group
+
+
+def own_group(obj):
+    """As take_group(), never the artist's own group: a new one takes its place in the settings."""
+    settings = obj.meanvalue
+    if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
+        settings.roi_group = vertex_groups.make(obj, ids.REGION_GROUP).name
+        settings.made_region = settings.roi_group
+    return take_group(obj)
+
+
+def remove_made_group(obj):
+    """Clears the region, and deletes its vertex group if it was made for it. Returns whether it was deleted."""
+    settings = obj.meanvalue
+    name = settings.roi_group
+    was_deleted = name != "" and name == settings.made_region and vertex_groups.remove_made(obj, name)
+    settings.roi_group = settings.made_region = ""
+    settings.roi_invert = False
+    return was_deleted
+
+
+def weights(obj):
+    """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
+    missing."""
+    settings = obj.meanvalue
+    name = settings.roi_group
+    if name not in obj.vertex_groups:
+        return np.zeros(len(obj.data.vertices))
+    reading = vertex_groups.WeightReading(obj, [name])
+    reading.go_on(obj)
+    found = reading.weights[name]
+    return 1.0 - found if settings.roi_invert else found
+
+
+def current_mask(obj):
+    """n bool: what may move by the settings; nothing if no region is set or its group is missing."""
+    return welding.spread(weights(obj), copies(obj), obj.meanvalue.roi_invert) > 0.0
+
+
+def copies(obj):
+    """n int, the lowest numbered copy of each vertex by Merge Distance; None if nothing is merged."""
+    return welding.copies(shape_keys.rest_positions(obj.data), obj.meanvalue.merge_distance)
+
+
+def copies_of(obj, vertex):
+    """Numbers of the vertices that are one with `vertex`, itself the first of them."""
+    first = copies(obj)
+    if first is None:
+        return [vertex]
+    return [vertex, *(int(each) for each in np.flatnonzero(first == first[vertex]) if each != vertex)]
+
+
+class _Surface:
+    """The mesh over which regions grow: rest shape, edges and seeds, with copies merged."""
+
+    def __init__(self, obj, seeds):
+        self.rest = shape_keys.rest_positions(obj.data)
+        self.edges, self.seeds, self._first = mesh_arrays.edges(obj.data), seeds, copies(obj)
+        if self._first is not None:
+            edges = self._first[self.edges]
+            self.edges, self.seeds = edges[edges[:, 0] != edges[:, 1]], np.unique(self._first[seeds])
+
+    def of_mesh(self, values):
+        """What was found of the merged vertices, for all copies of each."""
+        return values if self._first is None else values[self._first]
+
+
+def handle_members(obj, name):
+    """Vertex indices of the handle `name`. @throws SceneError if there are none to grow from."""
+    vertex_groups.require_listed(obj, name)
+    members = vertex_groups.members(obj, [name])[name]
+    if len(members) == 0:
+        raise SceneError(f"Handle '{name}' has no vertices to grow from. Assign some, or choose another handle")
+    return members
+
+
+def grown_by_rings(obj, seeds, ring_count):
+    """n bool."""
+    surface = _Surface(obj, seeds)
+    return surface.of_mesh(
+        region_growth.grown_by_rings(surface.edges, surface.seeds, len(obj.data.vertices), ring_count)
+    )
+
+
+def grown_by_distance(obj, seeds, distance):
+    """n bool; measured on the rest shape."""
+    surface = _Surface(obj, seeds)
+    return surface.of_mesh(region_growth.grown_by_distance(surface.edges, surface.rest, surface.seeds, distance))
+
+
+def distances(obj, seeds, limit):
+    """n float64: from the vertices `seeds` along edges of the rest shape; infinite beyond `limit`."""
+    surface = _Surface(obj, seeds)
+    return surface.of_mesh(region_growth.distances(surface.edges, surface.rest, surface.seeds, limit))
+
+
+def write(obj, weights):
+    """The region is exactly `weights` (n bool, or n float from 0 to 1) from here on; the artist's own group stays."""
+    vertex_groups.replace_weights(obj, own_group(obj), np.asarray(weights, np.float64))
+    obj.meanvalue.roi_invert = False
+
+
+def add_falloff(obj, seeds, inner, outer, before):
+    """The region is `before` (n float, 0 to 1) and the surroundings of `seeds`: all of it within the distance `inner`,
+    less and less up to `outer`; and loose parts that lie whole within that, as eyes in a head, which follow."""
+    weights = region_growth.falloff(distances(obj, seeds, outer), inner, outer)
+    surface = _Surface(obj, seeds)
+    loose = surface.of_mesh(region_growth.parts_within(surface.edges, surface.rest, surface.seeds, outer))
+    write(obj, np.maximum(np.maximum(weights, loose), before))
+
+
+def handles_outside(obj, mask):
+    """Names of the enabled handles, pins left out, that have vertices outside `mask`."""
+    moving = [line.name for line in obj.meanvalue.anchor_groups if line.is_enabled and line.follows != 'REST']
+    members = vertex_groups.members(obj, moving)
+    return [name for name in moving if name in members and not mask[members[name]].all()]

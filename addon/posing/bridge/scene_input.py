@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
+
+from ... import ids, wording
+from ...capture.bridge import marker_pairs
+from ...errors import SceneError
+from ...scene import mirrors, shape_keys, vertex_groups
+from ...scene.core import mirror_planes
+from ...scene.scene_reading import SceneReading
+from ..core import springs, welding
+from ..core.bind_input import BindInput, anchor_layout, region_weights, require_finite, soft_border
+from . import carriers, targets
+
+
+def subject(context):
+    """The object that the artist works on: the active one, or the mesh that it is a control or marker of; None for
+    none."""
+    active = context.object
+    if active is None or active.type == 'MESH':
+        return active
+    return carriers.carried_by(active) or marker_pairs.mesh_of_marker(active) or active
+
+
+def object_problem(obj):
+    """Why `obj` cannot be worked on at all, or None. Cheap: operators ask it in poll()."""
+    if obj is None:
+        return "There is no active object. Click a mesh object"
+    if obj.type != 'MESH':
+        return f"'{obj.name}' is not a mesh. Click a mesh object"
+    if obj.library is not None:
+        return (
+            f"'{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local), or pose it in "
+            "that file"
+        )
+    if obj.override_library is not None or obj.data.override_library is not None:
+        return _override_problem(obj)
+    if obj.data.library is not None:
+        return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local)"
+    return None
+
+
+def _override_problem(obj):
+    """Blender saves neither new shape keys nor our settings of what is an override."""
+    linked = (obj.override_library or obj.data.override_library).reference.library
+    return (
+        f"'{obj.name}' is a library override, of which handles and new shape keys are not saved. Pose it in the file "
+        f"that it comes from{f' ({linked.filepath})' if linked else ''}: its keys then arrive here too. To pose it "
+        "here alone, Object > Relations > Make Local > Selected Objects and Data ends the override: changes of that "
+        "file no longer arrive"
+    )
+
+
+def mode_problem(obj):
+    """Why the object's mode is in the way, or None. Blender's mesh data is only up to date in Object Mode."""
+    if obj.mode != 'OBJECT':
+        return f"'{obj.name}' is in {mode_name(obj.mode)}. Go back to Object Mode"
+    return None
+
+
+def mode_name(mode):
+    names = {
+        'EDIT': "Edit Mode",
+        'SCULPT': "Sculpt Mode",
+        'VERTEX_PAINT': "Vertex Paint Mode",
+        'WEIGHT_PAINT': "Weight Paint Mode",
+        'TEXTURE_PAINT': "Texture Paint Mode",
+        'PARTICLE_EDIT': "Particle Edit Mode",
+    }
+    return names.get(mode) or f"{mode.title()} Mode"
+
+
+def start_reading(obj):
+    """The SceneReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
+    require_groups(obj)
+    return SceneReading(obj)
+
+
+def gather(obj, reading=None):
+    """The BindInput of `obj`, checked. @throws SceneError.
+
+    reading: a SceneReading since which the object was not edited; gone on with if it is not finished, and left alone
+    if it does not fit.
+    """
+    require_groups(obj)
+    if reading is None or not reading.fits(obj):
+        reading = SceneReading(obj)
+    reading.go_on(obj)
+    members = reading.members
+    corners, starts = reading.faces
+    settings = obj.meanvalue
+    groups = targets.enabled_groups(obj)
+    names = [group.name for group in groups]
+    region_name = settings.roi_group
+    freedom = region_weights(
+        len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert
+    )
+    _require_members(names, members, region_name, settings.roi_invert, freedom)
+    anchors, pieces = anchor_layout([members[name] for name in names])
+    rest = shape_keys.rest_positions(obj.data)
+    require_finite(rest, "rest shape")
+    planes, twins = mirrors.gather(obj, rest, corners, starts)
+    freedom = effective_region(obj, freedom, rest, twins)
+    roi = freedom > 0.0
+    planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
+    rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
+    border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
+    soft = [group.strength if group.is_soft else None for group in groups]
+    if rigidity is None and any(group.is_soft for group in groups):
+        raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
+    bind_input = BindInput(
+        rest=rest,
+        face_corners=corners,
+        face_starts=starts,
+        anchors=anchors,
+        roi=roi,
+        method=settings.method,
+        pieces=pieces,
+        rigid_pieces=any(group.follows != 'SHAPE' for group in groups),
+        rigidity=rigidity,
+        strengths=springs.strengths(pieces, soft, rigidity, int(roi.sum())),
+        planes=planes,
+        twins=twins,
+        border=border,
+        border_strengths=border_strengths,
+        loose=settings.loose_parts,
+        merge_distance=settings.merge_distance,
+    )
+    bind_input.check()
+    return bind_input
+
+
+def effective_region(obj, freedom, rest, twins):
+    """Of n weights of the region those that count: the same for all copies of a merged vertex, and on both sides of a
+    symmetric mesh. rest, twins: as of a BindInput."""
+    first, invert = welding.copies(rest, obj.meanvalue.merge_distance), obj.meanvalue.roi_invert
+    freedom = welding.spread(freedom, first, invert)
+    return welding.spread(mirrors.on_both_sides(obj, freedom, twins), first, invert)
+
+
+def require_groups(obj):
+    """@throws SceneError if a group that the settings name is missing, or none is named."""
+    names = [group.name for group in targets.enabled_groups(obj)]
+    region_name = obj.meanvalue.roi_group
+    if not obj.meanvalue.anchor_groups:
+        raise SceneError(
+            "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and "
+            "press Add Handle. For recorded motion choose a take in Motion Capture and press Match Markers"
+        )
+    if not names:
+        raise SceneError("All handles are turned off. Tick at least one in the list")
+    for name in names:
+        vertex_groups.require_listed(obj, name)
+    if region_name:
+        vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
+
+
+def _require_members(names, members, region_name, invert, freedom):
+    empty = [name for name in names if len(members[name]) == 0]
+    if empty:
+        raise SceneError(
+            f"{'Handle' if len(empty) == 1 else 'Handles'} {wording.quoted(empty)} "
+            f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
+            f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'}"
+        )
+    if not region_name or (freedom > 0.0).any():
+        return
+    if not invert:
+        raise SceneError(
+            f"The region '{region_name}' has no vertices with a weight above zero. Assign the vertices that may move, "
+            "or clear the field"
+        )
+    raise SceneError(
+        f"The region is empty: '{region_name}' has every vertex and is inverted. Turn Invert off or choose "
+        "another group"
+    )
+
+
+def sharing_note(obj):
+    """A sentence if other objects use the mesh too, else None."""
+    others = obj.data.users - int(obj.data.use_fake_user) - 1
+    if others > 0:
+        return f"The mesh is shared with {wording.counted(others, 'other object')}, where the result shows too"
+    return None

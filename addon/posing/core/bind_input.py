@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything a binding depends on, as arrays that belong to us."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ... import wording
+from ...errors import SceneError
+from ...scene.core import fixed_points
+from ...solver.core.fingerprint import Fingerprint, digest
+from . import springs, welding
+
+#: What becomes of parts that nothing holds, unless it is said.
+FOLLOW = "follow"
+
+#: Of the mesh's size: vertices that are farther apart are not the two sides of an open seam.
+MOST_MERGED = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class BindInput:
+    """The rest mesh and what is fixed of it.
+
+    rest          n x 3 float32, object space
+    face_corners  vertex index of every face corner, int32, faces one after another
+    face_starts   where each face begins in face_corners, int32
+    anchors       k vertex indices, int32, ascending, each once
+    roi           n bool, True may move; anchors may be anywhere
+    method        the solver's, see ids
+    rigidity      how much lengths count; None for methods that do not know it
+    pieces        k int32, number of the enabled group that each anchor belongs to
+    rigid_pieces  whether the anchors of a group move as one; else the solver finds out what belongs together
+    strengths     k float64, stiffness of the springs of soft anchors, infinite for hard ones; None if all are hard
+    border        b vertex indices, int32, ascending: what moves freely in part, where the region is soft; no anchors
+    border_strengths  b float64, stiffness of the springs that hold them to the rest shape. None, both: no soft border
+    planes        p x 4 float64, unit normal and distance of each plane that mirrors the mesh; None if none does. They
+                  stand at right angles to each other
+    twins         p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where
+                  the image is a vertex that the mesh does not have. None if there are no planes
+    loose         what becomes of parts that nothing holds: 'follow' others, or 'stay'
+    merge_distance  vertices so near to each other are one to the solver; 0: none are
+    """
+
+    rest: np.ndarray
+    face_corners: np.ndarray
+    face_starts: np.ndarray
+    anchors: np.ndarray
+    roi: np.ndarray
+    method: str
+    pieces: np.ndarray
+    rigid_pieces: bool = False
+    rigidity: float | None = None
+    strengths: np.ndarray | None = None
+    border: np.ndarray | None = None
+    border_strengths: np.ndarray | None = None
+    planes: np.ndarray | None = None
+    twins: np.ndarray | None = None
+    loose: str = FOLLOW
+    merge_distance: float = 0.0
+
+    @cached_property
+    def fingerprint(self):
+        return Fingerprint(
+            vertex_count=len(self.rest),
+            face_count=len(self.face_starts),
+            faces=digest(self.face_starts, self.face_corners),
+            rest_shape=digest(self.rest),
+            anchors=digest(
+                self.anchors,
+                *([self.pieces] if self.rigid_pieces or self.planes is not None else []),
+                *([] if self.strengths is None else [self.strengths]),
+            ),
+            roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
+            settings=digest(f"method={self.method} rigidity={self.rigidity}{self._unusual}"),
+            mirror="" if self.planes is None else digest(self.planes, self.twins),
+        )
+
+    @property
+    def _unusual(self):
+        """Of settings that came later: nothing where they are as they were before."""
+        loose = "" if self.loose == FOLLOW else f" loose={self.loose}"
+        return loose + (f" merge={self.merge_distance!r}" if self.merge_distance > 0.0 else "")
+
+    @cached_property
+    def whole(self):
+        """What goes to the solver, see core.welding and core.mirroring."""
+        return welding.of(self)
+
+    @cached_property
+    def hard_anchors(self):
+        """k bool: the anchors that are met exactly."""
+        return np.ones(len(self.anchors), bool) if self.strengths is None else np.isinf(self.strengths)
+
+    @cached_property
+    def free(self):
+        """n bool: the vertices that the solver places, soft anchors among them."""
+        free = self.roi.copy()
+        free[self.hard_vertices] = False
+        return free
+
+    @cached_property
+    def fixed(self):
+        """Indices of the vertices that stay in the rest shape: outside the region, and no copies of a hard anchor."""
+        goes_along = np.zeros(int(self.whole.places.max(initial=-1)) + 1, bool)
+        goes_along[self.whole.places[self.hard_vertices]] = True
+        return np.flatnonzero(~self.roi & ~goes_along[self.whole.places])
+
+    @cached_property
+    def fixed_rest(self):
+        """Rest positions of the fixed vertices, float32."""
+        return self.rest[self.fixed]
+
+    @cached_property
+    def hard_vertices(self):
+        """Vertex indices of the hard anchors."""
+        return self.anchors[self.hard_anchors]
+
+    @cached_property
+    def anchor_rest(self):
+        """k x 3 float64: the anchors in the rest shape. Not to be written to."""
+        return self.rest[self.anchors].astype(np.float64)
+
+    @cached_property
+    def is_held(self):
+        """n bool: the vertices that something holds in their place: fixed ones and soft anchors."""
+        held = ~self.free
+        held[self.anchors] = True
+        if self.border is not None:
+            held[self.border] = True
+        return held
+
+    @cached_property
+    def diagonal(self):
+        """Of the rest shape's bounding box; energies are shown for diagonal 1."""
+        return fixed_points.bounding_box_diagonal(self.rest)
+
+    def check(self):
+        """@throws SceneError if this cannot be bound, with what to do about it."""
+        if len(self.face_starts) == 0:
+            raise SceneError("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
+        require_finite(self.rest, "rest shape")
+        if self.merge_distance > MOST_MERGED * self.diagonal:
+            raise SceneError(
+                f"The Merge Distance {self.merge_distance:g} is more than {wording.share(MOST_MERGED)} of the mesh's "
+                f"size ({self.diagonal:g}), and would merge what is no seam. Choose a smaller one (Advanced > Solver)"
+            )
+        mesh = self.rest, self.face_corners, self.face_starts
+        collapsed = welding.collapsed_share(*mesh, self.merge_distance)
+        if collapsed > welding.MOST_COLLAPSED:
+            named = welding.harmless_distance(*mesh, self.merge_distance)
+            raise SceneError(
+                f"The Merge Distance {self.merge_distance:g} is longer than edges of the mesh, and would merge "
+                f"{wording.share(collapsed)} of its edges to points. Choose {named:g} or less (Advanced > Solver)"
+            )
+        outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
+        if outside:
+            raise SceneError(
+                f"{wording.vertices(outside)} of soft handles lie outside the region, where nothing gives way. Take "
+                "them into the region, or turn Soft off"
+            )
+        if not self.free.any():
+            raise SceneError(
+                "Nothing is free to move: every vertex of the region is held by a handle or pin. "
+                "Take vertices out of them, or enlarge the region"
+            )
+        held = self.whole.held_rest
+        if not fixed_points.span_a_plane(held):
+            raise SceneError(
+                f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "
+                "three that are not in one line (handles, pins and vertices outside the region count). "
+                "Pin more vertices, or choose a region that leaves some vertices out"
+            )
+
+
+def require_finite(positions, what):
+    """@throws SceneError if n x 3 `positions` hold NaN or infinity."""
+    finite = np.isfinite(positions).all(axis=1)
+    if not finite.all():
+        broken = np.flatnonzero(~finite)
+        raise SceneError(
+            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) "
+            f"{'has' if len(broken) == 1 else 'have'} coordinates that are not numbers. Move or delete "
+            f"{'it' if len(broken) == 1 else 'them'}"
+        )
+
+
+def anchor_layout(groups):
+    """(anchors, pieces): ascending vertex indices of all groups, each once, and the number of the group that has it.
+
+    A vertex of several groups belongs to the first.
+    """
+    indices = np.concatenate([np.empty(0, np.int32), *groups]).astype(np.int32)
+    numbers = np.concatenate([np.empty(0, np.int32), *(np.full(len(g), i) for i, g in enumerate(groups))])
+    anchors, first = np.unique(indices, return_index=True)
+    return anchors, numbers[first].astype(np.int32)
+
+
+def region_weights(vertex_count, members, weights, invert):
+    """n float64, 0 to 1: how freely each vertex moves, from the indices of the region's group and their weights.
+
+    members is None where there is no group: all may move.
+    """
+    if members is None:
+        return np.ones(vertex_count)
+    result = np.zeros(vertex_count)
+    result[members] = weights
+    return 1.0 - result if invert else result
+
+
+def soft_border(weights, anchors, rigidity):
+    """(border, border_strengths) as of BindInput from n region weights, 0 to 1; (None, None) if they are yes or no."""
+    is_border = (weights > 0.0) & (weights < 1.0)
+    is_border[anchors] = False
+    border = np.flatnonzero(is_border).astype(np.int32)
+    if len(border) == 0:
+        return None, None
+    return border, springs.border_strengths(weights[border], rigidity, np.count_nonzero(weights))

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where live posing wants the anchors of one object, behind a rig that may move at any time.
+
+What the rig does is measured when it is quiet, or right before a solve that needs it; never at each step of a drag. A
+handle whose control stays where it was beside the rig keeps its targets, so that a rig that moves changes no key.
+"""
+
+from ...errors import SceneError
+from ...scene import object_model, rig_space
+from ...scene.core import motion
+from ..bridge import targets
+
+
+class LiveTargets:
+    def __init__(self):
+        self._revision = None  # of the rig, when it was measured
+        self._gone_along = None  # and that for which controls were put to where it has carried their handles
+        self._space = None
+        self._known = {}  # see targets.positions()
+        self._goal = self._fingerprint = None
+
+    def is_outdated(self, obj):
+        """Whether the rig may have moved since it was measured."""
+        return self._revision != _revision(obj)
+
+    def is_behind(self, obj):
+        """Whether the rig may have moved since controls that go along with it did so."""
+        return self._gone_along != _revision(obj)
+
+    def gather(self, obj, bind_input):
+        """The Targets of `obj`. @throws SceneError."""
+        found = targets.problem(obj)
+        if found:
+            raise SceneError(found)
+        if self._fingerprint != bind_input.fingerprint:
+            self._fingerprint, self._goal = bind_input.fingerprint, None
+            self._known = {}
+        if self._goal is not None:
+            goal, known = self._behind(obj, bind_input)
+            if not self.is_outdated(obj) or goal.is_near(self._goal, motion.NOISE * bind_input.diagonal):
+                self._goal, self._known = goal, known
+                return goal
+        if self.is_outdated(obj):
+            self._measure(obj)
+        self._goal, self._known = self._behind(obj, bind_input)
+        return self._goal
+
+    def catch_up(self, obj, bind_input):
+        """Has the controls that go along with the rig do so, and measures what it does if that is not known.
+
+        @throws SceneError.
+        """
+        if self.is_outdated(obj):
+            self._measure(obj)
+        targets.go_along(obj, bind_input, self._space)
+        self._gone_along = self._revision
+
+    def _measure(self, obj):
+        self._space = rig_space.measure(obj)
+        self._revision = _revision(obj)
+
+    def _behind(self, obj, bind_input):
+        """(Targets, what is known of handles then). Without a rig nothing is kept. @throws SceneError."""
+        known = dict(self._known)
+        is_kept = self._space is not None or known
+        return targets.gather_behind(obj, bind_input, self._space, known if is_kept else None), known
+
+
+def _revision(obj):
+    """Another one where the rig may be."""
+    return object_model.rig_revision(obj), object_model.of(obj).stamp.content, rig_space.sliders(obj)

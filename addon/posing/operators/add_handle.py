@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes handles and pins of selected vertices or of vertex groups."""
+
+import bpy
+import numpy as np
+
+from ... import ids, wording
+from ...errors import SceneError
+from ...scene import rig_space, selection, shape_keys, vertex_groups
+from ...widgets.base import MeshOperator
+from ..bridge import handle_lines, region, scene_input
+from ..bridge.grip import radius
+from ..core.bind_input import require_finite
+from .grow_region import notes_on
+
+
+class NewAnchors(MeshOperator):
+    """Mix-in: anchors from the vertices selected in Edit Mode, or from a vertex group in Object Mode."""
+
+    needs_object_mode = False
+    new_group_name = ""
+
+    group: bpy.props.StringProperty(
+        name="Vertex Group",
+        description="Vertex group to use. If empty: the selected vertices in Edit Mode; scripts get the active group "
+        "in Object Mode",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    name: bpy.props.StringProperty(
+        name="Name",
+        description="Name of the vertex group that is made of selected vertices",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    # Adjusting the operator runs it again in Object Mode, where the vertices are still selected.
+    from_selection: bpy.props.BoolProperty(options={'HIDDEN', 'SKIP_SAVE'})
+
+    _was_asked = False
+
+    def invoke(self, context, _event):
+        obj = scene_input.subject(context)
+        if obj.mode != 'OBJECT' or self.group or len(obj.vertex_groups) == 0:
+            return self.execute(context)
+        self._was_asked = True
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        obj = scene_input.subject(context)
+        if self.from_selection or obj.mode == 'EDIT':
+            layout.prop(self, "name")
+        else:
+            layout.prop_search(self, "group", obj, "vertex_groups")
+        self.draw_more(layout)
+
+    def draw_more(self, layout):
+        """What a subclass asks for besides."""
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and obj.mode not in {'EDIT', 'OBJECT'}:
+            problem = f"{scene_input.mode_problem(obj)}, or to Edit Mode"
+        return problem
+
+    def run(self, obj):
+        is_editing = obj.mode == 'EDIT'
+        if is_editing:
+            obj.update_from_editmode()
+        self.from_selection = self.from_selection or (is_editing and not self.group)
+        name, members = self._members(obj)
+        self.require_usable(obj, members)
+        selection.leave_edit_mode(obj)
+        self.require_seen(obj)
+        line = handle_lines.add_line(obj, members, group=name, new_name=self.name or self.new_group_name)
+        message = self.equip(obj, line, members)
+        notes = self.notes(obj)
+        try:
+            scene_input.gather(obj)
+        except SceneError as problem:  # there is more to do before it can be posed
+            return message, [*notes, str(problem)]
+        return message, notes
+
+    def notes(self, _obj):
+        """Sentences on what the artist may not expect."""
+        return []
+
+    def require_usable(self, obj, members):
+        """@throws SceneError before anything is changed."""
+
+    def require_seen(self, obj):
+        """As require_usable(), in Object Mode."""
+
+    def _members(self, obj):
+        """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
+        name = self.group
+        if self.from_selection:
+            members = selection.selected_vertices(obj)
+            if len(members) == 0:
+                raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
+            return "", members
+        active = None if self._was_asked else obj.vertex_groups.active
+        name = name or (active.name if active else "")
+        if not name:
+            raise SceneError(
+                "There is nothing to take: select vertices in Edit Mode, or choose a vertex group to use as it is"
+            )
+        vertex_groups.require(obj, name, "to be used", "Choose one that it has")
+        if name in obj.meanvalue.anchor_groups:
+            raise SceneError(
+                f"Vertex group '{name}' is on the list already. Select vertices in Edit Mode, or choose another group"
+            )
+        members = vertex_groups.members(obj, [name])[name]
+        if len(members) == 0:
+            raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
+        return name, members
+
+
+class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
+    """Make a handle of the selected vertices (Edit Mode) or the active vertex group, with a control to drag"""
+
+    bl_idname = "meanvalue.add_handle"
+    bl_label = "Add Handle"
+    new_group_name = ids.HANDLE_GROUP
+
+    live: bpy.props.BoolProperty(
+        name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
+    )
+
+    size: bpy.props.FloatProperty(
+        name="Size",
+        description="How far the surroundings follow, as a share of the mesh's size, less the farther they are. The "
+        "region gets them; at 0 it stays as it is",
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        max=3.0,
+        subtype='FACTOR',
+        options={'SKIP_SAVE'},
+    )
+
+    def draw_more(self, layout):
+        layout.prop(self, "size")
+        layout.prop(self, "live")
+
+    def run(self, obj):
+        self._was_first = all(group.follows != 'CONTROL' for group in obj.meanvalue.anchor_groups)
+        return super().run(obj)
+
+    def require_usable(self, obj, members):
+        if self.size > 0.0:
+            region.require_own_group(obj)
+        require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
+        shown = shape_keys.result_positions(obj)
+        if shown is not None:
+            require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
+
+    def require_seen(self, obj):
+        rig_space.measure(obj)
+
+    def notes(self, obj):
+        return notes_on(obj, region.current_mask(obj)) if self.size > 0.0 else []
+
+    def equip(self, obj, line, members):
+        control = handle_lines.make_handle(obj, line, members)
+        if self.size > 0.0:
+            region.add_falloff(obj, members, 0.0, radius(obj, self.size), region.weights(obj))
+        if self.live and self._was_first and not obj.meanvalue.live:
+            obj.meanvalue.live = True
+        selection.choose(control)
+        count = wording.vertices(len(np.unique(members)))
+        return f"Handle '{line.name}' carries {count}: move, turn or scale its control"
+
+
+class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
+    """Pin the selected vertices (Edit Mode) or the active vertex group: they stay where they are at rest"""
+
+    bl_idname = "meanvalue.add_pin"
+    bl_label = "Add Pin"
+    new_group_name = ids.PIN_GROUP
+
+    def equip(self, _obj, line, members):
+        handle_lines.make_pin(line)
+        count = wording.vertices(len(members))
+        return f"Pin '{line.name}' holds {count}"

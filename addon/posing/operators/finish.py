@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ends posing: keeps the mesh as posed, and takes away what the add-on made for it."""
+
+import bpy
+
+from ... import ids, wording
+from ...errors import SceneError
+from ...live import engine
+from ...mixing.bridge import mix_layers
+from ...scene import reference_key, selection, shape_keys
+from ...solver import session
+from ..bridge import bound_record, controls, region, scene_input, targets
+from .settled import SettledOperator
+
+
+class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
+    """Keep the mesh as it is posed, and remove handles, pins, controls and vertex groups that were made for posing"""
+
+    bl_idname = "meanvalue.finish"
+    bl_label = "Finish"
+
+    keep: bpy.props.EnumProperty(
+        name="Keep",
+        description="What becomes of the pose",
+        items=(
+            ('SHAPE_KEY', "As Shape Key", "A shape key of its own, fully on: the rest shape stays", 'SHAPEKEY_DATA', 0),
+            ('REST', "As Rest Shape", "The mesh itself: other shape keys are carried along", 'MESH_DATA', 1),
+        ),
+        default='SHAPE_KEY',
+    )
+    name: bpy.props.StringProperty(
+        name="Name", description="Name of the shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
+    )
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and not obj.meanvalue.anchor_groups and shape_keys.result_positions(obj) is None:
+            problem = f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
+        if problem is None and obj.meanvalue.baked.target:
+            problem = shape_keys.BAKE_PLAYS
+        return problem or _posed_by_another(obj)
+
+    def prepare(self, obj, reading):
+        if self.keep == 'SHAPE_KEY' and shape_keys.result_positions(obj) is not None:
+            _kept_name(obj, self.name)  # throws before anything is changed
+        return super().prepare(obj, reading)
+
+    def use(self, obj):
+        engine.look_again(obj)
+        kept, notes = self._keep(obj)
+        _leave_copies(obj)
+        removed = _remove_what_was_made(obj)
+        sharing = scene_input.sharing_note(obj)
+        if sharing:
+            notes.append(sharing)
+        return f"{kept}. Removed: {removed}", notes
+
+    def _keep(self, obj):
+        settings = obj.meanvalue
+        if shape_keys.result_positions(obj) is None:
+            settings.live = False
+            return "Nothing was posed, so the mesh is as it was", []
+        if self.keep == 'REST':
+            carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
+            settings.live = False
+            shape_keys.remove(obj, [settings.result_key])
+            reference_key.remove_lone(obj)
+            carried, note = mix_layers.made_for_former_rest(obj, carried)
+            notes = [note] if note else []
+            if carried:
+                notes.append(f"Carried along by what they add, and may look different: {wording.quoted(carried)}")
+            return "The pose is the rest shape now", notes
+        settings.live = False
+        key = obj.data.shape_keys.key_blocks[settings.result_key]
+        key.name = _kept_name(obj, self.name)
+        return f"The pose is shape key '{key.name}'", []
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "keep")
+        if self.keep == 'SHAPE_KEY':
+            layout.prop(self, "name")
+
+
+def _posed_by_another(obj):
+    """Why the pose is not this object's alone to finish, as a sentence, or None."""
+    for other in shape_keys.sharing(obj):
+        theirs = other.meanvalue
+        is_posed = any(line.follows != 'REST' for line in theirs.anchor_groups)
+        if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
+            return (
+                f"'{other.name}' poses the same mesh by handles of its own. Remove those, or give '{obj.name}' its own "
+                "mesh (Object > Relations > Make Single User > Object & Data)"
+            )
+    return None
+
+
+def _leave_copies(obj):
+    """Linked duplicates came by our lines when they were made, and have no controls of their own: theirs go as well."""
+    for other in shape_keys.sharing(obj):
+        if _is_copy(other, obj):
+            other.meanvalue.live = False
+            other.meanvalue.anchor_groups.clear()
+            region.remove_made_group(other)
+            bound_record.clear(other.meanvalue.bound)
+
+
+def _is_copy(other, obj):
+    """Whether all lines of `other` are also those of `obj`, by vertex group and control."""
+    ours, theirs = ({(line.name, line.control) for line in each.meanvalue.anchor_groups} for each in (obj, other))
+    mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
+    return theirs <= ours and not mine and any(control is not None for _, control in theirs)
+
+
+def _kept_name(obj, wanted):
+    """What to call the kept key: `wanted`, numbered if that is taken. @throws SceneError if posing writes that key."""
+    result, wanted = obj.meanvalue.result_key, wanted.strip() or ids.KEPT_KEY
+    if wanted == result and wanted != ids.KEPT_KEY:
+        raise SceneError(
+            f"'{wanted}' is the key that posing writes, so the next pose would overwrite it. Give the kept pose "
+            "another name, or change Result (Advanced)"
+        )
+    names = (wanted, *(f"{wanted[: ids.NAME_LENGTH - 4]}.{number:03}" for number in range(1, 1000)))
+    return next(name for name in names if name not in obj.data.shape_keys.key_blocks)
+
+
+def _remove_what_was_made(obj):
+    """Takes away all lines, what was made for them, the region and the binding. Returns what that was, in words."""
+    settings = obj.meanvalue
+    lines = len(settings.anchor_groups)
+    made_controls = sum(
+        line.made_control and controls.owner_of(line.control) == obj for line in settings.anchor_groups if line.control
+    )
+    made_groups = 0
+    if bpy.context.object != obj:
+        selection.choose(obj)
+    for index in reversed(range(lines)):
+        made_groups += controls.remove_handle(obj, index)
+    made_groups += region.remove_made_group(obj)
+    if settings.bound.is_bound:
+        session.forget(bound_record.read_fingerprint(settings.bound))
+        bound_record.clear(settings.bound)
+    settings.former_result = ""
+    return wording.listed(
+        (
+            wording.counted(lines, "handle or pin", "handles and pins"),
+            wording.counted(made_controls, "control"),
+            wording.counted(made_groups, "vertex group"),
+        )
+    )

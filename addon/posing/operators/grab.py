@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Takes hold of the mesh where it is pressed, and drags it: the operator of the Grab tool."""
+
+import bpy
+from bpy_extras import view3d_utils
+from mathutils import Vector
+
+from ... import compat, ids
+from ...errors import MeanValueError, SceneError
+from ...live import engine
+from ..bridge import controls, scene_input
+from ..bridge.grip import Grip, line_at, radius
+from . import keyframe_handles
+from .drag_circle import DragCircle
+from .pressing import LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex, size_property
+
+#: What a notch of the wheel makes of Size.
+WHEEL_STEP = 1.15
+
+#: How often Size is looked at during a drag, and the status: not at every notch of the wheel, since the mesh is bound
+#: anew for it.
+TICK_SECONDS = 0.1
+
+GROW = {'WHEELUPMOUSE', 'RIGHT_BRACKET', 'NUMPAD_PLUS', 'PAGE_UP'}
+SHRINK = {'WHEELDOWNMOUSE', 'LEFT_BRACKET', 'NUMPAD_MINUS', 'PAGE_DOWN'}
+
+
+#: Drags that go on, to be ended when the add-on is disabled: Blender does not tell them.
+_running = []
+
+
+def end_all():
+    for operator in list(_running):
+        operator.cancel(bpy.context)
+
+
+class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
+    """Press on the mesh and drag: what is under the mouse becomes a handle, and its surroundings follow"""
+
+    bl_idname = "meanvalue.grab"
+    bl_label = "Grab"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    size: size_property(
+        "How far the surroundings of a new handle follow, as a share of the mesh's size. They follow less the farther "
+        "they are"
+    )
+    offset: bpy.props.FloatVectorProperty(
+        name="Move",
+        description="How far the handle is moved, in the world",
+        subtype='TRANSLATION',
+        options={'SKIP_SAVE'},
+    )
+    vertex: bpy.props.IntProperty(
+        name="Vertex", description="The vertex to take hold of", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
+    )
+
+    handle: bpy.props.StringProperty(
+        name="Handle",
+        description="Vertex group of the handle to move. If empty: the one that has the vertex, or else a new one",
+        maxlen=ids.NAME_LENGTH,
+        options={'HIDDEN', 'SKIP_SAVE'},
+    )
+
+    def execute(self, context):
+        """All at once, for scripts and the last-operation panel."""
+        obj = scene_input.subject(context)
+        try:
+            problem = scene_input.object_problem(obj)
+            if problem:
+                raise SceneError(problem)
+            if self.handle not in obj.meanvalue.anchor_groups:
+                require_vertex(obj, self.vertex)
+            grip = Grip(obj, self.vertex, self.size, self.handle)
+            grip.move(obj, Vector(self.offset))
+        except MeanValueError as error:
+            return self.refuse(error)
+        controls.select(grip.line(obj))
+        return self.tell(*_outcome(obj, grip, Vector(self.offset)))
+
+    def invoke(self, context, event):
+        try:
+            obj, self._pressed = self.find_pressed(context, event)
+        except SceneError as error:
+            return self.warn(error)
+        self._object_name, self._identity = obj.name, compat.session_key(obj)
+        self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
+        self._grip = None
+        self._size_taken = self.size
+        self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
+        self._timer = context.window_manager.event_timer_add(TICK_SECONDS, window=context.window)
+        self._circle = DragCircle(context)
+        _running.append(self)
+        try:
+            self._whole = radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
+            self._show(context, obj)
+        except MeanValueError as error:
+            self._end(context)
+            return self.warn(error)
+        except BaseException:
+            self._end(context)
+            raise
+        context.window_manager.modal_handler_add(self)
+        return {'RUNNING_MODAL'}
+
+    def modal(self, context, event):
+        is_timer = 'TIMER' in event.type  # it may be another operator's
+        try:
+            obj = self._object()
+            if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
+                return self._give_up(context, obj)
+            if event.type == 'LEFTMOUSE' and event.value == 'RELEASE':
+                return self._let_go(context, obj)
+            if event.type == 'MOUSEMOVE':
+                self._drag(context, event, obj)
+            elif event.value == 'PRESS' and event.type in GROW | SHRINK:
+                self._resize(context, 1.0 if event.type in GROW else -1.0)
+            elif is_timer:
+                self._take_size(obj)
+            self._show(context, obj)
+        except MeanValueError as error:
+            self._end(context)
+            self.warn(error)
+            return {'CANCELLED'} if self._grip is None else {'FINISHED'}  # what was made can be undone
+        except BaseException:
+            self._end(context)
+            raise
+        return {'PASS_THROUGH'} if is_timer else {'RUNNING_MODAL'}
+
+    def cancel(self, context):
+        """Blender ends the operator: another file is loaded, or it quits."""
+        self._end(context)
+
+    def _drag(self, context, event, obj):
+        self._mouse = Vector((event.mouse_region_x, event.mouse_region_y))
+        if self._grip is None:
+            if (self._mouse - self._start).length < context.preferences.inputs.drag_threshold_mouse:
+                return
+            self._grip = Grip(obj, self.vertex, self.size, self.handle)
+            self._size_taken = self.size
+        self.offset = self._pressed.turn @ (self._on_plane(self._mouse) - self._on_plane(self._start))
+        self._grip.move(obj, Vector(self.offset))
+
+    def _handle(self, obj):
+        """Name of the handle or pin that is pressed on, or ""."""
+        if self._pressed.line is not None:
+            return self._pressed.line
+        index = line_at(obj, self.vertex)
+        return "" if index is None else obj.meanvalue.anchor_groups[index].name
+
+    def _on_plane(self, mouse):
+        """Where the mouse is in the world, in the plane of the view through the place that was pressed."""
+        pressed = self._pressed
+        return view3d_utils.region_2d_to_location_3d(pressed.region, pressed.view, mouse, pressed.place)
+
+    def _resize(self, context, direction):
+        if self._grip is not None and not self._grip.has_size:
+            return
+        self.size = min(MOST_SIZE, max(LEAST_SIZE, self.size * WHEEL_STEP**direction))
+        tool = context.workspace.tools.from_space_view3d_mode('OBJECT', create=False)
+        if tool is not None and tool.idname == MEANVALUE_OT_grab.bl_idname:
+            tool.operator_properties(tool.idname).size = self.size
+
+    def _take_size(self, obj):
+        if self._grip is not None and self.size != self._size_taken:
+            self._size_taken = self.size
+            self._grip.resize(obj, self.size)
+            engine.look_again(obj)
+
+    def _let_go(self, context, obj):
+        self._end(context)
+        if self._grip is None:
+            return self._click(obj)
+        self._take_size(obj)
+        line = self._grip.line(obj)
+        controls.select(line)
+        message, notes = _outcome(obj, self._grip, Vector(self.offset))
+        if context.scene.tool_settings.use_keyframe_insert_auto:
+            keyframe_handles.insert(controls.mover(line), notes)
+        return self.tell(message, notes)
+
+    def _click(self, obj):
+        index = obj.meanvalue.anchor_groups.find(self.handle)
+        if index < 0:
+            self.say('INFO', "Press and drag to grab the mesh here; Shift-click pins it.")
+            return {'CANCELLED'}
+        line = obj.meanvalue.anchor_groups[index]
+        obj.meanvalue.active_anchor_group = index
+        if line.follows != 'CONTROL':
+            return self.tell(f"'{line.name}' is the active {'pin' if line.follows == 'REST' else 'handle'}", [])
+        problem = controls.problem(obj, line)
+        if problem:
+            raise SceneError(problem)
+        controls.select(line)
+        return self.tell(f"Handle '{line.name}' is selected: drag it, or move, turn and scale its control", [])
+
+    def _give_up(self, context, obj):
+        self._end(context)
+        if self._grip is not None:
+            self._grip.take_back(obj)
+            engine.look_again(obj)
+        return {'CANCELLED'}
+
+    def _object(self):
+        obj = bpy.data.objects.get(self._object_name)
+        if obj is None or compat.session_key(obj) != self._identity:
+            raise SceneError(f"'{self._object_name}' is gone")
+        return obj
+
+    def _show(self, context, obj):
+        pressed = self._pressed
+        length = self.size * self._whole * max(obj.matrix_world.to_scale())
+        has_size = self._grip is None or self._grip.has_size
+        self._circle.show(pressed, self._mouse, length if has_size else 0.0)
+        live = engine.status(obj) if self._grip is not None else None
+        parts = [
+            f"Grab '{obj.name}'",
+            *([f"Size: {self.size:.0%} (Wheel)"] if has_size else []),
+            "Esc: Take Back",
+            *([live[0]] if live else []),
+        ]
+        context.workspace.status_text_set("    ".join(parts))
+
+    def _end(self, context):
+        if self._timer is None:
+            return
+        _running.remove(self)
+        self._circle.remove()
+        context.window_manager.event_timer_remove(self._timer)
+        self._timer = None
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+
+
+def _outcome(obj, grip, offset):
+    """(message, [notes])."""
+    line = grip.line(obj)
+    notes = list(grip.notes(obj))
+    if grip.is_new:
+        message = f"Handle '{line.name}' made. Drag it again, or press elsewhere for another one"
+    elif grip.has_moved(obj, offset):
+        message = f"Handle '{line.name}' moved. Drag it again, or press elsewhere for another one"
+    else:
+        message = f"Handle '{line.name}' is where it was"
+        if offset.length > 0.0:
+            notes.append("Something else moves its control, such as a constraint or a driver: move that")
+    live = engine.status(obj)
+    if live is not None and live[1]:
+        notes.append(live[0])
+    return message, notes

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Gives a duplicated object controls of its own."""
+
+import bpy
+
+from ... import wording
+from ...errors import SceneError
+from ...scene import shape_keys, vertex_groups
+from ...widgets.base import MeshOperator
+from ..bridge import controls
+
+
+class MEANVALUE_OT_own_controls(MeshOperator, bpy.types.Operator):
+    """Make new controls for handles whose control is missing or belongs to another object, as after duplicating"""
+
+    bl_idname = "meanvalue.own_controls"
+    bl_label = "Make Own Controls"
+
+    def run(self, obj):
+        lines = [
+            line
+            for line in obj.meanvalue.anchor_groups
+            if line.follows == 'CONTROL' and line.name in obj.vertex_groups and controls.problem(obj, line)
+        ]
+        if not lines:
+            raise SceneError("Every handle has a control of its own already. There is nothing to make")
+        rest = shape_keys.rest_positions(obj.data)
+        shown = shape_keys.result_positions(obj)
+        members = vertex_groups.members(obj, [line.name for line in lines])
+        for line in lines:
+            own = members[line.name]
+            if len(own) == 0:
+                raise SceneError(f"Vertex group '{line.name}' has no vertices. Assign some, or remove the handle")
+        for line in lines:
+            own = members[line.name]
+            controls.add_control(obj, line, rest[own], (rest if shown is None else shown)[own])
+        return f"{wording.counted(len(lines), 'control')} made", []

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pins the mesh where it is clicked, or lets go of the pin there."""
+
+import bpy
+
+from ... import ids, wording
+from ...errors import MeanValueError, SceneError
+from ...scene import vertex_groups
+from ..bridge import controls, handle_lines, region, scene_input
+from ..bridge.grip import HANDLE_SHARE, line_at, near_vertices, radius
+from .pressing import ToolOperator, require_vertex, size_property
+
+
+class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
+    """Pin the mesh under the mouse where it is now; a pin that is there is let go"""
+
+    bl_idname = "meanvalue.pin_here"
+    bl_label = "Pin Here"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    size: size_property("As of Grab: the pin holds as much as a new handle of that size")
+    vertex: bpy.props.IntProperty(
+        name="Vertex", description="The vertex to pin", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
+    )
+
+    def invoke(self, context, event):
+        try:
+            obj, pressed = self.find_pressed(context, event)
+        except SceneError as error:
+            return self.warn(error)
+        if pressed.line is not None:
+            members = vertex_groups.members(obj, [pressed.line])[pressed.line]
+            self.vertex = int(members[0]) if len(members) else -1
+        else:
+            self.vertex = pressed.vertex
+        return self.execute(context)
+
+    def execute(self, context):
+        obj = scene_input.subject(context)
+        try:
+            problem = scene_input.object_problem(obj)
+            if problem:
+                raise SceneError(problem)
+            require_vertex(obj, self.vertex)
+            return self.tell(*self._toggle(obj))
+        except MeanValueError as error:
+            return self.refuse(error)
+
+    def _toggle(self, obj):
+        index = line_at(obj, self.vertex)
+        if index is not None:
+            return _let_go(obj, index)
+        members = near_vertices(obj, self.vertex, HANDLE_SHARE * radius(obj, self.size))
+        line = handle_lines.add_line(obj, members, new_name=ids.PIN_GROUP)
+        if handle_lines.is_posed(obj, members):
+            handle_lines.make_handle(obj, line, members, handle_lines.PIN_COLOR)
+            line.is_pin = True
+        else:
+            handle_lines.make_pin(line)
+        obj.update_tag()
+        notes = []
+        if obj.meanvalue.roi_group and not region.current_mask(obj)[self.vertex]:
+            notes.append("Nothing moves here anyway: it is outside the region")
+        held = f"Pin '{line.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go"
+        return held, notes
+
+
+def _let_go(obj, index):
+    line = obj.meanvalue.anchor_groups[index]
+    if not _is_pin(line):
+        raise SceneError(
+            f"'{line.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "
+            "remove it, click it in the list and press -"
+        )
+    name = line.name
+    controls.remove_handle(obj, index)
+    return f"Pin '{name}' is let go", []
+
+
+def _is_pin(line):
+    return line.follows == 'REST' or line.is_pin

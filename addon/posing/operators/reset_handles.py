@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts all controls back to where the mesh is in its rest shape."""
+
+import bpy
+
+from ... import wording
+from ...errors import SceneError
+from ...live import engine
+from ...widgets.base import MeshOperator
+from ..bridge import controls, resets
+
+
+class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
+    """Put every control back to where its handle is in the rest shape. Controls moved by keyframes stay animated"""
+
+    bl_idname = "meanvalue.reset_handles"
+    bl_label = "Reset Handles"
+
+    def run(self, obj):
+        lines = [line for line in obj.meanvalue.anchor_groups if line.follows == 'CONTROL']
+        if not lines:
+            raise SceneError("No handle has a control. Press Add Handle to make one")
+        usable = [line for line in lines if controls.problem(obj, line) is None]
+        with engine.held():  # the mesh follows once, when all are where they belong
+            held = [line.name for line in resets.reset(obj, usable)]
+        obj.update_tag()
+        bpy.context.view_layer.update()
+        notes = [controls.problem(obj, line) for line in lines if line not in usable]
+        if held:
+            notes.append(
+                f"{wording.quoted(held)} not at rest: something else moves the control, such as a posed parent or a "
+                "constraint. Reset that too"
+            )
+        keyed = [line.name for line in usable if line.control.animation_data and line.control.animation_data.action]
+        if keyed:
+            notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
+        if not obj.meanvalue.live:
+            notes.append("Live is off: press Solve to have the mesh follow")
+        return f"{wording.counted(len(usable), 'handle')} reset", notes

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shows the artist what is messy about a mesh."""
+
+import bpy
+import numpy as np
+from bpy.props import EnumProperty
+
+from ... import wording
+from ...errors import SceneError
+from ...scene import mesh_arrays, selection, shape_keys
+from ...solver import session
+from ...widgets.base import MeshOperator
+from ..bridge import scene_input
+from ..core import mesh_problems
+
+ALL = 'ALL'
+
+
+class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
+    """Select the vertices that a binding found something unusual about, in Edit Mode. All of it is solved"""
+
+    bl_idname = "meanvalue.select_problems"
+    bl_label = "Select Problem Vertices"
+
+    kind: EnumProperty(
+        name="Kind",
+        description="What to select",
+        items=((ALL, "All", "Whatever is unusual"), *mesh_problems.KINDS),
+        default=ALL,
+    )
+
+    def run(self, obj):
+        found = [each for each in problems(obj) if self.kind in {ALL, each.kind}]
+        if not found:
+            what = "Nothing unusual" if self.kind == ALL else f"Nothing of the kind '{_name(self.kind)}'"
+            return f"{what} was found on '{obj.name}'", []
+        vertices = np.unique(np.concatenate([each.vertices for each in found]))
+        selection.choose(obj)
+        notes = selection.edit_with_selected(obj, vertices)
+        found_text = wording.listed([each.text for each in found])
+        return f"{wording.vertices(len(vertices))} selected: {found_text}", notes
+
+
+def problems(obj):
+    """All mesh_problems.Problem of `obj`; those that only a binding knows where there is one that fits the scene."""
+    rest = shape_keys.rest_positions(obj.data)
+    triangles = mesh_arrays.triangles(obj.data, rest)
+    try:
+        bind_input = scene_input.gather(obj)
+    except SceneError:  # no handles yet, say: the mesh can be looked at all the same
+        return mesh_problems.find(rest, triangles)
+    binding = session.cached(bind_input)
+    if binding is None:
+        return mesh_problems.find(rest, triangles, places=bind_input.whole.places)
+    return mesh_problems.find(rest, triangles, binding.deformer.report, bind_input.whole.places)
+
+
+def _name(kind):
+    return next(name for identifier, name, _ in mesh_problems.KINDS if identifier == kind)

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is kept of a handle or a pin: `object.meanvalue.anchor_groups`."""
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
+
+from .. import ids
+from ..errors import SceneError
+from ..live import engine
+from ..scene.declarations import aside, tell
+from .bridge import carriers, controls
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def _choose_group(group, context):
+    group.made_group = False  # as for the region
+    tell(group, context)
+
+
+def _take_hold(group, _context):
+    """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
+    group.made_control = False
+    carriers.forget()
+    if controls.is_choosing or group.control is None:
+        return
+    try:
+        shown = controls.shown_move(group.id_data, group)
+        with engine.held():  # the handle has no place with this control yet: Live would move the mesh for a moment
+            bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
+        controls.hold_as_shown(group.id_data, group, shown)
+    except (SceneError, np.linalg.LinAlgError):
+        controls.take_hold(group, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
+    group.id_data.update_tag()
+
+
+def _paint(group, _context):
+    if group.made_control and group.control is not None:
+        controls.paint(group.control, group)
+
+
+class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
+    """One vertex group whose vertices are anchors: a handle, a pin, or vertices moved in Edit Mode"""
+
+    name: StringProperty(
+        name="Vertex Group",
+        description="Vertex group whose vertices hold and pose the mesh",
+        maxlen=ids.NAME_LENGTH,
+        update=_choose_group,
+    )
+    is_enabled: BoolProperty(
+        name="Enabled",
+        description="Let these vertices hold and pose the mesh. Off, they move like all others",
+        default=True,
+        update=tell,
+    )
+    follows: EnumProperty(
+        name="Follows",
+        description="What these vertices follow",
+        items=(
+            ('SHAPE', "Shape Key", "The active shape key: move the vertices in Edit Mode", 'SHAPEKEY_DATA', 0),
+            ('CONTROL', "Control", "An object or a bone: move, turn or scale it", 'EMPTY_AXIS', 1),
+            ('REST', "Nothing", "A pin: the vertices stay where the rest shape has them", 'PINNED', 2),
+        ),
+        default='SHAPE',
+        update=tell,
+    )
+    control: aside(PointerProperty)(
+        name="Control",
+        description="Object that carries these vertices along when it is moved, turned or scaled",
+        type=bpy.types.Object,
+        poll=lambda group, candidate: candidate != group.id_data,
+        update=_take_hold,
+    )
+    bone: aside(StringProperty)(
+        name="Bone",
+        description="Bone of the armature that carries these vertices",
+        maxlen=ids.NAME_LENGTH,
+        update=_take_hold,
+    )
+    rest_relation: aside(FloatVectorProperty)(
+        description="Control relative to the object where the vertices are in the rest shape, row by row",
+        size=16,
+        default=IDENTITY,
+        options={'HIDDEN'},
+    )
+    control_frame: aside(FloatVectorProperty)(
+        description="What takes the object's uneven scale out where the control stands, row by row",
+        size=9,
+        default=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        options={'HIDDEN'},
+    )
+    control_carried: aside(FloatVectorProperty)(
+        description="The parent inverse that the add-on gave to the control, row by row, to stand where it is seen",
+        size=16,
+        default=IDENTITY,
+        options={'HIDDEN'},
+    )
+    is_soft: BoolProperty(
+        name="Soft",
+        description="Pull the vertices towards their place by springs instead of putting them there",
+        update=tell,
+    )
+    strength: FloatProperty(
+        name="Strength",
+        description="How hard a soft handle pulls: at 0 hardly at all, at 1 nearly as if it were not soft",
+        default=0.5,
+        min=0.0,
+        max=1.0,
+        subtype='FACTOR',
+        update=tell,
+    )
+    color: aside(FloatVectorProperty)(
+        name="Colour",
+        description="Colour of the handle in the overlay, and of its control",
+        subtype='COLOR_GAMMA',  # points are drawn in it as it is
+        size=3,
+        min=0.0,
+        max=1.0,
+        default=(1.0, 0.55, 0.1),
+        update=_paint,
+    )
+    made_group: aside(BoolProperty)(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
+    made_control: aside(BoolProperty)(options={'HIDDEN'})
+    is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
+    marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this marker
+    cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this ring of skin
+
+
+CLASSES = (MEANVALUE_PG_anchor_group,)

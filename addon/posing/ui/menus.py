@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The submenus in Blender's menus Object and Mesh. What is in a menu is found by Menu Search (F3), too."""
+
+import bpy
+
+from ... import ids
+from ...baking.operators.bake import MEANVALUE_OT_bake
+from ...baking.operators.unbake import MEANVALUE_OT_unbake
+from ...capture.operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
+from ...capture.operators.import_motion import MEANVALUE_OT_import_motion
+from ...capture.operators.match_markers import MEANVALUE_OT_match_markers
+from ...capture.operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
+from ...capture.operators.reference_frame import MEANVALUE_OT_set_reference_frame
+from ...capture.operators.remove_marker import MEANVALUE_OT_remove_marker
+from ...capture.operators.save_marker_set import MEANVALUE_OT_save_marker_set
+from ...capture.operators.swap_markers import MEANVALUE_OT_swap_markers
+from ...mixing.operators.bake_mix import MEANVALUE_OT_bake_mix
+from ...mixing.operators.morph import MEANVALUE_OT_blend_part, MEANVALUE_OT_morph
+from ...mixing.operators.remove_in_betweens import MEANVALUE_OT_remove_in_betweens
+from ...wrapping.operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
+from ...wrapping.operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
+from ...wrapping.operators.wrap import MEANVALUE_OT_wrap
+from ..bridge import scene_input
+from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
+from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
+from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
+from ..operators.apply_pose import MEANVALUE_OT_apply_pose
+from ..operators.bind import MEANVALUE_OT_bind
+from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
+from ..operators.finish import MEANVALUE_OT_finish
+from ..operators.grow_region import MEANVALUE_OT_grow_region
+from ..operators.keep_pose import MEANVALUE_OT_keep_pose
+from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
+from ..operators.own_controls import MEANVALUE_OT_own_controls
+from ..operators.paint_region import MEANVALUE_OT_paint_region
+from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.reset_handles import MEANVALUE_OT_reset_handles
+from ..operators.select_handle import MEANVALUE_OT_select_handle
+from ..operators.select_problems import MEANVALUE_OT_select_problems
+from ..operators.select_unpaired import MEANVALUE_OT_select_unpaired
+from ..operators.solve import MEANVALUE_OT_solve
+from ..operators.toggle_live import MEANVALUE_OT_toggle_live
+from ..operators.unbind import MEANVALUE_OT_unbind
+
+#: None draws a line.
+_OBJECT_OPERATORS = (
+    MEANVALUE_OT_toggle_live,
+    MEANVALUE_OT_reset_handles,
+    None,
+    MEANVALUE_OT_add_handle,
+    MEANVALUE_OT_add_pin,
+    MEANVALUE_OT_add_anchor_group,
+    MEANVALUE_OT_select_handle,
+    MEANVALUE_OT_select_problems,
+    MEANVALUE_OT_select_unpaired,
+    MEANVALUE_OT_own_controls,
+    MEANVALUE_OT_remove_anchor_group,
+    None,
+    MEANVALUE_OT_grow_region,
+    MEANVALUE_OT_paint_region,
+    None,
+    MEANVALUE_OT_bind,
+    MEANVALUE_OT_unbind,
+    MEANVALUE_OT_add_pose_key,
+    MEANVALUE_OT_solve,
+    None,
+    MEANVALUE_OT_keep_pose,
+    MEANVALUE_OT_apply_pose,
+    MEANVALUE_OT_keyframe_handles,
+    MEANVALUE_OT_finish,
+    None,
+    MEANVALUE_OT_import_motion,
+    MEANVALUE_OT_find_marker_problems,
+    MEANVALUE_OT_swap_markers,
+    MEANVALUE_OT_set_reference_frame,
+    MEANVALUE_OT_match_markers,
+    MEANVALUE_OT_pick_marker_point,
+    MEANVALUE_OT_remove_marker,
+    MEANVALUE_OT_save_marker_set,
+    None,
+    MEANVALUE_OT_morph,
+    MEANVALUE_OT_blend_part,
+    MEANVALUE_OT_pick_wrap_pairs,
+    MEANVALUE_OT_clear_wrap_pairs,
+    MEANVALUE_OT_wrap,
+    MEANVALUE_OT_bake_mix,
+    MEANVALUE_OT_remove_in_betweens,
+    None,
+    MEANVALUE_OT_bake,
+    MEANVALUE_OT_unbake,
+    None,
+    MEANVALUE_OT_copy_system_info,
+)
+_EDIT_OPERATORS = (
+    MEANVALUE_OT_add_handle,
+    MEANVALUE_OT_add_pin,
+    MEANVALUE_OT_select_handle,
+    MEANVALUE_OT_remove_anchor_group,
+)
+
+
+class MEANVALUE_MT_object(bpy.types.Menu):
+    """Pose the mesh by handles"""
+
+    bl_idname = "MEANVALUE_MT_object"
+    bl_label = ids.SIDEBAR_TAB
+
+    def draw(self, _context):
+        _draw_operators(self.layout, _OBJECT_OPERATORS)
+
+
+class MEANVALUE_MT_edit_mesh(bpy.types.Menu):
+    """Hold the mesh by the selected vertices"""
+
+    bl_idname = "MEANVALUE_MT_edit_mesh"
+    bl_label = ids.SIDEBAR_TAB
+
+    def draw(self, _context):
+        _draw_operators(self.layout, _EDIT_OPERATORS)
+
+
+def _draw_operators(layout, operators):
+    layout.operator_context = 'INVOKE_DEFAULT'
+    for operator in operators:
+        if operator is None:
+            layout.separator()
+        else:
+            layout.operator(operator.bl_idname)
+
+
+def meanvalue_draw_object_menu(self, context):
+    if scene_input.object_problem(scene_input.subject(context)) is None:
+        self.layout.separator()
+        self.layout.menu(MEANVALUE_MT_object.bl_idname)
+
+
+def meanvalue_draw_edit_mesh_menu(self, _context):
+    self.layout.separator()
+    self.layout.menu(MEANVALUE_MT_edit_mesh.bl_idname)
+
+
+def meanvalue_draw_import_menu(self, _context):
+    self.layout.operator(MEANVALUE_OT_import_motion.bl_idname, text="Motion Capture Markers (.c3d/.trc/.bvh)")
+
+
+CLASSES = (MEANVALUE_MT_object, MEANVALUE_MT_edit_mesh)
+
+_ENTRIES = (
+    ("VIEW3D_MT_object", meanvalue_draw_object_menu),
+    ("VIEW3D_MT_edit_mesh", meanvalue_draw_edit_mesh_menu),
+    ("TOPBAR_MT_file_import", meanvalue_draw_import_menu),
+)
+
+
+def register():
+    for menu, draw in _ENTRIES:
+        getattr(bpy.types, menu).append(draw)
+
+
+def unregister():
+    for menu, draw in _ENTRIES:
+        getattr(bpy.types, menu).remove(draw)

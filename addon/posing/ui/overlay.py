@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws anchors and region into the 3D View. What is drawn comes from posing/bridge/overlay_data.py."""
+
+import traceback
+from dataclasses import dataclass
+
+import bpy
+import gpu
+import numpy as np
+from gpu_extras.batch import batch_for_shader
+
+from ... import compat
+from ...scene import views
+from ..bridge import overlay_data, scene_input
+
+#: Size of an anchor at interface scale 1.
+POINT_PIXELS = 7.0
+
+#: Of what moves freely.
+TINT = (0.25, 0.6, 1.0, 0.2)
+
+#: How much closer to the eye things are drawn than they are, so that they are not half hidden by the surface that they
+#: lie on; a share of their distance.
+TINT_CLOSER = 0.0025
+POINTS_CLOSER = 0.005
+
+#: Weight Paint shows the region itself; in modes that are not here, Blender has a mesh of its own.
+TINTED_MODES = {'OBJECT'}
+MODES = {'OBJECT', 'WEIGHT_PAINT', 'VERTEX_PAINT', 'TEXTURE_PAINT'}
+
+#: Why nothing is drawn any more until the add-on is enabled again, or "".
+problem = ""
+
+_handler = None
+_batches = None  # of the look that was drawn last
+
+
+@dataclass(eq=False)
+class _Batches:
+    """On the graphics card; None for what is empty."""
+
+    look: overlay_data.Look
+    points: object
+    tint: object
+    tint_triangles: object
+
+
+def subject_to_draw(context):
+    """The object whose overlay is to be seen in the 3D View of `context`, or None."""
+    space = context.space_data
+    if not space.overlay.show_overlays:
+        return None
+    obj = scene_input.subject(context)
+    if scene_input.object_problem(obj) is not None or not obj.meanvalue.show_overlay or obj.mode not in MODES:
+        return None
+    return obj if views.is_visible(obj, space) else None
+
+
+def draw():
+    """Called by Blender at every redraw of every 3D View: after a mistake of ours it is not called for ever more."""
+    global problem
+    if problem:
+        return
+    try:
+        obj = subject_to_draw(bpy.context)
+        if obj is not None:
+            _draw(bpy.context, obj)
+    except Exception as error:
+        traceback.print_exc()
+        problem = f"The overlay cannot be drawn: {error}. Please report this; the console has the details"
+
+
+def _draw(context, obj):
+    global _batches
+    look = overlay_data.look(obj)
+    if _batches is None or _batches.look is not look:
+        _batches = _make_batches(look, _batches)
+    wrote_depth = gpu.state.depth_mask_get()
+    gpu.state.blend_set('ALPHA')
+    gpu.state.depth_test_set('NONE' if obj.show_in_front else 'LESS_EQUAL')
+    gpu.state.depth_mask_set(False)
+    try:
+        with gpu.matrix.push_pop():
+            gpu.matrix.multiply_matrix(obj.matrix_world)
+            if _batches.tint is not None and obj.mode in TINTED_MODES:
+                _draw_closer(context, TINT_CLOSER, _draw_tint)
+            if _batches.points is not None:
+                gpu.state.point_size_set(POINT_PIXELS * context.preferences.system.ui_scale)
+                _draw_closer(context, POINTS_CLOSER, _draw_points)
+    finally:
+        gpu.state.point_size_set(1.0)
+        gpu.state.depth_mask_set(wrote_depth)
+        gpu.state.depth_test_set('NONE')
+        gpu.state.blend_set('NONE')
+
+
+def _draw_tint():
+    _batches.tint.draw(compat.surface_shader())
+
+
+def _draw_points():
+    _batches.points.draw(compat.points_shader())
+
+
+def _draw_closer(context, share, draw_it):
+    with gpu.matrix.push_pop_projection():
+        projection = gpu.matrix.get_projection_matrix()
+        gpu.matrix.load_projection_matrix(closer(projection, context.region_data.view_distance, share))
+        draw_it()
+
+
+def closer(projection, view_distance, share):
+    """The 4 x 4 projection with everything nearer to the eye by `share`, and at the same place in the picture."""
+    moved = projection.copy()
+    is_orthographic = projection[3][3] > 0.5
+    if is_orthographic:
+        moved[2][3] += projection[2][2] * share * view_distance
+    else:
+        moved[2][3] *= 1.0 + share
+    return moved
+
+
+def _make_batches(look, former):
+    """`former`: the batches before; its triangles are used again if they are the same."""
+    points = tint = triangles = None
+    if len(look.points):
+        points = batch_for_shader(compat.points_shader(), 'POINTS', {"pos": look.points, "color": look.colors})
+    if len(look.corners):
+        is_same = former is not None and former.look.corners is look.corners
+        triangles = former.tint_triangles if is_same else gpu.types.GPUIndexBuf(type='TRIS', seq=look.corners)
+        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look), elem=triangles)
+    return _Batches(look, points, tint, triangles)
+
+
+def _vertex_buffer(look):
+    """Of the region: the fainter, the less it moves.
+
+    The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2.
+    """
+    layout = gpu.types.GPUVertFormat()
+    layout.attr_add(id="pos", comp_type='F32', len=3, fetch_mode='FLOAT')
+    layout.attr_add(id="color", comp_type='F32', len=4, fetch_mode='FLOAT')
+    vertices = gpu.types.GPUVertBuf(layout, len(look.tint))
+    vertices.attr_fill("pos", look.tint)
+    colors = np.tile(np.array(TINT, np.float32), (len(look.tint), 1))
+    colors[:, 3] *= look.freedom
+    vertices.attr_fill("color", colors)
+    return vertices
+
+
+def register():
+    global _handler, problem
+    problem = ""
+    if not bpy.app.background:
+        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), 'WINDOW', 'POST_VIEW')
+
+
+def unregister():
+    global _handler, _batches
+    if _handler is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_handler, 'WINDOW')
+    _handler = _batches = None

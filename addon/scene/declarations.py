@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which settings a binding depends on is said where they are declared, in properties*.py, and nowhere else.
+
+Every property of a group counts, unless it is declared by `aside(...)`. So a new setting is one edit: whoever remembers
+anything of an object compares values(), in which it is from then on.
+"""
+
+import functools
+
+import bpy
+
+from .. import compat
+
+_aside = []  # what aside() declared; kept, since it is known by identity
+
+
+def aside(declare):
+    """`color: aside(FloatVectorProperty)(name=...)` declares a setting that no binding depends on.
+
+    Either it changes nothing of the result, or it is read anew for every solve, as controls are.
+    """
+
+    def declared(**keywords):
+        setting = declare(**keywords)
+        _aside.append(setting)
+        return setting
+
+    return declared
+
+
+def tell(group, _context):
+    """An `update` of a setting: has Blender report the object as updated, which panels and live posing listen for."""
+    group.id_data.update_tag()
+
+
+def names(kind):
+    """Of the properties that a binding depends on, of a class of property groups, in the order of their declaration."""
+    return tuple(name for name, _is_plain in _declared(kind))
+
+
+def values(group):
+    """What a property group says that a binding depends on, as nested tuples of plain values, to be compared."""
+    return tuple(
+        getattr(group, name) if is_plain else _plain(getattr(group, name)) for name, is_plain in _declared(type(group))
+    )
+
+
+@functools.cache
+def _declared(kind):
+    """((name, whether its value can be compared as it is), ...)"""
+    return tuple(
+        (name, setting.function.__name__ in _PLAIN)
+        for name, setting in kind.__annotations__.items()
+        if not any(setting is each for each in _aside)
+    )
+
+
+_PLAIN = {"BoolProperty", "EnumProperty", "FloatProperty", "IntProperty", "StringProperty"}
+
+
+def _plain(value):
+    if value is None:
+        return None
+    if isinstance(value, bpy.types.PropertyGroup):
+        return values(value)
+    if isinstance(value, bpy.types.ID):
+        return compat.session_key(value)
+    return tuple(values(item) if isinstance(item, bpy.types.PropertyGroup) else item for item in value)

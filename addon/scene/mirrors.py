@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What mirrors an object's mesh: Mirror modifiers, and the switch Symmetric."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import wording
+from ..errors import SceneError
+from . import rig_space
+from .core import fixed_points, mirror_planes, twins
+
+#: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
+IN_PLANE = 1e-5
+
+#: Planes that stand at right angles, to rounding of single precision, as a cosine.
+RIGHT_ANGLE = 1e-5
+
+#: Modifiers above a Mirror that leave the vertices where they are. A Mesh Cache stands for the pose below it.
+KEEPING = rig_space.HARMLESS | {'MESH_CACHE'}
+
+AXES = 'XYZ'
+
+
+@dataclass(frozen=True)
+class Plane:
+    """In object space. normal: unit; reach: a vertex no farther from it is merged with its image."""
+
+    normal: tuple
+    distance: float
+    reach: float
+
+    @property
+    def row(self):
+        return (*self.normal, self.distance)
+
+
+def signature(obj):
+    """The planes of modifiers: quick to compare, and Blender does not tell of all that changes them."""
+    return tuple(_read(obj)[0])
+
+
+def notes(obj):
+    """Sentences on mirrors that are not taken into account. Cheap enough for drawing."""
+    return _read(obj)[1]
+
+
+def images(obj):
+    """[(3 x 3, (3,))] in object space: x is seen at matrix x + vector, for the mesh itself, which is the first, and
+    each image that Mirror modifiers show of it. None of those of which notes() tells."""
+    found = [(np.eye(3), np.zeros(3))]
+    for plane in _read(obj)[0]:
+        matrix, shift = mirror_planes.reflection(plane.row)
+        found += [(matrix @ each, matrix @ moved + shift) for each, moved in found]
+    return found
+
+
+def gather(obj, rest, corners, starts):
+    """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError."""
+    planes, joined = [], []
+    numbers = np.arange(len(rest), dtype=np.int32)
+    in_plane = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
+    for plane in _read(obj)[0]:
+        apart = np.abs(rest.astype(np.float64) @ plane.normal - plane.distance)
+        seam = apart <= max(plane.reach, in_plane)
+        if mirror_planes.is_a_border(seam, corners, starts):
+            planes.append(plane.row)
+            joined.append(np.where(seam, numbers, np.int32(-1)))
+    symmetric = _symmetry(obj, planes)
+    if symmetric is not None:
+        partners = _twins(obj, rest, corners, starts, symmetric)
+        for index, seam in enumerate(joined):
+            is_seam = (seam >= 0) | (seam[partners] >= 0)
+            joined[index] = np.where(is_seam, numbers, np.int32(-1))
+        planes.append(symmetric)
+        joined.append(partners)
+    return (np.array(planes), np.array(joined)) if planes else (None, None)
+
+
+def on_both_sides(obj, freedom, twins_of_planes):
+    """Of n weights of the region those that count: with Symmetric what is in the group on one side is on both."""
+    if obj.meanvalue.symmetric == 'NONE' or twins_of_planes is None or (twins_of_planes[-1] < 0).any():
+        return freedom
+    other_side = freedom[twins_of_planes[-1]]
+    return np.minimum(freedom, other_side) if obj.meanvalue.roi_invert else np.maximum(freedom, other_side)
+
+
+def partners(obj, rest, corners, starts):
+    """n int32: the image of each vertex across the plane of Symmetric, -1 for none; None where it is off."""
+    return None if obj.meanvalue.symmetric == 'NONE' else twins.find(rest, corners, starts, _symmetric_row(obj))
+
+
+def unpaired(obj, rest, corners, starts):
+    """Indices of the vertices that have no mirror image across the plane of Symmetric."""
+    return np.flatnonzero(partners(obj, rest, corners, starts) < 0)
+
+
+def _read(obj):
+    """([Plane], [sentence])."""
+    planes, found = [], []
+    is_below = None  # the first modifier that moves or makes vertices
+    for modifier in obj.modifiers:
+        if modifier.type == 'MIRROR':
+            _read_modifier(obj, modifier, is_below, planes, found)
+        elif modifier.show_viewport and modifier.type not in KEEPING and is_below is None:
+            is_below = modifier.name
+    return planes, found
+
+
+def _read_modifier(obj, modifier, below, planes, found):
+    name = f"The seam of Mirror '{modifier.name}' is not held"
+    if not modifier.show_viewport:
+        if modifier.show_render:
+            found.append(f"{name}: it is off in the viewport and on in renders. Turn it on to pose with it")
+        return
+    if below is not None:
+        found.append(f"{name}: '{below}' comes before it. Move it to the top of the stack")
+        return
+    axes = [axis for axis in range(3) if modifier.use_axis[axis]]
+    if any(modifier.use_bisect_axis[axis] for axis in axes):
+        found.append(f"{name}: it cuts the mesh. Turn Bisect off, or delete the half that it cuts away")
+        return
+    mirror = modifier.mirror_object
+    own = [_plane(obj, mirror, axis, modifier) for axis in axes]
+    if None in own:
+        found.append(f"{name}: '{mirror.name}' mirrors '{obj.name}' askew, by uneven scales. Apply them")
+    elif not all(_is_square(plane.normal, other.normal) for plane in own for other in planes):
+        found.append(f"{name}: its plane does not stand at right angles to that of another Mirror")
+    else:
+        planes += own
+        if mirror is not None and mirror.animation_data is not None and mirror.animation_data.action is not None:
+            found.append(
+                f"'{mirror.name}' of Mirror '{modifier.name}' is animated. A bake has its plane where it is when the "
+                "bake begins"
+            )
+
+
+def _plane(obj, mirror, axis, modifier):
+    """The Plane of a Mirror modifier, as Blender computes it; None if images are not congruent in object space."""
+    reach = 0.5 * modifier.merge_threshold if modifier.use_mirror_merge else 0.0
+    if mirror is None:
+        return Plane(tuple(float(axis == each) for each in range(3)), 0.0, reach)
+    to_object = np.array(obj.matrix_world.inverted_safe() @ mirror.matrix_world)
+    if abs(np.linalg.det(to_object[:3, :3])) < 1e-30:
+        return None
+    across = to_object[:3, axis] / np.linalg.norm(to_object[:3, axis])
+    normal = np.linalg.inv(to_object[:3, :3])[axis]
+    normal = normal / np.linalg.norm(normal)
+    if np.linalg.norm(np.cross(across, normal)) > RIGHT_ANGLE:
+        return None
+    far = np.abs(np.array([*obj.matrix_world.translation, *mirror.matrix_world.translation])).max()
+    step = 2.0 ** math.ceil(math.log2(1e-6 * max(1e-30, far)))  # the same one while they are moved about
+    distance = round(float(normal @ to_object[:3, 3]) / step) * step  # noise of the matrices is no new plane
+    return Plane(tuple(float(round(each, 6)) for each in normal), distance, reach)
+
+
+def _is_square(first, second):
+    return abs(np.dot(first, second)) < RIGHT_ANGLE
+
+
+def _symmetric_row(obj):
+    return (*(float(obj.meanvalue.symmetric == each) for each in AXES), 0.0)
+
+
+def _symmetry(obj, planes):
+    """The row of the plane of Symmetric; None if it is off, or a Mirror modifier has the same. @throws SceneError."""
+    if obj.meanvalue.symmetric == 'NONE':
+        return None
+    row = _symmetric_row(obj)
+    for plane in planes:
+        if np.allclose(np.abs(plane[:3]), row[:3], atol=RIGHT_ANGLE) and abs(plane[3]) < 1e-9:
+            return None
+        if not _is_square(plane[:3], row[:3]):
+            raise SceneError(
+                f"Symmetric {obj.meanvalue.symmetric} does not stand at right angles to the plane of the Mirror "
+                "modifier. Choose another axis, or turn Symmetric off"
+            )
+    return row
+
+
+def _twins(obj, rest, corners, starts, row):
+    partners = twins.find(rest, corners, starts, row)
+    missing = np.flatnonzero(partners < 0)
+    if len(missing):
+        raise SceneError(
+            f"{len(missing):,} of {wording.vertices(len(rest))} (the first is {missing[0]}) have no mirror image "
+            f"across {obj.meanvalue.symmetric}, within {twins.TOLERANCES[-1]:.1%} of the size. Press "
+            "Select Unpaired to see them, use Mesh > Snap to Symmetry or Symmetrize in Edit Mode, or turn Symmetric off"
+        )
+    return partners

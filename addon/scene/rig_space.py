@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What rigs and other shape keys do to a mesh: measured by evaluating them, with no knowledge of what they are.
+
+Positions are written into Blender's evaluated copy of the key (or of the mesh, where there are no keys), the modifiers
+that deform are run on them, and the copy is put back: the scene is neither changed nor evaluated, and no handler runs.
+Modifiers that make vertices are left out: what deforms does the same to the vertices of the mesh without them.
+"""
+
+import contextlib
+import dataclasses
+import json
+
+import bpy
+import numpy as np
+
+from .. import compat, wording
+from ..errors import SceneError
+from . import mesh_arrays, shape_keys
+from .core.seen_space import SeenSpace
+
+#: Modifiers that only move vertices. Simulations are not asked: that would disturb their caches.
+DEFORMING = {
+    'ARMATURE',
+    'CAST',
+    'CORRECTIVE_SMOOTH',
+    'CURVE',
+    'DISPLACE',
+    'HOOK',
+    'LAPLACIANDEFORM',
+    'LAPLACIANSMOOTH',
+    'LATTICE',
+    'MESH_CACHE',
+    'MESH_DEFORM',
+    'MESH_SEQUENCE_CACHE',
+    'NODES',
+    'SHRINKWRAP',
+    'SIMPLE_DEFORM',
+    'SMOOTH',
+    'SURFACE_DEFORM',
+    'VOLUME_DISPLACE',
+    'WARP',
+    'WAVE',
+}
+
+#: Those of them that are tied to the vertices that they were given: behind what makes some they do nothing here.
+TIED = {'LAPLACIANDEFORM', 'MESH_DEFORM', 'SURFACE_DEFORM'}
+
+#: And those where a vertex depends on its neighbours: what one does when it moves alone is not what the whole does.
+NEIGHBOURLY = {'CORRECTIVE_SMOOTH', 'LAPLACIANDEFORM', 'LAPLACIANSMOOTH', 'NODES', 'SMOOTH'}
+
+#: Modifiers that leave vertices alone.
+HARMLESS = {
+    'COLLISION',
+    'DATA_TRANSFER',
+    'NORMAL_EDIT',
+    'PARTICLE_SYSTEM',
+    'SURFACE',
+    'UV_PROJECT',
+    'UV_WARP',
+    'VERTEX_WEIGHT_EDIT',
+    'VERTEX_WEIGHT_MIX',
+    'VERTEX_WEIGHT_PROXIMITY',
+    'WEIGHTED_NORMAL',
+}
+
+#: Parents that deform their children as a modifier does.
+DEFORMING_PARENTS = {'ARMATURE', 'LATTICE', 'CURVE'}
+
+#: How far the key is displaced to see what comes of it, and to see whether that is all there is to it, as shares of the
+#: mesh's size; and how straight that has to be. Positions have float32 noise, and lattices bend.
+STEP, PROBE = 0.05, 0.2
+STRAIGHT = 4e-6
+
+
+def is_there(obj):
+    """Whether anything is between the pose's key and what is seen. Cheap enough for each step of a drag."""
+    if any(_deforms(obj, modifier) for modifier in obj.modifiers):
+        return True
+    if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS:
+        return True
+    return bool(sliders(obj))
+
+
+def looks_at_neighbours(obj):
+    """Whether where a vertex is seen may depend on where the key has others."""
+    return any(modifier.type in NEIGHBOURLY and _deforms(obj, modifier) for modifier in obj.modifiers)
+
+
+def sliders(obj):
+    """The values of the shape keys beside the pose's, of those that are shown."""
+    keys = obj.data.shape_keys
+    if keys is None or not keys.use_relative:
+        return ()
+    own = _pose_keys(obj)
+    return tuple((key.name, key.value) for key in keys.key_blocks[1:] if key.name not in own and _counts(obj, key))
+
+
+def named(obj):
+    """What deforms the object behind its key, in words."""
+    names = [modifier.name for modifier in obj.modifiers if _deforms(obj, modifier)]
+    if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS:
+        names.append(obj.parent.name)
+    return wording.quoted(names) if names else "its shape keys"
+
+
+def note(obj):
+    """What of the stack of modifiers is not seen through, in words, or None."""
+    maker = None
+    for modifier in obj.modifiers:
+        if not modifier.show_viewport:
+            continue
+        if maker is not None and modifier.type in TIED:
+            return (
+                f"'{modifier.name}' deforms vertices that '{maker}' makes or merges, so handles are posed as if it "
+                f"were off. Move '{modifier.name}' above '{maker}'"
+            )
+        if modifier.type not in DEFORMING | HARMLESS:
+            maker = modifier.name
+    return None
+
+
+def measure(obj):
+    """The SeenSpace of `obj` as it was evaluated last, or None where every vertex is seen where its key has it.
+
+    Takes five evaluations of the modifiers. @throws SceneError where that cannot be told: posed as if there were no
+    rig, the pose would be lost.
+    """
+    if not is_there(obj):
+        return None
+    rest = shape_keys.rest_positions(obj.data).astype(np.float64)
+    size = float(np.linalg.norm(np.ptp(rest, axis=0))) if len(rest) else 0.0
+    if not (np.isfinite(size) and size > 0.0):
+        return None
+    with evaluating(obj) as evaluate:
+        seen = evaluate(rest)
+        if len(seen) != len(rest):
+            raise SceneError(
+                f"{named(obj)} shows {len(seen):,} vertices of {len(rest):,}, so handles cannot be posed behind it. "
+                "Turn it off in the viewport while posing"
+            )
+        jacobians = np.empty((len(rest), 3, 3))
+        for axis in range(3):
+            jacobians[:, :, axis] = (evaluate(rest + STEP * size * np.eye(3)[axis]) - seen) / (STEP * size)
+        probe = PROBE * size * np.array((1.0, -1.0, 1.0))
+        bend = np.abs(evaluate(rest + probe) - seen - jacobians @ probe).max()
+    if not (np.isfinite(seen).all() and np.isfinite(jacobians).all()):
+        raise SceneError(f"{named(obj)} puts vertices of '{obj.name}' at places that are not numbers. Reset it")
+    space = SeenSpace(rest, seen, jacobians, False, size)
+    if bend <= STRAIGHT * space.reach:
+        space = dataclasses.replace(space, is_affine=True)
+    return None if space.is_identity else space
+
+
+def seen(obj, space, shape):
+    """n x 3 float64: where n x 3 positions of the key are seen; space: what measure() has just given."""
+    if space.is_affine:
+        return space.first_order(shape)
+    with evaluating(obj) as evaluate:
+        return evaluate(shape)
+
+
+@contextlib.contextmanager
+def evaluating(obj):
+    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen. @throws SceneError."""
+    evaluated, carriers = _evaluated(obj)
+    rest = shape_keys.rest_positions(obj.data)
+    former = [_read(store, name) for store, name, _ in carriers]
+    switches = np.empty(len(evaluated.modifiers), bool)
+    evaluated.modifiers.foreach_get("show_viewport", switches)
+    depsgraph = bpy.context.view_layer.depsgraph
+
+    def evaluate(shape):
+        for store, name, base in carriers:
+            store.foreach_set(name, (base + (shape - rest)).astype(np.float32).ravel())
+        return _run(evaluated, depsgraph)
+
+    try:
+        used = [_deforms(obj, each) for each in obj.modifiers]
+        evaluated.modifiers.foreach_set("show_viewport", used)
+        if _has_nodes(obj) and len(evaluate(rest)) != len(rest):  # they make vertices, which only trying tells
+            used = [each.type != 'NODES' and is_used for each, is_used in zip(obj.modifiers, used, strict=True)]
+            evaluated.modifiers.foreach_set("show_viewport", used)
+        yield evaluate
+    finally:
+        for (store, name, _), shape in zip(carriers, former, strict=True):
+            store.foreach_set(name, shape.ravel())
+        evaluated.modifiers.foreach_set("show_viewport", switches)
+
+
+def _has_nodes(obj):
+    return any(modifier.type == 'NODES' and _deforms(obj, modifier) for modifier in obj.modifiers)
+
+
+def _evaluated(obj):
+    """(Blender's evaluated copy of the object, its carriers). @throws SceneError if it has none that fits."""
+    for ensure in (False, True):  # the copy may be of before the last edit
+        if ensure:
+            bpy.context.evaluated_depsgraph_get()
+        depsgraph = bpy.context.view_layer.depsgraph
+        if depsgraph is None:
+            continue
+        evaluated = obj.evaluated_get(depsgraph)
+        carriers = _carriers(obj, depsgraph)
+        if evaluated.is_evaluated and carriers is not None and len(evaluated.modifiers) == len(obj.modifiers):
+            return evaluated, carriers
+    raise SceneError(
+        f"'{obj.name}' is not evaluated in this scene, so what {named(obj)} does to it is not known. Go to the scene "
+        "that has it, and enable it and its collection in viewports"
+    )
+
+
+def _carriers(obj, depsgraph):
+    """[(collection, property, n x 3 float32)]: what to displace, in Blender's evaluated copies, to displace the pose's
+    key, and where each is with the pose at rest; None if the copies do not fit."""
+    keys = obj.data.shape_keys
+    rest = shape_keys.rest_positions(obj.data)
+    if keys is None:
+        mesh = obj.data.evaluated_get(depsgraph)
+        fits = mesh.is_evaluated and mesh.shape_keys is None and len(mesh.vertices) == len(rest)
+        return [(*compat.position_store(mesh), rest)] if fits else None
+    copy = keys.evaluated_get(depsgraph)
+    if not copy.is_evaluated or copy.key_blocks.keys() != keys.key_blocks.keys():
+        return None
+    own = _pose_keys(obj)
+    shown = [key.name for key in copy.key_blocks[1:] if key.name in own and _counts(obj, key)]
+    is_alone = keys.use_relative and shown == [obj.meanvalue.result_key]
+    is_enough = is_alone and shape_keys.why_result_is_hidden(obj) is None
+    bases = {key.relative_key.name for key in keys.key_blocks[1:] if _counts(obj, key)}  # subtracted from them
+    found = []
+    for key in copy.key_blocks:
+        is_always_there = key == copy.reference_key or not keys.use_relative
+        is_at_rest = is_always_there or key.name in own
+        if is_enough and key.name not in own:  # what moves the one that counts fully moves all
+            continue
+        if is_always_there or _counts(obj, key) or key.name in bases:
+            # The scene's own key: the copy may be of before the last edit.
+            shape = rest if is_at_rest else shape_keys.positions(keys.key_blocks[key.name])
+            found.append((*compat.key_store(key), shape))
+    return found if all(len(store) == len(rest) for store, _, _ in found) else None
+
+
+def _run(evaluated, depsgraph):
+    mesh = evaluated.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+    try:
+        return mesh_arrays.vertex_positions(mesh).astype(np.float64)
+    finally:
+        evaluated.to_mesh_clear()
+
+
+def _read(store, name):
+    shape = np.empty(3 * len(store), np.float32)
+    store.foreach_get(name, shape)
+    return shape
+
+
+def _deforms(obj, modifier):
+    baked = obj.meanvalue.baked
+    is_bake = bool(baked.target) and modifier.name == baked.modifier  # plays in place of the pose
+    return modifier.show_viewport and modifier.type in DEFORMING and not is_bake
+
+
+def _counts(obj, key):
+    if obj.show_only_shape_key:
+        return obj.active_shape_key is not None and key.name == obj.active_shape_key.name
+    return not key.mute and key.value != 0.0
+
+
+def _pose_keys(obj):
+    """Names of the keys that are not beside the pose: what holds it, held it, gives the targets, or plays a bake."""
+    settings = obj.meanvalue
+    names = {settings.result_key, settings.former_result}
+    if obj.active_shape_key is not None and any(line.follows == 'SHAPE' for line in settings.anchor_groups):
+        names.add(obj.active_shape_key.name)
+    if settings.baked.target and settings.baked.keys:
+        names.update(json.loads(settings.baked.keys))
+    return names

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads what takes long of an object, bit by bit, so that nobody has to wait for a big mesh."""
+
+import math
+import time
+
+from .. import compat
+from . import declarations, mesh_arrays, mirrors, vertex_groups
+
+#: After so many edits that came before all was read it is read in one go: an animated mesh is edited with every frame.
+MOST_RESTARTS = 4
+
+
+class SceneReading:
+    """The members of the groups that the settings name, and the faces. `members` and `faces` are None until read.
+
+    Nothing of Blender's is kept: the object is handed in for each part. What was read is worth nothing once the object
+    was edited.
+
+    members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
+    region_weights  of the region's members, float64, above 0 up to 1
+    faces    (corners, starts) as of mesh_arrays.faces()
+    """
+
+    def __init__(self, obj):
+        self.members = self.region_weights = self.faces = None
+        self._mesh, self._names = _mesh_facts(obj), _names(obj)
+        self._groups = vertex_groups.Reading(obj, self._names, weighted=obj.meanvalue.roi_group)
+
+    def go_on(self, obj, seconds=math.inf):
+        """Reads for about so long, something in any case. Returns whether all is read."""
+        until = time.monotonic() + seconds
+        if self.members is None:
+            if not self._groups.go_on(obj, seconds):
+                return False
+            self.members, self.region_weights = self._groups.members, self._groups.member_weights
+            self._groups = None
+            if time.monotonic() >= until:
+                return False
+        if self.faces is None:
+            self.faces = mesh_arrays.faces(obj.data)
+        return True
+
+    @property
+    def is_finished(self):
+        return self.faces is not None
+
+    @property
+    def share(self):
+        """How much is read, 0 to 1."""
+        return 1.0 if self._groups is None else self._groups.share
+
+    def fits(self, obj):
+        """Whether it is of this object as it is now, as far as that is quick to tell."""
+        return self._mesh == _mesh_facts(obj) and self._names == _names(obj)
+
+
+def signature(obj):
+    """All that is quick to compare of what a binding depends on. Blender does not tell of each of these changes."""
+    return _mesh_facts(obj), declarations.values(obj.meanvalue)
+
+
+def _names(obj):
+    return {line.name for line in obj.meanvalue.anchor_groups} | {obj.meanvalue.roi_group}
+
+
+def _mesh_facts(obj):
+    mesh = obj.data
+    counts = len(mesh.vertices), len(mesh.polygons)
+    return obj.name, compat.session_key(mesh), counts, tuple(obj.vertex_groups.keys()), mirrors.signature(obj)

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rest shape, the artist's pose and the result, all of them shape keys."""
+
+import bmesh
+import bpy
+import numpy as np
+
+from .. import compat, ids
+from ..errors import SceneError
+from ..posing.core.bind_input import require_finite
+from . import mesh_arrays, reference_key
+
+#: Why nothing of a pose is to be seen; each begins a sentence.
+BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
+ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
+
+
+def positions(key):
+    """n x 3 float32 of one shape key."""
+    store, name = compat.key_store(key)
+    result = np.empty(3 * len(store), np.float32)
+    store.foreach_get(name, result)
+    return result.reshape(-1, 3)
+
+
+def rest_positions(mesh):
+    """n x 3 float32: the reference key (Basis) if there are shape keys, else the vertices."""
+    if mesh.shape_keys is None:
+        return mesh_arrays.vertex_positions(mesh)
+    rest = positions(mesh.shape_keys.reference_key)
+    if len(rest) != len(mesh.vertices):
+        raise SceneError(
+            f"The Basis shape key has {len(rest):,} points, the mesh has {len(mesh.vertices):,} vertices. "
+            "Enter and leave Edit Mode once, so that Blender makes them agree"
+        )
+    return rest
+
+
+def pose_problem(obj):
+    """Why the active shape key cannot give the targets, or None. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return (
+            "There is no shape key to take the targets from. Press Add Pose Key and move the vertices of handles in "
+            "that key, in Edit Mode"
+        )
+    if not keys.use_relative:
+        return ABSOLUTE
+    active = obj.active_shape_key
+    if active is None or active == keys.reference_key:
+        return (
+            "The active shape key is the rest shape itself, so nothing is posed. Press Add Pose Key and move the "
+            "vertices of handles in that key, in Edit Mode, or choose the key that poses them"
+        )
+    return None
+
+
+def result_problem(obj):
+    """Why the result cannot go to the shape key that the settings name, or None. Cheap enough for drawing."""
+    name = obj.meanvalue.result_key
+    if not name.strip():
+        return "The result has no name. Fill in Result, the shape key to write"
+    keys = obj.data.shape_keys
+    if keys is not None and not keys.use_relative:
+        return ABSOLUTE
+    if keys is not None and name == keys.reference_key.name:
+        return f"'{name}' is the rest shape and must not be overwritten. Give Result another name"
+    return None
+
+
+def pose_positions(obj):
+    """n x 3 float32 of the active shape key, which holds the targets.
+
+    @throws SceneError if there is none, or the result has nowhere to go.
+    """
+    problem = pose_problem(obj) or result_problem(obj)
+    if problem:
+        raise SceneError(problem)
+    pose = positions(obj.active_shape_key)
+    require_finite(pose[:], f"shape key '{obj.active_shape_key.name}'")
+    return pose
+
+
+def ensure_result_key(obj, pose_key=""):
+    """The result key, shown fully; made if it is missing, with the Basis. The active key stays active.
+
+    pose_key: name of the key that anchors were moved in, which is muted so that it is not added.
+    Returns (name, notes): notes on what else had to change, as sentences.
+    """
+    mesh = obj.data
+    settings = obj.meanvalue
+    if mesh.shape_keys is None:
+        reference_key.make(obj)
+    active_index = obj.active_shape_key_index
+    name = settings.result_key
+    if name not in mesh.shape_keys.key_blocks:
+        _rest_key(obj, name)
+    keys = mesh.shape_keys
+    key = keys.key_blocks[name]
+    show_fully(keys, key)
+    notes = []
+    if obj.meanvalue.baked.target:
+        key.mute = True  # else the mesh would be moved twice
+        notes.append(why_result_is_hidden(obj))
+    former = "" if is_result_of_another(obj, settings.former_result) else settings.former_result
+    for other in (keys.key_blocks.get(pose_key), keys.key_blocks.get(former)):
+        if other not in {None, key, keys.reference_key} and not other.mute:
+            other.mute = True
+            notes.append(f"Shape key '{other.name}' is muted, so that it is not added to '{name}'")
+    settings.former_result = name
+    obj.active_shape_key_index = active_index
+    active = obj.active_shape_key
+    if obj.show_only_shape_key and key != active:
+        notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{name}'")
+    return name, notes
+
+
+def is_result_of_another(obj, name):
+    """Whether another object with the same mesh writes the shape key `name`."""
+    return any(other.meanvalue.result_key == name for other in sharing(obj))
+
+
+def sharing(obj):
+    """The other objects with the same mesh."""
+    if obj.data.users == 1:
+        return []
+    return [other for other in bpy.data.objects if other != obj and other.data == obj.data]
+
+
+def write_positions(mesh, key, shape):
+    """Writes n x 3 float32 `shape` into a shape key."""
+    store, attribute = compat.key_store(key)
+    store.foreach_set(attribute, shape.ravel())
+    # Blender 3.4 does not notice foreach_set. Tagging the mesh would have Blender copy that too, for a third more time.
+    mesh.shape_keys.update_tag()
+
+
+def write_result(obj, result, pose_key=""):
+    """Writes n x 3 float32 `result` to the result key and shows it. Returns notes as ensure_result_key()."""
+    name, notes = ensure_result_key(obj, pose_key)
+    write_positions(obj.data, obj.data.shape_keys.key_blocks[name], result)
+    return notes
+
+
+def result_positions(obj):
+    """n x 3 float32 of the result key, or None if there is none that fits the mesh."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+    if key is None or key == keys.reference_key:
+        return None
+    shape = positions(key)
+    return shape if len(shape) == len(obj.data.vertices) else None
+
+
+def show_fully(keys, key):
+    """So that the object takes exactly the key's positions, whatever was set on it before."""
+    key.relative_key = keys.reference_key
+    key.vertex_group = ""
+    key.mute = False
+    key.slider_min = min(key.slider_min, 0.0)
+    key.slider_max = max(key.slider_max, 1.0)
+    key.value = 1.0
+
+
+def add_shape(obj, name, shape):
+    """A new key with the n x 3 float32 `shape`, at value 0; the Basis too if missing. The active key stays active."""
+    if obj.data.shape_keys is None:
+        reference_key.make(obj)
+    active_index = obj.active_shape_key_index
+    key = obj.shape_key_add(name=name, from_mix=False)
+    write_positions(obj.data, key, shape)
+    key.value = 0.0
+    obj.active_shape_key_index = active_index
+    return key
+
+
+def remove(obj, names):
+    """Takes away the shape keys `names` that are there, with what drives them. The active key stays active."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return
+    active = obj.active_shape_key
+    active_name = active.name if active is not None else ""
+    for name in names:
+        key = keys.key_blocks.get(name)
+        if key is not None:
+            key.driver_remove("value")
+            obj.shape_key_remove(key)
+            _remove_from_edit_mode(obj.data, name)
+    if active_name in keys.key_blocks:
+        obj.active_shape_key_index = keys.key_blocks.find(active_name)
+
+
+def _remove_from_edit_mode(mesh, name):
+    """Edit Mode has a copy of every key, and gives back those that are gone when it is left."""
+    if not mesh.is_editmode:
+        return
+    layers = bmesh.from_edit_mesh(mesh).verts.layers.shape
+    if name in layers:
+        layers.remove(layers[name])
+
+
+def add_pose_key(obj):
+    """A new key in the rest shape, active and shown, for the artist to move anchors in; the Basis too if missing."""
+    mesh = obj.data
+    if mesh.shape_keys is None:
+        reference_key.make(obj)
+    keys = mesh.shape_keys
+    if not keys.use_relative:
+        raise SceneError(ABSOLUTE)
+    key = _rest_key(obj, ids.POSE_KEY)
+    key.value = 1.0
+    obj.active_shape_key_index = len(keys.key_blocks) - 1
+    return key.name
+
+
+def keep(obj, name):
+    """A new key with the shape of the result key, not shown. Returns its name; the active key stays active.
+
+    @throws SceneError if there is no result.
+    """
+    shape = result_positions(obj)
+    if shape is None:
+        raise SceneError(
+            f"There is no result to keep: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
+            "Live on, or press Solve"
+        )
+    return add_shape(obj, name, shape).name
+
+
+def why_result_is_hidden(obj):
+    """Why the object does not show the result key as it is, in words, or None. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+    if key is None:
+        return None
+    if obj.meanvalue.baked.target:
+        return BAKE_PLAYS
+    if obj.show_only_shape_key and obj.active_shape_key not in {None, key}:
+        return f"'{obj.active_shape_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'"
+    if key.relative_key != keys.reference_key:
+        return (
+            f"Shape key '{key.name}' is relative to '{key.relative_key.name}', so the pose shows wrong. Choose "
+            f"'{keys.reference_key.name}' in Relative To"
+        )
+    if key.mute:
+        return f"Shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
+    if key.value != 1.0:
+        return f"Shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. Set it to 1"
+    return None
+
+
+def apply_as_rest(obj, pose_key=""):
+    """The result becomes the reference key. Keys that add to that move along by as much, so that they add the same.
+
+    pose_key: name of the key that anchors were moved in; it begins again from the new rest shape.
+    Returns the names of the keys that moved along. @throws SceneError if there is no result.
+    """
+    shape = result_positions(obj)
+    if shape is None:
+        raise SceneError(
+            f"There is no pose to apply: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
+            "Live on, or press Solve"
+        )
+    mesh = obj.data
+    reference = mesh.shape_keys.reference_key
+    offset = shape - positions(reference)
+    result_key = mesh.shape_keys.key_blocks[obj.meanvalue.result_key]
+    carried = []
+    for key in mesh.shape_keys.key_blocks:
+        if key.name == pose_key and key != result_key:
+            write_positions(mesh, key, shape)
+        elif _adds_to(key, reference, result_key):
+            write_positions(mesh, key, positions(key) + offset)
+            carried.append(key.name)
+    write_positions(mesh, reference, shape)
+    store, attribute = compat.position_store(mesh)
+    store.foreach_set(attribute, shape.ravel())
+    mesh.update()
+    return carried
+
+
+def _adds_to(key, reference, result_key):
+    """Whether a key is relative to the reference key, by way of others or not, but not by way of the result."""
+    passed = set()
+    while key.name not in passed and key not in {reference, result_key}:
+        passed.add(key.name)
+        key = key.relative_key
+    return key == reference and bool(passed)
+
+
+def _rest_key(obj, name):
+    """A new shape key in the rest shape, the last one."""
+    rest = positions(obj.data.shape_keys.reference_key)
+    key = obj.shape_key_add(name=name, from_mix=False)
+    write_positions(obj.data, key, rest)
+    return key

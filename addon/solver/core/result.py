@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a solve gives back to the scene: the positions to write and the words to say."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import wording
+
+
+def compose(bind_input, targets, solved):
+    """n x 3 float32 for the result key.
+
+    Free vertices are where the solver put them, and so are copies of hard anchors. What is fixed is copied, not
+    converted there and back, so it keeps its bits: hard anchors those of their targets (k x 3) as far as mirroring and
+    merging let them go there, all else those of the rest shape.
+    """
+    positions = np.array(solved, np.float32)
+    positions[bind_input.fixed] = bind_input.fixed_rest
+    positions[bind_input.hard_vertices] = bind_input.whole.met(targets)[bind_input.hard_anchors]
+    return positions
+
+
+#: An anchor farther from its target than this share of the size is told of.
+VISIBLE_MISS = 1e-4
+
+
+def pose_warnings(bind_input, targets, pose=None):
+    """Sentences on k x 3 `targets` that cannot give what the artist may expect of them.
+
+    pose: n x 3 float32 of the shape key in which anchors were moved, if there is one of its own.
+    """
+    moved = (targets != bind_input.anchor_rest).any(axis=1)
+    if not moved.any():
+        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+    yield from torn_notes(bind_input, targets)
+    if pose is None:
+        return
+    others = np.ones(len(pose), bool)
+    others[bind_input.anchors] = False
+    ignored = np.count_nonzero((pose != bind_input.rest).any(axis=1) & others)
+    if ignored:
+        yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose belong to no handle and are ignored"
+
+
+def torn_notes(bind_input, targets):
+    """Sentences on k x 3 `targets` that move anchors which nothing can follow, or which cannot go there."""
+    moved = (targets != bind_input.anchor_rest).any(axis=1)
+    torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
+    if torn:
+        yield (
+            f"{wording.vertices(torn)} of moved handles outside the region: the vertices around stay in place, which "
+            "tears the surface there. Take the surroundings into the region"
+        )
+    merged = bind_input.whole.merged(targets)
+    kept_back = _missing_count(merged, targets, bind_input)
+    if kept_back:
+        yield (
+            f"Merge Distance keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: of two "
+            "handles on merged vertices the upper one in the list leads, or one that is not soft"
+        )
+    kept_back = _missing_count(bind_input.whole.met(targets), merged, bind_input)
+    if kept_back:
+        yield (
+            f"Mirroring keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: a handle across "
+            "the mirror plane goes along it and turns in it, and of two handles on mirrored places the upper one in "
+            "the list leads"
+        )
+
+
+def _missing_count(met, targets, bind_input):
+    """How many of k x 3 `targets` are not met."""
+    missed = np.abs(met - targets).max(axis=1, initial=0.0)
+    return np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
+
+
+def _their(count):
+    return "its" if count == 1 else "their"
+
+
+@dataclass(frozen=True)
+class BindSummary:
+    """What is worth telling about a binding."""
+
+    vertex_count: int
+    anchor_count: int
+    free_count: int
+    unheld_part_count: int
+    seconds: float
+    following_part_count: int = 0
+
+    def text(self):
+        text = (
+            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, {self.free_count:,} free, "
+            f"{wording.seconds(self.seconds)}"
+        )
+        following = self.following_part_count
+        if following == 0:
+            return text
+        return f"{text}, {wording.counted(following, 'loose part')} {'follows' if following == 1 else 'follow'}"
+
+    def notes(self):
+        """Sentences for what is unusual, none of it an error."""
+        if self.unheld_part_count:
+            yield (
+                f"{wording.counted(self.unheld_part_count, 'part')} of the mesh "
+                f"{'has' if self.unheld_part_count == 1 else 'have'} fewer than three fixed points that are not in one "
+                "line: without any it stays in place, with one or two it hardly turns. Pin three vertices of each"
+            )
+
+    @classmethod
+    def of(cls, report, border_count=0, places=None):
+        """From the native deformer's report, to which the springs of a soft border are anchors as well.
+
+        places: n int, which of its vertices are those of the mesh, whose parts alone are counted; None: all are.
+        """
+        numbers = range(len(report.components)) if places is None else np.unique(np.asarray(report.part_of)[places])
+        parts = [(report.components[k], report.carriers[k]) for k in numbers if k >= 0]
+        return cls(
+            vertex_count=int(report.vertex_count),
+            anchor_count=int(report.anchor_count) - border_count,
+            free_count=int(report.free_count),
+            unheld_part_count=sum(
+                1 for part, carrier in parts if part.free_count and part.undetermined and carrier < 0
+            ),
+            seconds=float(sum(report.timings.values())),
+            following_part_count=sum(1 for _part, carrier in parts if carrier >= 0),
+        )
+
+
+def guarded_notes(report, places):
+    """A sentence on the vertices that the encoder had to treat by a fallback rule, if there are any. places: as of
+    BindSummary.of()."""
+
+    def count(vertices):
+        is_guarded = np.zeros(int(places.max(initial=-1)) + 1, bool)
+        vertices = np.asarray(vertices, int)
+        is_guarded[vertices[vertices < len(is_guarded)]] = True
+        return int(np.count_nonzero(is_guarded[places]))
+
+    if count(report.guarded):
+        counts = {reason: count(vertices) for reason, vertices in report.guarded_by_reason.items()}
+        rules = ", ".join(f"{reason}: {number:,}" for reason, number in counts.items() if number)
+        yield f"{wording.vertices(count(report.guarded))} encoded by a fallback rule ({rules})"
+
+
+# Bind and the first solve take some ten seconds here, and a minute for four times as many; Blender waits meanwhile.
+MANY_FREE_VERTICES = 250_000
+
+
+def size_notes(report):
+    """A sentence that warns of a long solve, where so many vertices are free."""
+    if report.free_count > MANY_FREE_VERTICES:
+        yield (
+            f"With {report.free_count:,} free vertices binding and solving take up to a minute. A smaller region is "
+            "faster"
+        )
+
+
+def nothing_is_held(report):
+    """True if no part with free vertices has enough fixed points: a solve could move nothing."""
+    parts = [part for part in report.components if part.free_count]
+    return bool(parts) and all(part.undetermined for part in parts)
+
+
+@dataclass(frozen=True)
+class SolveSummary:
+    """What is worth telling about a solve. `energy` is for a rest bounding box of diagonal 1."""
+
+    iterations: int
+    energy: float
+    seconds: float
+    converged: bool
+    stop_reason: str
+
+    def text(self):
+        iterations = wording.counted(self.iterations, "iteration")
+        return f"{iterations}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
+
+    def notes(self):
+        if not self.converged:
+            yield (
+                f"It stopped before it had converged ({self.stop_reason}): look at the shape, and try targets that are "
+                "closer to the rest shape"
+            )
+
+    @classmethod
+    def of(cls, solution, diagonal):
+        """From the native solution."""
+        return cls(
+            iterations=int(solution.iterations),
+            energy=float(solution.energy) / diagonal**2,
+            seconds=float(solution.timings["total"]),
+            converged=bool(solution.converged),
+            stop_reason=str(solution.stop_reason),
+        )
+
+
+def all_finite(positions):
+    return bool(np.isfinite(positions).all())

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Work beside the interface: steps on the main thread, and between them the solver on threads of its own.
+
+No thread of Python's runs beside Blender: up to Python 3.11, Blender takes "some thread runs Python" for "this one
+may", and crashes when it runs an operator or a driver in that moment (decision 0009).
+"""
+
+import math
+import time
+
+from . import native_loader
+
+#: Everything that is running, so that it can be stopped when the add-on is disabled or Blender quits.
+_running = set()
+
+
+def run(steps):
+    """Goes through `steps`, a generator of native Tasks, and waits for each. Returns what it returns."""
+    while True:
+        try:
+            task = next(steps)
+        except StopIteration as end:
+            return end.value
+        task.wait()
+
+
+class Job:
+    """Goes through `work(execution)`, a generator of native Tasks, each of which it waits for before it goes on.
+
+    The caller looks at it from time to time: that is when it goes on.
+    """
+
+    def __init__(self, work):
+        self._execution = native_loader.module().Execution()
+        self._steps = work(self._execution)
+        self._task = self._result = self._error = None
+        self._is_over = False
+        _running.add(self)
+        self._go_on()
+
+    def wait(self, seconds=None):
+        """Waits at most `seconds` (None: as long as it takes). Returns whether the work is finished."""
+        until = time.monotonic() + (math.inf if seconds is None else seconds)
+        while not self.is_finished:
+            left = until - time.monotonic()
+            if left <= 0.0:
+                return False
+            self._task.wait(None if seconds is None else left)
+        return True
+
+    @property
+    def is_finished(self):
+        while self._task is not None and self._task.finished:
+            self._go_on()
+        return self._is_over
+
+    @property
+    def is_cancelled(self):
+        """Whether it was asked to stop, at once or where it can be gone on with."""
+        return self._execution.cancelled or self._execution.pausing
+
+    def cancel(self):
+        """Asks the work to stop; result() then raises CancelledError, unless it had finished."""
+        self._execution.cancel()
+
+    def drop(self):
+        """Cancels it and forgets it: nobody will look at it any more. What the solver still holds it frees itself."""
+        self.cancel()
+        self._end()
+
+    @property
+    def progress(self):
+        """(name of the stage, share of it that is done)."""
+        return self._execution.stage, self._execution.progress
+
+    def result(self):
+        """What the work returned; waits for it. @throws whatever it raised."""
+        self.wait()
+        if self._error is not None:
+            raise self._error
+        return self._result
+
+    def _go_on(self):
+        task, self._task = None, None
+        try:
+            task = next(self._steps)
+        except StopIteration as end:
+            self._result = end.value
+        except BaseException as error:  # for whoever asks for the result
+            self._error = error
+        if task is None:
+            self._end()
+        else:
+            self._task = task
+
+    def _end(self):
+        """Lets go of the arrays that the steps hold."""
+        self._is_over = True
+        self._task = None
+        self._steps.close()
+        _running.discard(self)
+
+
+def cancel_all():
+    """Stops everything, and waits for it a little."""
+    jobs = list(_running)
+    for job in jobs:
+        job.cancel()
+    for job in jobs:
+        job.wait(2.0)

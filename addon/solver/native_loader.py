@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The only file that imports the compiled module, and not before it is needed.
+
+Without it the add-on still registers and its panel still draws: it then says what is missing.
+"""
+
+import importlib
+import importlib.machinery
+import pathlib
+import platform
+
+from ..errors import NativeModuleError
+
+ADDON = __package__.rpartition(".")[0]
+
+#: A module beside the add-on (legacy zip), then one that is installed on its own (wheel of an extension).
+MODULE_NAMES = (f"{ADDON}.lib.meanvalue", "meanvalue")
+
+_module = None
+_problem = None
+
+
+def module():
+    """The compiled module. @throws NativeModuleError, and looks again at the next call."""
+    global _module, _problem
+    if _module is None:
+        try:
+            _module, _problem = _load(), None
+        except NativeModuleError as error:
+            _problem = str(error)
+            raise
+    return _module
+
+
+def problem():
+    """Why the compiled module cannot be used, or None. For drawing: looks once and keeps the answer."""
+    if _module is None and _problem is None:
+        try:
+            module()
+        except NativeModuleError as error:
+            return str(error)
+    return _problem
+
+
+def forget():
+    """Look again at the next call, as after an installation."""
+    global _module, _problem
+    _module = _problem = None
+
+
+def environment():
+    """(label, value) of what a compiled module must fit."""
+    return (
+        ("Python", platform.python_version()),
+        ("Module suffix", importlib.machinery.EXTENSION_SUFFIXES[0]),
+        ("Platform", f"{platform.system()} {platform.machine()}"),
+    )
+
+
+def _load():
+    failures = []
+    for name in MODULE_NAMES:
+        try:
+            found = importlib.import_module(name)
+        except ImportError as error:
+            if not _is_absent(name, error):  # it is there, but the system cannot load it
+                failures.append(str(error))
+            continue
+        if hasattr(found, "Deformer"):
+            return found
+        failures.append(f"a module '{name}' was found that is not the solver: {found}")
+    raise NativeModuleError(_explanation(failures))
+
+
+def _is_absent(name, error):
+    """True if it is the module itself, or a package around it, that was not found."""
+    return isinstance(error, ModuleNotFoundError) and f"{name}.".startswith(f"{error.name}.")
+
+
+def _explanation(failures):
+    here = ", ".join(f"{label} {value}" for label, value in environment())
+    if failures:
+        return (
+            f"The solver is installed but cannot be loaded ({'; '.join(failures)}). This Blender has {here}. "
+            "Install the add-on zip made for this system"
+        )
+    bundled = sorted(path.name for path in (pathlib.Path(__file__).parents[1] / "lib").glob("meanvalue.*"))
+    if bundled:
+        return (
+            f"The solver of this add-on is for another Python: it has {', '.join(bundled)}, this Blender has {here}. "
+            "Install the add-on zip made for this Python"
+        )
+    python = ".".join(platform.python_version_tuple()[:2])
+    tag = f"cp{python.replace('.', '')}"
+    return (
+        f"The compiled solver is missing. This Blender has {here}. Install the add-on zip made for it: the one for "
+        f"Blender 4.2 and later needs a wheel for CPython {python} ({tag}) on this platform in its wheels folder, "
+        "the one for older Blenders a solver in its lib folder"
+    )

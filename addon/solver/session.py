@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The compiled deformers of this session and the calls into them.
+
+Deformers are a cache of what the scene already says: nothing is lost when one is dropped, and nothing here holds
+a Blender object.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import CancelledError, SceneError, SolverError
+from . import native_loader
+from .core import result
+from .core.deformer_cache import DeformerCache
+
+# What is said of input that the native module refuses.
+REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Bind"
+REFUSED_POSE = "The solver cannot reach this pose: {}"
+
+CACHE_ENTRIES = 4
+CACHE_BYTES = 2 << 30
+
+_cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
+
+
+@dataclass(frozen=True)
+class Binding:
+    """A native deformer and how long it took to make."""
+
+    deformer: object
+    summary: result.BindSummary
+
+
+def cached(bind_input, portable=False):
+    """The Binding of `bind_input` if it is at hand, else None."""
+    return _cache.get((bind_input.fingerprint.key, portable))
+
+
+def earlier(bind_input, portable=False):
+    """A Binding of the same mesh, region and method to other anchors if one is at hand, else None: see bind_steps()."""
+    return _cache.relative(_family(bind_input, portable))
+
+
+def remember(bind_input, binding, portable=False):
+    _cache.put(
+        (bind_input.fingerprint.key, portable),
+        binding,
+        int(binding.deformer.report.bytes),
+        _family(bind_input, portable),
+    )
+
+
+def _family(bind_input, portable):
+    return (bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance, portable)
+
+
+def bind_steps(bind_input, triangles, execution, portable=False, known=None):
+    """Steps (see workers.job) to a new Binding; `triangles` m x 3 int32.
+
+    portable: with the same bits on every processor of an architecture, and slower.
+    known: what earlier() gave: the same Binding in less than half of the time, and `triangles` are not looked at.
+
+    @throws NativeModuleError, SceneError, SolverError, CancelledError.
+    """
+    whole = bind_input.whole
+    anchors, held = _held(whole, bind_input)
+    if known is not None:
+        task = call(known.deformer.start_rebind, anchors, execution=execution, **held)
+    else:
+        task = call(
+            native_loader.module().start_bind,
+            whole.rest,
+            whole.triangles(triangles),
+            anchors,
+            roi=None if whole.roi.all() else whole.roi,
+            method=bind_input.method,
+            loose=bind_input.loose,
+            portable=portable,
+            execution=execution,
+            **held,
+        )
+    yield task
+    deformer = call(task.result)
+    summary = result.BindSummary.of(deformer.report, len(anchors) - len(whole.anchors), whole.places)
+    summary = whole.without_images(summary)
+    if result.nothing_is_held(deformer.report):
+        raise SceneError(
+            "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
+            "posed. Pin three of its vertices, or choose a region that leaves some of its vertices out"
+        )
+    return Binding(deformer, summary)
+
+
+def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=None):
+    """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary). What is mirrored is so to the last bit.
+
+    goal: a bridge.targets.Targets; start: n x 3 float64, an earlier result to go on from;
+    settle: see the native Deformer. Without a start the result is the same for the same arguments; with one, within the
+    tolerance, since a drag goes on with what the solves before it told.
+
+    @throws SolverError, CancelledError.
+    """
+    whole = bind_input.whole
+    task = call(
+        binding.deformer.start_solve,
+        _targets(whole, goal.positions),
+        weights=_weights(whole, goal.weights),
+        start=whole.start(start),
+        settle=settle,
+        execution=execution,
+        refused=REFUSED_POSE,
+    )
+    yield task
+    solution = call(task.result, refused=REFUSED_POSE)
+    summary = result.SolveSummary.of(solution, whole.diagonal)
+    if not result.all_finite(solution.vertices):
+        raise SolverError(
+            f"The solver gave positions that are not numbers ({summary.text()}). Move the handles closer to the rest "
+            "shape, or add pins"
+        )
+    return whole.cut_back(solution.vertices), summary
+
+
+def sequence_steps(
+    binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, resume=None, execution=None
+):
+    """Steps (see workers.job) to (r x n x 3 float32, native Sequence) of rows `frames`, (begin, end), of a clip.
+
+    Where it was paused there are no rows, and `resume` takes its `state`.
+
+    targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None. Rows that could
+    not be solved are told in its `errors`.
+
+    @throws SolverError, CancelledError.
+    """
+    whole = bind_input.whole
+    task = call(
+        binding.deformer.start_solve_sequence,
+        _targets(whole, targets),
+        weights=_weights(whole, weights),
+        frames=frames,
+        chunk=chunk,
+        overlap=overlap,
+        threads=threads,
+        resume=resume,
+        execution=execution,
+        refused=REFUSED_POSE,
+    )
+    yield task
+    sequence = call(task.result, refused=REFUSED_POSE)
+    if sequence.is_paused:
+        return None, sequence
+    return whole.cut_back_rows(sequence.vertices), sequence
+
+
+def _held(whole, bind_input):
+    """(anchors, arguments) for the solver, to whom a soft border is one more piece of soft anchors."""
+    anchors, pieces, strengths, border = whole.anchors, whole.pieces, whole.strengths, whole.border
+    if border is not None:
+        if strengths is None:
+            strengths = np.full(len(pieces), np.inf)
+        strengths = np.concatenate([strengths, whole.border_strengths])
+        pieces = np.concatenate([pieces, np.full(len(border), pieces.max(initial=-1) + 1, np.int32)])
+        anchors = np.concatenate([anchors, border])
+    return anchors, {
+        "handles": pieces if bind_input.rigid_pieces else None,
+        "rigidity": bind_input.rigidity,
+        **({} if strengths is None else {"strengths": strengths}),
+        **({} if border is None else {"border": len(border)}),
+    }
+
+
+def _targets(whole, positions):
+    """Places of the anchors, (..., K, 3), and behind them those of the soft border, which are at rest."""
+    positions = whole.targets(np.asarray(positions, np.float64))
+    if whole.border is None:
+        return np.ascontiguousarray(positions)
+    rest = whole.rest[whole.border]
+    return np.concatenate([positions, np.broadcast_to(rest, (*positions.shape[:-2], *rest.shape))], axis=-2)
+
+
+def _weights(whole, weights):
+    """What each anchor counts, (..., K), and behind them those of the soft border, which count fully; None: all do."""
+    weights = whole.weights(weights)
+    if weights is None or whole.border is None:
+        return weights
+    return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(whole.border)))], axis=-1)
+
+
+def forget(fingerprint):
+    _cache.discard((fingerprint.key, False))
+
+
+def clear():
+    _cache.clear()
+
+
+def call(function, *arguments, refused=REFUSED_MESH, **options):
+    """Calls the native module; its errors become ours, with what to do. refused: what is said of input."""
+    module = native_loader.module()
+    try:
+        return function(*arguments, **options)
+    except module.InvalidInput as error:
+        raise SolverError(refused.format(error)) from error
+    except module.SolverFailure as error:
+        raise SolverError(
+            f"The solver failed: {error}. Move the handles closer to the rest shape, or add pins"
+        ) from error
+    except module.Cancelled as error:
+        raise CancelledError("Cancelled. Nothing was changed") from error
+    except MemoryError as error:
+        raise SolverError(
+            "There is not enough memory for this mesh. Choose a smaller region, or close other programs"
+        ) from error

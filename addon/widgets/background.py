@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Base of the operators whose work may take long: progress, Esc, and an interface that goes on drawing."""
+
+import time
+
+import bpy
+
+from .. import compat, wording
+from ..errors import CancelledError, MeanValueError, SceneError
+from ..posing.bridge import scene_input
+from ..solver.job import Job, run
+from .base import MeshOperator
+
+#: How often a running job is looked at.
+TICK_SECONDS = 0.05
+
+#: How long the scene is read in one go, of every tick.
+SLICE_SECONDS = 0.03
+
+#: Work that is done sooner is waited for: no progress bar flickers up, and the result is there at once.
+PATIENCE_SECONDS = 0.15
+
+#: What the artist may do meanwhile: look around.
+VIEW_EVENTS = {
+    'MIDDLEMOUSE', 'WHEELUPMOUSE', 'WHEELDOWNMOUSE', 'WHEELINMOUSE', 'WHEELOUTMOUSE', 'MOUSEMOVE',
+    'INBETWEEN_MOUSEMOVE', 'TRACKPADPAN', 'TRACKPADZOOM', 'MOUSEROTATE', 'NDOF_MOTION',
+}  # fmt: skip
+
+#: Operators that show progress, to be ended when the add-on is disabled: Blender does not tell them.
+_running = []
+
+
+def end_all():
+    for operator in list(_running):
+        operator.cancel(bpy.context)
+
+
+class BackgroundOperator(MeshOperator):
+    """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
+
+    prepare() reads the scene and returns an object as workers.posing.Posing: with read_triangles(obj), which is called
+    next, work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading), which
+    raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
+    MeanValueError before they have changed anything. before() and after() are for what has to be done on the main
+    thread before and after the job, in slices. Without a window, or called to execute, all is done before the
+    operator returns.
+    """
+
+    #: Said in the status bar, with the stage behind it.
+    doing = ""
+
+    _job = None
+    _steps = None
+    _progress = ("", 0.0)
+    _timer = None
+    _object_name = ""
+    _object_identity = None
+
+    def start_reading(self, obj):
+        """The SceneReading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
+        return scene_input.start_reading(obj)
+
+    def before(self, _prepared):
+        """Generator of (stage, share that is done), after each bit of work. @throws MeanValueError."""
+        return iter(())
+
+    def after(self, _prepared):
+        """As before()."""
+        return iter(())
+
+    def progress_text(self, stage, share):
+        return f"{wording.stage(stage)}, {share:.0%}    Esc: Cancel"
+
+    def job_progress(self):
+        """(stage, share that is done) while the job runs."""
+        return self._job.progress
+
+    def ask_to_stop(self):
+        """While the job runs."""
+        self._job.cancel()
+
+    def stopping_text(self):
+        """In the status bar, until it has stopped."""
+        return "Cancelling ..."
+
+    def stopped(self):
+        """What is said when it was stopped."""
+        return "Cancelled. Nothing was changed"
+
+    def run(self, obj):
+        self._remember_object(obj)
+        prepared = self.prepare(obj, None)
+        for _ in self.before(prepared):
+            pass
+        prepared.read_triangles(obj)
+        outcome = run(prepared.work(None))
+        for _ in self.after(prepared):
+            pass
+        return self.finish(obj, prepared, outcome)
+
+    def invoke(self, context, _event):
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        obj = scene_input.subject(context)
+        self._remember_object(obj)
+        self._steps = self._all_steps()
+        until = time.monotonic() + PATIENCE_SECONDS
+        while time.monotonic() < until:
+            ended = self._step()
+            if ended is not None:
+                return ended
+            if self._job is not None:
+                self._job.wait(max(0.0, until - time.monotonic()))
+        _running.append(self)
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TICK_SECONDS, window=context.window)
+        manager.progress_begin(0.0, 1.0)
+        manager.modal_handler_add(self)
+        self._show_progress(context)
+        return {'RUNNING_MODAL'}
+
+    def modal(self, context, event):
+        ended = None
+        if event.type == 'ESC' and event.value == 'PRESS' and not event.is_repeat:  # held, it would press twice
+            ended = self._stop_working()
+        elif event.type == 'TIMER':
+            try:
+                ended = self._step()
+            except BaseException:
+                if self._job is not None:
+                    self._job.drop()
+                self._stop_showing(context)
+                raise
+        if ended is not None:
+            self._stop_showing(context)
+            return ended
+        if event.type == 'TIMER':
+            self._show_progress(context)
+        return {'PASS_THROUGH'} if event.type in VIEW_EVENTS or 'TIMER' in event.type else {'RUNNING_MODAL'}
+
+    def cancel(self, context):
+        """Blender ends the operator: another file is loaded, or it quits."""
+        if self._job is not None:
+            self.leave_job()
+        self._stop_showing(context)
+
+    def leave_job(self):
+        """Ends the job within a second or two: Blender waits for it."""
+        self._job.cancel()
+        self._job.wait()
+
+    def _all_steps(self):
+        """The whole work. Between steps that nobody notices it gives (name of the stage, share of it that is done).
+
+        Returns what finish() returns.
+        """
+        reading = self.start_reading(self._object())
+        yield from self._read(reading)
+        prepared = self.prepare(self._object(), reading)
+        yield "reading the mesh", 1.0
+        yield from _in_slices(self.before(prepared))
+        prepared.read_triangles(self._object())
+        self._job = Job(prepared.work)
+        while not self._job.is_finished:
+            yield self.job_progress()
+        outcome = self._job.result()
+        if self._job.is_cancelled:  # at the very moment when it was ready
+            raise CancelledError(self.stopped())
+        if self._timer is not None:  # Blender went on since the scene was read
+            reading = self.start_reading(self._object())
+            yield from self._read(reading)
+            prepared.require_unchanged(self._object(), reading)
+        yield from _in_slices(self.after(prepared))
+        return self.finish(self._object(), prepared, outcome)
+
+    def _read(self, reading):
+        while reading is not None and not reading.go_on(self._object(), SLICE_SECONDS):
+            yield "reading the mesh", reading.share
+
+    def _step(self):
+        """Returns what Blender wants to hear of an operator that has ended, None if there is more to do."""
+        try:
+            self._progress = next(self._steps)
+            return None
+        except StopIteration as end:
+            return self.tell(*end.value)
+        except MeanValueError as error:
+            return self.refuse(error)
+
+    def _stop_working(self):
+        """Returns as _step(). A job ends when the solver has noticed."""
+        if self._job is not None and not self._job.is_finished:
+            self.ask_to_stop()
+            return None
+        self._steps.close()
+        return self.refuse(CancelledError(self.stopped()))
+
+    def _remember_object(self, obj):
+        self._object_name, self._object_identity = obj.name, compat.session_key(obj)
+
+    def _object(self):
+        """The object that is worked on, under its name. @throws SceneError if it is gone."""
+        obj = bpy.data.objects.get(self._object_name)
+        if obj is None or compat.session_key(obj) != self._object_identity:
+            raise SceneError(f"'{self._object_name}' is gone, so its result is dropped")
+        return obj
+
+    def _show_progress(self, context):
+        stage, share = self._progress
+        if self._job is not None and self._job.is_cancelled:
+            text = self.stopping_text()
+        else:
+            text = f"{self.doing} '{self._object_name}': {self.progress_text(stage, share)}"
+        context.window_manager.progress_update(share)
+        context.workspace.status_text_set(text)
+
+    def _stop_showing(self, context):
+        self._steps = self._job = None  # and the arrays that they hold
+        _running.remove(self)
+        manager = context.window_manager
+        manager.event_timer_remove(self._timer)
+        manager.progress_end()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+
+
+def _in_slices(steps):
+    """Goes on with a generator for about SLICE_SECONDS at a time, and yields what it has yielded last."""
+    until = time.monotonic() + SLICE_SECONDS
+    for progress in steps:
+        if time.monotonic() >= until:
+            yield progress
+            until = time.monotonic() + SLICE_SECONDS

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all operators share: what they work on, when they are available, and how they report."""
+
+from .. import wording
+from ..errors import CancelledError, MeanValueError
+from ..posing.bridge import scene_input
+from .core import last_message
+
+
+class Reporting:
+    """Mix-in: how operators tell what they did, and why they did nothing."""
+
+    def say(self, level, text):
+        last_message.remember(text)
+        self.report({level}, text)
+
+    def refuse(self, error):
+        self.say('INFO' if isinstance(error, CancelledError) else 'ERROR', wording.sentence(str(error)))
+        return {'CANCELLED'}
+
+    def tell(self, message, warnings):
+        text = " ".join(wording.sentence(part) for part in (message, *warnings))
+        self.say('WARNING' if warnings else 'INFO', text)
+        return {'FINISHED'}
+
+
+class MeshOperator(Reporting):
+    """Mix-in for operators on the mesh that the artist works on. Subclasses define run(obj).
+
+    run() either returns (message, [notes]) or raises MeanValueError before it has changed anything.
+    """
+
+    bl_options = {'REGISTER', 'UNDO'}
+
+    #: Operators that only edit the settings work in every mode.
+    needs_object_mode = True
+
+    @classmethod
+    def poll(cls, context):
+        problem = cls.problem(scene_input.subject(context))
+        if problem:
+            cls.poll_message_set(wording.sentence(problem))
+        return problem is None
+
+    @classmethod
+    def problem(cls, obj):
+        """Why the operator is not available for `obj`, or None."""
+        problem = scene_input.object_problem(obj)
+        if problem is None and cls.needs_object_mode:
+            problem = scene_input.mode_problem(obj)
+        return problem
+
+    def execute(self, context):
+        try:
+            message, warnings = self.run(scene_input.subject(context))
+        except MeanValueError as error:
+            return self.refuse(error)
+        return self.tell(message, warnings)

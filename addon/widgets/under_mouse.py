@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of a mesh is under the mouse, for operators that have the artist click at it."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from bpy_extras import view3d_utils
+from mathutils import Matrix, Vector
+
+from ..posing.bridge import overlay_data
+from ..scene import mesh_arrays, mirrors, rig_space, views
+
+#: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
+BEHIND = 1e-5
+MOST_HIDDEN = 100
+
+#: Modifiers that show the mesh several times, or something else altogether.
+COPYING = {'MIRROR', 'ARRAY', 'SCREW', 'PARTICLE_INSTANCE', 'NODES'}
+
+#: An image is pressed if it is nearer than the mesh itself by more than rounding: they meet in the plane.
+SAME = 1e-4
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """A vertex of a mesh object that was pressed: its number, the place pressed in the world, and the view.
+
+    line  name of the handle whose control was pressed instead (the vertex is -1 then), or None
+    turn  3 x 3, what moves of the place in the world are of the vertex: a reflection where the place is on an image
+    """
+
+    vertex: int
+    place: Vector
+    region: object
+    view: object
+    line: str | None = None
+    turn: Matrix = field(default_factory=lambda: Matrix.Identity(3))
+
+
+def view_under(context, event):
+    """(region, its RegionView3D, mouse in it) of the 3D View under the mouse, or None over panels and elsewhere."""
+    for area in context.screen.areas if context.screen else ():
+        if area.type != "VIEW_3D":
+            continue
+        under = [region for region in area.regions if _is_in(region, event)]
+        if len(under) == 1 and under[0].type == 'WINDOW' and not area.spaces.active.region_quadviews:
+            mouse = event.mouse_x - under[0].x, event.mouse_y - under[0].y
+            return under[0], area.spaces.active.region_3d, mouse
+    return None
+
+
+def view_pressed(context, event):
+    """As view_under(), for an operator that the press itself has called.
+
+    Blender has found out then whose press it is: toolbar and sidebar let it through where they are transparent.
+    """
+    region, area = context.region, context.area
+    is_sure = region is not None and area is not None and area.type == 'VIEW_3D' and region.type == 'WINDOW'
+    if not is_sure or not _is_in(region, event) or area.spaces.active.region_quadviews:
+        return view_under(context, event)
+    return region, area.spaces.active.region_3d, (event.mouse_x - region.x, event.mouse_y - region.y)
+
+
+def place_under(obj, region, view, mouse):
+    """Where the surface, as it is shown, is under the mouse, (3,) in the object's own space; or None."""
+    origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
+    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
+    to_object = obj.matrix_world.inverted_safe()
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    is_hit, place, _normal, _face = evaluated.ray_cast(to_object @ origin, to_object.to_3x3() @ direction)
+    return np.array(place, np.float32) if is_hit else None
+
+
+def vertex_under(obj, region, view, mouse):
+    """As own_vertex() of place_under()."""
+    place = place_under(obj, region, view, mouse)
+    return None if place is None else own_vertex(obj, place)
+
+
+def press(obj, region, view, mouse):
+    """The Pressed of the surface of `obj` under the mouse, or None."""
+    place = place_under(obj, region, view, mouse)
+    found = None if place is None else vertex_or_image(obj, place)
+    if found is None:
+        return None
+    vertex, turn = found
+    to_world = obj.matrix_world.to_3x3()
+    turn = to_world @ turn @ to_world.inverted_safe()
+    return Pressed(vertex, obj.matrix_world @ Vector(place), region, view, turn=turn)
+
+
+def first_object(context, region, view, mouse):
+    """The object whose surface is to be seen under the mouse, or None."""
+    origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
+    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
+    depsgraph = context.evaluated_depsgraph_get()
+    for _ in range(MOST_HIDDEN):
+        is_hit, place, _normal, _face, obj, _matrix = context.scene.ray_cast(depsgraph, origin, direction)
+        if not is_hit:
+            return None
+        obj = obj.original
+        if views.is_visible(obj, context.space_data):
+            return obj
+        origin = place + BEHIND * max(1.0, (place - origin).length) * direction
+    return None
+
+
+def own_vertex(obj, place):
+    """The vertex nearest to a place on what is shown of `obj`, (3,) in its own space; None where that is on an image or
+    copy of the mesh."""
+    surface = _Surface(obj)
+    vertex, _distance = surface.nearest(place)
+    return vertex if vertex is not None and surface.has(place) else None
+
+
+def vertex_or_image(obj, place):
+    """(vertex, 3 x 3 Matrix) of a place as of own_vertex(): the vertex that is nearest there, itself or its image in
+    Mirror modifiers, and what turns moves there into its own. None on all other copies."""
+    surface = _Surface(obj)
+    best = None
+    for matrix, shift in mirrors.images(obj):
+        own = matrix.T @ (place - shift)
+        vertex, distance = surface.nearest(own)
+        if best is None or distance < (1.0 - SAME) * best[0]:
+            best = distance, vertex, matrix.T, own
+    _distance, vertex, turn, own = best
+    return (vertex, Matrix(turn.tolist())) if vertex is not None and surface.has(own) else None
+
+
+class _Surface:
+    """The mesh's own surface, where it is shown."""
+
+    def __init__(self, obj):
+        self._positions = overlay_data.shown_positions(obj)
+        self._corners, self._starts = mesh_arrays.faces(obj.data)
+        copying = {each.type for each in obj.modifiers if each.show_viewport} & COPYING
+        if rig_space.is_there(obj):  # the surface is known at rest alone, and Smooth by Angle copies nothing
+            copying -= {'NODES'}
+        self._is_copied = bool(copying)
+
+    def nearest(self, place):
+        """(vertex, distance), of those that faces have: what a loose one holds is not what was pressed."""
+        distances = self._distances(place)
+        if len(distances) == 0:
+            return None, np.inf
+        vertex = int(distances.argmin())
+        return vertex, float(distances[vertex])
+
+    def has(self, place):
+        """Whether a face is as near as it is large: what copies a mesh tells nothing of what is a copy."""
+        if not self._is_copied or len(self._starts) == 0:
+            return True
+        corners = self._positions[self._corners]
+        extents = np.maximum.reduceat(corners, self._starts) - np.minimum.reduceat(corners, self._starts)
+        nearest = np.minimum.reduceat(self._distances(place)[self._corners], self._starts)
+        return bool((nearest <= np.linalg.norm(extents, axis=1)).any())
+
+    def _distances(self, place):
+        distances = np.linalg.norm(self._positions - np.asarray(place, np.float32), axis=1)
+        if len(self._corners):
+            is_loose = np.ones(len(distances), bool)
+            is_loose[self._corners] = False
+            distances[is_loose] = np.inf
+        return distances
+
+
+def _is_in(region, event):
+    return (
+        region.width > 1
+        and region.height > 1
+        and 0 <= event.mouse_x - region.x < region.width
+        and 0 <= event.mouse_y - region.y < region.height
+    )

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the overlay shows of Wrap: a line from each picked vertex to its place on the other object."""
+
+import numpy as np
+from mathutils import Vector
+
+from ...capture.bridge.pair_lines import NOTHING, Lines
+from ...posing.bridge import overlay_data
+
+#: One after the other, so that lines that cross are told apart (Okabe and Ito 2008).
+COLORS = np.array(
+    [
+        (0.94, 0.89, 0.26, 1.0),
+        (0.34, 0.71, 0.91, 1.0),
+        (0.84, 0.37, 0.0, 1.0),
+        (0.0, 0.62, 0.45, 1.0),
+        (0.80, 0.47, 0.65, 1.0),
+        (0.90, 0.62, 0.0, 1.0),
+    ],
+    np.float32,
+)
+
+_begun = {}  # name of an object: the vertex whose place is to be clicked next
+
+
+def begin(obj, vertex):
+    """Shows a vertex whose place is still missing."""
+    _begun.clear()
+    _begun[obj.name] = vertex
+
+
+def end():
+    _begun.clear()
+
+
+def is_any(obj):
+    """Cheap enough for every redraw."""
+    return bool(obj.meanvalue.wrap.pairs) or obj.name in _begun
+
+
+def lines(obj):
+    """The Lines of a mesh object, from where its vertices are to be seen now to where the other object is now.
+
+    A vertex whose place is still missing has a line of no length.
+    """
+    settings = obj.meanvalue.wrap
+    if not settings.show_pairs:
+        return NOTHING
+    count = len(obj.data.vertices)
+    pairs = [pair for pair in settings.pairs if pair.vertex < count] if settings.target is not None else []
+    begun = [vertex for vertex in (_begun.get(obj.name),) if vertex is not None and vertex < count]
+    if not pairs and not begun:
+        return NOTHING
+    points = overlay_data.shown_positions(obj)[[*(pair.vertex for pair in pairs), *begun]]
+    places = points.copy()
+    if pairs:
+        to_own = obj.matrix_world.inverted_safe() @ settings.target.matrix_world
+        places[: len(pairs)] = [to_own @ Vector(pair.place) for pair in pairs]
+    colors = COLORS[np.arange(len(points)) % len(COLORS)]
+    return Lines(np.stack([points, places], axis=1).reshape(-1, 3), np.repeat(colors, 2, axis=0))

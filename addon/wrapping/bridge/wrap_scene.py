@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From two objects and picked pairs to a WrapInput in the world, and back to a shape key of the first."""
+
+import bpy
+import numpy as np
+
+from ... import ids
+from ...errors import SceneError
+from ...mixing.bridge import morph_source
+from ...scene import mesh_arrays, shape_keys
+from ..core.wrap_input import WrapInput
+
+
+def target_of(context, obj, name=""):
+    """The object that `obj` takes the shape of: the one called `name`, else that of the pairs or of the settings, else
+    the other mesh that is selected. @throws SceneError."""
+    settings = obj.meanvalue.wrap
+    if name:
+        target = named(name)
+    elif settings.target is not None:
+        target = settings.target
+    else:
+        others = morph_source.candidates(context, obj)
+        if len(others) != 1:
+            raise SceneError(
+                f"{len(others)} other meshes are selected. Choose one in Onto, or select one and Shift-click "
+                f"'{obj.name}', so that it is the active one"
+            )
+        target = others[0]
+    if target.type != 'MESH' or target == obj:
+        raise SceneError(f"'{target.name}' is no other mesh. Choose one whose shape '{obj.name}' can take")
+    if settings.pairs and settings.target is not None and settings.target != target:
+        raise SceneError(
+            f"The pairs were picked on '{settings.target.name}', not on '{target.name}'. Clear them, or wrap onto that"
+        )
+    return target
+
+
+def named(name):
+    """@throws SceneError if there is no such object."""
+    target = bpy.data.objects.get(name)
+    if target is None:
+        raise SceneError(f"There is no object '{name}'. Choose another one to wrap onto")
+    return target
+
+
+def gather(obj, target):
+    """WrapInput in the world, not checked: the rest shape of `obj`, `target` as it is shown. @throws SceneError."""
+    if target.data.is_editmode:
+        raise SceneError(f"'{target.name}' is in Edit Mode. Leave that first")
+    keys = obj.data.shape_keys
+    if keys is not None and not keys.use_relative:
+        raise SceneError(shape_keys.ABSOLUTE)
+    to_world = _to_world(obj)
+    rest = shape_keys.rest_positions(obj.data)
+    shape, triangles = _shown(target)
+    pairs = obj.meanvalue.wrap.pairs
+    return WrapInput(
+        vertices=_moved(to_world, rest),
+        triangles=_outwards(mesh_arrays.triangles(obj.data, rest), to_world),
+        target=_moved(_to_world(target), shape),
+        target_triangles=_outwards(triangles, _to_world(target)),
+        picked=np.array([pair.vertex for pair in pairs], np.int32),
+        points=_moved(_to_world(target), np.array([pair.place for pair in pairs], np.float64).reshape(-1, 3)),
+    )
+
+
+def write(obj, target, wrapped, tolerance):
+    """The shape of Wrapped as a shape key at value 1, and the group of what is farther than `tolerance`.
+
+    The key of the last wrap is written again. Returns (its name, how many vertices are in the group).
+    """
+    settings = obj.meanvalue.wrap
+    shape = _moved(np.linalg.inv(_to_world(obj)), wrapped.positions).astype(np.float32)
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(settings.made) if keys is not None and settings.made else None
+    if key is None or key == keys.reference_key:
+        key = shape_keys.add_shape(obj, target.name, shape)
+    else:
+        shape_keys.write_positions(obj.data, key, shape)
+    shape_keys.show_fully(obj.data.shape_keys, key)
+    settings.made = key.name
+    left_over = np.flatnonzero(wrapped.distance > tolerance)
+    group = obj.vertex_groups.get(ids.LEFT_OVER_GROUP)
+    if group is not None:
+        group.remove(list(range(len(shape))))
+    elif len(left_over):
+        group = obj.vertex_groups.new(name=ids.LEFT_OVER_GROUP)
+    if len(left_over):
+        group.add(left_over.tolist(), 1.0, 'REPLACE')
+    return key.name, len(left_over)
+
+
+def _shown(target):
+    """(positions, triangles) with modifiers and shape keys, whatever they make of it."""
+    evaluated = target.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = evaluated.to_mesh()
+    try:
+        return mesh_arrays.vertex_positions(mesh), mesh_arrays.shown_triangles(mesh)
+    finally:
+        evaluated.to_mesh_clear()
+
+
+def _to_world(obj):
+    matrix = np.array(obj.matrix_world, np.float64)
+    if not np.linalg.cond(matrix[:3, :3]) < 1e9:
+        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
+    return matrix
+
+
+def _moved(matrix, points):
+    return points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def _outwards(triangles, to_world):
+    """The triangles as a mirroring matrix leaves them."""
+    return triangles if np.linalg.det(to_world[:3, :3]) > 0.0 else np.ascontiguousarray(triangles[:, ::-1])

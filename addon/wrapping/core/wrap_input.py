@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is fitted onto what, checked, and where it starts."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ... import wording
+from ...errors import SceneError
+from ...scene.core import fixed_points
+from ...scene.core.rigid import fit_rotations
+
+#: Fewer pairs leave open how the mesh is turned.
+LEAST_PAIRS = 3
+
+#: Sizes of meshes that are said to lie over each other may differ by this factor, and their middles by this share.
+ALIKE, BESIDE = 2.0, 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class WrapInput:
+    """A mesh whose faces stay, one whose shape it takes, and pairs of points.
+
+    vertices, triangles  (n, 3) float64, (m, 3) int32 of the mesh that is fitted
+    target, target_triangles  (p, 3) float64, (q, 3) int32 of the other, in the same space
+    picked, points  (k,) distinct vertices of the first, and (k, 3) where they belong on the other; k may be 0: then
+        both lie over each other already
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    target: np.ndarray
+    target_triangles: np.ndarray
+    picked: np.ndarray
+    points: np.ndarray
+
+    @cached_property
+    def used(self):
+        """Ascending numbers of the vertices that have faces."""
+        return np.unique(self.triangles)
+
+    @cached_property
+    def diagonal(self):
+        """Of the box around what is taken the shape of."""
+        return fixed_points.bounding_box_diagonal(self.target[np.unique(self.target_triangles)])
+
+    def check(self):
+        """@throws SceneError."""
+        for points, triangles, name in (
+            (self.vertices, self.triangles, "mesh that is fitted"),
+            (self.target, self.target_triangles, "mesh that it is fitted onto"),
+        ):
+            if not len(triangles):
+                raise SceneError(f"The {name} has no faces, so it has no surface to fit. Choose another mesh")
+            if not np.isfinite(points).all():
+                bad = np.count_nonzero(~np.isfinite(points).all(axis=1))
+                raise SceneError(f"{wording.vertices(bad)} of the {name} are no numbers. Repair the mesh first")
+            if fixed_points.bounding_box_diagonal(points[np.unique(triangles)]) == 0.0:
+                raise SceneError(f"All vertices of the {name} are in one place. Choose another mesh")
+        self._check_pairs()
+
+    def _check_pairs(self):
+        count = len(self.picked)
+        if count == 0:
+            self._check_overlap()
+            return
+        if not np.isfinite(self.points).all():
+            raise SceneError("The point of a pair is not a number. Remove that pair and pick it again")
+        if self.picked.min() < 0 or self.picked.max() >= len(self.vertices):
+            raise SceneError(
+                f"A pair names vertex {self.picked.max()}, and the mesh has {wording.vertices(len(self.vertices))}. "
+                "Its faces were changed since the pairs were picked: clear them and pick them again"
+            )
+        if len(np.unique(self.picked)) < count:
+            raise SceneError("Two pairs name the same vertex, which cannot go to two places. Remove one of them")
+        for places, where in ((self.vertices[self.picked], "mesh that is fitted"), (self.points, "other mesh")):
+            if count < LEAST_PAIRS or not fixed_points.span_a_plane(places):
+                raise SceneError(
+                    f"The {wording.counted(count, 'pair')} on the {where} leave open how it is turned: at least "
+                    f"{LEAST_PAIRS} are needed that are not in one line. Pick more, or none where both meshes lie over "
+                    "each other already"
+                )
+
+    def _check_overlap(self):
+        """Without pairs, both must lie over each other."""
+        boxes = [
+            (points[used].min(axis=0), points[used].max(axis=0))
+            for points, used in ((self.vertices, self.used), (self.target, np.unique(self.target_triangles)))
+        ]
+        sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
+        apart = float(np.linalg.norm(np.subtract(sum(boxes[0]), sum(boxes[1])))) / 2.0
+        if max(sizes) > ALIKE * min(sizes) or apart > BESIDE * max(sizes):
+            raise SceneError(
+                f"No pairs are picked, and the meshes do not lie over each other: their sizes are {sizes[0]:.3g} and "
+                f"{sizes[1]:.3g}, their middles {apart:.3g} apart. Pick pairs of points, or move, turn and scale one "
+                "over the other"
+            )
+
+    def start(self):
+        """(n, 3): the mesh turned, scaled and moved so that its pairs are near their points.
+
+        The scale is that of pairs that are near each other, which poses change little: the median over the edges of the
+        shortest tree that joins them (Prim 1957). Turned by least squares (Kabsch 1976).
+        """
+        if not len(self.picked):
+            return self.vertices.copy()
+        places = self.vertices[self.picked]
+        scale = _scale(places, self.points)
+        turn = fit_rotations(places, self.points)
+        middle = places.mean(axis=0)
+        return scale * (self.vertices - middle) @ turn.T + self.points.mean(axis=0)
+
+
+def _scale(before, after):
+    """The median of how much longer the edges of the shortest tree through the points `before` are in `after`."""
+    lengths, others = (np.linalg.norm(points[:, None] - points, axis=2) for points in (before, after))
+    nearest, ratios = np.zeros(len(before), np.int64), []
+    away = lengths[0].copy()
+    left = np.arange(1, len(before))
+    while len(left):
+        new = left[away[left].argmin()]
+        if away[new] > 0.0:
+            ratios.append(others[new, nearest[new]] / away[new])
+        closer = lengths[new] < away
+        nearest[closer], away[closer] = new, lengths[new][closer]
+        left = left[left != new]
+    return float(np.median(ratios))

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fits the mesh onto another one, whatever faces that has."""
+
+import bpy
+
+from ... import ids, wording
+from ...posing.bridge import scene_input
+from ...widgets.background import BackgroundOperator
+from ..bridge import wrap_scene
+from ..bridge.wrapping import Wrapping
+
+
+class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
+    bl_idname = "meanvalue.wrap"
+    bl_label = "Wrap"
+    bl_description = (
+        "Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here. Picked "
+        "pairs say what belongs where; without any, both must lie over each other"
+    )
+    doing = "Wrapping"
+
+    target: bpy.props.StringProperty(
+        name="Onto",
+        description="Object whose shape is taken. Left empty: that of the pairs, else the other mesh that is selected",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+
+    _prepared = None
+
+    def start_reading(self, obj):
+        return None
+
+    def prepare(self, obj, _reading):
+        target = wrap_scene.target_of(bpy.context, obj, self.target)
+        self._prepared = Wrapping(wrap_scene.gather(obj, target), target.name)
+        return self._prepared
+
+    def job_progress(self):
+        return "fitting", self._prepared.share
+
+    def finish(self, obj, prepared, wrapped):
+        target = wrap_scene.named(prepared.target_name)
+        settings = obj.meanvalue.wrap
+        size = prepared.given.diagonal
+        name, left_over = wrap_scene.write(obj, target, wrapped, settings.tolerance_share / 100.0 * size)
+        distance = wrapped.distance[prepared.given.used] / size
+        notes = []
+        if left_over:
+            notes.append(
+                f"{wording.vertices(left_over)} are farther than {settings.tolerance_share:g}%: they are in the "
+                f"vertex group '{ids.LEFT_OVER_GROUP}'. What '{target.name}' has no place for stays in shape there; "
+                "elsewhere, pick more pairs"
+            )
+        if wrapped.flipped:
+            notes.append(
+                f"{wording.counted(wrapped.flipped, 'triangle is', 'triangles are')} turned over. Pick pairs "
+                "where they crowd"
+            )
+        sharing = scene_input.sharing_note(obj)
+        return (
+            f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {distance.mean():.3%} of its size "
+            f"off on average, {distance.max():.2%} at most",
+            [*notes, *([sharing] if sharing else [])],
+        )

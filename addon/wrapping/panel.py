@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The part of the sidebar about Wrap."""
+
+import bpy
+
+from ..posing.bridge import scene_input
+from ..posing.ui.panel import PanelPart
+from .operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
+from .operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
+from .operators.wrap import MEANVALUE_OT_wrap
+
+
+class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
+    """Take the shape of a mesh that has other faces"""
+
+    bl_label = "Wrap"
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = self.layout
+        settings = scene_input.subject(context).meanvalue.wrap
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(settings, "target")
+        column.prop(settings, "tolerance_share")
+        row = layout.row(align=True)
+        row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, icon='EYEDROPPER')
+        undo = row.row(align=True)
+        undo.enabled = len(settings.pairs) > 0
+        undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon='LOOP_BACK').only_last = True
+        undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon="X").only_last = False
+        row.prop(settings, "show_pairs", text="", icon='OVERLAY')
+        layout.label(text=f"Pairs picked: {len(settings.pairs)}")
+        wrap = layout.column()
+        wrap.scale_y = 1.4
+        wrap.operator(MEANVALUE_OT_wrap.bl_idname, icon='MOD_SHRINKWRAP')
+
+
+CLASSES = (MEANVALUE_PT_wrap,)

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Wrap fits an object onto, and the pairs that it goes by: `object.meanvalue.wrap`."""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+
+class MEANVALUE_PG_wrap_pair(bpy.types.PropertyGroup):
+    """A vertex of the mesh and where it belongs on the other one"""
+
+    vertex: IntProperty(name="Vertex", description="Vertex of this mesh", min=0)
+    place: FloatVectorProperty(
+        name="Place", description="Where it belongs on the other mesh, in that object's own space", size=3
+    )
+
+
+class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):
+    """The other mesh, and picked pairs"""
+
+    target: PointerProperty(
+        name="Onto",
+        description="Mesh whose shape this one takes. It may have any faces, modifiers and pose",
+        type=bpy.types.Object,
+        poll=lambda group, candidate: candidate.type == 'MESH' and candidate != group.id_data,
+    )
+    pairs: CollectionProperty(type=MEANVALUE_PG_wrap_pair)
+    show_pairs: BoolProperty(
+        name="Lines", description="Show a line from each picked vertex to its place on the other mesh", default=True
+    )
+    tolerance_share: FloatProperty(
+        name="Left Over",
+        description="Vertices that end farther from the other mesh than this part of its size are put in a group",
+        default=0.5,
+        min=0.001,
+        soft_max=5.0,
+        max=100.0,
+        precision=2,
+        subtype='PERCENTAGE',
+    )
+    made: StringProperty(options={'HIDDEN'})  # the shape key that the last wrap wrote
+
+
+CLASSES = (MEANVALUE_PG_wrap_pair, MEANVALUE_PG_wrap)
