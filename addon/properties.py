@@ -16,7 +16,7 @@ from . import ids
 from .baking import properties as bake_settings
 from .capture import properties as properties_capture
 from .mixing import properties as properties_mix
-from .posing import properties_handles
+from .posing import handle_properties
 from .posing.bridge import targets
 from .scene.declarations import aside, tell
 from .wrapping import properties as properties_wrap
@@ -66,8 +66,8 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):  # noqa: N801  Blender
 class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     """Settings of Mean-Value Deform for one object"""
 
-    anchor_groups: CollectionProperty(type=properties_handles.MEANVALUE_PG_anchor_group)
-    active_anchor_group: aside(IntProperty)(name="Active Handle", min=0)
+    handles: CollectionProperty(type=handle_properties.MEANVALUE_PG_handle)
+    active_handle: aside(IntProperty)(name="Active Handle", min=0)
     live: aside(BoolProperty)(
         name="Live",
         description="Pose the mesh at once whenever a handle or a setting changes",
@@ -176,7 +176,7 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
 
 
 CLASSES = (
-    *properties_handles.CLASSES,
+    *handle_properties.CLASSES,
     MEANVALUE_PG_bound_record,
     *bake_settings.CLASSES,
     *properties_mix.CLASSES,

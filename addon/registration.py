@@ -39,7 +39,7 @@ from .posing.operators import (
     own_controls,
     paint_region,
     pin_here,
-    remove_anchor_group,
+    remove_handle,
     reset_handles,
     select_handle,
     select_problems,
@@ -48,7 +48,7 @@ from .posing.operators import (
     toggle_live,
     unbind,
 )
-from .posing.ui import anchor_list, grab_tool, keymap, menus, overlay, panel, symmetry_panel
+from .posing.ui import grab_tool, handle_list, keymap, menus, overlay, panel, symmetry_panel
 from .scene import object_model
 from .solver import job, native_loader, session
 from .widgets import background, pair_overlay
@@ -62,7 +62,7 @@ CLASSES = (
     pin_here.MEANVALUE_OT_pin_here,
     add_handle.MEANVALUE_OT_add_handle,
     add_handle.MEANVALUE_OT_add_pin,
-    remove_anchor_group.MEANVALUE_OT_remove_anchor_group,
+    remove_handle.MEANVALUE_OT_remove_handle,
     select_handle.MEANVALUE_OT_select_handle,
     reset_handles.MEANVALUE_OT_reset_handles,
     select_problems.MEANVALUE_OT_select_problems,
@@ -102,7 +102,7 @@ CLASSES = (
     remove_marker.MEANVALUE_OT_remove_marker,
     save_marker_set.MEANVALUE_OT_save_marker_set,
     *marker_list.CLASSES,
-    anchor_list.MEANVALUE_UL_anchor_groups,
+    handle_list.MEANVALUE_UL_handles,
     *panel.CLASSES,
     *symmetry_panel.CLASSES,
     *capture_panel.CLASSES,

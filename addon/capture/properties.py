@@ -14,7 +14,7 @@ from bpy.props import (
 )
 
 from .. import ids
-from ..posing.properties_handles import IDENTITY
+from ..posing.handle_properties import IDENTITY
 from .bridge import marker_pairs, marker_presets, takes
 
 

@@ -61,7 +61,7 @@ def signature(obj):
 
 
 def _names(obj):
-    return {line.name for line in obj.meanvalue.anchor_groups} | {obj.meanvalue.roi_group}
+    return {line.name for line in obj.meanvalue.handles} | {obj.meanvalue.roi_group}
 
 
 def _mesh_facts(obj):

@@ -155,7 +155,7 @@ def _is_used_by_another(obj, name):
     return obj.data.users > 1 and any(
         other != obj
         and other.data == obj.data
-        and (name in other.meanvalue.anchor_groups or name == other.meanvalue.roi_group)
+        and (name in other.meanvalue.handles or name == other.meanvalue.roi_group)
         for other in bpy.data.objects
     )
 

@@ -60,8 +60,8 @@ def pose_by_operators(subject):
     """
     obj = subject.obj
     bpy.context.view_layer.objects.active = obj
-    obj.meanvalue.anchor_groups.clear()
-    for name in subject.anchor_groups:
+    obj.meanvalue.handles.clear()
+    for name in subject.handles:
         call(bpy.ops.meanvalue.add_anchor_group, group=name, follows='SHAPE')
     obj.meanvalue.roi_group = subject.roi_group
 
@@ -96,7 +96,7 @@ def operator_message(error):
 def write_pose_key(obj, subject):
     """A new pose key with the anchors on their targets, as moving them in Edit Mode would leave it."""
     call(bpy.ops.meanvalue.add_pose_key)
-    anchors = anchor_indices(obj, subject.anchor_groups)
+    anchors = anchor_indices(obj, subject.handles)
     pose = positions(obj)
     pose[anchors] = subject.targets[anchors]
     obj.active_shape_key.data.foreach_set("co", pose.astype(np.float32).ravel())
@@ -105,7 +105,7 @@ def write_pose_key(obj, subject):
 
 def teleported_positions(obj, subject):
     """(n, 3): the rest shape with the anchors on their targets, where the solver starts."""
-    anchors = anchor_indices(obj, subject.anchor_groups)
+    anchors = anchor_indices(obj, subject.handles)
     start = positions(obj)
     start[anchors] = positions(obj, obj.active_shape_key)[anchors]
     return start

@@ -15,9 +15,9 @@ def to_be_tried(subject):
     obj = subject.obj
     view_layer = bpy.context.view_layer
     rest, shown = pose.positions(obj), pose.positions(obj, pose.result_key(obj))
-    while len(obj.meanvalue.anchor_groups):
-        pose.call(bpy.ops.meanvalue.remove_anchor_group)
-    for name in subject.anchor_groups:
+    while len(obj.meanvalue.handles):
+        pose.call(bpy.ops.meanvalue.remove_handle)
+    for name in subject.handles:
         members = pose.group_indices(obj, name)
         view_layer.objects.active = obj  # Add Handle makes its control the active one
         if np.allclose(rest[members], shown[members]):

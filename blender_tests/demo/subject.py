@@ -27,7 +27,7 @@ class Subject:
     title: str
     file_stem: str
     obj: object
-    anchor_groups: tuple
+    handles: tuple
     roi_group: str
     targets: np.ndarray
     view: View

@@ -39,7 +39,7 @@ def user_subject(options):
         title=f"{options.file.name}, {len(groups)} anchor group{'s' if len(groups) > 1 else ''}",
         file_stem=options.file.stem,
         obj=obj,
-        anchor_groups=groups,
+        handles=groups,
         roi_group=roi_group(obj, options.roi, rest),
         targets=targets(obj, options, rest),
         view=view,

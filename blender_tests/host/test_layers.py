@@ -89,7 +89,8 @@ def imported_names(path):
     package = path.relative_to(ADDON).parts[:-1]
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
-            base = package[: len(package) - node.level + 1] + tuple((node.module or "").split(".") if node.module else ())
+            above = package[: len(package) - node.level + 1]
+            base = (*above, *node.module.split(".")) if node.module else above
             for name in node.names:
                 yield (*base, name.name)
 

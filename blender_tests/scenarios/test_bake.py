@@ -183,7 +183,7 @@ def test_a_driver(tmp_path):
 def test_a_bone(tmp_path):
     obj, control = handles.tube(live=False)
     armature = armatures.make(Hand=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     line.control = armature
     line.bone = "Hand"
     bpy.data.objects.remove(control)
@@ -207,7 +207,7 @@ def test_physics_is_gone_through_frame_by_frame(tmp_path):
     bpy.ops.rigidbody.object_add()
     cube.rigid_body.collision_collections[0] = True
     handles.update()
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     line.control = cube
     meshes.activate(obj)
     save(tmp_path)
@@ -219,8 +219,8 @@ def test_physics_is_gone_through_frame_by_frame(tmp_path):
 
 def test_influence_frees_a_soft_handle(tmp_path):
     obj, control = animated_tube()
-    obj.meanvalue.anchor_groups["Top"].is_soft = True
-    obj.meanvalue.anchor_groups["Top"].strength = 0.9
+    obj.meanvalue.handles["Top"].is_soft = True
+    obj.meanvalue.handles["Top"].strength = 0.9
     save(tmp_path)
     path = tmp_path / "meanvalue_cache" / "Tube.pc2"
     bake()

@@ -39,7 +39,7 @@ def test_another_control_takes_a_posed_handle_over_where_it_is_seen():
     bpy.context.collection.objects.link(other)
     other.location = (3.0, 2.0, 1.0)
     update()
-    obj.meanvalue.anchor_groups["Part"].control = other
+    obj.meanvalue.handles["Part"].control = other
     update()
     assert np.abs(rigs.seen(obj) - before).max() < 1e-3
     rigs.move_in_world(other, OFFSET)
@@ -91,7 +91,7 @@ def bone_carries(part):
     obj, armature = rigs.arm()
     rigs.pin(obj, "Bottom", BOTTOM)
     rigs.handle(obj, "Part", part)
-    line = obj.meanvalue.anchor_groups["Part"]
+    line = obj.meanvalue.handles["Part"]
     line.control, line.bone = armature, "Lower"
     update()
     return obj, armature, rigs.seen(obj)[part]
@@ -116,7 +116,7 @@ def test_choosing_a_control_and_then_its_bone_moves_nothing():
     obj, armature = rigs.arm()
     rigs.pin(obj, "Bottom", BOTTOM)
     rigs.handle(obj, "Part", MIDDLE)
-    line = obj.meanvalue.anchor_groups["Part"]
+    line = obj.meanvalue.handles["Part"]
     before = steps.key_positions(obj, RESULT)
     line.control = armature  # far from the handle
     assert np.abs(steps.key_positions(obj, RESULT) - before).max() < NEAR * rigs.size(obj)

@@ -26,8 +26,8 @@ def test_the_figure_eight_follows_its_control_when_it_is_opened(part, tmp_path):
 
     obj = bpy.data.objects["Figure Eight"]
     settings = obj.meanvalue
-    assert {line.name: line.follows for line in settings.anchor_groups} == {"lower end": 'REST', "upper end": 'CONTROL'}
-    control = settings.anchor_groups["upper end"].control
+    assert {line.name: line.follows for line in settings.handles} == {"lower end": 'REST', "upper end": 'CONTROL'}
+    control = settings.handles["upper end"].control
     assert bpy.context.object == control and control.select_get() and settings.live
     assert [key.name for key in obj.data.shape_keys.key_blocks] == ["Basis", settings.result_key]
     bpy.context.view_layer.update()

@@ -144,7 +144,7 @@ def test_changed_settings_bind_again_by_themselves(grid, status, part, capfd):
 
 def test_another_group_with_the_same_vertices_is_no_change(grid, status):
     steps.add_group(grid, "Also the tip", [24])
-    grid.meanvalue.anchor_groups[1].name = "Also the tip"
+    grid.meanvalue.handles[1].name = "Also the tip"
     assert status(grid).state.name == "BOUND"
 
 

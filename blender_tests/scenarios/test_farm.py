@@ -168,7 +168,7 @@ def test_a_changed_scene_is_another_key_and_never_mixes(tmp_path, part, farm):
     for index in range(3):
         assert farm("bake", "--plan", out / "plan", "--index", index).returncode == 0
     assert farm("merge", "--plan", out / "plan", "--index", 0).returncode == 0
-    control = bpy.data.objects["Second"].meanvalue.anchor_groups["Top"].control
+    control = bpy.data.objects["Second"].meanvalue.handles["Top"].control
     curves(control)[0].keyframe_points[2].co.y += 0.5
     assert planned(tmp_path, part, ["Second"]) == out
     assert farm("merge", "--plan", out / "plan", "--index", 0).returncode == 3

@@ -46,7 +46,7 @@ def lift(obj):
 def test_a_fresh_mesh_is_grabbed_and_its_surroundings_follow_less_and_less():
     obj = sheet()
     grab()
-    line = obj.meanvalue.anchor_groups[0]
+    line = obj.meanvalue.handles[0]
     assert obj.meanvalue.live and line.control == bpy.context.object
     assert lift(obj)[MIDDLE] == pytest.approx(2.0, abs=1e-4)
     row = lift(obj)[MIDDLE : MIDDLE + 15]
@@ -104,7 +104,7 @@ def test_a_second_grab_elsewhere_keeps_the_first():
     grab()
     before = lift(obj)
     grab(vertex=3 * COLUMNS + 3, offset=(0.0, 0.0, -1.0), size=0.1)
-    assert len(obj.meanvalue.anchor_groups) == 2
+    assert len(obj.meanvalue.handles) == 2
     assert lift(obj)[3 * COLUMNS + 3] == pytest.approx(-1.0, abs=1e-4)
     near = np.abs(before) > 0.2
     assert np.abs(lift(obj) - before)[near].max() < 0.05
@@ -115,7 +115,7 @@ def test_a_grab_of_what_a_handle_has_moves_that():
     grab()
     meshes.activate(obj)
     grab(offset=(0.0, 0.0, 1.0))
-    assert len(obj.meanvalue.anchor_groups) == 1
+    assert len(obj.meanvalue.handles) == 1
     assert lift(obj)[MIDDLE] == pytest.approx(3.0, abs=1e-4)
 
 
@@ -135,9 +135,9 @@ def test_pins_stay_and_are_let_go_again():
     grab(size=0.5)
     assert lift(obj)[BESIDE - 4] == 0.0
     assert lift(obj)[MIDDLE - 5] > 0.1
-    assert obj.meanvalue.anchor_groups[0].follows == 'REST'
+    assert obj.meanvalue.handles[0].follows == 'REST'
     pin(BESIDE - 4)
-    assert [line.follows for line in obj.meanvalue.anchor_groups] == ['CONTROL']
+    assert [line.follows for line in obj.meanvalue.handles] == ['CONTROL']
     assert "Pin" not in obj.vertex_groups
     assert lift(obj)[BESIDE - 4] > 0.1
 
@@ -257,7 +257,7 @@ def test_taken_back_other_shape_keys_and_the_active_group_are_as_before():
 def test_taken_back_a_control_has_the_channels_it_had():
     obj = sheet()
     grab()
-    control = obj.meanvalue.anchor_groups[0].control
+    control = obj.meanvalue.handles[0].control
     control.scale, control.rotation_euler = (-1.0, 1.0, 1.0), (4.0, 0.0, 0.0)
     handles.update()
     before = tuple(control.location), tuple(control.rotation_euler), tuple(control.scale)
@@ -281,7 +281,7 @@ def test_a_loose_vertex_is_refused_before_anything_is_made():
 def test_a_handle_that_something_else_holds_is_not_said_to_have_moved(capfd, holder):
     obj = sheet()
     grab()
-    control = obj.meanvalue.anchor_groups[0].control
+    control = obj.meanvalue.handles[0].control
     if holder == "driver":
         for index in range(3):
             control.driver_add("location", index).driver.expression = str(control.location[index])
@@ -315,7 +315,7 @@ def test_finish_as_shape_key_keeps_what_is_seen_and_removes_the_rest():
     handles.update()
     assert np.array_equal(steps.key_positions(obj, "Bump"), shape)
     assert obj.data.shape_keys.key_blocks["Bump"].value == 1.0
-    assert [len(obj.vertex_groups), len(obj.meanvalue.anchor_groups), len(bpy.data.objects)] == [0, 0, 1]
+    assert [len(obj.vertex_groups), len(obj.meanvalue.handles), len(bpy.data.objects)] == [0, 0, 1]
     assert not obj.meanvalue.live and not obj.meanvalue.bound.is_bound and obj.meanvalue.roi_group == ""
     assert bpy.context.object == obj
 
@@ -350,7 +350,7 @@ def test_finish_leaves_the_artists_own_groups_and_objects():
     obj.meanvalue.roi_group = "Painted"
     steps.add_group(obj, "Feet", range(COLUMNS))
     bpy.ops.meanvalue.add_pin(group="Feet")
-    line = obj.meanvalue.anchor_groups.add()
+    line = obj.meanvalue.handles.add()
     line.name, line.follows = "Hand", 'CONTROL'
     line.control = own
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
@@ -362,7 +362,7 @@ def test_finish_leaves_a_group_that_was_chosen_for_a_handle_that_was_made():
     obj = sheet()
     steps.add_group(obj, "Hand", [MIDDLE])
     grab(vertex=BESIDE)
-    obj.meanvalue.anchor_groups[0].name = "Hand"
+    obj.meanvalue.handles[0].name = "Hand"
     meshes.activate(obj)
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
     assert "Hand" in obj.vertex_groups
@@ -382,11 +382,11 @@ def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses(capfd):
     grab()
     other = obj.copy()
     bpy.context.collection.objects.link(other)
-    other.meanvalue.anchor_groups[0].follows = 'REST'
-    other.meanvalue.anchor_groups[0].control = None
+    other.meanvalue.handles[0].follows = 'REST'
+    other.meanvalue.handles[0].control = None
     meshes.activate(obj)
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
-    assert {other.meanvalue.anchor_groups[0].name, other.meanvalue.roi_group} <= set(other.vertex_groups.keys())
+    assert {other.meanvalue.handles[0].name, other.meanvalue.roi_group} <= set(other.vertex_groups.keys())
     assert "The mesh is shared with 1 other object" in capfd.readouterr().out
 
 
@@ -409,7 +409,7 @@ def test_what_hangs_on_a_control_stays_where_it_is():
     grab()
     hat = bpy.data.objects.new("Hat", None)
     bpy.context.collection.objects.link(hat)
-    hat.parent, hat.location = obj.meanvalue.anchor_groups[0].control, (1.0, 2.0, 3.0)
+    hat.parent, hat.location = obj.meanvalue.handles[0].control, (1.0, 2.0, 3.0)
     handles.update()
     before = hat.matrix_world.copy()
     meshes.activate(obj)
@@ -443,7 +443,7 @@ def test_keyframes_on_all_controls_at_the_current_frame():
     grab(vertex=3 * COLUMNS + 3, size=0.1)
     bpy.context.scene.frame_set(7)
     assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
-    for line in obj.meanvalue.anchor_groups:
+    for line in obj.meanvalue.handles:
         curves = take_files.curves(line.control)
         assert {(curve.data_path, curve.array_index) for curve in curves} == {
             (path, index) for path in ("location", "rotation_euler", "scale") for index in range(3)
@@ -457,7 +457,7 @@ def test_keyframes_on_the_selected_control_alone():
     meshes.activate(obj)
     grab(vertex=3 * COLUMNS + 3, size=0.1)
     assert bpy.ops.meanvalue.keyframe_handles(selected=True) == {'FINISHED'}
-    assert [line.control.animation_data is not None for line in obj.meanvalue.anchor_groups] == [False, True]
+    assert [line.control.animation_data is not None for line in obj.meanvalue.handles] == [False, True]
     meshes.activate(obj)
     with steps.refused("No control is selected"):
         bpy.ops.meanvalue.keyframe_handles(selected=True)
@@ -468,7 +468,7 @@ def test_keyframes_on_bones():
     rig = armatures.make(Bone=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
     meshes.activate(obj)
     steps.add_group(obj, "Hand", [MIDDLE])
-    line = obj.meanvalue.anchor_groups.add()
+    line = obj.meanvalue.handles.add()
     line.name, line.follows = "Hand", 'CONTROL'
     line.control, line.bone = rig, "Bone"
     assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
@@ -492,7 +492,7 @@ def test_a_line_made_of_a_group_follows_a_control():
     obj = sheet()
     steps.add_group(obj, "Top", [MIDDLE])
     assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     assert line.follows == 'CONTROL' and line.control.parent == obj and not line.made_group
 
 

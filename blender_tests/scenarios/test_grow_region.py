@@ -80,7 +80,7 @@ def test_extend_adds_to_what_may_move():
     obj = grid_with_handle()
     steps.list_anchors(obj, Corner=[0])
     grow(mode='RINGS', rings=1)
-    obj.meanvalue.active_anchor_group = 0
+    obj.meanvalue.active_handle = 0
     grow(mode='RINGS', rings=1, extend=True)
     assert members(obj, "Region") == sorted({0, 1, 5, *AROUND})
     obj.meanvalue.roi_invert = True
@@ -125,8 +125,8 @@ def test_handles_that_reach_out_of_it_are_told_and_pins_are_not(capfd):
     steps.add_group(obj, "Foot", [0])
     bpy.ops.meanvalue.add_pin(group="Foot")
     steps.list_anchors(obj, Far=[24], Off=[20])
-    obj.meanvalue.anchor_groups["Off"].is_enabled = False
-    obj.meanvalue.active_anchor_group = 0
+    obj.meanvalue.handles["Off"].is_enabled = False
+    obj.meanvalue.active_handle = 0
     capfd.readouterr()
     grow(mode='RINGS', rings=1)
     told = capfd.readouterr().out
@@ -148,7 +148,7 @@ def test_a_grown_region_can_be_posed():
 @pytest.mark.parametrize(
     "prepare, texts",
     [
-        (lambda obj: obj.meanvalue.anchor_groups.clear(), ("no handle to grow from", "Add Handle")),
+        (lambda obj: obj.meanvalue.handles.clear(), ("no handle to grow from", "Add Handle")),
         (lambda obj: obj.vertex_groups.remove(obj.vertex_groups["Handle"]), ("no vertex group 'Handle'",)),
         (lambda obj: obj.vertex_groups["Handle"].remove(range(25)), ("'Handle' has no vertices", "Assign some")),
         (lambda obj: setattr(obj.meanvalue, "roi_group", "Handle"), ("vertex group of a handle", "clear the field")),

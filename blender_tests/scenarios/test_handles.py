@@ -22,7 +22,7 @@ def test_a_handle_of_selected_vertices():
     obj = meshes.tube(17, 8)
     select_in_edit_mode(obj, TOP)
     assert bpy.ops.meanvalue.add_handle(name="Head") == {'FINISHED'}
-    (line,) = obj.meanvalue.anchor_groups
+    (line,) = obj.meanvalue.handles
     control = line.control
     assert (line.name, line.follows, line.made_group, line.made_control) == ("Head", 'CONTROL', True, True)
     group = obj.vertex_groups["Head"]
@@ -52,7 +52,7 @@ def test_a_pin_of_selected_vertices_with_a_control_active():
     meshes.activate(obj)
     select_in_edit_mode(obj, [64, 65])
     assert bpy.ops.meanvalue.add_pin() == {'FINISHED'}
-    line = obj.meanvalue.anchor_groups[-1]
+    line = obj.meanvalue.handles[-1]
     assert (line.name, line.follows, line.control) == ("Pin", 'REST', None)
     meshes.activate(control)
     update()
@@ -98,9 +98,9 @@ def test_removing_a_handle_takes_what_was_made_for_it():
     obj = meshes.tube(17, 8)
     select_in_edit_mode(obj, TOP)
     bpy.ops.meanvalue.add_handle(name="Head")
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     assert [each.name for each in bpy.data.objects] == ["Tube"]
-    assert len(obj.vertex_groups) == 0 and len(obj.meanvalue.anchor_groups) == 0
+    assert len(obj.vertex_groups) == 0 and len(obj.meanvalue.handles) == 0
     assert bpy.context.object == obj
 
 
@@ -108,13 +108,13 @@ def test_removing_a_handle_leaves_what_was_there_before():
     obj, _control = handles.tube()
     other = bpy.data.objects.new("Mine", None)
     bpy.context.collection.objects.link(other)
-    bpy.ops.meanvalue.remove_anchor_group()
+    bpy.ops.meanvalue.remove_handle()
     assert "Top" in obj.vertex_groups
     bpy.ops.meanvalue.add_handle(group="Top")
-    made = obj.meanvalue.anchor_groups["Top"].control
-    obj.meanvalue.anchor_groups["Top"].control = other
+    made = obj.meanvalue.handles["Top"].control
+    obj.meanvalue.handles["Top"].control = other
     meshes.activate(obj)
-    bpy.ops.meanvalue.remove_anchor_group()
+    bpy.ops.meanvalue.remove_handle()
     assert bpy.data.objects.get("Mine") == other
     assert made.name in bpy.data.objects  # it may be in use elsewhere by now
 
@@ -190,7 +190,7 @@ def test_solve_without_live_takes_the_controls():
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     assert bpy.ops.meanvalue.solve() == {'FINISHED'}
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-5
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     line.control = None
     meshes.activate(obj)
     with steps.refused("Handle 'Top' has no control"):
@@ -220,7 +220,7 @@ def test_the_methods_of_the_paper_are_there():
 @pytest.mark.parametrize("live", [False, True])
 def test_a_soft_handle_without_influence_is_free(live):
     obj, control, _ = handles.three_lines(live=live)
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     line.is_soft, line.strength = True, 1.0
 
     def moved_by():

@@ -94,7 +94,7 @@ def test_a_bone_carries_a_handle():
     obj, _control = handles.tube()
     armature = armatures.make(Hand=((0.0, 0.0, 9.6), (0.0, 0.0, 11.0)))
     bpy.ops.object.mode_set(mode='POSE')
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     line.control = armature
     line.bone = "Hand"
     update()
@@ -169,7 +169,7 @@ def test_a_handle_that_is_off_holds_nothing():
     bpy.ops.meanvalue.add_pin(group="Middle")
     move(control, (3.0, 0.0, 0.0))
     assert np.array_equal(shown(obj)[64:72], rest(obj)[64:72])
-    obj.meanvalue.anchor_groups["Middle"].is_enabled = False
+    obj.meanvalue.handles["Middle"].is_enabled = False
     update()
     assert np.abs(shown(obj)[64:72] - rest(obj)[64:72]).max() > 0.3
 
@@ -262,7 +262,7 @@ def test_a_deleted_control_is_told_and_can_be_made_again(status):
     update()
     assert status(obj)[1] is False
     assert np.abs(shown(obj) - before).max() < SAME
-    move(obj.meanvalue.anchor_groups["Top"].control, (0.0, 2.0, 0.0))
+    move(obj.meanvalue.handles["Top"].control, (0.0, 2.0, 0.0))
     assert np.abs(shown(obj)[TOP, 1] - rest(obj)[TOP, 1] - 2.0).max() < 1e-4
 
 
@@ -308,7 +308,7 @@ def test_a_duplicate_asks_for_controls_of_its_own(status):
     assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
     update()
     assert status(copy)[1] is False
-    move(copy.meanvalue.anchor_groups["Top"].control, (0.0, 0.0, 1.0))
+    move(copy.meanvalue.handles["Top"].control, (0.0, 0.0, 1.0))
     assert np.array_equal(shown(obj), before)
     assert np.abs(shown(copy)[TOP, 2] - rest(copy)[TOP, 2] - 1.0).max() < 1e-4
 
@@ -320,7 +320,7 @@ def test_a_duplicate_with_its_controls_is_independent(status):
     bpy.ops.object.duplicate()
     copy = bpy.data.objects["Tube.001"]
     update()
-    copied = copy.meanvalue.anchor_groups["Top"].control
+    copied = copy.meanvalue.handles["Top"].control
     assert copied != control and status(copy)[1] is False
     move(copied, (2.0, 0.0, 0.0))
     assert is_at_rest(obj)
@@ -337,7 +337,7 @@ def test_saved_and_reopened_it_goes_on(tmp_path):
     obj = bpy.data.objects["Tube"]
     update()
     assert np.array_equal(shown(obj), before)
-    control = obj.meanvalue.anchor_groups["Top"].control
+    control = obj.meanvalue.handles["Top"].control
     move(control, (1.0, 0.0, 0.0))
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 3.0).max() < 1e-4
 
@@ -357,7 +357,7 @@ def test_taken_into_another_file(tmp_path, link):
         bpy.context.collection.objects.link(each)
     obj = next(each for each in here.objects if each.type == 'MESH')
     update()
-    move(obj.meanvalue.anchor_groups["Top"].control, (1.0, 0.0, 0.0))
+    move(obj.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
     if link:
         assert np.array_equal(shown(obj), before)
     else:
@@ -382,7 +382,7 @@ def test_a_control_of_another_object_may_be_any_object():
     bpy.context.collection.objects.link(cube)
     cube.matrix_world = Matrix.Translation((4.0, 4.0, 4.0))
     update()
-    obj.meanvalue.anchor_groups["Top"].control = cube
+    obj.meanvalue.handles["Top"].control = cube
     update()
     assert is_at_rest(obj)
     move(cube, (0.0, 0.0, 2.0))
@@ -391,7 +391,7 @@ def test_a_control_of_another_object_may_be_any_object():
 
 def test_a_soft_handle_gives_way_by_its_strength():
     obj, control = handles.tube()
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     reached = []
     for strength in (0.0, 0.5, 1.0):
         line.is_soft, line.strength = True, strength
@@ -407,7 +407,7 @@ def test_a_soft_handle_gives_way_by_its_strength():
 
 def test_soft_handles_need_the_fast_method(status):
     obj, _control = handles.tube()
-    obj.meanvalue.anchor_groups["Top"].is_soft = True
+    obj.meanvalue.handles["Top"].is_soft = True
     obj.meanvalue.method = 'full'
     update()
     text, is_problem = status(obj)

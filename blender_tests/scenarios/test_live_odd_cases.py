@@ -26,7 +26,7 @@ def test_add_handle_on_a_mesh_with_coordinates_that_are_not_numbers():
     with pytest.raises(RuntimeError) as error:
         bpy.ops.meanvalue.add_handle(group="Top")
     assert "Traceback" not in str(error.value), str(error.value)[-300:]
-    assert len(obj.meanvalue.anchor_groups) == 0
+    assert len(obj.meanvalue.handles) == 0
 
 
 def test_a_control_in_a_huge_objects_space(status):
@@ -40,7 +40,7 @@ def test_a_control_in_a_huge_objects_space(status):
     meshes.activate(obj)
     assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Top") == {'FINISHED'}
-    obj.meanvalue.anchor_groups["Top"].control = empty
+    obj.meanvalue.handles["Top"].control = empty
     update()
     assert status(obj)[1] is False, status(obj)
 
@@ -225,7 +225,7 @@ def test_choosing_a_control_for_an_object_scaled_to_nothing(capfd):
     update()
     other = bpy.data.objects.new("Other", None)
     bpy.context.collection.objects.link(other)
-    obj.meanvalue.anchor_groups["Top"].control = other
+    obj.meanvalue.handles["Top"].control = other
     err = capfd.readouterr()
     assert "Traceback" not in err.out + err.err, (err.out + err.err)[-400:]
 
@@ -291,8 +291,8 @@ def test_removing_a_line_of_a_duplicate_leaves_the_originals_control_alone(statu
     bpy.ops.object.duplicate()
     twin = bpy.context.object
     update()
-    twin.meanvalue.active_anchor_group = 1
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    twin.meanvalue.active_handle = 1
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     update()
     assert name in bpy.data.objects, "the original's control was deleted"
 
@@ -318,10 +318,10 @@ def test_reset_of_bones_that_are_parent_and_child():
     obj.vertex_groups.active_index = obj.vertex_groups["Middle"].index
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
     for name, bone in (("Top", "Child"), ("Middle", "Parent")):
-        line = obj.meanvalue.anchor_groups[name]
+        line = obj.meanvalue.handles[name]
         line.control = rig
         line.bone = bone
-    obj.meanvalue.anchor_groups.move(1, 2)
+    obj.meanvalue.handles.move(1, 2)
     obj.update_tag()
     update()
     rig.pose.bones["Parent"].rotation_mode = 'XYZ'
@@ -339,13 +339,13 @@ def test_reset_of_a_control_and_its_child_in_the_other_order():
     meshes.activate(obj)
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
     update()
-    child = obj.meanvalue.anchor_groups["Middle"].control
+    child = obj.meanvalue.handles["Middle"].control
     child.parent = control
     update()
     child.matrix_parent_inverse = control.matrix_world.inverted()
     update()
     obj.meanvalue.live = False
-    for line in obj.meanvalue.anchor_groups:
+    for line in obj.meanvalue.handles:
         if line.control:
             line.control = line.control
     obj.meanvalue.live = True
@@ -361,7 +361,7 @@ def test_reset_of_a_control_and_its_child_in_the_other_order():
 def test_a_line_its_points_and_its_control_are_shown_in_the_same_colour():
     """Points are drawn in the line's colour as it is; an object's is linear, and made brighter when it is shown."""
     obj, control = handles.tube()
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     assert line.bl_rna.properties["color"].subtype == 'COLOR_GAMMA'
     made, chosen = tuple(line.color), (0.1, 0.2, 0.3)
     assert np.abs(shown_color(control) - made).max() < 1e-4

@@ -70,7 +70,7 @@ def test_moving_the_object_reads_nothing(part, reads):
 def test_a_drag_of_a_control_is_no_move_of_the_rig(part):
     obj, _rig = rigged.tube(live=True)
     before = part("scene.object_model").rig_revision(obj)
-    handles.move(obj.meanvalue.anchor_groups["Top"].control, (1.0, 0.0, 0.0))
+    handles.move(obj.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
     assert np.abs(handles.shown(obj)[TOP, 0] - handles.rest(obj)[TOP, 0] - 1.0).max() < 1e-3
     assert part("scene.object_model").rig_revision(obj) == before
 
@@ -123,14 +123,14 @@ def test_every_change_of_state_is_one_of_those_that_are_written_down(part, monke
     update()
     handles.move(control, (0.1, 0.0, 0.0))
     bpy.ops.object.select_all(action='DESELECT')
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     line.control = None
     update()
     line.control = control
     update()
-    obj.meanvalue.anchor_groups["Bottom"].name = "Nowhere"
+    obj.meanvalue.handles["Bottom"].name = "Nowhere"
     update()
-    obj.meanvalue.anchor_groups["Nowhere"].name = "Bottom"
+    obj.meanvalue.handles["Nowhere"].name = "Bottom"
     update()
     obj.meanvalue.live = False
     obj.shape_key_add(name="Bend", from_mix=False)

@@ -62,7 +62,7 @@ def test_it_goes_on_when_the_other_object_with_the_mesh_is_no_longer_live(status
     obj, control = handles.tube()
     twin = obj.copy()
     bpy.context.collection.objects.link(twin)
-    line = twin.meanvalue.anchor_groups["Top"]
+    line = twin.meanvalue.handles["Top"]
     other = bpy.data.objects.new("Other", None)
     bpy.context.collection.objects.link(other)
     other.location = control.matrix_world.translation
@@ -72,7 +72,7 @@ def test_it_goes_on_when_the_other_object_with_the_mesh_is_no_longer_live(status
     first = obj if waiting == twin else twin
     first.meanvalue.live = False
     update()
-    move(waiting.meanvalue.anchor_groups["Top"].control, (1.0, 0.0, 0.0))
+    move(waiting.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
     assert status(waiting)[1] is False, status(waiting)
     assert follows(waiting, (1, 0, 0))
 
@@ -80,7 +80,7 @@ def test_it_goes_on_when_the_other_object_with_the_mesh_is_no_longer_live(status
 def test_it_goes_on_when_the_bone_is_there_again(status):
     obj, _control = handles.tube()
     rig = armatures.make(Bone=((0, 0, 0), (0, 0, 1)))
-    line = obj.meanvalue.anchor_groups["Top"]
+    line = obj.meanvalue.handles["Top"]
     line.control = rig
     line.bone = "Bone"
     update()
@@ -99,8 +99,8 @@ def test_it_goes_on_when_the_bone_is_there_again(status):
 def test_a_pin_of_the_artists_own_group_is_removed():
     obj, control, middle = three_lines()
     move(control, (1.0, 0.0, 0.0))
-    obj.meanvalue.active_anchor_group = 0
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    obj.meanvalue.active_handle = 0
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     update()
     move(control, (1.0, 0.0, 0.0))
     assert follows(obj, (0, 0, 0), middle), shown(obj)[middle][:2] - rest(obj)[middle][:2]
@@ -109,7 +109,7 @@ def test_a_pin_of_the_artists_own_group_is_removed():
 
 def test_lines_reordered_by_a_script():
     obj, control, _middle = three_lines()
-    obj.meanvalue.anchor_groups.move(2, 0)
+    obj.meanvalue.handles.move(2, 0)
     move(control, (1.0, 0.0, 0.0))
     assert follows(obj, (0, 0, 0), BOTTOM), "the pin was moved by the handle's control"
     assert follows(obj, (1, 0, 0), TOP)
@@ -117,9 +117,9 @@ def test_lines_reordered_by_a_script():
 
 def test_an_animated_line_is_turned_off():
     obj, control, middle = three_lines()
-    path = "meanvalue.anchor_groups[0].is_enabled"
+    path = "meanvalue.handles[0].is_enabled"
     obj.keyframe_insert(path, frame=1)
-    obj.meanvalue.anchor_groups[0].is_enabled = False
+    obj.meanvalue.handles[0].is_enabled = False
     obj.keyframe_insert(path, frame=10)
     bpy.context.scene.frame_set(1)
     move(control, (1.0, 0.0, 0.0))
@@ -212,13 +212,13 @@ def test_a_control_that_follows_the_mesh_itself(status):
 
 def test_reset_of_a_control_that_is_a_child_of_another():
     obj, control, _middle = three_lines()
-    obj.meanvalue.active_anchor_group = 1
+    obj.meanvalue.active_handle = 1
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     obj.vertex_groups.active_index = obj.vertex_groups["Middle"].index
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
     update()
-    child = obj.meanvalue.anchor_groups["Middle"].control
+    child = obj.meanvalue.handles["Middle"].control
     child.parent = control
     child.matrix_parent_inverse = control.matrix_world.inverted()
     update()
@@ -266,16 +266,16 @@ def test_no_solve_of_places_that_no_control_has(spied_distances):
     bpy.context.collection.objects.link(other)
     update()
     seen = spied_distances()
-    obj.meanvalue.anchor_groups["Top"].control = other
+    obj.meanvalue.handles["Top"].control = other
     update()
     assert all(distance < 2.0 for distance in seen), seen
 
 
 def test_no_solve_of_places_that_no_control_has_while_a_handle_is_made(spied_distances):
     obj, control, _middle = three_lines()
-    obj.meanvalue.active_anchor_group = 1
+    obj.meanvalue.active_handle = 1
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     update()
     move(control, (1.0, 0.0, 0.0))
     seen = spied_distances()
@@ -325,6 +325,6 @@ def test_a_file_that_cannot_be_read_does_not_stop_it(tmp_path):
     with pytest.raises(RuntimeError):
         bpy.ops.wm.open_mainfile(filepath=str(broken))
     obj = bpy.data.objects["Tube"]
-    control = obj.meanvalue.anchor_groups["Top"].control
+    control = obj.meanvalue.handles["Top"].control
     move(control, (1.0, 0.0, 0.0))
     assert follows(obj, (1, 0, 0))

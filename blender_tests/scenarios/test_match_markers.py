@@ -95,7 +95,7 @@ def counts():
 def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path):
     obj, _take = set_up(tmp_path)
     match()
-    lines = obj.meanvalue.anchor_groups
+    lines = obj.meanvalue.handles
     pairs = obj.meanvalue.capture.pairs
     assert [line.name for line in lines] == list(LABELS)
     assert [pair.vertex for pair in pairs] == MARKED
@@ -178,14 +178,14 @@ def test_matching_again_does_not_pile_up(tmp_path):
     assert bpy.ops.meanvalue.add_pin(group="Own") == {'FINISHED'}
     curves = [take_files.keys(empty, "location", 1).tobytes() for empty in take.objects]
     match()
-    obj.meanvalue.anchor_groups["M0"].strength = 0.25
+    obj.meanvalue.handles["M0"].strength = 0.25
     first, control = counts(), obj.meanvalue.capture.pairs[0].control.name
     for _ in range(2):
         match()
         assert counts() == first
-    assert [line.name for line in obj.meanvalue.anchor_groups] == ["Own", *LABELS]
-    assert obj.meanvalue.anchor_groups["Own"].follows == 'REST'
-    assert obj.meanvalue.anchor_groups["M0"].strength == 0.25
+    assert [line.name for line in obj.meanvalue.handles] == ["Own", *LABELS]
+    assert obj.meanvalue.handles["Own"].follows == 'REST'
+    assert obj.meanvalue.handles["M0"].strength == 0.25
     assert obj.meanvalue.capture.pairs[0].control.name == control
     assert [take_files.keys(empty, "location", 1).tobytes() for empty in take.objects] == curves
     assert len(obj.vertex_groups) == 1 + len(LABELS)
@@ -288,15 +288,15 @@ def test_removing_a_marker_and_having_it_back(tmp_path):
     index = LABELS.index("M36")
     assert bpy.ops.meanvalue.remove_marker(index=index) == {'FINISHED'}
     capture = obj.meanvalue.capture
-    assert "M36" not in obj.meanvalue.anchor_groups and "M36" not in obj.vertex_groups
+    assert "M36" not in obj.meanvalue.handles and "M36" not in obj.vertex_groups
     assert capture.pairs["M36"].control is None and not capture.pairs["M36"].is_used
     assert len(take.objects) == len(LABELS)
     assert counts() == {**before, "objects": before["objects"] - 1, "actions": before["actions"] - 1}
     match()
-    assert "M36" not in obj.meanvalue.anchor_groups
+    assert "M36" not in obj.meanvalue.handles
     capture.pairs["M36"].is_used = True
     match()
-    assert counts() == before and "M36" in obj.meanvalue.anchor_groups
+    assert counts() == before and "M36" in obj.meanvalue.handles
 
 
 def test_a_click_in_the_list_selects(tmp_path):
@@ -307,7 +307,7 @@ def test_a_click_in_the_list_selects(tmp_path):
     assert bpy.ops.meanvalue.select_marker(index=3) == {'FINISHED'}
     assert bpy.context.object == obj.meanvalue.capture.pairs[3].control
     bpy.context.view_layer.update()
-    assert obj.meanvalue.active_anchor_group == 3
+    assert obj.meanvalue.active_handle == 3
     assert bpy.ops.meanvalue.pick_marker_point(vertex=7) == {'FINISHED'}  # of the active control
     assert obj.meanvalue.capture.pairs[3].vertex == 7
 
@@ -321,7 +321,7 @@ def test_controls_that_were_deleted_are_made_again(tmp_path):
     for collection in other.users_collection:
         collection.objects.unlink(other)
     match()
-    assert len(control_places(obj)) == len(LABELS) and len(obj.meanvalue.anchor_groups) == len(LABELS)
+    assert len(control_places(obj)) == len(LABELS) and len(obj.meanvalue.handles) == len(LABELS)
     assert all(pair.control.users_scene for pair in obj.meanvalue.capture.pairs)
     at_sample(0)
     assert np.abs(control_places(obj) - rest_of(obj)[MARKED]).max() < 1e-5 * size_of(obj)
@@ -340,7 +340,7 @@ def test_a_duplicate_gets_controls_of_its_own(tmp_path):
     match()
     assert [pair.control.name for pair in obj.meanvalue.capture.pairs] == before
     assert all(pair.control.parent == twin for pair in twin.meanvalue.capture.pairs)
-    assert len(twin.meanvalue.anchor_groups) == len(LABELS)
+    assert len(twin.meanvalue.handles) == len(LABELS)
 
 
 def test_a_handle_that_was_given_another_control_is_the_artists(tmp_path):
@@ -348,9 +348,9 @@ def test_a_handle_that_was_given_another_control_is_the_artists(tmp_path):
     match()
     own = bpy.data.objects.new("Own", None)
     bpy.context.collection.objects.link(own)
-    obj.meanvalue.anchor_groups["M0"].control = own
+    obj.meanvalue.handles["M0"].control = own
     match()
-    assert obj.meanvalue.anchor_groups["M0"].control == own
+    assert obj.meanvalue.handles["M0"].control == own
     assert obj.meanvalue.capture.pairs["M0"].control not in {own, None}
 
 
@@ -591,8 +591,8 @@ def test_of_a_skeleton_joints_without_a_place_get_no_handle(tmp_path, capfd):
     obj.meanvalue.capture.align = 'NONE'
     match()
     text = said(capfd)
-    assert [line.name for line in obj.meanvalue.anchor_groups] == [name for name in SKELETON if name != "Jaw"]
+    assert [line.name for line in obj.meanvalue.handles] == [name for name in SKELETON if name != "Jaw"]
     assert "1 joint of the skeleton, 'Jaw', has no known place" in text and "15 of 16 names known" in text, text
     assert bpy.ops.meanvalue.pick_marker_point(marker="Jaw", vertex=100) == {'FINISHED'}
     match()
-    assert "Jaw" in obj.meanvalue.anchor_groups
+    assert "Jaw" in obj.meanvalue.handles

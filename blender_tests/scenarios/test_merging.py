@@ -142,7 +142,7 @@ def bound(obj, seam_rows, region, is_soft=False, invert=False):
     control = bpy.context.object
     meshes.activate(obj)
     obj.meanvalue.roi_group, obj.meanvalue.roi_invert = "Region", invert
-    obj.meanvalue.anchor_groups["Handle"].is_soft = is_soft
+    obj.meanvalue.handles["Handle"].is_soft = is_soft
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     return obj, control
 
@@ -192,7 +192,7 @@ def test_a_handle_is_found_on_all_copies():
     meshes.activate(obj)
     assert bpy.ops.meanvalue.grab(vertex=right, offset=(0.0, 0.0, 1.0)) == {'FINISHED'}
     handles.update()
-    assert [line.name for line in obj.meanvalue.anchor_groups] == ["Handle"]
+    assert [line.name for line in obj.meanvalue.handles] == ["Handle"]
     assert np.allclose(lifts(obj)[(0, 8)], 1.0, atol=1e-4)
 
 

@@ -289,7 +289,7 @@ def test_a_region_that_leaves_the_seam_alone_costs_nothing(part):
     obj, _control = halves.half(live=False)
     gather = part("posing.bridge.scene_input").gather
     assert gather(obj).planes is not None
-    for line in obj.meanvalue.anchor_groups:
+    for line in obj.meanvalue.handles:
         group = obj.vertex_groups[line.name]
         group.remove(halves.seam(obj).tolist())
     steps.add_group(obj, "Away", np.flatnonzero(rest(obj)[:, 0] > 0.01).tolist())
@@ -299,8 +299,8 @@ def test_a_region_that_leaves_the_seam_alone_costs_nothing(part):
 
 def test_soft_handles_and_a_region(part):
     obj, control = halves.half(live=False)
-    obj.meanvalue.anchor_groups[1].is_soft = True
-    obj.meanvalue.anchor_groups[1].strength = 0.9
+    obj.meanvalue.handles[1].is_soft = True
+    obj.meanvalue.handles[1].strength = 0.9
     upper = np.flatnonzero(rest(obj)[:, 2] > -0.5)
     steps.add_group(obj, "Upper", upper.tolist())
     obj.meanvalue.roi_group = "Upper"
@@ -314,7 +314,7 @@ def test_soft_handles_and_a_region(part):
 
 def test_a_shape_key_as_the_pose():
     obj, _control = halves.half(live=False)
-    obj.meanvalue.anchor_groups[1].follows = 'SHAPE'
+    obj.meanvalue.handles[1].follows = 'SHAPE'
     assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
     top = [vertex.index for vertex in obj.data.vertices if any(g.group == 1 for g in vertex.groups)]
     steps.move(obj, top, (0.1, 0.4, 0.1))

@@ -56,7 +56,7 @@ def test_a_failed_solve_is_told_until_the_control_moves(status, part, monkeypatc
 
 def armature_control(obj, line="Top"):
     rig = armatures.make(Bone=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
-    group = obj.meanvalue.anchor_groups[line]
+    group = obj.meanvalue.handles[line]
     group.control, group.bone = rig, "Bone"
     update()
     return rig
@@ -70,7 +70,7 @@ def test_choosing_another_control_keeps_the_pose():
     bpy.context.collection.objects.link(other)
     other.location = (5.0, 5.0, 5.0)
     update()
-    obj.meanvalue.anchor_groups["Top"].control = other
+    obj.meanvalue.handles["Top"].control = other
     update()
     assert np.abs(shown(obj) - before).max() < 2e-3
     move(other, (1.0, 0.0, 0.0))
@@ -157,7 +157,7 @@ def test_the_object_behind_an_active_control_is_found_without_going_through_all(
     assert controls.carried_by(control) == obj
     for _ in range(2):
         assert controls.carried_by(lone) is None
-    obj.meanvalue.anchor_groups["Top"].control = lone
+    obj.meanvalue.handles["Top"].control = lone
     update()
     assert controls.carried_by(lone) == obj
     meshes.activate(obj)
@@ -173,8 +173,8 @@ def test_a_shape_key_that_live_posing_mutes_is_told(status):
     pose.value = 1.0
     steps.move(obj, TOP, (0.5, 0.0, 0.0), smile)
     obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Pose")
-    obj.meanvalue.anchor_groups["Bottom"].follows = 'SHAPE'
-    obj.meanvalue.anchor_groups["Top"].follows = 'SHAPE'
+    obj.meanvalue.handles["Bottom"].follows = 'SHAPE'
+    obj.meanvalue.handles["Top"].follows = 'SHAPE'
     update()
     assert not smile.mute
     obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Smile")
@@ -274,12 +274,12 @@ def test_polls_with_another_object_active_go_through_the_scene_once(part, monkey
         lone.location.x = step
         update()
     assert len(looked) <= 2  # a new object is told of by the first
-    obj.meanvalue.anchor_groups["Top"].control = lone
+    obj.meanvalue.handles["Top"].control = lone
     assert subject(bpy.context) == obj
     assert len(looked) <= 3
-    obj.meanvalue.anchor_groups["Top"].control = None
+    obj.meanvalue.handles["Top"].control = None
     assert subject(bpy.context) == lone
-    obj.meanvalue.anchor_groups["Top"].control = lone
+    obj.meanvalue.handles["Top"].control = lone
     update()
     bpy.data.objects.remove(obj)
     update()

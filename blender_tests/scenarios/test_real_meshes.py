@@ -62,7 +62,7 @@ class Posed:
         bpy.context.view_layer.update()  # else the object's matrix is rounded after the first snapshot
         self.before = snapshot(self.obj, without=CHANGING)
         self.roi = self.mask([subject.roi_group])
-        self.anchors = self.mask(subject.anchor_groups)
+        self.anchors = self.mask(subject.handles)
         self.targets = subject.targets
         self.pose(subject)
 
@@ -73,7 +73,7 @@ class Posed:
         return members
 
     def pose(self, subject):
-        for name in subject.anchor_groups:
+        for name in subject.handles:
             assert bpy.ops.meanvalue.add_anchor_group(group=name, follows='SHAPE') == {'FINISHED'}
         self.obj.meanvalue.roi_group = subject.roi_group
         with timed(self.seconds, "bind"):

@@ -22,7 +22,7 @@ def refused_unchanged(obj, *texts):
 
 
 def operators():
-    names = ("bind", "unbind", "solve", "add_pose_key", "add_anchor_group", "remove_anchor_group")
+    names = ("bind", "unbind", "solve", "add_pose_key", "add_anchor_group", "remove_handle")
     return [getattr(bpy.ops.meanvalue, name) for name in names]
 
 
@@ -103,7 +103,7 @@ def test_anchor_group_renamed():
     obj.vertex_groups["Tip"].name = "Finger"
     with refused_unchanged(obj, "no vertex group 'Tip'", "Choose another group in Active Handle"):
         bpy.ops.meanvalue.solve()
-    obj.meanvalue.anchor_groups[1].name = "Finger"
+    obj.meanvalue.handles[1].name = "Finger"
     steps.solve()
 
 
@@ -426,13 +426,13 @@ def test_add_takes_the_active_group_and_then_the_next_that_is_not_listed():
     obj.vertex_groups.active_index = 1
     for _ in range(3):
         assert bpy.ops.meanvalue.add_anchor_group(follows='SHAPE') == {'FINISHED'}
-    assert [group.name for group in obj.meanvalue.anchor_groups] == ["B", "A", "C"]
+    assert [group.name for group in obj.meanvalue.handles] == ["B", "A", "C"]
 
 
 def test_remove_from_an_empty_list():
     obj = meshes.grid()
     with refused_unchanged(obj, "No line of the list is selected"):
-        bpy.ops.meanvalue.remove_anchor_group()
+        bpy.ops.meanvalue.remove_handle()
 
 
 def test_unbind_when_not_bound():

@@ -58,7 +58,7 @@ def test_a_rig_that_is_not_evaluated_here_is_not_taken_for_none(part):
     obj, _armature, control, shape = posed()
     control.location.x += 1.0
     scene, other = bpy.context.scene, bpy.data.scenes.new("Other")
-    for each in (obj, control, *(line.control for line in obj.meanvalue.anchor_groups if line.control)):
+    for each in (obj, control, *(line.control for line in obj.meanvalue.handles if line.control)):
         if each.name not in other.collection.objects:
             other.collection.objects.link(each)
             scene.collection.objects.unlink(each)
@@ -86,12 +86,12 @@ def test_a_rig_with_places_that_are_not_numbers_is_not_taken_for_none(part):
     assert np.array_equal(steps.key_positions(obj, RESULT), shape)
     text, is_problem = part("live.engine").status(obj)
     assert is_problem and "not numbers" in text and "'Push'" in text
-    lines = len(obj.meanvalue.anchor_groups)
+    lines = len(obj.meanvalue.handles)
     steps.add_group(obj, "Other", TOP)
     meshes.activate(obj)
     with steps.refused("not numbers"):
         bpy.ops.meanvalue.add_handle(group="Other")
-    assert len(obj.meanvalue.anchor_groups) == lines
+    assert len(obj.meanvalue.handles) == lines
 
 
 def test_measuring_leaves_the_scene_alone(part):
@@ -129,7 +129,7 @@ def test_saved_and_loaded_it_goes_on(tmp_path):
     obj = bpy.data.objects["Arm"]
     update()
     assert np.abs(steps.key_positions(obj, RESULT) - shape).max() < NEAR * rigs.size(obj)
-    rigs.move_in_world(obj.meanvalue.anchor_groups["Part"].control, OFFSET)
+    rigs.move_in_world(obj.meanvalue.handles["Part"].control, OFFSET)
     assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < 2.0 * NEAR * rigs.size(obj)
 
 
@@ -162,7 +162,7 @@ def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
     bpy.context.collection.objects.link(other)
     other.location = place
     update()
-    obj.meanvalue.anchor_groups["Part"].control = other
+    obj.meanvalue.handles["Part"].control = other
     rest = armature.pose.bones["Lower"]
     for frame, degrees in ((1, 90.0), (4, 30.0)):
         rest.rotation_euler = (math.radians(degrees), 0.0, 0.0)

@@ -54,21 +54,21 @@ def test_a_handle_named_as_a_bone_without_a_group_gets_another_name(operator):
     bpy.ops.object.mode_set(mode='OBJECT')
     update()
     assert np.abs(seen(obj) - before).max() < 1e-5
-    assert obj.meanvalue.anchor_groups[-1].name == "Tip.001"
+    assert obj.meanvalue.handles[-1].name == "Tip.001"
 
 
 def test_a_control_that_another_line_follows_stays_until_that_one_goes():
     obj, control = handles.tube(live=True)
-    bottom = obj.meanvalue.anchor_groups["Bottom"]
+    bottom = obj.meanvalue.handles["Bottom"]
     bottom.follows = 'CONTROL'
     bottom.control = control
     update()
     name = control.name
     meshes.activate(obj)
-    obj.meanvalue.active_anchor_group = obj.meanvalue.anchor_groups.find("Top")
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
-    assert obj.meanvalue.anchor_groups["Bottom"].control == bpy.data.objects[name]
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+    obj.meanvalue.active_handle = obj.meanvalue.handles.find("Top")
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
+    assert obj.meanvalue.handles["Bottom"].control == bpy.data.objects[name]
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     assert name not in bpy.data.objects
 
 
@@ -88,7 +88,7 @@ def test_finish_leaves_no_second_pose_on_linked_duplicates(keep):
     meshes.activate(obj)
     assert bpy.ops.meanvalue.finish(keep=keep) == {'FINISHED'}
     update()
-    assert not other.meanvalue.live and len(other.meanvalue.anchor_groups) == 0
+    assert not other.meanvalue.live and len(other.meanvalue.handles) == 0
     assert np.abs(seen(obj) - pose).max() < 1e-5
     assert np.abs(seen(other) - pose).max() < 1e-5
 
@@ -108,5 +108,5 @@ def test_finish_is_refused_where_another_object_poses_the_same_mesh(keep):
     assert bpy.ops.meanvalue.finish(keep=keep) == {'FINISHED'}
     update()
     move(control, (0.0, 1.0, 0.0))
-    assert obj.meanvalue.live and len(obj.meanvalue.anchor_groups) == 2
+    assert obj.meanvalue.live and len(obj.meanvalue.handles) == 2
     assert np.abs(shown(obj)[list(TOP)] - handles.rest(obj)[list(TOP)] - [0.0, 2.0, 0.0]).max() < 1e-4

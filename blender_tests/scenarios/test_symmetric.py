@@ -56,7 +56,7 @@ def test_off_only_one_side_moves_and_on_both_do_while_live():
 def test_other_axes(axis):
     obj, control = halves.whole(live=False)
     obj.meanvalue.symmetric = "XYZ"[axis]
-    obj.meanvalue.anchor_groups[0].is_enabled = axis == 1  # a pin at the bottom would be one at the top too
+    obj.meanvalue.handles[0].is_enabled = axis == 1  # a pin at the bottom would be one at the top too
     middle = (np.abs(rest(obj)[:, 0]) < 0.2) & (np.abs(rest(obj)[:, 2]) < 0.1)
     steps.add_group(obj, "Middle", np.flatnonzero(middle).tolist())
     assert bpy.ops.meanvalue.add_pin(group="Middle") == {'FINISHED'}
@@ -136,7 +136,7 @@ def test_a_region_on_one_side_is_one_on_both(invert):
 def test_soft_handles_and_their_influence():
     obj, control = halves.whole(live=False)
     obj.meanvalue.symmetric = 'X'
-    line = obj.meanvalue.anchor_groups[1]
+    line = obj.meanvalue.handles[1]
     line.is_soft, line.strength = True, 0.8
     meshes.activate(obj)
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}

@@ -18,7 +18,7 @@ def test_a_posed_object_without_a_name_of_the_artists(part, native, tmp_path):
     obj = steps.posed_grid(meshes.grid())
     obj.name = f"{SECRET} body"
     obj.vertex_groups["Tip"].name = f"{SECRET} tip"
-    obj.meanvalue.anchor_groups["Tip"].name = f"{SECRET} tip"
+    obj.meanvalue.handles["Tip"].name = f"{SECRET} tip"
     obj.modifiers.new(SECRET, 'SUBSURF')
     obj.modifiers.new(SECRET, 'SUBSURF')
     obj.modifiers.new(SECRET, 'SMOOTH').show_viewport = False

@@ -42,11 +42,11 @@ def test_off_in_any_mode():
 @pytest.mark.parametrize(
     "prepare, texts",
     [
-        (lambda obj: obj.meanvalue.anchor_groups.clear(), ("Live stays off", "There are no handles yet", "Add Handle")),
+        (lambda obj: obj.meanvalue.handles.clear(), ("Live stays off", "There are no handles yet", "Add Handle")),
         (lambda obj: obj.vertex_groups.remove(obj.vertex_groups["Hand"]), ("Live stays off", "no vertex group 'Hand'")),
         (lambda obj: setattr(obj.meanvalue, "result_key", " "), ("Live stays off", "The result has no name")),
         (
-            lambda obj: setattr(obj.meanvalue.anchor_groups["Hand"], "control", None),
+            lambda obj: setattr(obj.meanvalue.handles["Hand"], "control", None),
             ("Live stays off", "Handle 'Hand' has no control"),
         ),
         (lambda _obj: bpy.ops.object.mode_set(mode='EDIT'), ("is in Edit Mode", "Object Mode")),

@@ -78,9 +78,9 @@ def test_add_anchor_group():
     undo_and_redo(bpy.ops.meanvalue.add_anchor_group)
 
 
-def test_remove_anchor_group():
+def test_remove_handle():
     steps.list_anchors(meshes.grid(), A=[0])
-    undo_and_redo(bpy.ops.meanvalue.remove_anchor_group)
+    undo_and_redo(bpy.ops.meanvalue.remove_handle)
 
 
 def test_grow_region():
@@ -103,9 +103,9 @@ def test_a_group_that_is_added_in_edit_mode():
     bpy.ops.object.mode_set(mode='EDIT')
     remember()
     press(bpy.ops.meanvalue.add_anchor_group)
-    assert current().mode == 'OBJECT' and [line.name for line in current().meanvalue.anchor_groups] == ["A"]
+    assert current().mode == 'OBJECT' and [line.name for line in current().meanvalue.handles] == ["A"]
     bpy.ops.ed.undo()
-    assert len(current().meanvalue.anchor_groups) == 0 and len(bpy.data.objects) == 1
+    assert len(current().meanvalue.handles) == 0 and len(bpy.data.objects) == 1
 
 
 def test_keyframes_that_are_inserted_in_edit_mode():
@@ -118,7 +118,7 @@ def test_keyframes_that_are_inserted_in_edit_mode():
     press(bpy.ops.meanvalue.keyframe_handles)
     assert len(bpy.data.actions) == 1
     bpy.ops.ed.undo()
-    assert current().meanvalue.anchor_groups[0].control.animation_data is None
+    assert current().meanvalue.handles[0].control.animation_data is None
 
 
 def test_paint_region():

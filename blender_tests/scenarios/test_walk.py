@@ -71,7 +71,7 @@ def test_a_walk_without_a_static_trial_is_laid_on_the_pose_of_the_mesh(tmp_path)
 
 
 def cuff_lines(obj):
-    return [line for line in obj.meanvalue.anchor_groups if line.cuff]
+    return [line for line in obj.meanvalue.handles if line.cuff]
 
 
 def cuff_places(obj, part, sample):
@@ -107,7 +107,7 @@ def test_shanks_have_cuffs_that_go_where_the_bone_takes_them(tmp_path, part):
     capture.use_cuffs = False
     count, groups = len(bpy.data.objects), len(obj.vertex_groups)
     assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
-    assert not cuff_lines(obj) and len(obj.meanvalue.anchor_groups) == 41
+    assert not cuff_lines(obj) and len(obj.meanvalue.handles) == 41
     assert len(bpy.data.objects) == count - len(controls) and len(obj.vertex_groups) == groups - len(controls)
 
 

@@ -254,7 +254,7 @@ def test_unbind_forgets_the_binding_only():
     assert bpy.ops.meanvalue.unbind() == {'FINISHED'}
     assert_same(before, snapshot(obj, without=("settings",)))
     assert not obj.meanvalue.bound.is_bound
-    assert [group.name for group in obj.meanvalue.anchor_groups] == ["Corners", "Tip"]
+    assert [group.name for group in obj.meanvalue.handles] == ["Corners", "Tip"]
     with steps.refused("not bound yet", "Press Bind"):
         bpy.ops.meanvalue.solve()
 
@@ -311,7 +311,7 @@ def test_add_pose_key_beside_others_leaves_them_as_they_are():
     assert obj.active_shape_key.name == "Pose.001"
 
 
-def test_anchor_list_by_operators():
+def test_handle_list_by_operators():
     obj = meshes.grid()
     steps.add_group(obj, "First", [0])
     steps.add_group(obj, "Second", [1])
@@ -319,16 +319,16 @@ def test_anchor_list_by_operators():
     assert bpy.ops.meanvalue.add_anchor_group(follows='SHAPE') == {'FINISHED'}  # the active group
     assert bpy.ops.meanvalue.add_anchor_group(group="First", follows='SHAPE') == {'FINISHED'}
     settings = obj.meanvalue
-    assert [group.name for group in settings.anchor_groups] == ["Second", "First"]
-    settings.active_anchor_group = 0
-    assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
-    assert [group.name for group in settings.anchor_groups] == ["First"]
+    assert [group.name for group in settings.handles] == ["Second", "First"]
+    settings.active_handle = 0
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
+    assert [group.name for group in settings.handles] == ["First"]
     assert obj.vertex_groups.keys() == ["First", "Second"]
 
 
 def test_the_order_of_the_list_does_not_matter(part):
     obj = steps.posed_grid(meshes.grid())
-    obj.meanvalue.anchor_groups.move(0, 1)
+    obj.meanvalue.handles.move(0, 1)
     assert part("posing.bridge.object_status").status(obj).state.name == "BOUND"
 
 

@@ -67,7 +67,7 @@ def hang_control_on_top(obj):
     own.parent_type = 'VERTEX'
     own.parent_vertices[0] = TOP[0]
     update()
-    obj.meanvalue.anchor_groups["Top"].control = own
+    obj.meanvalue.handles["Top"].control = own
     return own
 
 

@@ -94,7 +94,7 @@ def handle(obj, name, indices, live=True):
     meshes.activate(obj)
     assert bpy.ops.meanvalue.add_handle(group=name, live=live) == {'FINISHED'}
     update()
-    return obj.meanvalue.anchor_groups[name].control
+    return obj.meanvalue.handles[name].control
 
 
 def pin(obj, name, indices):

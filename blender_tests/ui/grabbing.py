@@ -16,7 +16,7 @@ def ball():
 
 
 def lines():
-    return ball().meanvalue.anchor_groups
+    return ball().meanvalue.handles
 
 
 def _settled():

@@ -14,7 +14,7 @@ def tube():
 
 
 def control():
-    return tube().meanvalue.anchor_groups["Top"].control
+    return tube().meanvalue.handles["Top"].control
 
 
 def _engine():
@@ -119,13 +119,13 @@ def drag_a_handle(ui):
 
 def undo_of_adding_a_handle(ui):
     yield from _set_up(ui)
-    assert len(tube().meanvalue.anchor_groups) == 2
+    assert len(tube().meanvalue.handles) == 2
     yield from ui.undo()
-    assert [line.name for line in tube().meanvalue.anchor_groups] == ["Pin"]
+    assert [line.name for line in tube().meanvalue.handles] == ["Pin"]
     assert [obj.name for obj in bpy.data.objects] == ["Tube"]
     assert [group.name for group in tube().vertex_groups] == ["Pin"]
     yield from ui.redo()
-    assert len(tube().meanvalue.anchor_groups) == 2 and control() is not None
+    assert len(tube().meanvalue.handles) == 2 and control() is not None
     yield from ui.wait_until(settled, "it is live again")
     yield from ui.undo()
     yield from ui.undo()

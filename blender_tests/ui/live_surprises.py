@@ -29,13 +29,13 @@ def adjusting_add_handle_takes_the_same_vertices(ui):
     ui.remember()
     yield from ui.key('TAB')
     yield from ui.invoke("meanvalue.add_handle")
-    lines = bpy.data.objects["Tube"].meanvalue.anchor_groups
+    lines = bpy.data.objects["Tube"].meanvalue.handles
     assert [line.name for line in lines] == ["Handle"]
     with view.override():
         bpy.context.window_manager.operators[-1].name = "Renamed"
         bpy.ops.ed.undo_redo()
     yield
-    lines = bpy.data.objects["Tube"].meanvalue.anchor_groups
+    lines = bpy.data.objects["Tube"].meanvalue.handles
     assert [line.name for line in lines] == ["Renamed"], [line.name for line in lines]
 
 
@@ -108,11 +108,11 @@ def a_pin_removed_while_live(ui):
     ui.remember()
     ui.frame_all()
     yield from ui.pause(0.7)
-    bpy.data.objects["Tube"].meanvalue.active_anchor_group = 0
-    yield from ui.invoke("meanvalue.remove_anchor_group")
+    bpy.data.objects["Tube"].meanvalue.active_handle = 0
+    yield from ui.invoke("meanvalue.remove_handle")
     yield from ui.pause(0.7)
     obj = bpy.data.objects["Tube"]
-    control = obj.meanvalue.anchor_groups["Top"].control
+    control = obj.meanvalue.handles["Top"].control
     control.location.x += 1.0
     yield from ui.pause(1.0)
     moved = handles.shown(obj) - handles.rest(obj)
@@ -126,11 +126,11 @@ def select_handle_from_the_menu_takes_the_active_line(ui):
     yield from ui.invoke("meanvalue.select_handle", index=1)
     obj = bpy.data.objects["Tube"]
     meshes.activate(obj)
-    obj.meanvalue.active_anchor_group = 0
+    obj.meanvalue.active_handle = 0
     ui.remember()
     yield from ui.invoke("meanvalue.select_handle")
     obj = bpy.data.objects["Tube"]
-    assert obj.meanvalue.active_anchor_group == 0
+    assert obj.meanvalue.active_handle == 0
     assert obj.mode == 'EDIT'
 
 
@@ -142,8 +142,8 @@ def a_pin_removed_while_live_shows_at_once(ui):
     yield from ui.pause(1.0)
     obj = bpy.data.objects["Tube"]
     before = handles.shown(obj)
-    obj.meanvalue.active_anchor_group = 1
-    yield from ui.invoke("meanvalue.remove_anchor_group")
+    obj.meanvalue.active_handle = 1
+    yield from ui.invoke("meanvalue.remove_handle")
     yield from ui.pause(1.5)
     obj = bpy.data.objects["Tube"]
     moved = float(np.abs(handles.shown(obj) - before).max())
@@ -170,7 +170,7 @@ def a_renamed_object_is_followed(ui):
     obj.name = "Another"
     ui.remember()
     yield from ui.pause(1.0)
-    control = bpy.data.objects["Another"].meanvalue.anchor_groups["Top"].control
+    control = bpy.data.objects["Another"].meanvalue.handles["Top"].control
     control.location.x += 1.0
     yield from ui.pause(1.5)
     obj = bpy.data.objects["Another"]

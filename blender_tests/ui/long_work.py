@@ -31,7 +31,7 @@ def sheet():
 
 
 def control():
-    return sheet().meanvalue.anchor_groups["High"].control
+    return sheet().meanvalue.handles["High"].control
 
 
 def _follower():

@@ -77,7 +77,7 @@ def import_match_and_pick(ui):
     _tube().meanvalue.capture.reference_frame = 1.0
     yield from ui.invoke("meanvalue.match_markers")
     yield from ui.wait_until(lambda: any("20 markers matched" in line for line in ui.reports()), "they are matched")
-    assert len(_tube().meanvalue.anchor_groups) == len(MARKED)
+    assert len(_tube().meanvalue.handles) == len(MARKED)
     yield from _scroll(ui)
     yield from ui.screenshot("capture_04_matched")
 
@@ -85,7 +85,7 @@ def import_match_and_pick(ui):
 
     for _ in range(2):
         yield from ui.undo()
-    assert len(_tube().meanvalue.anchor_groups) == 0
+    assert len(_tube().meanvalue.handles) == 0
     yield from ui.screenshot("capture_06_undone")
 
 
@@ -164,4 +164,4 @@ def a_body_in_the_walk(ui):
 
 
 def _handles_of_body():
-    return bpy.data.objects["Body"].meanvalue.anchor_groups
+    return bpy.data.objects["Body"].meanvalue.handles

@@ -43,7 +43,7 @@ def _shading(kind, show_xray):
 def overlay_on_views(ui):
     yield from _set_up(ui)
     yield from ui.screenshot("overlay_01_region")
-    control = tube().meanvalue.anchor_groups["Top"].control
+    control = tube().meanvalue.handles["Top"].control
     control.location.x += 3.0
     control.location.z -= 2.0
     bpy.context.view_layer.update()

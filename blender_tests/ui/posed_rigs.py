@@ -13,7 +13,7 @@ def arm():
 
 
 def control(name):
-    return arm().meanvalue.anchor_groups[name].control
+    return arm().meanvalue.handles[name].control
 
 
 def _settled():

@@ -139,9 +139,9 @@ class Artist:
 
     def remove(self):
         obj = self.activate_mesh()
-        if len(obj.meanvalue.anchor_groups):
-            obj.meanvalue.active_anchor_group = self.chance.randrange(len(obj.meanvalue.anchor_groups))
-        _operate(bpy.ops.meanvalue.remove_anchor_group)
+        if len(obj.meanvalue.handles):
+            obj.meanvalue.active_handle = self.chance.randrange(len(obj.meanvalue.handles))
+        _operate(bpy.ops.meanvalue.remove_handle)
         yield
 
     def press(self):
@@ -157,11 +157,11 @@ class Artist:
             settings.live = True
         elif what == 0:
             settings.rigidity = self.chance.choice([0.0, 2.0, 15.0])
-        elif what == 1 and len(settings.anchor_groups):
-            line = self.chance.choice(settings.anchor_groups)
+        elif what == 1 and len(settings.handles):
+            line = self.chance.choice(settings.handles)
             line.is_enabled = not line.is_enabled
-        elif what == 2 and len(settings.anchor_groups):
-            line = self.chance.choice(settings.anchor_groups)
+        elif what == 2 and len(settings.handles):
+            line = self.chance.choice(settings.handles)
             line.is_soft = not line.is_soft
         elif what == 3:
             settings.live = False
@@ -272,7 +272,7 @@ def _check_anchors(obj, keys):
     result = np.array([tuple(point.co) for point in keys.key_blocks[obj.meanvalue.result_key].data])
     assert np.isfinite(result).all()
     taken = set()
-    for line in obj.meanvalue.anchor_groups:
+    for line in obj.meanvalue.handles:
         group = obj.vertex_groups[line.name].index if line.is_enabled else None
         members = [
             vertex.index

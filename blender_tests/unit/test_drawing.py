@@ -79,7 +79,7 @@ def test_with_a_lamp(draw):
 def test_every_button_is_there(draw):
     text = draw(meshes.grid()).text
     names = (
-        "add_handle add_pin add_anchor_group remove_anchor_group reset_handles bind unbind solve add_pose_key "
+        "add_handle add_pin add_anchor_group remove_handle reset_handles bind unbind solve add_pose_key "
         "keep_pose apply_pose keyframe_handles finish grow_region paint_region"
     )
     for name in names.split():
@@ -190,9 +190,9 @@ def test_list_lines(part):
     obj.vertex_groups.remove(obj.vertex_groups["Gone"])
     part("posing.bridge.object_status").status(obj)
     lines = []
-    for item in obj.meanvalue.anchor_groups:
+    for item in obj.meanvalue.handles:
         layout = ListeningLayout()
-        part("posing.ui.anchor_list").MEANVALUE_UL_anchor_groups.draw_item(
+        part("posing.ui.handle_list").MEANVALUE_UL_handles.draw_item(
             None, context_of(obj), layout, None, item, 0, None, "", 0
         )
         lines.append(layout.labels)

@@ -44,7 +44,7 @@ def test_a_module_for_another_python(loader, monkeypatch, tmp_path, part):
     (tmp_path / "lib").mkdir()
     (tmp_path / "lib" / "meanvalue.cpython-310-x86_64-linux-gnu.so").touch()
     monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
-    monkeypatch.setattr(loader, "__file__", str(tmp_path / "native_loader.py"))
+    monkeypatch.setattr(loader, "__file__", str(tmp_path / "solver" / "native_loader.py"))
     with pytest.raises(part("errors").NativeModuleError, match=r"is for another Python: it has .*cpython-310"):
         loader.module()
 

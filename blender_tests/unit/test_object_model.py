@@ -35,7 +35,7 @@ def test_every_setting_counts_or_is_declared_aside(part, declarations, object_mo
     """Of all that is declared: a new setting counts without another edit."""
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0, 4, 20])
-    line = obj.meanvalue.anchor_groups["A"]
+    line = obj.meanvalue.handles["A"]
     aside = {"color", "rest_relation", "made_group", "made_control", "marker", "bone"}
     aside |= {"control_frame", "control_carried", "is_pin", "made_region", "cuff"}
     aside |= {"show_overlay", "former_result", "influence"}
@@ -45,7 +45,7 @@ def test_every_setting_counts_or_is_declared_aside(part, declarations, object_mo
         for setting in group.bl_rna.properties:
             if setting.identifier not in type(group).__annotations__:  # Blender's own
                 continue
-            if setting.identifier in {"control", "live", "active_anchor_group", "marker_number"}:
+            if setting.identifier in {"control", "live", "active_handle", "marker_number"}:
                 continue
             if setting.type in {'COLLECTION', 'POINTER'}:
                 continue

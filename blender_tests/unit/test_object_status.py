@@ -61,7 +61,7 @@ def test_texts(object_status):
     assert "no vertex group 'B'" in status.text
     assert status.member_counts == {"A": 4}
     bpy.ops.meanvalue.unbind()
-    bpy.ops.meanvalue.remove_anchor_group()
+    bpy.ops.meanvalue.remove_handle()
     assert object_status.status(obj).state.name == "UNBOUND"
 
 

@@ -25,8 +25,8 @@ def overlay(part):
 def grid_with_anchors():
     obj = meshes.grid()
     steps.list_anchors(obj, Corner=[0, 4], Tip=[24])
-    obj.meanvalue.anchor_groups["Corner"].color = (1.0, 0.0, 0.0)
-    obj.meanvalue.anchor_groups["Tip"].color = (0.0, 0.0, 1.0)
+    obj.meanvalue.handles["Corner"].color = (1.0, 0.0, 0.0)
+    obj.meanvalue.handles["Tip"].color = (0.0, 0.0, 1.0)
     return obj
 
 
@@ -55,7 +55,7 @@ def test_anchors_in_the_colours_of_their_handles(data):
 
 def test_disabled_and_missing_handles_are_left_out(data):
     obj = grid_with_anchors()
-    obj.meanvalue.anchor_groups["Corner"].is_enabled = False
+    obj.meanvalue.handles["Corner"].is_enabled = False
     assert len(data.look(obj).points) == 1
     obj.vertex_groups.remove(obj.vertex_groups["Tip"])
     look = data.look(obj)
@@ -188,7 +188,7 @@ def test_what_a_handler_writes_is_seen_at_once(data):
     bpy.ops.meanvalue.add_handle(group="Hand")
     bpy.context.view_layer.update()
     before = data.look(obj).points.copy()
-    obj.meanvalue.anchor_groups["Hand"].control.location.z += 1.0
+    obj.meanvalue.handles["Hand"].control.location.z += 1.0
     bpy.context.view_layer.update()
     assert data.look(obj).points[3, 2] == pytest.approx(before[3, 2] + 1.0, abs=1e-4)
 

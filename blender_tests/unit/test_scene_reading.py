@@ -113,10 +113,10 @@ def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
     assert len(look(obj).points) == 5
     unread(True)
     if is_removed:
-        obj.meanvalue.active_anchor_group = 0
-        assert bpy.ops.meanvalue.remove_anchor_group() == {'FINISHED'}
+        obj.meanvalue.active_handle = 0
+        assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     else:
-        obj.meanvalue.anchor_groups["A"].is_enabled = False
+        obj.meanvalue.handles["A"].is_enabled = False
     bpy.context.view_layer.update()
     assert len(look(obj).points) == 5, "what was known"
     unread(False)

@@ -81,7 +81,7 @@ class Scene:
         self.rig = self._armature() if is_rigged else None
         self.parts["posing.bridge.targets"].prepare_result(self.obj)  # as turning Live on does
         bpy.context.view_layer.update()
-        self.control = self.obj.meanvalue.anchor_groups["Handle"].control
+        self.control = self.obj.meanvalue.handles["Handle"].control
         self.start = np.array(self.control.matrix_world)
         self.follower = self.parts["posing.live.follower"].Follower(self.obj, hears_itself=True)
         self.transfer = self.native = 0.0

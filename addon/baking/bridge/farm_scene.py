@@ -26,7 +26,7 @@ def planned(wanted, frames, portable=False):
     scene = bpy.context.scene
     frames = frames or f"{scene.frame_start}..{scene.frame_end}"
     if not wanted:
-        wanted = [obj.name for obj in scene.objects if obj.type == "MESH" and obj.meanvalue.anchor_groups]
+        wanted = [obj.name for obj in scene.objects if obj.type == "MESH" and obj.meanvalue.handles]
         if not wanted:
             raise SceneError("No object of the scene has handles")
     clips = [_clip(text, frames) for text in wanted]

@@ -17,7 +17,7 @@ def carry_all(obj, matched):
     """Handles for the cuffs of a workers.marker_matching.Matched, and for no other. What the artist set on the handle
     that a cuff has already is kept."""
     wanted = {cuff.name: cuff for cuff in matched.cuffs}
-    lines = obj.meanvalue.anchor_groups
+    lines = obj.meanvalue.handles
     for index in reversed(range(len(lines))):
         if lines[index].cuff and lines[index].made_control and lines[index].cuff not in wanted:
             controls.remove_handle(obj, index)
@@ -26,7 +26,7 @@ def carry_all(obj, matched):
 
 
 def _carry(obj, cuff, matched):
-    lines = obj.meanvalue.anchor_groups
+    lines = obj.meanvalue.handles
     line = next((line for line in lines if line.cuff == cuff.name and line.made_control), None)
     line = line or marker_handles.make_line(obj, cuff.name, COLOR)
     line.cuff = cuff.name

@@ -66,7 +66,7 @@ def drop(obj, pair):
 
 def make_line(obj, name, color):
     """A soft handle that follows a control, with a vertex group of its own."""
-    line = obj.meanvalue.anchor_groups.add()
+    line = obj.meanvalue.handles.add()
     line.name = vertex_groups.make(obj, name).name
     line.made_group = True
     line.color = color

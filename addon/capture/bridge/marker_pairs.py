@@ -21,18 +21,18 @@ def list_markers(capture):
 
 
 def line_index(obj, pair):
-    """Where the handle of a pair is in `obj.meanvalue.anchor_groups`, or None.
+    """Where the handle of a pair is in `obj.meanvalue.handles`, or None.
 
     A line that the artist gave another control is no longer the marker's.
     """
-    lines = obj.meanvalue.anchor_groups
+    lines = obj.meanvalue.handles
     return next((n for n, line in enumerate(lines) if line.marker == pair.name and line.made_control), None)
 
 
 def line_of(obj, pair):
     """The handle of a pair, or None."""
     index = line_index(obj, pair)
-    return None if index is None else obj.meanvalue.anchor_groups[index]
+    return None if index is None else obj.meanvalue.handles[index]
 
 
 def matched(obj):

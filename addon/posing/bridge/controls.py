@@ -63,7 +63,7 @@ def owner_of(control):
     parent = control.parent
     if parent is None or parent.type != 'MESH':
         return None
-    return parent if any(group.control == control for group in parent.meanvalue.anchor_groups) else None
+    return parent if any(group.control == control for group in parent.meanvalue.handles) else None
 
 
 def carried_by(control):
@@ -72,7 +72,7 @@ def carried_by(control):
     if owner is not None:
         return owner
     for obj in bpy.context.view_layer.objects:
-        if obj.type == 'MESH' and any(group.control == control for group in obj.meanvalue.anchor_groups):
+        if obj.type == 'MESH' and any(group.control == control for group in obj.meanvalue.handles):
             return obj
     return None
 
@@ -179,7 +179,7 @@ def remove_control(group):
     control = group.control
     if control is None or not group.made_control:
         return
-    heirs = [line for line in group.id_data.meanvalue.anchor_groups if line != group and line.control == control]
+    heirs = [line for line in group.id_data.meanvalue.handles if line != group and line.control == control]
     if heirs:
         heirs[0].made_control = True
     elif owner_of(control) == group.id_data:
@@ -197,15 +197,15 @@ def remove_handle(obj, index):
     Returns whether the vertex group was deleted.
     """
     settings = obj.meanvalue
-    line = settings.anchor_groups[index]
+    line = settings.handles[index]
     name, made_group, control = line.name, line.made_group, line.control
     if control is not None and bpy.context.view_layer.objects.active == control:
         selection.choose(obj)
     remove_control(line)
-    settings.anchor_groups.remove(index)
+    settings.handles.remove(index)
     was_deleted = made_group and vertex_groups.remove_made(obj, name)
     obj.update_tag()
-    settings.active_anchor_group = max(0, min(settings.active_anchor_group, len(settings.anchor_groups) - 1))
+    settings.active_handle = max(0, min(settings.active_handle, len(settings.handles) - 1))
     return was_deleted
 
 
@@ -242,9 +242,9 @@ def note_active(obj):
     if mesh_object is None:
         return
     settings = mesh_object.meanvalue
-    index = next(number for number, group in enumerate(settings.anchor_groups) if group.control == obj)
-    if settings.active_anchor_group != index:
-        settings.active_anchor_group = index
+    index = next(number for number, group in enumerate(settings.handles) if group.control == obj)
+    if settings.active_handle != index:
+        settings.active_handle = index
 
 
 def _hangs_on(control, obj):

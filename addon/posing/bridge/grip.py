@@ -32,7 +32,7 @@ class Grip:
         """
         self.vertex = vertex
         self._before = _Before(obj)
-        index = obj.meanvalue.anchor_groups.find(handle)
+        index = obj.meanvalue.handles.find(handle)
         index = line_at(obj, vertex) if index < 0 else index
         self.is_new = index is None
         if self.is_new:
@@ -43,14 +43,14 @@ class Grip:
             self._takes_region = bool(obj.meanvalue.roi_group) or not _moving_lines(obj)
             line = handle_lines.add_line(obj, members, new_name=ids.HANDLE_GROUP)
             handle_lines.make_handle(obj, line, members)
-            self.index = len(obj.meanvalue.anchor_groups) - 1
+            self.index = len(obj.meanvalue.handles) - 1
             self.resize(obj, size)
         else:
             self._require_can_be_posed(obj)
-            line = obj.meanvalue.anchor_groups[index]
+            line = obj.meanvalue.handles[index]
             _require_control(obj, line)
             self.index = index
-            obj.meanvalue.active_anchor_group = index
+            obj.meanvalue.active_handle = index
             self._takes_region = False
         self.line_name = line.name
         bpy.context.view_layer.update()  # a control that was just made has its place only after this
@@ -61,9 +61,9 @@ class Grip:
 
     def line(self, obj):
         """@throws SceneError if it is gone."""
-        if self.line_name not in obj.meanvalue.anchor_groups:
+        if self.line_name not in obj.meanvalue.handles:
             raise SceneError(f"Handle '{self.line_name}' is gone")
-        return obj.meanvalue.anchor_groups[self.line_name]
+        return obj.meanvalue.handles[self.line_name]
 
     @property
     def has_size(self):
@@ -126,7 +126,7 @@ class _Before:
         self.live, self.mixed = settings.live, settings.mix.is_on
         self._region = settings.roi_group, settings.roi_invert, settings.made_region
         self._had_group = settings.roi_group in obj.vertex_groups
-        self._active = settings.active_anchor_group
+        self._active = settings.active_handle
         self._was_bound = settings.bound.is_bound
         self._weights = None
         self._result = shape_keys.result_positions(obj)
@@ -143,9 +143,9 @@ class _Before:
     def bring_back(self, obj, made_line):
         settings = obj.meanvalue
         settings.live = self.live
-        if made_line in settings.anchor_groups:
-            controls.remove_handle(obj, settings.anchor_groups.find(made_line))
-        settings.active_anchor_group = self._active
+        if made_line in settings.handles:
+            controls.remove_handle(obj, settings.handles.find(made_line))
+        settings.active_handle = self._active
         if self._weights is not None:
             self._bring_region_back(obj)
         if self._result is not None:
@@ -217,7 +217,7 @@ def _require_control(obj, line):
 
 
 def _moving_lines(obj):
-    return [line.name for line in obj.meanvalue.anchor_groups if line.is_enabled and line.follows != 'REST']
+    return [line.name for line in obj.meanvalue.handles if line.is_enabled and line.follows != 'REST']
 
 
 def _edge_length(obj, vertex, rest):

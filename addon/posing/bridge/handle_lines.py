@@ -26,16 +26,16 @@ def add_line(obj, members, *, group="", new_name=""):
         made = vertex_groups.make(obj, new_name)
         made.add(members.tolist(), 1.0, 'REPLACE')
         group = made.name
-    line = settings.anchor_groups.add()
+    line = settings.handles.add()
     line.name = group
     line.made_group = made_group
-    settings.active_anchor_group = len(settings.anchor_groups) - 1
+    settings.active_handle = len(settings.handles) - 1
     return line
 
 
 def make_handle(obj, line, members, color=None):
     """Gives a line its control, at its vertices as they are shown. Returns the control."""
-    carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.anchor_groups)
+    carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.handles)
     line.color = color or COLORS[carried % len(COLORS)]
     rest, shown = positions(obj, members)
     return controls.add_control(obj, line, rest, shown)
@@ -56,7 +56,7 @@ def positions(obj, members):
 def line_at(obj, vertex):
     """Number of the first line that is turned on and has the vertex; None if none has."""
     names = {obj.vertex_groups[each.group].name for each in obj.data.vertices[vertex].groups if each.weight > 0.0}
-    lines = enumerate(obj.meanvalue.anchor_groups)
+    lines = enumerate(obj.meanvalue.handles)
     return next((number for number, line in lines if line.is_enabled and line.name in names), None)
 
 

@@ -81,7 +81,7 @@ def _unread(obj):
 
 
 def _read(obj, reading):
-    names = {group.name for group in obj.meanvalue.anchor_groups}
+    names = {group.name for group in obj.meanvalue.handles}
     counts = {name: len(indices) for name, indices in reading.members.items() if name in names}
     state, text = _state_and_text(obj)
     return Status(state, text, counts)

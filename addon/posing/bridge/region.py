@@ -12,7 +12,7 @@ from ..core import region_growth, welding
 def require_own_group(obj):
     """@throws SceneError if what is written to the region would change a handle."""
     name = obj.meanvalue.roi_group
-    if name in obj.meanvalue.anchor_groups:
+    if name in obj.meanvalue.handles:
         raise SceneError(
             f"The region '{name}' is the vertex group of a handle too, which would be changed. Choose another group in "
             "Region, or clear the field to have one made"
@@ -141,6 +141,6 @@ def add_falloff(obj, seeds, inner, outer, before):
 
 def handles_outside(obj, mask):
     """Names of the enabled handles, pins left out, that have vertices outside `mask`."""
-    moving = [line.name for line in obj.meanvalue.anchor_groups if line.is_enabled and line.follows != 'REST']
+    moving = [line.name for line in obj.meanvalue.handles if line.is_enabled and line.follows != 'REST']
     members = vertex_groups.members(obj, moving)
     return [name for name in moving if name in members and not mask[members[name]].all()]

@@ -88,7 +88,7 @@ def gather(obj, reading=None):
     members = reading.members
     corners, starts = reading.faces
     settings = obj.meanvalue
-    groups = targets.enabled_groups(obj)
+    groups = targets.enabled_handles(obj)
     names = [group.name for group in groups]
     region_name = settings.roi_group
     freedom = region_weights(
@@ -139,9 +139,9 @@ def effective_region(obj, freedom, rest, twins):
 
 def require_groups(obj):
     """@throws SceneError if a group that the settings name is missing, or none is named."""
-    names = [group.name for group in targets.enabled_groups(obj)]
+    names = [group.name for group in targets.enabled_handles(obj)]
     region_name = obj.meanvalue.roi_group
-    if not obj.meanvalue.anchor_groups:
+    if not obj.meanvalue.handles:
         raise SceneError(
             "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and "
             "press Add Handle. For recorded motion choose a take in Motion Capture and press Match Markers"

@@ -36,9 +36,9 @@ class Targets:
         return count_alike and bool(np.abs(self.positions - other.positions).max(initial=0.0) <= distance)
 
 
-def enabled_groups(obj):
+def enabled_handles(obj):
     """The anchor groups that take part, in the order of the list; pieces are numbered so."""
-    return [group for group in obj.meanvalue.anchor_groups if group.is_enabled]
+    return [group for group in obj.meanvalue.handles if group.is_enabled]
 
 
 def problem(obj):
@@ -48,7 +48,7 @@ def problem(obj):
 
 def handles_problem(obj):
     """As problem(), but for where the result would go."""
-    groups = enabled_groups(obj)
+    groups = enabled_handles(obj)
     for group in groups:
         if group.follows == 'CONTROL':
             found = controls.problem(obj, group)
@@ -59,7 +59,7 @@ def handles_problem(obj):
 
 def pose_key(obj):
     """Name of the shape key that anchors are moved in, or "" if none follows one."""
-    follows_shape = any(group.follows == 'SHAPE' for group in enabled_groups(obj))
+    follows_shape = any(group.follows == 'SHAPE' for group in enabled_handles(obj))
     return obj.active_shape_key.name if follows_shape and shape_keys.pose_problem(obj) is None else ""
 
 
@@ -135,7 +135,7 @@ def go_along(obj, bind_input, space):
 
 def _members(obj, bind_input, follows):
     """(k bool, group) of the groups that take part and follow that."""
-    for number, group in enumerate(enabled_groups(obj)):
+    for number, group in enumerate(enabled_handles(obj)):
         if group.follows == follows:
             yield bind_input.pieces == number, group
 
@@ -175,7 +175,7 @@ def _require_numbers(group, points):
 def influences(obj, bind_input):
     """k float64, 0 to 1: how much each anchor counts now. Below 1 only for soft handles, by their controls."""
     counts = np.ones(len(bind_input.anchors))
-    for number, group in enumerate(enabled_groups(obj)):
+    for number, group in enumerate(enabled_handles(obj)):
         if group.is_soft and group.follows == 'CONTROL' and group.control is not None:
             counts[bind_input.pieces == number] = group.control.meanvalue.influence
     return counts

@@ -39,7 +39,7 @@ class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
         name = self.group or _next_group_name(obj)
         if name not in obj.vertex_groups:
             raise SceneError(f"'{obj.name}' has no vertex group '{name}'. Choose one that it has")
-        if name in obj.meanvalue.anchor_groups:
+        if name in obj.meanvalue.handles:
             raise SceneError(f"Vertex group '{name}' is on the list already. Choose another one")
         if self.follows == 'CONTROL':
             if obj.mode == 'EDIT':
@@ -67,6 +67,6 @@ def _next_group_name(obj):
             "vertices of the handle to it in Edit Mode"
         )
     for name in (obj.vertex_groups.active.name, *obj.vertex_groups.keys()):
-        if name not in obj.meanvalue.anchor_groups:
+        if name not in obj.meanvalue.handles:
             return name
     raise SceneError(f"All vertex groups of '{obj.name}' are on the list already. Make another one first")

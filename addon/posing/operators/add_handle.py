@@ -108,7 +108,7 @@ class NewAnchors(MeshOperator):
                 "There is nothing to take: select vertices in Edit Mode, or choose a vertex group to use as it is"
             )
         vertex_groups.require(obj, name, "to be used", "Choose one that it has")
-        if name in obj.meanvalue.anchor_groups:
+        if name in obj.meanvalue.handles:
             raise SceneError(
                 f"Vertex group '{name}' is on the list already. Select vertices in Edit Mode, or choose another group"
             )
@@ -146,7 +146,7 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
         layout.prop(self, "live")
 
     def run(self, obj):
-        self._was_first = all(group.follows != 'CONTROL' for group in obj.meanvalue.anchor_groups)
+        self._was_first = all(group.follows != 'CONTROL' for group in obj.meanvalue.handles)
         return super().run(obj)
 
     def require_usable(self, obj, members):

@@ -18,7 +18,7 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
     bl_label = "Apply as Rest"
 
     def use(self, obj):
-        lines = [line for line in obj.meanvalue.anchor_groups if line.control is not None]
+        lines = [line for line in obj.meanvalue.handles if line.control is not None]
         seats = controls.seats(obj, lines)
         engine.look_again(obj)
         carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))

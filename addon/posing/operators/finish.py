@@ -35,7 +35,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.anchor_groups and shape_keys.result_positions(obj) is None:
+        if problem is None and not obj.meanvalue.handles and shape_keys.result_positions(obj) is None:
             problem = f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
         if problem is None and obj.meanvalue.baked.target:
             problem = shape_keys.BAKE_PLAYS
@@ -88,7 +88,7 @@ def _posed_by_another(obj):
     """Why the pose is not this object's alone to finish, as a sentence, or None."""
     for other in shape_keys.sharing(obj):
         theirs = other.meanvalue
-        is_posed = any(line.follows != 'REST' for line in theirs.anchor_groups)
+        is_posed = any(line.follows != 'REST' for line in theirs.handles)
         if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
             return (
                 f"'{other.name}' poses the same mesh by handles of its own. Remove those, or give '{obj.name}' its own "
@@ -102,14 +102,14 @@ def _leave_copies(obj):
     for other in shape_keys.sharing(obj):
         if _is_copy(other, obj):
             other.meanvalue.live = False
-            other.meanvalue.anchor_groups.clear()
+            other.meanvalue.handles.clear()
             region.remove_made_group(other)
             bound_record.clear(other.meanvalue.bound)
 
 
 def _is_copy(other, obj):
     """Whether all lines of `other` are also those of `obj`, by vertex group and control."""
-    ours, theirs = ({(line.name, line.control) for line in each.meanvalue.anchor_groups} for each in (obj, other))
+    ours, theirs = ({(line.name, line.control) for line in each.meanvalue.handles} for each in (obj, other))
     mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
     return theirs <= ours and not mine and any(control is not None for _, control in theirs)
 
@@ -129,9 +129,9 @@ def _kept_name(obj, wanted):
 def _remove_what_was_made(obj):
     """Takes away all lines, what was made for them, the region and the binding. Returns what that was, in words."""
     settings = obj.meanvalue
-    lines = len(settings.anchor_groups)
+    lines = len(settings.handles)
     made_controls = sum(
-        line.made_control and controls.owner_of(line.control) == obj for line in settings.anchor_groups if line.control
+        line.made_control and controls.owner_of(line.control) == obj for line in settings.handles if line.control
     )
     made_groups = 0
     if bpy.context.object != obj:

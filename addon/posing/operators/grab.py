@@ -69,7 +69,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             problem = scene_input.object_problem(obj)
             if problem:
                 raise SceneError(problem)
-            if self.handle not in obj.meanvalue.anchor_groups:
+            if self.handle not in obj.meanvalue.handles:
                 require_vertex(obj, self.vertex)
             grip = Grip(obj, self.vertex, self.size, self.handle)
             grip.move(obj, Vector(self.offset))
@@ -146,7 +146,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         if self._pressed.line is not None:
             return self._pressed.line
         index = line_at(obj, self.vertex)
-        return "" if index is None else obj.meanvalue.anchor_groups[index].name
+        return "" if index is None else obj.meanvalue.handles[index].name
 
     def _on_plane(self, mouse):
         """Where the mouse is in the world, in the plane of the view through the place that was pressed."""
@@ -180,12 +180,12 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         return self.tell(message, notes)
 
     def _click(self, obj):
-        index = obj.meanvalue.anchor_groups.find(self.handle)
+        index = obj.meanvalue.handles.find(self.handle)
         if index < 0:
             self.say('INFO', "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
-        line = obj.meanvalue.anchor_groups[index]
-        obj.meanvalue.active_anchor_group = index
+        line = obj.meanvalue.handles[index]
+        obj.meanvalue.active_handle = index
         if line.follows != 'CONTROL':
             return self.tell(f"'{line.name}' is the active {'pin' if line.follows == 'REST' else 'handle'}", [])
         problem = controls.problem(obj, line)

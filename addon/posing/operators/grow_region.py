@@ -48,10 +48,10 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         settings = obj.meanvalue
-        if settings.active_anchor_group >= len(settings.anchor_groups):
+        if settings.active_handle >= len(settings.handles):
             raise SceneError("There is no handle to grow from. Press Add Handle, or click one in the list")
         region.require_own_group(obj)
-        name = settings.anchor_groups[settings.active_anchor_group].name
+        name = settings.handles[settings.active_handle].name
         weights = self._grown(obj, region.handle_members(obj, name)).astype(float)
         if self.extend:
             weights = np.maximum(weights, region.weights(obj))

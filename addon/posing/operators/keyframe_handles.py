@@ -28,7 +28,7 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
     )
 
     def run(self, obj):
-        lines = [line for line in obj.meanvalue.anchor_groups if line.follows == 'CONTROL']
+        lines = [line for line in obj.meanvalue.handles if line.follows == 'CONTROL']
         if not lines:
             raise SceneError("No handle has a control. Press Add Handle, or use the Grab tool, to make one")
         usable = [line for line in lines if controls.problem(obj, line) is None]

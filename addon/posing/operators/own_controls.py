@@ -19,7 +19,7 @@ class MEANVALUE_OT_own_controls(MeshOperator, bpy.types.Operator):
     def run(self, obj):
         lines = [
             line
-            for line in obj.meanvalue.anchor_groups
+            for line in obj.meanvalue.handles
             if line.follows == 'CONTROL' and line.name in obj.vertex_groups and controls.problem(obj, line)
         ]
         if not lines:

@@ -66,7 +66,7 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
 
 
 def _let_go(obj, index):
-    line = obj.meanvalue.anchor_groups[index]
+    line = obj.meanvalue.handles[index]
     if not _is_pin(line):
         raise SceneError(
             f"'{line.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "

@@ -98,7 +98,7 @@ def _control_under(context, obj, region, view, mouse):
     if scene_input.object_problem(obj) is not None:
         return None
     found, least = None, CONTROL_PIXELS * context.preferences.system.ui_scale
-    for line in obj.meanvalue.anchor_groups:
+    for line in obj.meanvalue.handles:
         if not line.is_enabled or line.follows != 'CONTROL' or controls.problem(obj, line) is not None:
             continue
         place = Vector(control_places.world_of(line)[:3, 3])
@@ -112,4 +112,4 @@ def _control_under(context, obj, region, view, mouse):
 
 
 def _has_handles(obj):
-    return len(obj.meanvalue.anchor_groups) > 0
+    return len(obj.meanvalue.handles) > 0

@@ -17,7 +17,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
     bl_label = "Reset Handles"
 
     def run(self, obj):
-        lines = [line for line in obj.meanvalue.anchor_groups if line.follows == 'CONTROL']
+        lines = [line for line in obj.meanvalue.handles if line.follows == 'CONTROL']
         if not lines:
             raise SceneError("No handle has a control. Press Add Handle to make one")
         usable = [line for line in lines if controls.problem(obj, line) is None]

@@ -26,11 +26,11 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         settings = obj.meanvalue
-        index = settings.active_anchor_group if self.index < 0 else self.index
-        if index >= len(settings.anchor_groups):
-            raise SceneError(f"The list has {len(settings.anchor_groups)} lines. Choose one of them")
-        settings.active_anchor_group = index
-        line = settings.anchor_groups[index]
+        index = settings.active_handle if self.index < 0 else self.index
+        if index >= len(settings.handles):
+            raise SceneError(f"The list has {len(settings.handles)} lines. Choose one of them")
+        settings.active_handle = index
+        line = settings.handles[index]
         if line.follows == 'CONTROL' and obj.mode != 'EDIT':
             problem = controls.problem(obj, line)
             if problem:

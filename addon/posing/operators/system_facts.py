@@ -61,7 +61,7 @@ def _solver(private):
 def _counts(obj):
     mesh = obj.data
     keys = mesh.shape_keys
-    lines = obj.meanvalue.anchor_groups
+    lines = obj.meanvalue.handles
     off = sum(not line.is_enabled for line in lines)
     soft = sum(line.is_soft for line in lines)
     return (

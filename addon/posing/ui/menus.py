@@ -33,7 +33,7 @@ from ..operators.keep_pose import MEANVALUE_OT_keep_pose
 from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
 from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_paint_region
-from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.remove_handle import MEANVALUE_OT_remove_handle
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 from ..operators.select_problems import MEANVALUE_OT_select_problems
@@ -54,7 +54,7 @@ _OBJECT_OPERATORS = (
     MEANVALUE_OT_select_problems,
     MEANVALUE_OT_select_unpaired,
     MEANVALUE_OT_own_controls,
-    MEANVALUE_OT_remove_anchor_group,
+    MEANVALUE_OT_remove_handle,
     None,
     MEANVALUE_OT_grow_region,
     MEANVALUE_OT_paint_region,
@@ -95,7 +95,7 @@ _EDIT_OPERATORS = (
     MEANVALUE_OT_add_handle,
     MEANVALUE_OT_add_pin,
     MEANVALUE_OT_select_handle,
-    MEANVALUE_OT_remove_anchor_group,
+    MEANVALUE_OT_remove_handle,
 )
 
 

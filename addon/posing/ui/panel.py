@@ -23,13 +23,13 @@ from ..operators.keep_pose import MEANVALUE_OT_keep_pose
 from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
 from ..operators.own_controls import MEANVALUE_OT_own_controls
 from ..operators.paint_region import MEANVALUE_OT_finish_region, MEANVALUE_OT_paint_region
-from ..operators.remove_anchor_group import MEANVALUE_OT_remove_anchor_group
+from ..operators.remove_handle import MEANVALUE_OT_remove_handle
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.unbind import MEANVALUE_OT_unbind
 from . import overlay
-from .anchor_list import MEANVALUE_UL_anchor_groups
+from .handle_list import MEANVALUE_UL_handles
 
 STATE_ICONS = {
     State.UNBOUND: 'RADIOBUT_OFF',
@@ -188,8 +188,8 @@ class MEANVALUE_PT_shape_key(PanelPart, bpy.types.Panel):
 
 def _active_line(obj):
     settings = obj.meanvalue
-    if settings.active_anchor_group < len(settings.anchor_groups):
-        return settings.anchor_groups[settings.active_anchor_group]
+    if settings.active_handle < len(settings.handles):
+        return settings.handles[settings.active_handle]
     return None
 
 
@@ -216,11 +216,11 @@ def _draw_handles(layout, obj):
     row.operator(MEANVALUE_OT_add_pin.bl_idname, icon='PINNED')
     row = layout.row()
     row.template_list(
-        MEANVALUE_UL_anchor_groups.__name__, "", settings, "anchor_groups", settings, "active_anchor_group", rows=3
+        MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", rows=3
     )
     buttons = row.column(align=True)
     buttons.operator(MEANVALUE_OT_add_anchor_group.bl_idname, icon='ADD', text="")
-    buttons.operator(MEANVALUE_OT_remove_anchor_group.bl_idname, icon='REMOVE', text="")
+    buttons.operator(MEANVALUE_OT_remove_handle.bl_idname, icon='REMOVE', text="")
     row = layout.row(align=True)
     row.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK', text="Reset")
     row.operator(MEANVALUE_OT_keyframe_handles.bl_idname, icon='KEY_HLT', text="Keyframe")
@@ -232,7 +232,7 @@ def _draw_handles(layout, obj):
 
 def _draw_status(layout, context, obj, status):
     """One thing at a time: what live posing waits for, or what there is to do, with the button that does it."""
-    if not obj.meanvalue.anchor_groups and not obj.meanvalue.live:
+    if not obj.meanvalue.handles and not obj.meanvalue.live:
         if not obj.meanvalue.mix.is_on:
             hint = (
                 "Choose the Grab tool, press on the mesh and drag. Or select vertices in Edit Mode and press "

@@ -124,7 +124,7 @@ def correct(figure, obj, skinned):
         pose.call(bpy.ops.meanvalue.add_handle, group=name)
         bpy.context.view_layer.update()
     for name, (_, push) in parts.items():
-        control = obj.meanvalue.anchor_groups[name].control
+        control = obj.meanvalue.handles[name].control
         control.matrix_world = Matrix.Translation(push) @ control.matrix_world
         bpy.context.view_layer.update()
     size = float(np.linalg.norm(np.ptp(figure.vertices, axis=0)))

@@ -9,7 +9,7 @@ from ..operators.select_handle import MEANVALUE_OT_select_handle
 FOLLOWS_ICONS = {'SHAPE': 'SHAPEKEY_DATA', 'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 
 
-class MEANVALUE_UL_anchor_groups(bpy.types.UIList):
+class MEANVALUE_UL_handles(bpy.types.UIList):
     """One line for each handle or pin: on or off, colour, name, and a button to select it"""
 
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept of a handle or a pin: `object.meanvalue.anchor_groups`."""
+"""What is kept of a handle or a pin: `object.meanvalue.handles`."""
 
 import bpy
 import numpy as np
@@ -40,7 +40,7 @@ def _paint(group, _context):
         controls.paint(group.control, group)
 
 
-class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
+class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
     """One vertex group whose vertices are anchors: a handle, a pin, or vertices moved in Edit Mode"""
 
     name: StringProperty(
@@ -128,4 +128,4 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
     cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this ring of skin
 
 
-CLASSES = (MEANVALUE_PG_anchor_group,)
+CLASSES = (MEANVALUE_PG_handle,)

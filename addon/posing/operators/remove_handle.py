@@ -9,19 +9,19 @@ from ...widgets.base import MeshOperator
 from ..bridge import controls
 
 
-class MEANVALUE_OT_remove_anchor_group(MeshOperator, bpy.types.Operator):
+class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
     """Take the active line off the list, with the control and vertex group that were made for it"""
 
-    bl_idname = "meanvalue.remove_anchor_group"
+    bl_idname = "meanvalue.remove_handle"
     bl_label = "Remove"
     needs_object_mode = False
 
     def run(self, obj):
         settings = obj.meanvalue
-        index = settings.active_anchor_group
-        if index >= len(settings.anchor_groups):
+        index = settings.active_handle
+        if index >= len(settings.handles):
             raise SceneError("No line of the list is selected. Click the handle or pin to remove")
         selection.leave_edit_mode(obj)
-        name = settings.anchor_groups[index].name
+        name = settings.handles[index].name
         controls.remove_handle(obj, index)
         return f"'{name}' holds nothing any more", []
