@@ -82,7 +82,7 @@ def _places(obj, depsgraph):
     world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
     rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
     found = []
-    for line in targets.enabled_groups(obj):
+    for line in targets.enabled_handles(obj):
         if line.follows == 'CONTROL' and controls.problem(obj, line) is None and line.control not in rigs:
             control = line.control.evaluated_get(depsgraph)
             place = world @ control.matrix_world

@@ -151,7 +151,7 @@ def figures(obj, teleported, bind_seconds, solve_seconds):
 
 def whole_encoding(obj, rest):
     """The native encoding of the whole rest mesh `rest` (n, 3)."""
-    native = importlib.import_module(f"{ADDON}.native_loader").module()
+    native = importlib.import_module(f"{ADDON}.solver.native_loader").module()
     obj.data.calc_loop_triangles()
     triangles = np.empty(3 * len(obj.data.loop_triangles), dtype=np.int32)
     obj.data.loop_triangles.foreach_get("vertices", triangles)

@@ -20,7 +20,7 @@ def newer(tmp_path):
             content = old.read(name)
             if name.endswith("blender_manifest.toml"):
                 content = re.sub(rb'(?m)^version = ".*"', f'version = "{NEWER}"'.encode(), content)
-            elif name.endswith("/bake_settings.py") or name == "bake_settings.py":
+            elif name.endswith("baking/properties.py"):
                 content += f'\nMARK = "{NEWER}"\n'.encode()
             new.writestr(name, content)
     yield path

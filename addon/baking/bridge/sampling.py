@@ -90,7 +90,7 @@ def _visit(scene_name, find, times, read):
 def _require_evaluated(obj):
     """@throws SceneError if the object or a control is disabled: Blender then leaves it where it is, without a word."""
     layer = bpy.context.view_layer.layer_collection
-    controls = [group.control for group in targets.enabled_groups(obj) if group.follows == 'CONTROL']
+    controls = [group.control for group in targets.enabled_handles(obj) if group.follows == 'CONTROL']
     for each in (obj, *controls):
         if each.hide_viewport or not _is_reached(layer, each):
             raise SceneError(
@@ -150,7 +150,7 @@ def _put_back(scene_name, former):
 
 
 def _notes(obj, pose_name):
-    groups = targets.enabled_groups(obj)
+    groups = targets.enabled_handles(obj)
     if pose_name:
         names = [group.name for group in groups if group.follows == 'SHAPE']
         yield (

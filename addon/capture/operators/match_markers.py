@@ -42,7 +42,7 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
 def _shared(obj, matched):
     """Notes on vertices that another handle of the mesh has, too: the first of the list carries them."""
     own = {pair.control for pair in marker_pairs.matched(obj)}
-    lines = [line for line in targets.enabled_groups(obj) if line.control not in own]
+    lines = [line for line in targets.enabled_handles(obj) if line.control not in own]
     held = {}
     for name, members in vertex_groups.members(obj, [line.name for line in lines]).items():
         held.update(dict.fromkeys(members.tolist(), name))

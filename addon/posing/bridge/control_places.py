@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where controls are: in the object's space as seen, and in the space of the shape key, where handles are at rest.
 
-A *place* is a 4 x 4 matrix in one of the two (scene/core/seen_space.py). A *carry* takes the second to the first, for the
-vertices of one handle; it is motion.IDENTITY without a rig. Controls that Add Handle made have the carry in their
+A *place* is a 4 x 4 matrix in one of the two (scene/core/seen_space.py). A *carry* takes the second to the first, for
+the vertices of one handle; it is motion.IDENTITY without a rig. Controls that Add Handle made have the carry in their
 parent inverse: so they stand where the handle is seen, and their channels say where they are in the key's space
 (docs/decisions/0020-posing-on-rigs.md).
 """

@@ -80,7 +80,7 @@ def look(obj):
         elif known.stamp.settings != model.stamp.settings:
             return known.look  # its handles may be others than those that there are now
     positions = shown_positions(obj)
-    colors = tuple((*handle.color, 1.0) for handle in targets.enabled_groups(obj))
+    colors = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
     if known.look is None or known.look_colors != colors or not np.array_equal(known.look_positions, positions):
         known.look = _look(known, positions, colors)
         known.look_positions, known.look_colors = positions, colors
@@ -88,7 +88,7 @@ def look(obj):
 
 
 def _read(obj, stamp, reading):
-    names = [handle.name for handle in targets.enabled_groups(obj)]
+    names = [handle.name for handle in targets.enabled_handles(obj)]
     region = obj.meanvalue.roi_group
     members = reading.members
     anchors, pieces = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])

@@ -36,7 +36,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
 
     def finish(self, obj, posing, _outcome):
         if _has_other_rest_shape(obj, posing):
-            for line in targets.enabled_groups(obj):
+            for line in targets.enabled_handles(obj):
                 if line.follows == 'CONTROL' and controls.problem(obj, line) is None:
                     controls.hold_as_shown(obj, line, controls.shown_move(obj, line))
         posing.record(obj)
