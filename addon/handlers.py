@@ -1,24 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
-Live posing follows what moved (live/engine.py); all else only forgets or marks. A timer has the panel drawn again when
-an edited object has been left alone for a moment, since Blender has no reason to draw then.
+Live posing follows what moved (live/engine.py); all else only forgets or marks. A room hears of it by functions of its
+room.py: scene_updated(depsgraph), chosen(active), forget(), another_file(), those that it has. A timer has the panel
+drawn again when an edited object has been left alone for a moment, since Blender has no reason to draw then.
 """
 
 import bpy
 from bpy.app.handlers import persistent
 
-from .capture.bridge import marker_pairs
 from .live import engine
-from .mixing import mix_session
-from .posing.bridge import carriers, controls, object_status, overlay_data
 from .scene import object_model, shared_readings, views
 from .solver import session
+
+_rooms = ()
+
+
+def _have_heard(name, *arguments):
+    for room in _rooms:
+        hear = getattr(room, name, None)
+        if hear is not None:
+            hear(*arguments)
 
 
 @persistent
 def meanvalue_scene_updated(_scene, depsgraph):
-    carriers.note(depsgraph)
+    _have_heard("scene_updated", depsgraph)
     _note_active_object()
     if engine.scene_updated(depsgraph):
         _draw_again_when_quiet()
@@ -43,7 +50,7 @@ def meanvalue_leave_file(*_):
 @persistent
 def meanvalue_another_file(*_):
     session.clear()
-    mix_session.clear()
+    _have_heard("another_file")
     _forget_what_was_read()
     engine.another_file()
 
@@ -84,16 +91,13 @@ def _note_active_object():
     if name != _last_active:
         _last_active = name
         if active is not None and active.type == 'EMPTY':
-            controls.note_active(active)
-            marker_pairs.note_active(active)
+            _have_heard("chosen", active)
 
 
 def _forget_what_was_read():
-    carriers.forget()
     shared_readings.stop()
     object_model.clear()
-    object_status.clear()
-    overlay_data.clear()
+    _have_heard("forget")
 
 
 def _draw_again_when_quiet():
@@ -115,14 +119,18 @@ def _draw_again():
     return None
 
 
-def register():
+def register(rooms):
+    global _rooms
     unregister()
+    _rooms = rooms
     for list_name, handler in _HANDLERS:
         getattr(bpy.app.handlers, list_name).append(handler)
 
 
 def unregister():
     """By name: after reloading the add-on, handlers of the former one are other functions."""
+    global _rooms
+    _rooms = ()
     for list_name, handler in _HANDLERS:
         handlers = getattr(bpy.app.handlers, list_name)
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]

@@ -2,9 +2,10 @@
 """How an object is baked (`object.meanvalue.bake`), and what a bake has made of it (`object.meanvalue.baked`)."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .. import compat, ids
+from ..scene.declarations import aside
 
 TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
 
@@ -158,4 +159,8 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     worst: StringProperty()  # frames with the highest energies
 
 
-CLASSES = (MEANVALUE_PG_bake, MEANVALUE_PG_baked)
+PROPERTY_GROUPS = (MEANVALUE_PG_bake, MEANVALUE_PG_baked)
+SETTINGS = {
+    "bake": aside(PointerProperty)(type=MEANVALUE_PG_bake),
+    "baked": aside(PointerProperty)(type=MEANVALUE_PG_baked),
+}

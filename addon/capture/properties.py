@@ -13,8 +13,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from .. import ids
 from ..posing.handle_properties import IDENTITY
+from ..scene.declarations import aside
 from .bridge import marker_pairs, marker_presets, takes
 
 
@@ -188,16 +188,9 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (MEANVALUE_PG_marker_problem, MEANVALUE_PG_take, MEANVALUE_PG_marker_pair, MEANVALUE_PG_capture)
-
-
-def register():
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-    setattr(bpy.types.Collection, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_take))
-
-
-def unregister():
-    delattr(bpy.types.Collection, ids.OBJECT_PROPERTY)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+PROPERTY_GROUPS = (MEANVALUE_PG_marker_problem, MEANVALUE_PG_take, MEANVALUE_PG_marker_pair, MEANVALUE_PG_capture)
+SETTINGS = {
+    "marker": aside(StringProperty)(options={'HIDDEN'}),  # of a marker of a take: its name in the file
+    "marker_number": aside(IntProperty)(options={'HIDDEN'}),  # and where it comes in the file
+    "capture": aside(PointerProperty)(type=MEANVALUE_PG_capture),
+}

@@ -2,9 +2,10 @@
 """How the shape keys of an object are mixed: `object.meanvalue.mix`. The sliders are those of the keys."""
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..posing.bridge import scene_input
+from ..scene.declarations import aside
 from .bridge import mix_layers
 
 
@@ -51,4 +52,5 @@ class MEANVALUE_PG_mix(bpy.types.PropertyGroup):
     note: StringProperty(options={'HIDDEN'})  # what the in-between keys are, for the panel
 
 
-CLASSES = (MEANVALUE_PG_mix,)
+PROPERTY_GROUPS = (MEANVALUE_PG_mix,)
+SETTINGS = {"mix": aside(PointerProperty)(type=MEANVALUE_PG_mix)}

@@ -126,6 +126,3 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
     is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
     marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this marker
     cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this ring of skin
-
-
-CLASSES = (MEANVALUE_PG_handle,)

@@ -12,6 +12,8 @@ from bpy.props import (
     StringProperty,
 )
 
+from ..scene.declarations import aside
+
 
 class MEANVALUE_PG_wrap_pair(bpy.types.PropertyGroup):
     """A vertex of the mesh and where it belongs on the other one"""
@@ -48,4 +50,5 @@ class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):
     made: StringProperty(options={'HIDDEN'})  # the shape key that the last wrap wrote
 
 
-CLASSES = (MEANVALUE_PG_wrap_pair, MEANVALUE_PG_wrap)
+PROPERTY_GROUPS = (MEANVALUE_PG_wrap_pair, MEANVALUE_PG_wrap)
+SETTINGS = {"wrap": aside(PointerProperty)(type=MEANVALUE_PG_wrap)}

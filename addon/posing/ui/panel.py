@@ -215,9 +215,7 @@ def _draw_handles(layout, obj):
     row.operator(MEANVALUE_OT_add_handle.bl_idname, icon='EMPTY_AXIS')
     row.operator(MEANVALUE_OT_add_pin.bl_idname, icon='PINNED')
     row = layout.row()
-    row.template_list(
-        MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", rows=3
-    )
+    row.template_list(MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", rows=3)
     buttons = row.column(align=True)
     buttons.operator(MEANVALUE_OT_add_anchor_group.bl_idname, icon='ADD', text="")
     buttons.operator(MEANVALUE_OT_remove_handle.bl_idname, icon='REMOVE', text="")

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What motion capture adds to Blender, for registration.py."""
+
+import bpy
+from bpy.props import PointerProperty
+
+from .. import ids
+from . import file_drop, marker_list, panel
+from .bridge import marker_pairs, mended_takes
+from .operators import (
+    find_marker_problems,
+    import_motion,
+    match_markers,
+    pick_marker_point,
+    reference_frame,
+    remove_marker,
+    save_marker_set,
+    select_marker,
+    swap_markers,
+)
+from .properties import PROPERTY_GROUPS, SETTINGS, MEANVALUE_PG_take  # noqa: F401
+
+CLASSES = (
+    import_motion.MEANVALUE_OT_import_motion,
+    find_marker_problems.MEANVALUE_OT_find_marker_problems,
+    find_marker_problems.MEANVALUE_OT_show_marker_problem,
+    swap_markers.MEANVALUE_OT_swap_markers,
+    reference_frame.MEANVALUE_OT_set_reference_frame,
+    match_markers.MEANVALUE_OT_match_markers,
+    select_marker.MEANVALUE_OT_select_marker,
+    pick_marker_point.MEANVALUE_OT_pick_marker_point,
+    remove_marker.MEANVALUE_OT_remove_marker,
+    save_marker_set.MEANVALUE_OT_save_marker_set,
+    *marker_list.CLASSES,
+    *panel.CLASSES,
+    *file_drop.CLASSES,
+)
+
+
+def register():
+    setattr(bpy.types.Collection, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_take))
+
+
+def unregister():
+    delattr(bpy.types.Collection, ids.OBJECT_PROPERTY)
+    mended_takes.forget()
+
+
+def chosen(active):
+    """The artist made an Empty the active object."""
+    marker_pairs.note_active(active)

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What mixing adds to Blender, for registration.py."""
+
+from . import mix_session, panel
+from .operators import bake_mix, morph, remove_in_betweens
+from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
+
+CLASSES = (
+    morph.MEANVALUE_OT_morph,
+    morph.MEANVALUE_OT_blend_part,
+    bake_mix.MEANVALUE_OT_bake_mix,
+    remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
+    *panel.CLASSES,
+)
+
+
+def register():
+    pass
+
+
+def unregister():
+    mix_session.clear()
+
+
+def another_file():
+    mix_session.clear()

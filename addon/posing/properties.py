@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What posing keeps on an object, in `object.meanvalue`."""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from .. import ids
+from ..scene.declarations import aside, tell
+from .bridge import targets
+from .handle_properties import MEANVALUE_PG_handle
+
+
+def _choose_region(settings, context):
+    """A group that the artist chose is not the add-on's to delete."""
+    settings.made_region = ""
+    tell(settings, context)
+
+
+def _make_result_key(settings, _context):
+    """Live writes into a shape key that is there: none is made while the artist drags."""
+    if settings.live:
+        if settings.mix.is_on:
+            settings.mix.is_on = False  # one of both shapes the mesh
+        targets.prepare_result(settings.id_data)
+    settings.id_data.update_tag()
+
+
+class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
+    """What the mesh was bound as, see posing/bridge/bound_record.py. Counts are for messages, digests for comparing"""
+
+    is_bound: BoolProperty()
+    vertex_count: IntProperty()
+    face_count: IntProperty()
+    faces: StringProperty()
+    rest_shape: StringProperty()
+    anchors: StringProperty()
+    roi: StringProperty()
+    settings: StringProperty()
+    mirror: StringProperty()
+    anchor_count: IntProperty()
+    free_count: IntProperty()
+    unheld_part_count: IntProperty()
+    following_part_count: IntProperty()
+    seconds: FloatProperty()
+
+    is_solved: BoolProperty()
+    solve_iterations: IntProperty()
+    solve_energy: FloatProperty()
+    solve_seconds: FloatProperty()
+    solve_converged: BoolProperty()
+    solve_stop_reason: StringProperty()
+
+
+class Settings:
+    """Annotations for the property group of an object, see addon/properties.py"""
+
+    handles: CollectionProperty(type=MEANVALUE_PG_handle)
+    active_handle: aside(IntProperty)(name="Active Handle", min=0)
+    live: aside(BoolProperty)(
+        name="Live",
+        description="Pose the mesh at once whenever a handle or a setting changes",
+        update=_make_result_key,
+    )
+    roi_group: StringProperty(
+        name="Region",
+        description="Vertex group of the vertices that may move. Weights between 0 and 1 are a falloff: springs hold "
+        "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is "
+        "free). Without a group, the whole mesh may move",
+        maxlen=ids.NAME_LENGTH,
+        update=_choose_region,
+    )
+    roi_invert: BoolProperty(
+        name="Invert",
+        description="The vertices outside the group may move, those in it stay in place",
+        update=tell,
+    )
+    symmetric: EnumProperty(
+        name="Symmetric",
+        description="Pose both sides at once: what a handle does is done mirrored on the other side of the object's "
+        "origin. For meshes that are the same on both sides",
+        items=(
+            ('NONE', "Off", "Handles move what they hold"),
+            ('X', "X", "The left and the right side are mirrored"),
+            ('Y', "Y", "The front and the back are mirrored"),
+            ('Z', "Z", "Top and bottom are mirrored"),
+        ),
+        default='NONE',
+        update=tell,
+    )
+    method: EnumProperty(
+        name="Method",
+        description="How the shape is found",
+        items=(
+            (ids.METHOD_FAST, "Fast", "Keeps shape and lengths, follows far turns, quick enough to drag"),
+            (ids.METHOD_PAPER, "Paper", "The hierarchical decoding of Kraevoy and Sheffer, to the letter"),
+            (ids.METHOD_FULL, "Full", "The paper's energy minimised over the whole mesh at once. Slow on big meshes"),
+        ),
+        default=ids.METHOD_FAST,
+        update=tell,
+    )
+    rigidity: FloatProperty(
+        name="Rigidity",
+        description="How much lengths count beside the local shape. 0 is the paper's energy, which lets parts "
+        "grow and shrink freely. Only the method Fast knows it",
+        default=ids.DEFAULT_RIGIDITY,
+        min=0.0,
+        soft_max=100.0,
+        max=1e6,
+        update=tell,
+    )
+    loose_parts: EnumProperty(
+        name="Loose Parts",
+        description="What becomes of parts that no handle and no pin holds, such as eyes, teeth and buttons",
+        items=(
+            (ids.LOOSE_FOLLOW, "Follow", "They go along with the nearest surface that is held, as rigid pieces"),
+            (ids.LOOSE_STAY, "Stay", "They keep their place"),
+        ),
+        default=ids.LOOSE_FOLLOW,
+        update=tell,
+    )
+    merge_distance: FloatProperty(
+        name="Merge Distance",
+        description="Vertices this near to each other move as one: closes open seams and doubles for the solver, while "
+        "the mesh stays as it is. 0: none are",
+        default=0.0,
+        min=0.0,
+        soft_max=0.01,
+        precision=5,
+        step=0.01,
+        subtype='DISTANCE',
+        update=tell,
+    )
+    result_key: StringProperty(
+        name="Result",
+        description="Shape key that Solve and Live write, made if it is missing",
+        default=ids.DEFAULT_RESULT_KEY,
+        maxlen=ids.NAME_LENGTH,
+        update=_make_result_key,
+    )
+    made_region: aside(StringProperty)(options={'HIDDEN'})  # the region's vertex group, if it was made for it
+    former_result: aside(StringProperty)(options={'HIDDEN'})  # the shape key that the last solve wrote
+    show_overlay: aside(BoolProperty)(
+        name="Overlay",
+        description="Show handles, pins and region in the 3D View",
+        default=True,
+    )
+    bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
+    influence: aside(FloatProperty)(
+        name="Influence",
+        description="How much the soft handle that this control carries counts. At 0 it is free",
+        default=1.0,
+        min=0.0,
+        max=1.0,
+        subtype='FACTOR',
+        update=tell,
+    )
+
+
+PROPERTY_GROUPS = (MEANVALUE_PG_handle, MEANVALUE_PG_bound_record)
+SETTINGS = Settings.__annotations__

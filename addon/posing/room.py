@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What posing adds to Blender, for registration.py."""
+
+from .bridge import carriers, controls, object_status, overlay_data
+from .operators import (
+    add_anchor_group,
+    add_handle,
+    add_pose_key,
+    apply_pose,
+    bind,
+    copy_system_info,
+    finish,
+    grab,
+    grow_region,
+    keep_pose,
+    keyframe_handles,
+    own_controls,
+    paint_region,
+    pin_here,
+    remove_handle,
+    reset_handles,
+    select_handle,
+    select_problems,
+    select_unpaired,
+    solve,
+    toggle_live,
+    unbind,
+)
+from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
+from .ui import grab_tool, handle_list, keymap, menus, overlay, panel, symmetry_panel
+
+CLASSES = (
+    add_anchor_group.MEANVALUE_OT_add_anchor_group,
+    grab.MEANVALUE_OT_grab,
+    pin_here.MEANVALUE_OT_pin_here,
+    add_handle.MEANVALUE_OT_add_handle,
+    add_handle.MEANVALUE_OT_add_pin,
+    remove_handle.MEANVALUE_OT_remove_handle,
+    select_handle.MEANVALUE_OT_select_handle,
+    reset_handles.MEANVALUE_OT_reset_handles,
+    select_problems.MEANVALUE_OT_select_problems,
+    select_unpaired.MEANVALUE_OT_select_unpaired,
+    own_controls.MEANVALUE_OT_own_controls,
+    keep_pose.MEANVALUE_OT_keep_pose,
+    keyframe_handles.MEANVALUE_OT_keyframe_handles,
+    finish.MEANVALUE_OT_finish,
+    apply_pose.MEANVALUE_OT_apply_pose,
+    add_pose_key.MEANVALUE_OT_add_pose_key,
+    bind.MEANVALUE_OT_bind,
+    unbind.MEANVALUE_OT_unbind,
+    solve.MEANVALUE_OT_solve,
+    toggle_live.MEANVALUE_OT_toggle_live,
+    grow_region.MEANVALUE_OT_grow_region,
+    paint_region.MEANVALUE_OT_paint_region,
+    paint_region.MEANVALUE_OT_finish_region,
+    copy_system_info.MEANVALUE_OT_copy_system_info,
+    handle_list.MEANVALUE_UL_handles,
+    *panel.CLASSES,
+    *symmetry_panel.CLASSES,
+    *menus.CLASSES,
+)
+
+#: What is hung into Blender's own user interface.
+_USER_INTERFACE = (menus, keymap, grab_tool, overlay)
+
+
+def register():
+    for module in _USER_INTERFACE:
+        module.register()
+
+
+def unregister():
+    grab.end_all()
+    for module in reversed(_USER_INTERFACE):
+        module.unregister()
+    forget()
+
+
+def scene_updated(depsgraph):
+    carriers.note(depsgraph)
+
+
+def chosen(active):
+    """The artist made an Empty the active object."""
+    controls.note_active(active)
+
+
+def forget():
+    """Undo, redo or loading replaced everything that was read."""
+    carriers.forget()
+    object_status.clear()
+    overlay_data.clear()
