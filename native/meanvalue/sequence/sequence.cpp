@@ -158,10 +158,11 @@ void SequenceSolve::smooth(Run& run) {
     if (run.begin + first >= plan_.end() || half_width < 2) return;
     const std::vector<float*> shapes(run.shapes.begin() + first, run.shapes.end());
     const PathSmoother smoother({run.is_solved.begin() + first, run.is_solved.end()}, half_width);
-    std::vector<double> limits =
+    PathSmoother::Limits limits =
         smoother.roughness_of(trajectories_, run.begin + first, deformer_.bound().anchors(), shapes);
-    for (double& limit : limits)
-        limit += unseen_;
+    for (std::vector<double>* const each : {&limits.wide, &limits.near})
+        for (double& limit : *each)
+            limit += unseen_;
     smoother.smooth(shapes, static_cast<std::size_t>(result_.vertex_count), limits, execution_);
     for (std::size_t k = 1; k < shapes.size(); ++k) {
         if (!run.is_solved[first + k]) std::copy_n(shapes[k - 1], numbers_of_shape(), shapes[k]);

@@ -1,6 +1,7 @@
 #include "meanvalue/sequence/smooth_paths.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -11,6 +12,10 @@ namespace {
 // Points whose paths fit into the cache, 56 frames of them.
 constexpr std::size_t kBlock = 64;
 
+// The frames over which a jump is told from a swing: of a jump this roughness is half of its second difference or more.
+constexpr Index kNear = 2;
+constexpr double kOfJump = 2.0;
+
 double length_of(const double* vector) {
     return std::sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
 }
@@ -18,19 +23,18 @@ double length_of(const double* vector) {
 }  // namespace
 
 PathSmoother::PathSmoother(std::vector<char> is_solved, Index half_width)
-    : frame_count_(static_cast<Index>(is_solved.size())), half_width_(half_width), roughness_(is_solved.size()) {
+    : frame_count_(static_cast<Index>(is_solved.size())),
+      half_width_(half_width),
+      wide_(is_solved.size()),
+      near_(is_solved.size()) {
     if (half_width_ < 2) return;
     const double width = half_width_;
     for (Index frame = 1; frame + 1 < frame_count_; ++frame) {
         const auto first = is_solved.begin() + std::max<Index>(0, frame - half_width_);
         const auto behind = is_solved.begin() + std::min(frame_count_, frame + half_width_ + 1);
         if (std::find(first, behind, char{0}) != behind) continue;
-        std::vector<Term>& terms = roughness_[frame];
-        add(frame, -2.0 + 2.0 / (width * width), terms);
-        for (const Index side : {-1, 1}) {
-            add(frame + side, 1.0, terms);
-            add(frame + side * half_width_, -1.0 / (width * width), terms);
-        }
+        wide_[frame] = roughness_at(frame, half_width_);
+        near_[frame] = roughness_at(frame, std::min(kNear, half_width_));
     }
     // From beyond the triangle, where it is 0, to the middle.
     response_.assign(half_width_ + 1, 0.0);
@@ -40,8 +44,19 @@ PathSmoother::PathSmoother(std::vector<char> is_solved, Index half_width)
     }
 }
 
+PathSmoother::Terms PathSmoother::roughness_at(Index frame, Index half_width) const {
+    const double share = 1.0 / (static_cast<double>(half_width) * half_width);
+    Terms terms;
+    add(frame, -2.0 + 2.0 * share, terms);
+    for (const Index side : {-1, 1}) {
+        add(frame + side, 1.0, terms);
+        add(frame + side * half_width, -share, terms);
+    }
+    return terms;
+}
+
 /// A frame beyond an end is that of the path turned about it: twice the end less the one as far inside.
-void PathSmoother::add(Index frame, double factor, std::vector<Term>& terms) const {
+void PathSmoother::add(Index frame, double factor, Terms& terms) const {
     const Index last = frame_count_ - 1;
     if (frame < 0 || frame > last) {
         const Index end = frame < 0 ? 0 : last;
@@ -66,18 +81,17 @@ double PathSmoother::shift(Index from, Index to) const {
     return response(to - from) - response(to + from) - response(to + from - 2 * (frame_count_ - 1));
 }
 
-std::vector<double> PathSmoother::roughness_of(const Trajectories& trajectories, Index first,
-                                               const std::vector<Index>& vertices,
-                                               const std::vector<float*>& points) const {
+PathSmoother::Limits PathSmoother::roughness_of(const Trajectories& trajectories, Index first,
+                                                const std::vector<Index>& vertices,
+                                                const std::vector<float*>& points) const {
     const auto row_of = [&](const Term& term, std::size_t anchor) {
         return static_cast<std::size_t>(first + term.frame) * vertices.size() + anchor;
     };
     const auto weight_of = [&](const Term& term, std::size_t anchor) {
         return trajectories.weights.empty() ? 1.0 : trajectories.weights[row_of(term, anchor)];
     };
-    std::vector<double> largest(frame_count_, 0.0);
-    for (Index frame = 0; frame < frame_count_; ++frame) {
-        const std::vector<Term>& terms = roughness_[frame];
+    const auto largest = [&](const Terms& terms) {
+        double most = 0.0;
         for (std::size_t anchor = 0; anchor < vertices.size() && !terms.empty(); ++anchor) {
             const double weight = weight_of(terms.front(), anchor);
             const bool is_steady = std::all_of(terms.begin(), terms.end(),
@@ -90,24 +104,42 @@ std::vector<double> PathSmoother::roughness_of(const Trajectories& trajectories,
                 for (int axis = 0; axis < 3; ++axis)
                     sum[axis] += term.factor * (is_steady ? static_cast<float>(target[axis]) : point[axis]);
             }
-            largest[frame] = std::max(largest[frame], length_of(sum.data()));
+            most = std::max(most, length_of(sum.data()));
         }
+        return most;
+    };
+    Limits limits;
+    for (Index frame = 0; frame < frame_count_; ++frame) {
+        limits.wide.push_back(largest(wide_[frame]));
+        limits.near.push_back(largest(near_[frame]));
     }
-    return largest;
+    return limits;
 }
 
 bool PathSmoother::find_excess(const std::vector<float*>& points, std::size_t begin, std::size_t numbers, Index frame,
-                               double limit, std::vector<double>& excess) const {
-    std::fill(excess.begin(), excess.end(), 0.0);
-    for (const Term& term : roughness_[frame]) {
-        const float* const at = points[term.frame] + begin;
-        for (std::size_t k = 0; k < numbers; ++k)
-            excess[k] += term.factor * at[k];
-    }
+                               const Limits& limits, std::vector<double>& excess) const {
+    const auto sum = [&](const Terms& terms) {
+        std::fill(excess.begin(), excess.end(), 0.0);
+        for (const Term& term : terms) {
+            const float* const at = points[term.frame] + begin;
+            for (std::size_t k = 0; k < numbers; ++k)
+                excess[k] += term.factor * at[k];
+        }
+    };
+    std::array<double, kBlock> most{};
     bool exceeds = false;
+    sum(near_[frame]);
+    for (std::size_t k = 0; k < numbers; k += 3) {
+        most[k / 3] = std::max(0.0, kOfJump * (length_of(&excess[k]) - limits.near[frame]));
+        exceeds = exceeds || most[k / 3] > 0.0;
+    }
+    if (!exceeds) return false;
+    exceeds = false;
+    sum(wide_[frame]);
     for (std::size_t k = 0; k < numbers; k += 3) {
         const double length = length_of(&excess[k]);
-        const double share = length > limit ? 1.0 - limit / length : 0.0;
+        const double above = std::min(length - limits.wide[frame], most[k / 3]);
+        const double share = above > 0.0 ? above / length : 0.0;
         exceeds = exceeds || share > 0.0;
         for (std::size_t axis = 0; axis < 3; ++axis)
             excess[k + axis] *= share;
@@ -115,7 +147,7 @@ bool PathSmoother::find_excess(const std::vector<float*>& points, std::size_t be
     return exceeds;
 }
 
-void PathSmoother::smooth(const std::vector<float*>& points, std::size_t count, const std::vector<double>& limits,
+void PathSmoother::smooth(const std::vector<float*>& points, std::size_t count, const Limits& limits,
                           const Execution& execution) const {
     std::vector<double> excess(3 * kBlock);
     std::vector<std::vector<double>> moves(frame_count_);  // empty: none
@@ -124,7 +156,7 @@ void PathSmoother::smooth(const std::vector<float*>& points, std::size_t count, 
         const std::size_t begin = 3 * first;
         const std::size_t numbers = 3 * std::min(kBlock, count - first);
         for (Index frame = 0; frame < frame_count_; ++frame) {
-            if (!find_excess(points, begin, numbers, frame, limits[frame], excess)) continue;
+            if (!find_excess(points, begin, numbers, frame, limits, excess)) continue;
             const Index end = std::min(frame_count_, frame + half_width_);
             for (Index to = std::max<Index>(0, frame - half_width_ + 1); to < end; ++to) {
                 moves[to].resize(3 * kBlock, 0.0);
