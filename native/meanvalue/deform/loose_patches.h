@@ -63,7 +63,8 @@ struct FoundPatches {
 /// nearest to vertices of the loose part, which count by the fourth power of their nearness, and for its turn of what
 /// is around these where they are few. A loose part inside the box around a larger one, and nearer to that than to
 /// what is held (the iris within its eye), has the same patch.
-/// @param rest n x 3, its rows one after another; @param components of which something is held. @throws Cancelled. Cost: n log n.
+/// @param rest n x 3, its rows one after another; @param components of which something is held. @throws Cancelled.
+/// Cost: n log n.
 FoundPatches find_patches(const PositionsView& rest, const TrianglesView& faces, const Components& components,
                           const Execution& execution);
 
