@@ -5,8 +5,9 @@ import time
 
 import bpy
 import numpy as np
+from PIL import Image
 
-from .. import animated_png, built_in, common_options, creature, markers, photograph, pictures, pose, stage
+from .. import built_in, common_options, creature, markers, photograph, pictures, pose, stage
 
 DESCRIPTION = """\
 The octopus lifts a tentacle by one anchor vertex, up and down, solved by the add-on's operators at each step: an
@@ -38,9 +39,9 @@ def blocks(words, empty_scene):
     pose.pose_by_operators(subject)
     places = solve_steps(subject.obj, lift)
     seconds = time.perf_counter() - began
-    path = words.output / "octopus_lift.png"
+    path = words.output / "octopus_lift.webp"
     frames = draw(subject, lift, places, words)
-    animated_png.write(path, [*frames, *frames[-2:0:-1]], SECONDS)
+    save_animated(path, [*frames, *frames[-2:0:-1]])
     return [
         [
             f"steps solved:  {STEPS}, in {seconds:.1f} s with binding",
@@ -48,6 +49,12 @@ def blocks(words, empty_scene):
             f"picture:       {path.name}, {path.stat().st_size / 1e6:.2f} MB",
         ]
     ]
+
+
+def save_animated(path, frames):
+    """An animated picture of frames (height, width, 3) uint8."""
+    first, *others = [Image.fromarray(frame) for frame in frames]
+    first.save(path, save_all=True, append_images=others, duration=round(1000 * SECONDS), loop=0, quality=75)
 
 
 def solve_steps(obj, lift):
