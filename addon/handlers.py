@@ -84,7 +84,7 @@ _last_active = None  # name of the active object that the handler saw last
 
 
 def _note_active_object():
-    """The list's line follows the control that was clicked, and then is the artist's to change."""
+    """The active handle is that of the control that was clicked, and then is the artist's to change."""
     global _last_active
     active = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
     name = active.name if active is not None else None

@@ -87,8 +87,8 @@ class MEANVALUE_PG_marker_pair(bpy.types.PropertyGroup):
     @property
     def control(self):
         """The control of the handle that Match Markers made, or None."""
-        line = marker_pairs.line_of(self.id_data, self)
-        return line.control if line is not None else None
+        handle = marker_pairs.handle_of(self.id_data, self)
+        return handle.control if handle is not None else None
 
 
 class MEANVALUE_PG_capture(bpy.types.PropertyGroup):

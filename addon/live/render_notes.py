@@ -82,11 +82,11 @@ def _places(obj, depsgraph):
     world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
     rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
     found = []
-    for line in targets.enabled_handles(obj):
-        if line.follows == 'CONTROL' and controls.problem(obj, line) is None and line.control not in rigs:
-            control = line.control.evaluated_get(depsgraph)
+    for handle in targets.enabled_handles(obj):
+        if handle.follows == 'CONTROL' and controls.problem(obj, handle) is None and handle.control not in rigs:
+            control = handle.control.evaluated_get(depsgraph)
             place = world @ control.matrix_world
-            if line.control.type == 'ARMATURE' and line.bone in control.pose.bones:
-                place = place @ control.pose.bones[line.bone].matrix
+            if handle.control.type == 'ARMATURE' and handle.bone in control.pose.bones:
+                place = place @ control.pose.bones[handle.bone].matrix
             found.append(np.array(place).ravel())
     return np.concatenate(found) if found else np.empty(0)

@@ -14,30 +14,30 @@ from .bridge import carriers, controls
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
-def _choose_group(group, context):
-    group.made_group = False  # as for the region
-    tell(group, context)
+def _choose_group(handle, context):
+    handle.made_group = False  # as for the region
+    tell(handle, context)
 
 
-def _take_hold(group, _context):
+def _take_hold(handle, _context):
     """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
-    group.made_control = False
+    handle.made_control = False
     carriers.forget()
-    if controls.is_choosing or group.control is None:
+    if controls.is_choosing or handle.control is None:
         return
     try:
-        shown = controls.shown_move(group.id_data, group)
+        shown = controls.shown_move(handle.id_data, handle)
         with engine.held():  # the handle has no place with this control yet: Live would move the mesh for a moment
             bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
-        controls.hold_as_shown(group.id_data, group, shown)
+        controls.hold_as_shown(handle.id_data, handle, shown)
     except (SceneError, np.linalg.LinAlgError):
-        controls.take_hold(group, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
-    group.id_data.update_tag()
+        controls.take_hold(handle, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
+    handle.id_data.update_tag()
 
 
-def _paint(group, _context):
-    if group.made_control and group.control is not None:
-        controls.paint(group.control, group)
+def _paint(handle, _context):
+    if handle.made_control and handle.control is not None:
+        controls.paint(handle.control, handle)
 
 
 class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
@@ -70,7 +70,7 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         name="Control",
         description="Object that carries these vertices along when it is moved, turned or scaled",
         type=bpy.types.Object,
-        poll=lambda group, candidate: candidate != group.id_data,
+        poll=lambda handle, candidate: candidate != handle.id_data,
         update=_take_hold,
     )
     bone: aside(StringProperty)(
@@ -124,5 +124,5 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
     made_group: aside(BoolProperty)(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
     made_control: aside(BoolProperty)(options={'HIDDEN'})
     is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
-    marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this marker
-    cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made the line for this ring of skin
+    marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made it for this marker
+    cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made it for this ring of skin

@@ -61,7 +61,7 @@ def signature(obj):
 
 
 def _names(obj):
-    return {line.name for line in obj.meanvalue.handles} | {obj.meanvalue.roi_group}
+    return {handle.name for handle in obj.meanvalue.handles} | {obj.meanvalue.roi_group}
 
 
 def _mesh_facts(obj):

@@ -155,16 +155,16 @@ def sequence_steps(
 
 
 def _held(whole, bind_input):
-    """(anchors, arguments) for the solver, to whom a soft border is one more piece of soft anchors."""
-    anchors, pieces, strengths, border = whole.anchors, whole.pieces, whole.strengths, whole.border
+    """(anchors, arguments) for the solver, to whom a soft border is one more soft handle."""
+    anchors, handles, strengths, border = whole.anchors, whole.handles, whole.strengths, whole.border
     if border is not None:
         if strengths is None:
-            strengths = np.full(len(pieces), np.inf)
+            strengths = np.full(len(handles), np.inf)
         strengths = np.concatenate([strengths, whole.border_strengths])
-        pieces = np.concatenate([pieces, np.full(len(border), pieces.max(initial=-1) + 1, np.int32)])
+        handles = np.concatenate([handles, np.full(len(border), handles.max(initial=-1) + 1, np.int32)])
         anchors = np.concatenate([anchors, border])
     return anchors, {
-        "handles": pieces if bind_input.rigid_pieces else None,
+        "handles": handles if bind_input.rigid_handles else None,
         "rigidity": bind_input.rigidity,
         **({} if strengths is None else {"strengths": strengths}),
         **({} if border is None else {"border": len(border)}),

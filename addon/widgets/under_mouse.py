@@ -26,7 +26,7 @@ SAME = 1e-4
 class Pressed:
     """A vertex of a mesh object that was pressed: its number, the place pressed in the world, and the view.
 
-    line  name of the handle whose control was pressed instead (the vertex is -1 then), or None
+    handle  name of the handle whose control was pressed instead (the vertex is -1 then), or None
     turn  3 x 3, what moves of the place in the world are of the vertex: a reflection where the place is on an image
     """
 
@@ -34,7 +34,7 @@ class Pressed:
     place: Vector
     region: object
     view: object
-    line: str | None = None
+    handle: str | None = None
     turn: Matrix = field(default_factory=lambda: Matrix.Identity(3))
 
 

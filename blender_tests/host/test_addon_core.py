@@ -34,7 +34,7 @@ def square(**changes):
         "anchors": np.array([0, 2, 6], np.int32),
         "roi": np.ones(9, bool),
         "method": "full",
-        "pieces": np.array([0, 0, 1], np.int32),
+        "handles": np.array([0, 0, 1], np.int32),
     }
     return BindInput(**{**values, **changes})
 
@@ -342,7 +342,7 @@ def posed_grid(moved):
         anchors=np.array([0, 1], np.int32),
         roi=np.array([False, True, True, False]),
         method="full",
-        pieces=np.zeros(2, np.int32),
+        handles=np.zeros(2, np.int32),
     )
     pose = rest.copy()
     pose[moved] += 1.0
@@ -433,8 +433,8 @@ def test_a_spring_is_shared_out_among_the_vertices_of_its_handle():
 
 
 def test_soft_anchors_are_free_but_hold():
-    soft = square(strengths=np.array([np.inf, 2.0, np.inf]), rigid_pieces=True)
+    soft = square(strengths=np.array([np.inf, 2.0, np.inf]), rigid_handles=True)
     assert soft.free[2] and not soft.free[0]
     assert soft.is_held[[0, 2, 6]].all()
-    assert soft.fingerprint.anchors != square(rigid_pieces=True).fingerprint.anchors
+    assert soft.fingerprint.anchors != square(rigid_handles=True).fingerprint.anchors
     soft.check()

@@ -46,8 +46,8 @@ def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None,
         anchors=anchors,
         roi=roi,
         method="fast",
-        pieces=pieces,
-        rigid_pieces=True,
+        handles=pieces,
+        rigid_handles=True,
         rigidity=10.0,
         strengths=springs.strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum())),
         planes=planes,
@@ -83,7 +83,7 @@ def solved(given, triangles, positions, weights=None):
         whole.triangles(triangles),
         whole.anchors,
         roi=None if whole.roi.all() else whole.roi,
-        handles=whole.pieces,
+        handles=whole.handles,
         rigidity=given.rigidity,
         strengths=whole.strengths,
     )
@@ -190,7 +190,7 @@ def test_a_handle_across_the_plane_goes_along_it_as_one():
     vertices, triangles = body()
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
     met = given.whole.met(given.anchor_rest + np.array([0.5, 0.25, 0.125])) - given.anchor_rest
-    across = given.pieces != 2
+    across = given.handles != 2
     assert np.allclose(met[across], [0.0, 0.25, 0.125]) and np.allclose(met[~across], [0.5, 0.25, 0.125])
 
 
@@ -210,7 +210,7 @@ def test_a_handle_across_the_plane_turns_in_it_and_keeps_its_shape(mirrored):
         given = half(vertices, triangles, (0,), three_handles)[2]
     else:
         given = symmetric(vertices, triangles, three_handles(vertices)[:2])
-    top = given.pieces == 0
+    top = given.handles == 0
     points = given.anchor_rest[top]
     middle = np.array([0.0, *points.mean(axis=0)[1:]])
     clip = np.repeat(given.anchor_rest[None], 4, axis=0)
@@ -234,7 +234,7 @@ def test_what_is_not_moved_as_one_is_projected_point_by_point():
     vertices, triangles = body()
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
     positions = given.anchor_rest.copy()
-    top = np.flatnonzero(given.pieces == 0)
+    top = np.flatnonzero(given.handles == 0)
     positions[top] += np.random.default_rng(2).uniform(-0.2, 0.2, (len(top), 3))
     met = given.whole.met(positions)
     in_plane = np.abs(given.anchor_rest[:, 0]) < 1e-6
@@ -262,8 +262,8 @@ def test_images_of_a_handle_are_one_with_it_only_where_they_touch():
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
     whole = given.whole
     found = kinds(whole.rest[whole.anchors])
-    assert [len(np.unique(whole.pieces[found == kind])) for kind in range(3)] == [1, 1, 2]
-    assert len(np.unique(whole.pieces)) == 4
+    assert [len(np.unique(whole.handles[found == kind])) for kind in range(3)] == [1, 1, 2]
+    assert len(np.unique(whole.handles)) == 4
 
 
 def test_strengths_are_those_of_the_body():
@@ -272,8 +272,8 @@ def test_strengths_are_those_of_the_body():
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=sliders)
     whole = given.whole
     found = kinds(whole.rest[whole.anchors])
-    of_pieces = [sliders[found[whole.pieces == piece][0]] for piece in range(whole.pieces.max() + 1)]
-    expected = springs.strengths(whole.pieces, of_pieces, 10.0, len(whole.rest))
+    of_pieces = [sliders[found[whole.handles == piece][0]] for piece in range(whole.handles.max() + 1)]
+    expected = springs.strengths(whole.handles, of_pieces, 10.0, len(whole.rest))
     assert np.isinf(expected).any() and np.isfinite(expected).any()
     assert np.allclose(whole.strengths, expected)
 
@@ -358,7 +358,7 @@ def test_a_handle_on_one_side_moves_both_alike():
     groups = [np.flatnonzero(vertices[:, 2] < -1.5), np.flatnonzero(vertices[:, 0] > 0.7)]
     given = symmetric(vertices, triangles, groups)
     positions = given.anchor_rest.copy()
-    positions[given.pieces == 1] += [0.4, 0.2, 0.3]
+    positions[given.handles == 1] += [0.4, 0.2, 0.3]
     found, _solution, _ = solved(given, triangles, positions)
     assert len(given.whole.rest) == len(vertices) and len(given.whole.triangles(triangles)) == len(triangles)
     mirrored = found[given.twins[0]] * [-1.0, 1.0, 1.0]
@@ -375,11 +375,11 @@ def test_of_two_handles_on_mirrored_places_the_upper_one_leads():
     right, left = np.flatnonzero(vertices[:, 0] > 0.7), np.flatnonzero(vertices[:, 0] < -0.7)
     given = symmetric(vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), right, left])
     positions = given.anchor_rest.copy()
-    positions[given.pieces == 1] += [0.3, 0.0, 0.2]
-    positions[given.pieces == 2] += [0.0, 0.7, 0.0]
+    positions[given.handles == 1] += [0.3, 0.0, 0.2]
+    positions[given.handles == 2] += [0.0, 0.7, 0.0]
     met = given.whole.met(positions) - given.anchor_rest
-    assert np.allclose(met[given.pieces == 1], [0.3, 0.0, 0.2])
-    assert np.allclose(met[given.pieces == 2], [-0.3, 0.0, 0.2])
+    assert np.allclose(met[given.handles == 1], [0.3, 0.0, 0.2])
+    assert np.allclose(met[given.handles == 2], [-0.3, 0.0, 0.2])
 
 
 def test_a_handle_on_both_sides_does_what_both_sides_agree_on():
@@ -388,9 +388,9 @@ def test_a_handle_on_both_sides_does_what_both_sides_agree_on():
         vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), np.flatnonzero(vertices[:, 2] > 1.5)]
     )
     positions = given.anchor_rest.copy()
-    positions[given.pieces == 1] += [0.3, 0.1, 0.2]
+    positions[given.handles == 1] += [0.3, 0.1, 0.2]
     met = given.whole.met(positions) - given.anchor_rest
-    assert np.allclose(met[given.pieces == 1], [0.0, 0.1, 0.2])
+    assert np.allclose(met[given.handles == 1], [0.0, 0.1, 0.2])
 
 
 def test_a_mesh_that_is_nearly_symmetric_keeps_what_it_is_at_rest():
@@ -410,7 +410,7 @@ def test_a_half_may_be_symmetric_across_another_plane():
     both = bind_input(given.rest, own, groups, rows([0, 1]), np.array([given.twins[0], across]))
     assert len(both.whole.rest) == len(vertices)
     assert len(both.whole.triangles(own)) == len(triangles)
-    positions = both.anchor_rest + np.where(both.pieces == 1, 1.0, 0.0)[:, None] * [0.2, 0.3, 0.1]
+    positions = both.anchor_rest + np.where(both.handles == 1, 1.0, 0.0)[:, None] * [0.2, 0.3, 0.1]
     found, _solution, _ = solved(both, own, positions)
     assert np.abs(found[across] * [1.0, -1.0, 1.0] - found).max() < 1e-6
     assert np.abs(found[given.twins[0] >= 0][:, 0]).max() < 1e-7

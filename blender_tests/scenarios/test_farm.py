@@ -215,7 +215,7 @@ def test_a_portable_plan_is_another_key_and_solved_so(tmp_path, part, farm, farm
             mesh.rest.astype(np.float64),
             triangles,
             mesh.anchors,
-            handles=mesh.pieces,
+            handles=mesh.handles,
             rigidity=mesh.rigidity,
             portable=True,
         )

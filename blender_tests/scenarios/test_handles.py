@@ -128,7 +128,7 @@ def test_selecting_a_handle():
     assert (bpy.context.object, obj.mode) == (obj, 'EDIT')
     obj.update_from_editmode()
     assert [vertex.index for vertex in obj.data.vertices if vertex.select] == list(handles.BOTTOM)
-    with steps.refused("The list has 2 lines"):
+    with steps.refused("There are 2 handles"):
         bpy.ops.meanvalue.select_handle(index=7)
 
 

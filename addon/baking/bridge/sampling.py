@@ -90,7 +90,7 @@ def _visit(scene_name, find, times, read):
 def _require_evaluated(obj):
     """@throws SceneError if the object or a control is disabled: Blender then leaves it where it is, without a word."""
     layer = bpy.context.view_layer.layer_collection
-    controls = [group.control for group in targets.enabled_handles(obj) if group.follows == 'CONTROL']
+    controls = [handle.control for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
     for each in (obj, *controls):
         if each.hide_viewport or not _is_reached(layer, each):
             raise SceneError(
@@ -150,17 +150,17 @@ def _put_back(scene_name, former):
 
 
 def _notes(obj, pose_name):
-    groups = targets.enabled_handles(obj)
+    handles = targets.enabled_handles(obj)
     if pose_name:
-        names = [group.name for group in groups if group.follows == 'SHAPE']
+        names = [handle.name for handle in handles if handle.follows == 'SHAPE']
         yield (
             f"What follows a shape key stands still: {', '.join(names)} as in '{pose_name}', at all frames. Give them "
             "controls to animate them"
         )
     hard = [
-        group.name
-        for group in groups
-        if group.follows == 'CONTROL' and not group.is_soft and _is_influence_animated(group.control)
+        handle.name
+        for handle in handles
+        if handle.follows == 'CONTROL' and not handle.is_soft and _is_influence_animated(handle.control)
     ]
     if hard:
         yield f"Influence counts for soft handles only; {', '.join(hard)} held fully. Turn Soft on for them"

@@ -17,29 +17,29 @@ def carry_all(obj, matched):
     """Handles for the cuffs of a workers.marker_matching.Matched, and for no other. What the artist set on the handle
     that a cuff has already is kept."""
     wanted = {cuff.name: cuff for cuff in matched.cuffs}
-    lines = obj.meanvalue.handles
-    for index in reversed(range(len(lines))):
-        if lines[index].cuff and lines[index].made_control and lines[index].cuff not in wanted:
+    handles = obj.meanvalue.handles
+    for index in reversed(range(len(handles))):
+        if handles[index].cuff and handles[index].made_control and handles[index].cuff not in wanted:
             controls.remove_handle(obj, index)
     for cuff in matched.cuffs:
         _carry(obj, cuff, matched)
 
 
 def _carry(obj, cuff, matched):
-    lines = obj.meanvalue.handles
-    line = next((line for line in lines if line.cuff == cuff.name and line.made_control), None)
-    line = line or marker_handles.make_line(obj, cuff.name, COLOR)
-    line.cuff = cuff.name
-    control = marker_handles.control_of(obj, line, cuff.name, 'SPHERE', AROUND * cuff.radius)
+    handles = obj.meanvalue.handles
+    handle = next((handle for handle in handles if handle.cuff == cuff.name and handle.made_control), None)
+    handle = handle or marker_handles.make_soft_handle(obj, cuff.name, COLOR)
+    handle.cuff = cuff.name
+    control = marker_handles.control_of(obj, handle, cuff.name, 'SPHERE', AROUND * cuff.radius)
     frame = control_places.unscaled(obj)  # in it a turn of the control is a turn in the world
     at_rest = control_places.to_4x4(frame)
     at_rest[:3, 3] = cuff.centre
-    controls.choose(line, control, at_rest)
-    line.made_control = True
-    line.control_frame, line.control_carried = frame.ravel(), motion.IDENTITY.ravel()
-    (rig,) = control_places.carries(obj, [line])
-    control_places.go_along(obj, line, rig)
-    marker_handles.give_members(obj, line, cuff.vertices)
+    controls.choose(handle, control, at_rest)
+    handle.made_control = True
+    handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
+    (rig,) = control_places.carries(obj, [handle])
+    control_places.go_along(obj, handle, rig)
+    marker_handles.give_members(obj, handle, cuff.vertices)
     _animate(control, cuff, matched.frames, np.linalg.inv(frame), np.array(obj.matrix_world, np.float64)[:3, :3])
     marker_handles.write_influence(control, ~np.isnan(cuff.centres[:, 0]), matched.frames, matched.ramp)
 

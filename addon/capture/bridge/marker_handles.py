@@ -43,14 +43,14 @@ def carry(obj, matched, number):
     """
     name, vertex = matched.names[number], int(matched.vertices[number])
     pair = obj.meanvalue.capture.pairs[name]
-    line = marker_pairs.line_of(obj, pair) or make_line(obj, name, COLOR)
-    line.marker = name
-    control = control_of(obj, line, name, 'CUBE', CONTROL_SIZE * matched.size)
+    handle = marker_pairs.handle_of(obj, pair) or make_soft_handle(obj, name, COLOR)
+    handle.marker = name
+    control = control_of(obj, handle, name, 'CUBE', CONTROL_SIZE * matched.size)
     at_rest = np.eye(4)
     at_rest[:3, 3] = matched.rest[number]
-    controls.choose(line, control, at_rest)
-    line.made_control = True  # after choosing one, which says that it is the artist's
-    give_members(obj, line, np.array([vertex]))
+    controls.choose(handle, control, at_rest)
+    handle.made_control = True  # after choosing one, which says that it is the artist's
+    give_members(obj, handle, np.array([vertex]))
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
     _animate(control, matched.targets[:, number], matched.frames, matched.rest[number], matched.ramp)
@@ -58,48 +58,48 @@ def carry(obj, matched, number):
 
 def drop(obj, pair):
     """Takes away what was made for a pair, which stays on the list."""
-    index = marker_pairs.line_index(obj, pair)
+    index = marker_pairs.handle_index(obj, pair)
     if index is not None:
         controls.remove_handle(obj, index)
     _remove_if_empty(obj)
 
 
-def make_line(obj, name, color):
+def make_soft_handle(obj, name, color):
     """A soft handle that follows a control, with a vertex group of its own."""
-    line = obj.meanvalue.handles.add()
-    line.name = vertex_groups.make(obj, name).name
-    line.made_group = True
-    line.color = color
-    line.follows = 'CONTROL'
-    line.is_soft = True
-    line.strength = STRENGTH
-    return line
+    handle = obj.meanvalue.handles.add()
+    handle.name = vertex_groups.make(obj, name).name
+    handle.made_group = True
+    handle.color = color
+    handle.follows = 'CONTROL'
+    handle.is_soft = True
+    handle.strength = STRENGTH
+    return handle
 
 
-def give_members(obj, line, vertices):
+def give_members(obj, handle, vertices):
     """Has the handle carry these vertices, and no other. Its group is made again where the artist took it away."""
-    if line.name not in obj.vertex_groups:
-        line.name = vertex_groups.make(obj, line.marker or line.cuff).name
-        line.made_group = True  # after naming one, which says that it is the artist's
-    vertex_groups.replace_members(obj, obj.vertex_groups[line.name], vertices)
+    if handle.name not in obj.vertex_groups:
+        handle.name = vertex_groups.make(obj, handle.marker or handle.cuff).name
+        handle.made_group = True  # after naming one, which says that it is the artist's
+    vertex_groups.replace_members(obj, obj.vertex_groups[handle.name], vertices)
 
 
-def control_of(obj, line, name, shape, size):
+def control_of(obj, handle, name, shape, size):
     """The control of a handle, or a new one: the first, or for one that was deleted or is the original's."""
-    control = line.control
+    control = handle.control
     if control is not None and control.users_scene and controls.owner_of(control) == obj:
         return control
-    return _make_control(obj, line, name, shape, size)
+    return _make_control(obj, handle, name, shape, size)
 
 
-def _make_control(obj, line, name, shape, size):
+def _make_control(obj, handle, name, shape, size):
     """A child of the object, as all controls, so that moving the object moves the whole character."""
     control = bpy.data.objects.new(f"{obj.name} {name}", None)
     _collection(obj).objects.link(control)
     control.empty_display_type = shape
     control.empty_display_size = size
     control.show_in_front = True
-    controls.paint(control, line)
+    controls.paint(control, handle)
     control.parent = obj
     return control
 

@@ -8,7 +8,7 @@ from . import takes
 
 
 def list_markers(capture):
-    """Gives every marker of the chosen take a line. Lines of others go, unless they have a control."""
+    """Gives every marker of the chosen take an entry. Those of others go, unless they have a control."""
     wanted = takes.labels(capture.take) if takes.is_take(capture.take) else []
     for index in reversed(range(len(capture.pairs))):
         pair = capture.pairs[index]
@@ -20,24 +20,24 @@ def list_markers(capture):
     capture.active_pair = max(0, min(capture.active_pair, len(capture.pairs) - 1))
 
 
-def line_index(obj, pair):
+def handle_index(obj, pair):
     """Where the handle of a pair is in `obj.meanvalue.handles`, or None.
 
-    A line that the artist gave another control is no longer the marker's.
+    A handle that the artist gave another control is no longer the marker's.
     """
-    lines = obj.meanvalue.handles
-    return next((n for n, line in enumerate(lines) if line.marker == pair.name and line.made_control), None)
+    handles = obj.meanvalue.handles
+    return next((n for n, handle in enumerate(handles) if handle.marker == pair.name and handle.made_control), None)
 
 
-def line_of(obj, pair):
+def handle_of(obj, pair):
     """The handle of a pair, or None."""
-    index = line_index(obj, pair)
+    index = handle_index(obj, pair)
     return None if index is None else obj.meanvalue.handles[index]
 
 
 def matched(obj):
     """The pairs of a mesh that have a handle."""
-    return [pair for pair in obj.meanvalue.capture.pairs if line_index(obj, pair) is not None]
+    return [pair for pair in obj.meanvalue.capture.pairs if handle_index(obj, pair) is not None]
 
 
 def index_of(obj, name):
@@ -59,7 +59,7 @@ def index_meant(obj, active):
 
 
 def active_pair(obj):
-    """The pair whose line in the list is the active one, or None."""
+    """The pair that is the active one, or None."""
     capture = obj.meanvalue.capture
     return capture.pairs[capture.active_pair] if capture.active_pair < len(capture.pairs) else None
 

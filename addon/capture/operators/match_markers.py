@@ -42,9 +42,9 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
 def _shared(obj, matched):
     """Notes on vertices that another handle of the mesh has, too: the first of the list carries them."""
     own = {pair.control for pair in marker_pairs.matched(obj)}
-    lines = [line for line in targets.enabled_handles(obj) if line.control not in own]
+    handles = [handle for handle in targets.enabled_handles(obj) if handle.control not in own]
     held = {}
-    for name, members in vertex_groups.members(obj, [line.name for line in lines]).items():
+    for name, members in vertex_groups.members(obj, [handle.name for handle in handles]).items():
         held.update(dict.fromkeys(members.tolist(), name))
     places = zip(matched.names, matched.vertices.tolist(), strict=True)
     both = {name: held[vertex] for name, vertex in places if vertex in held}

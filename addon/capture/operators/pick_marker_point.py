@@ -81,7 +81,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
                 f"That vertex carries marker '{other.name}' already. Click another one, or remove that marker first"
             )
         name = pair.name
-        if marker_pairs.line_index(obj, pair) is not None:
+        if marker_pairs.handle_index(obj, pair) is not None:
             pair.is_used = True
             moves_all = obj.meanvalue.capture.mode == 'RETARGET'  # by the lengths of the character
             given = match_input.read_again(obj, name, self.vertex)

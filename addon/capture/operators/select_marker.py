@@ -38,7 +38,7 @@ class MEANVALUE_OT_select_marker(MeshOperator, bpy.types.Operator):
 
     def _shown(self, obj, capture, pair):
         """The object that can be selected for the pair, or None."""
-        if marker_pairs.line_index(obj, pair) is not None:
+        if marker_pairs.handle_index(obj, pair) is not None:
             shown = pair.control
         else:
             found = takes.markers(capture.take) if takes.is_take(capture.take) else []

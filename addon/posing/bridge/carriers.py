@@ -20,7 +20,7 @@ def carried_by(control):
         _known[key] = found.name if found else None
         return found
     obj = bpy.data.objects.get(_known[key]) if _known[key] is not None else None
-    if obj is None or any(line.control == control for line in obj.meanvalue.handles):
+    if obj is None or any(handle.control == control for handle in obj.meanvalue.handles):
         return obj
     del _known[key]
     return carried_by(control)

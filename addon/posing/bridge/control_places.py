@@ -15,14 +15,14 @@ from ...scene import rig_space, vertex_groups
 from ...scene.core import motion
 
 
-def at_rest(group):
+def at_rest(handle):
     """4 x 4: the control with its handle in the rest shape, in the key's space."""
-    return np.array(group.rest_relation, np.float64).reshape(4, 4)
+    return np.array(handle.rest_relation, np.float64).reshape(4, 4)
 
 
-def place_in_key(obj, group, carry):
-    """4 x 4: the control of `group` in the key's space; `carry` of its handle now. @throws SceneError."""
-    return in_key(seat(obj, group), carry)
+def place_in_key(obj, handle, carry):
+    """4 x 4: the control of `handle` in the key's space; `carry` of its handle now. @throws SceneError."""
+    return in_key(seat(obj, handle), carry)
 
 
 def in_key(seat, carry):
@@ -31,75 +31,75 @@ def in_key(seat, carry):
     return place if goes_along or carry is motion.IDENTITY else np.linalg.inv(carry) @ place
 
 
-def seat(obj, group):
+def seat(obj, handle):
     """(4 x 4, whether the rig carries the control along). What is carried along has its place in the key's space, as if
     the rig were at rest; all else has it where it is seen. @throws SceneError."""
     world = np.array(obj.matrix_world, np.float64)
     if is_flat(world):
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
-    place = np.linalg.inv(world) @ world_of(group)
-    if not goes_along(obj, group):
+    place = np.linalg.inv(world) @ world_of(handle)
+    if not goes_along(obj, handle):
         return place, False
-    carried = _carried(group)
+    carried = _carried(handle)
     if carried is not None:
-        place = to_4x4(frame_of(group)) @ np.linalg.inv(carried) @ place
+        place = to_4x4(frame_of(handle)) @ np.linalg.inv(carried) @ place
     return place, True
 
 
-def go_along(obj, group, carry):
+def go_along(obj, handle, carry):
     """Puts the control, if it is one that Add Handle made, to where the rig has carried its handle; it keeps its
     channels. Returns whether it was elsewhere."""
-    if not goes_along(obj, group):
+    if not goes_along(obj, handle):
         return False
-    wanted = carry @ to_4x4(frame_of(group))
-    if motion.same(_parent_inverse(group.control), wanted):
+    wanted = carry @ to_4x4(frame_of(handle))
+    if motion.same(_parent_inverse(handle.control), wanted):
         return False
-    group.control.matrix_parent_inverse = to_blender(wanted)
-    group.control_carried = _parent_inverse(group.control).ravel()
+    handle.control.matrix_parent_inverse = to_blender(wanted)
+    handle.control_carried = _parent_inverse(handle.control).ravel()
     return True
 
 
-def carries(obj, groups):
-    """[4 x 4]: the carry of the handle of each of `groups` now, measured."""
+def carries(obj, handles):
+    """[4 x 4]: the carry of each of `handles` now, measured."""
     space = rig_space.measure(obj)
     if space is None:
-        return [motion.IDENTITY] * len(groups)
-    members = vertex_groups.members(obj, [group.name for group in groups])
-    return [carry(space, group, members.get(group.name, ())) for group in groups]
+        return [motion.IDENTITY] * len(handles)
+    members = vertex_groups.members(obj, [handle.name for handle in handles])
+    return [carry(space, handle, members.get(handle.name, ())) for handle in handles]
 
 
-def carry(space, group, members):
-    """4 x 4: the carry of the handle of `group`, whose vertex indices are `members`; space: SeenSpace or None."""
+def carry(space, handle, members):
+    """4 x 4: the carry of `handle`, whose vertex indices are `members`; space: SeenSpace or None."""
     if space is None or len(members) == 0:
         return motion.IDENTITY
-    return space.carry(members, frame_of(group) if goes_along(group.id_data, group) else None)
+    return space.carry(members, frame_of(handle) if goes_along(handle.id_data, handle) else None)
 
 
-def take_frame(group, frame):
+def take_frame(handle, frame):
     """Has the control of a handle at rest stand in another frame, turned as it was."""
-    former = frame_of(group)
+    former = frame_of(handle)
     if np.allclose(former, frame, rtol=0.0, atol=motion.NOISE):
         return
-    rest = at_rest(group)
+    rest = at_rest(handle)
     left, _, right = np.linalg.svd(np.linalg.inv(former) @ rest[:3, :3])
     rest[:3, :3] = frame @ left @ right
-    group.control_frame = frame.ravel()
-    group.rest_relation = rest.ravel()
+    handle.control_frame = frame.ravel()
+    handle.rest_relation = rest.ravel()
 
 
-def goes_along(obj, group):
-    """Whether the rig carries the control of `group` along: those that Add Handle made, where Blender's own ways have
+def goes_along(obj, handle):
+    """Whether the rig carries the control of `handle` along: those that Add Handle made, where Blender's own ways have
     not put them elsewhere."""
-    control = group.control
-    if not (group.made_control and control is not None and control.parent == obj and control.parent_type == 'OBJECT'):
+    control = handle.control
+    if not (handle.made_control and control is not None and control.parent == obj and control.parent_type == 'OBJECT'):
         return False
-    return motion.same(_parent_inverse(control), np.array(group.control_carried, np.float64).reshape(4, 4))
+    return motion.same(_parent_inverse(control), np.array(handle.control_carried, np.float64).reshape(4, 4))
 
 
-def _carried(group):
+def _carried(handle):
     """4 x 4: what takes the control's channels to the object's space, as it was evaluated last; None for nothing."""
     depsgraph = bpy.context.view_layer.depsgraph
-    carried = _parent_inverse(group.control if depsgraph is None else group.control.evaluated_get(depsgraph))
+    carried = _parent_inverse(handle.control if depsgraph is None else handle.control.evaluated_get(depsgraph))
     return None if np.array_equal(carried, motion.IDENTITY) else carried
 
 
@@ -107,9 +107,9 @@ def _parent_inverse(control):
     return np.array(control.matrix_parent_inverse, np.float64)
 
 
-def frame_of(group):
+def frame_of(handle):
     """3 x 3: takes the control's own space, in which the world shows no shear, to the object's."""
-    return np.array(group.control_frame, np.float64).reshape(3, 3)
+    return np.array(handle.control_frame, np.float64).reshape(3, 3)
 
 
 def unscaled(obj):
@@ -135,20 +135,20 @@ def to_4x4(matrix):
     return result
 
 
-def world_of(group):
+def world_of(handle):
     """4 x 4: the control, object or bone, in the world."""
-    control = group.control
+    control = handle.control
     world = np.array(control.matrix_world, np.float64)
-    if control.type == 'ARMATURE' and group.bone in control.pose.bones:
-        world = world @ np.array(control.pose.bones[group.bone].matrix, np.float64)
+    if control.type == 'ARMATURE' and handle.bone in control.pose.bones:
+        world = world @ np.array(control.pose.bones[handle.bone].matrix, np.float64)
     return world
 
 
-def put(group, world):
+def put(handle, world):
     """Puts the control to 4 x 4 `world`."""
-    control, place = group.control, to_blender(world)
-    if control.type == 'ARMATURE' and group.bone in control.pose.bones:
-        control.pose.bones[group.bone].matrix = control.matrix_world.inverted_safe() @ place
+    control, place = handle.control, to_blender(world)
+    if control.type == 'ARMATURE' and handle.bone in control.pose.bones:
+        control.pose.bones[handle.bone].matrix = control.matrix_world.inverted_safe() @ place
     else:
         control.matrix_world = place
 

@@ -22,32 +22,34 @@ SMALLEST_SIZE = 0.02
 LARGEST_SIZE = 0.15
 
 
-def problem(obj, group):
-    """Why the control of `group` cannot be followed, in words, or None."""
-    control = group.control
+def problem(obj, handle):
+    """Why the control of `handle` cannot be followed, in words, or None."""
+    control = handle.control
     if control is None:
         return (
-            f"Handle '{group.name}' has no control. Press Make Own Controls, choose an object or a bone for it, or "
+            f"Handle '{handle.name}' has no control. Press Make Own Controls, choose an object or a bone for it, or "
             "remove the handle"
         )
     if not _is_in_a_scene(control):
         return (
-            f"The control of handle '{group.name}' was deleted. Press Make Own Controls, choose another one for it, or "
-            "remove the handle"
+            f"The control of handle '{handle.name}' was deleted. Press Make Own Controls, choose another one for it, "
+            "or remove the handle"
         )
     owner = owner_of(control)
     if owner is not None and owner != obj:
         return (
-            f"The control of handle '{group.name}' belongs to '{owner.name}'. Press Make Own Controls to give "
+            f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Make Own Controls to give "
             f"'{obj.name}' controls of its own"
         )
-    if control.type == 'ARMATURE' and group.bone and group.bone not in control.pose.bones:
-        return f"'{control.name}' has no bone '{group.bone}', which carries handle '{group.name}'. Choose another bone"
-    if control_places.is_flat(control_places.at_rest(group)):
-        return f"The control of handle '{group.name}' was scaled to nothing. Choose it again once it has a size"
+    if control.type == 'ARMATURE' and handle.bone and handle.bone not in control.pose.bones:
+        return (
+            f"'{control.name}' has no bone '{handle.bone}', which carries handle '{handle.name}'. Choose another bone"
+        )
+    if control_places.is_flat(control_places.at_rest(handle)):
+        return f"The control of handle '{handle.name}' was scaled to nothing. Choose it again once it has a size"
     if _hangs_on(control, obj):
         return (
-            f"The control of handle '{group.name}' hangs on vertices of '{obj.name}' itself, so it would move with "
+            f"The control of handle '{handle.name}' hangs on vertices of '{obj.name}' itself, so it would move with "
             "what it moves. Parent it to the object instead, or remove the constraint"
         )
     return None
@@ -63,7 +65,7 @@ def owner_of(control):
     parent = control.parent
     if parent is None or parent.type != 'MESH':
         return None
-    return parent if any(group.control == control for group in parent.meanvalue.handles) else None
+    return parent if any(handle.control == control for handle in parent.meanvalue.handles) else None
 
 
 def carried_by(control):
@@ -72,117 +74,117 @@ def carried_by(control):
     if owner is not None:
         return owner
     for obj in bpy.context.view_layer.objects:
-        if obj.type == 'MESH' and any(group.control == control for group in obj.meanvalue.handles):
+        if obj.type == 'MESH' and any(handle.control == control for handle in obj.meanvalue.handles):
             return obj
     return None
 
 
-def move(obj, group, carry=motion.IDENTITY):
+def move(obj, handle, carry=motion.IDENTITY):
     """4 x 4: how the control has moved its handle from the rest shape, in the key's space. @throws SceneError."""
-    return motion.between(control_places.at_rest(group), control_places.place_in_key(obj, group, carry))
+    return motion.between(control_places.at_rest(handle), control_places.place_in_key(obj, handle, carry))
 
 
-def take_hold(group, place):
+def take_hold(handle, place):
     """From here on the control is at `place` (4 x 4, in the key's space) with its handle in the rest shape."""
-    group.rest_relation = place.ravel()
+    handle.rest_relation = place.ravel()
 
 
-def hold_as_shown(obj, group, shown):
+def hold_as_shown(obj, handle, shown):
     """From here on the control carries the handle from where both are now; `shown` is its shown_move().
 
     @throws SceneError.
     """
-    (carry,) = control_places.carries(obj, [group])
-    place = control_places.place_in_key(obj, group, carry)
-    take_hold(group, np.linalg.inv(shown) @ place)
+    (carry,) = control_places.carries(obj, [handle])
+    place = control_places.place_in_key(obj, handle, carry)
+    take_hold(handle, np.linalg.inv(shown) @ place)
 
 
-def seats(obj, groups):
+def seats(obj, handles):
     """Where the controls are, for hold_at_rest(). @throws SceneError, also for what that would fail of."""
     rig_space.measure(obj)
-    return [control_places.seat(obj, group) for group in groups]
+    return [control_places.seat(obj, handle) for handle in handles]
 
 
-def hold_at_rest(obj, groups, seats):
+def hold_at_rest(obj, handles, seats):
     """From here on the controls carry their handles in the rest shape from `seats`, where they are."""
-    for group, seat, carry in zip(groups, seats, control_places.carries(obj, groups), strict=True):
-        take_hold(group, control_places.in_key(seat, carry))
+    for handle, seat, carry in zip(handles, seats, control_places.carries(obj, handles), strict=True):
+        take_hold(handle, control_places.in_key(seat, carry))
 
 
-def shown_move(obj, group):
+def shown_move(obj, handle):
     """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever carries it."""
-    members = vertex_groups.members(obj, [group.name]).get(group.name)
+    members = vertex_groups.members(obj, [handle.name]).get(handle.name)
     shown = shape_keys.result_positions(obj)
     if members is None or len(members) == 0 or shown is None:
         return np.eye(4)
-    frame, space = control_places.frame_of(group), rig_space.measure(obj)
+    frame, space = control_places.frame_of(handle), rig_space.measure(obj)
     if space is None:
         move = control_places.fitted(shape_keys.rest_positions(obj.data)[members], shown[members], frame)
     else:
-        carry = control_places.carry(space, group, members)
+        carry = control_places.carry(space, handle, members)
         seen = rig_space.seen(obj, space, shown)
         move = np.linalg.inv(carry) @ control_places.fitted(space.seen[members], seen[members], frame) @ carry
     return motion.between(np.eye(4), move)
 
 
-def paint(control, group):
+def paint(control, handle):
     """Gives a control its handle's colour. Blender keeps an object's linear; a handle's is the one that is shown."""
-    control.color = (*Color(group.color).from_srgb_to_scene_linear(), 1.0)
+    control.color = (*Color(handle.color).from_srgb_to_scene_linear(), 1.0)
 
 
-def add_control(obj, group, rest_points, shown_points):
-    """Makes the Empty that carries `group`, at its vertices, as its key shows them (n x 3 both), where they are seen.
+def add_control(obj, handle, rest_points, shown_points):
+    """Makes the Empty that carries `handle`, at its vertices, as its key shows them (n x 3 both), where they are seen.
 
     It is a child of the object, so that moving the object moves both and poses nothing.
     """
-    control = bpy.data.objects.new(f"{obj.name} {group.name}", None)
+    control = bpy.data.objects.new(f"{obj.name} {handle.name}", None)
     for collection in obj.users_collection or (bpy.context.scene.collection,):
         collection.objects.link(control)
     views.show_in_local_views(control, obj)
     control.empty_display_type = 'CUBE'
     control.empty_display_size = _size(obj, shown_points)
     control.show_in_front = True
-    paint(control, group)
+    paint(control, handle)
     control.parent = obj
-    choose(group, control, motion.IDENTITY)
-    group.follows = 'CONTROL'
-    group.made_control = True
+    choose(handle, control, motion.IDENTITY)
+    handle.follows = 'CONTROL'
+    handle.made_control = True
     frame = control_places.unscaled(obj)
-    group.control_frame, group.control_carried = frame.ravel(), motion.IDENTITY.ravel()
+    handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
     if rig_space.is_there(obj):
-        move_now = shown_move(obj, group)
+        move_now = shown_move(obj, handle)
     else:
         move_now = control_places.fitted(rest_points, shown_points, frame)
     place = np.eye(4)
     place[:3, :3] = move_now[:3, :3] @ frame
     place[:3, 3] = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
-    take_hold(group, np.linalg.inv(move_now) @ place)
+    take_hold(handle, np.linalg.inv(move_now) @ place)
     control.matrix_basis = control_places.to_blender(np.linalg.inv(control_places.to_4x4(frame)) @ place)
-    (carry,) = control_places.carries(obj, [group])
-    control_places.go_along(obj, group, carry)
+    (carry,) = control_places.carries(obj, [handle])
+    control_places.go_along(obj, handle, carry)
     return control
 
 
-def choose(group, control, rest_relation):
+def choose(handle, control, rest_relation):
     """Sets the control and where it is at rest (4 x 4) together: nothing may be posed by one without the other."""
     global is_choosing
     is_choosing = True
     try:
-        group.control = control
+        handle.control = control
     finally:
         is_choosing = False
-    take_hold(group, rest_relation)
+    take_hold(handle, rest_relation)
 
 
-def remove_control(group):
-    """Deletes the control, with its animation, if it was made for this object. Another line that follows it gets it."""
-    control = group.control
-    if control is None or not group.made_control:
+def remove_control(handle):
+    """Deletes the control, with its animation, if it was made for this object and no other handle follows it."""
+    control = handle.control
+    if control is None or not handle.made_control:
         return
-    heirs = [line for line in group.id_data.meanvalue.handles if line != group and line.control == control]
+    heirs = [other for other in handle.id_data.meanvalue.handles if other != handle and other.control == control]
     if heirs:
         heirs[0].made_control = True
-    elif owner_of(control) == group.id_data:
+    elif owner_of(control) == handle.id_data:
         for child in control.children:  # what the artist hung on it stays where it is
             world = child.matrix_world.copy()
             child.parent = None
@@ -192,16 +194,16 @@ def remove_control(group):
 
 
 def remove_handle(obj, index):
-    """Takes a line off the list of handles, with the control and vertex group that were made for it.
+    """Removes a handle, with the control and vertex group that were made for it.
 
     Returns whether the vertex group was deleted.
     """
     settings = obj.meanvalue
-    line = settings.handles[index]
-    name, made_group, control = line.name, line.made_group, line.control
+    handle = settings.handles[index]
+    name, made_group, control = handle.name, handle.made_group, handle.control
     if control is not None and bpy.context.view_layer.objects.active == control:
         selection.choose(obj)
-    remove_control(line)
+    remove_control(handle)
     settings.handles.remove(index)
     was_deleted = made_group and vertex_groups.remove_made(obj, name)
     obj.update_tag()
@@ -209,40 +211,40 @@ def remove_handle(obj, index):
     return was_deleted
 
 
-def select(group):
+def select(handle):
     """Makes the control the active object, and a bone the active one of its armature. @throws SceneError."""
-    if group.control.name not in bpy.context.view_layer.objects:
+    if handle.control.name not in bpy.context.view_layer.objects:
         raise SceneError(
-            f"The control of '{group.name}' is in a collection that this view layer leaves out. Tick the collection "
+            f"The control of '{handle.name}' is in a collection that this view layer leaves out. Tick the collection "
             "in the Outliner"
         )
-    selection.choose(group.control)
-    if group.control.type == 'ARMATURE' and group.bone in group.control.data.bones:
-        group.control.data.bones.active = group.control.data.bones[group.bone]
+    selection.choose(handle.control)
+    if handle.control.type == 'ARMATURE' and handle.bone in handle.control.data.bones:
+        handle.control.data.bones.active = handle.control.data.bones[handle.bone]
 
 
-def mover(group):
+def mover(handle):
     """The object or pose bone that carries a handle which has no problem()."""
-    control = group.control
-    bone = control.pose.bones.get(group.bone) if control.type == 'ARMATURE' else None
+    control = handle.control
+    bone = control.pose.bones.get(handle.bone) if control.type == 'ARMATURE' else None
     return control if bone is None else bone
 
 
-def is_selected(group):
+def is_selected(handle):
     """Whether the artist has selected what carries the handle; a bone counts in Pose Mode, with its armature else."""
-    carrier = mover(group)
-    if isinstance(carrier, bpy.types.PoseBone) and group.control.mode == 'POSE':
+    carrier = mover(handle)
+    if isinstance(carrier, bpy.types.PoseBone) and handle.control.mode == 'POSE':
         return compat.is_bone_selected(carrier)
-    return group.control.select_get()
+    return handle.control.select_get()
 
 
 def note_active(obj):
-    """Makes the line of the control `obj`, which the artist has just made active, the active one of the list."""
+    """Makes the handle of the control `obj`, which the artist has just made active, the active one."""
     mesh_object = owner_of(obj)
     if mesh_object is None:
         return
     settings = mesh_object.meanvalue
-    index = next(number for number, group in enumerate(settings.handles) if group.control == obj)
+    index = next(number for number, handle in enumerate(settings.handles) if handle.control == obj)
     if settings.active_handle != index:
         settings.active_handle = index
 

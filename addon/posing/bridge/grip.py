@@ -8,7 +8,7 @@ from ... import ids
 from ...errors import SceneError
 from ...scene import key_states, mesh_arrays, shape_keys, vertex_groups
 from ...scene.core import fixed_points
-from . import bound_record, control_places, controls, handle_lines, region
+from . import bound_record, control_places, controls, new_handles, region
 
 #: Share of Size over which a new handle itself reaches. The mesh turns with its handle where that is more than a point.
 HANDLE_SHARE = 0.15
@@ -20,50 +20,51 @@ LEAST_EDGES = 2.5
 class Grip:
     """Holds no datablock: names and arrays alone. All places are in the object's own space if not said otherwise.
 
-    line_name, index  of the line on the list that is held
-    is_new            it was made for this grip
+    handle_name, index  of the handle that is held
+    is_new              it was made for this grip
     """
 
-    def __init__(self, obj, vertex, size, handle=""):
-        """Takes hold of `handle`, or the one that has `vertex`, or makes one. @throws SceneError before anything is
-        changed.
+    def __init__(self, obj, vertex, size, name=""):
+        """Takes the handle `name`, or the one that has `vertex`, or makes one.
+
+        @throws SceneError before anything is changed.
 
         size: how far the surroundings of a new handle follow, as a share of the mesh's size.
         """
         self.vertex = vertex
         self._before = _Before(obj)
-        index = obj.meanvalue.handles.find(handle)
-        index = line_at(obj, vertex) if index < 0 else index
+        index = obj.meanvalue.handles.find(name)
+        index = handle_at(obj, vertex) if index < 0 else index
         self.is_new = index is None
         if self.is_new:
             self._require_can_be_posed(obj)
             rest = shape_keys.rest_positions(obj.data)
             self._least = LEAST_EDGES * _edge_length(obj, vertex, rest)  # first, as it may throw
             members = near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
-            self._takes_region = bool(obj.meanvalue.roi_group) or not _moving_lines(obj)
-            line = handle_lines.add_line(obj, members, new_name=ids.HANDLE_GROUP)
-            handle_lines.make_handle(obj, line, members)
+            self._takes_region = bool(obj.meanvalue.roi_group) or not _moving_handles(obj)
+            handle = new_handles.add_handle(obj, members, new_name=ids.HANDLE_GROUP)
+            new_handles.make_handle(obj, handle, members)
             self.index = len(obj.meanvalue.handles) - 1
             self.resize(obj, size)
         else:
             self._require_can_be_posed(obj)
-            line = obj.meanvalue.handles[index]
-            _require_control(obj, line)
+            handle = obj.meanvalue.handles[index]
+            _require_control(obj, handle)
             self.index = index
             obj.meanvalue.active_handle = index
             self._takes_region = False
-        self.line_name = line.name
+        self.handle_name = handle.name
         bpy.context.view_layer.update()  # a control that was just made has its place only after this
-        self._start = control_places.world_of(self.line(obj))
-        self._channels = _channels(self.line(obj))
+        self._start = control_places.world_of(self.handle(obj))
+        self._channels = _channels(self.handle(obj))
         if not obj.meanvalue.live:
             obj.meanvalue.live = True
 
-    def line(self, obj):
+    def handle(self, obj):
         """@throws SceneError if it is gone."""
-        if self.line_name not in obj.meanvalue.handles:
-            raise SceneError(f"Handle '{self.line_name}' is gone")
-        return obj.meanvalue.handles[self.line_name]
+        if self.handle_name not in obj.meanvalue.handles:
+            raise SceneError(f"Handle '{self.handle_name}' is gone")
+        return obj.meanvalue.handles[self.handle_name]
 
     @property
     def has_size(self):
@@ -82,20 +83,20 @@ class Grip:
         """Puts the control so far (3, world) from where it was when it was gripped."""
         world = self._start.copy()
         world[:3, 3] += offset
-        control_places.put(self.line(obj), world)
+        control_places.put(self.handle(obj), world)
 
     def has_moved(self, obj, offset):
         """Whether the control went along when it was moved by (3, world), as the scene has it."""
         bpy.context.view_layer.update()
-        way = control_places.world_of(self.line(obj))[:3, 3] - self._start[:3, 3]
+        way = control_places.world_of(self.handle(obj))[:3, 3] - self._start[:3, 3]
         return np.linalg.norm(way) > 0.5 * np.linalg.norm(offset)
 
     def take_back(self, obj):
         """As it was before."""
         if self.is_new:
-            self._before.bring_back(obj, self.line_name)
+            self._before.bring_back(obj, self.handle_name)
         else:
-            mover = controls.mover(self.line(obj))
+            mover = controls.mover(self.handle(obj))
             for channel, value in self._channels.items():
                 setattr(mover, channel, value)
             self._before.bring_back(obj, "")
@@ -140,11 +141,11 @@ class _Before:
             self._weights = region.weights(obj)
         return self._weights
 
-    def bring_back(self, obj, made_line):
+    def bring_back(self, obj, made_handle):
         settings = obj.meanvalue
         settings.live = self.live
-        if made_line in settings.handles:
-            controls.remove_handle(obj, settings.handles.find(made_line))
+        if made_handle in settings.handles:
+            controls.remove_handle(obj, settings.handles.find(made_handle))
         settings.active_handle = self._active
         if self._weights is not None:
             self._bring_region_back(obj)
@@ -179,45 +180,45 @@ def radius(obj, size):
     return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
 
 
-def line_at(obj, vertex):
-    """Number of the first line that is turned on and has the vertex, or one that is merged with it; None if none
+def handle_at(obj, vertex):
+    """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
     has."""
-    found = (handle_lines.line_at(obj, each) for each in region.copies_of(obj, vertex))
+    found = (new_handles.handle_at(obj, each) for each in region.copies_of(obj, vertex))
     return next((index for index in found if index is not None), None)
 
 
 def near_vertices(obj, vertex, distance):
-    """Indices, int32: `vertex` and those within `distance` of it along edges that no other line has."""
+    """Indices, int32: `vertex` and those within `distance` of it along edges that no other handle has."""
     distances = region.distances(obj, np.array([vertex]), distance)
     near = np.flatnonzero(distances <= distance).astype(np.int32)
-    is_free = [each == vertex or handle_lines.line_at(obj, int(each)) is None for each in near]
+    is_free = [each == vertex or new_handles.handle_at(obj, int(each)) is None for each in near]
     return near[np.array(is_free)]
 
 
-def _channels(line):
+def _channels(handle):
     """{name: value} of what places the control: of a matrix alone, scales come back with other signs."""
-    mover = controls.mover(line)
+    mover = controls.mover(handle)
     names = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
     return {name: tuple(getattr(mover, name)) for name in names}
 
 
-def _require_control(obj, line):
-    if line.follows == 'REST':
+def _require_control(obj, handle):
+    if handle.follows == 'REST':
         raise SceneError(
-            f"'{line.name}' is pinned here, so it stays. Shift-click it to let go, or press where nothing is pinned"
+            f"'{handle.name}' is pinned here, so it stays. Shift-click it to let go, or press where nothing is pinned"
         )
-    if line.follows == 'SHAPE':
+    if handle.follows == 'SHAPE':
         raise SceneError(
-            f"'{line.name}' follows the active shape key, so it has no control to drag. Choose Control for it in "
+            f"'{handle.name}' follows the active shape key, so it has no control to drag. Choose Control for it in "
             "Active Handle, under Follows"
         )
-    problem = controls.problem(obj, line)
+    problem = controls.problem(obj, handle)
     if problem:
         raise SceneError(problem)
 
 
-def _moving_lines(obj):
-    return [line.name for line in obj.meanvalue.handles if line.is_enabled and line.follows != 'REST']
+def _moving_handles(obj):
+    return [handle.name for handle in obj.meanvalue.handles if handle.is_enabled and handle.follows != 'REST']
 
 
 def _edge_length(obj, vertex, rest):

@@ -26,7 +26,7 @@ class State(enum.Enum):
 
 @dataclass(frozen=True)
 class Status:
-    """What the panel shows. `member_counts`: vertices of each listed group that exists; of none while unknown."""
+    """What the panel shows. `member_counts`: vertices of each handle that exists; of none while unknown."""
 
     state: State
     text: str
@@ -81,7 +81,7 @@ def _unread(obj):
 
 
 def _read(obj, reading):
-    names = {group.name for group in obj.meanvalue.handles}
+    names = {handle.name for handle in obj.meanvalue.handles}
     counts = {name: len(indices) for name, indices in reading.members.items() if name in names}
     state, text = _state_and_text(obj)
     return Status(state, text, counts)

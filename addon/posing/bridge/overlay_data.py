@@ -49,7 +49,7 @@ class _Known:
     stamp: object_model.Stamp
     vertex_count: int
     anchors: np.ndarray  # k int32
-    pieces: np.ndarray  # k int32: number of the enabled handle
+    handles: np.ndarray  # k int32: number of the enabled handle
     tint_vertices: np.ndarray  # p int32
     tint_freedom: np.ndarray  # p float32
     tint_corners: np.ndarray  # q x 3 int32
@@ -91,10 +91,10 @@ def _read(obj, stamp, reading):
     names = [handle.name for handle in targets.enabled_handles(obj)]
     region = obj.meanvalue.roi_group
     members = reading.members
-    anchors, pieces = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
+    anchors, handles = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
     rest = shape_keys.rest_positions(obj.data)
     twins = mirrors.partners(obj, rest, *reading.faces)
-    anchors, pieces = _on_both_sides(anchors, pieces, twins)
+    anchors, handles = _on_both_sides(anchors, handles, twins)
     vertices, corners, freedom = np.empty(0, np.int32), np.empty((0, 3), np.int32), np.empty(0)
     if region in members:
         freedom = bind_input.region_weights(
@@ -104,23 +104,23 @@ def _read(obj, stamp, reading):
         triangles = mesh_arrays.shown_triangles(obj.data)
         vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, freedom > 0.0)
     return _Known(
-        stamp, len(obj.data.vertices), anchors, pieces, vertices, freedom[vertices].astype(np.float32), corners
+        stamp, len(obj.data.vertices), anchors, handles, vertices, freedom[vertices].astype(np.float32), corners
     )
 
 
-def _on_both_sides(anchors, pieces, twins):
+def _on_both_sides(anchors, handles, twins):
     """Anchors and the numbers of their handles, with the images that have no handle of their own."""
     if twins is None:
-        return anchors, pieces
+        return anchors, handles
     images = twins[anchors]
     is_more = (images >= 0) & ~np.isin(images, anchors)
-    return np.append(anchors, images[is_more]), np.append(pieces, pieces[is_more])
+    return np.append(anchors, images[is_more]), np.append(handles, handles[is_more])
 
 
 def _look(known, positions, colors):
     return Look(
         points=positions[known.anchors],
-        colors=np.array(colors, np.float32).reshape(-1, 4)[known.pieces],
+        colors=np.array(colors, np.float32).reshape(-1, 4)[known.handles],
         tint=positions[known.tint_vertices],
         freedom=known.tint_freedom,
         corners=known.tint_corners,

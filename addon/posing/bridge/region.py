@@ -141,6 +141,6 @@ def add_falloff(obj, seeds, inner, outer, before):
 
 def handles_outside(obj, mask):
     """Names of the enabled handles, pins left out, that have vertices outside `mask`."""
-    moving = [line.name for line in obj.meanvalue.handles if line.is_enabled and line.follows != 'REST']
+    moving = [handle.name for handle in obj.meanvalue.handles if handle.is_enabled and handle.follows != 'REST']
     members = vertex_groups.members(obj, moving)
     return [name for name in moving if name in members and not mask[members[name]].all()]

@@ -71,7 +71,7 @@ def mode_name(mode):
 
 def start_reading(obj):
     """The SceneReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
-    require_groups(obj)
+    require_handles(obj)
     return SceneReading(obj)
 
 
@@ -81,21 +81,21 @@ def gather(obj, reading=None):
     reading: a SceneReading since which the object was not edited; gone on with if it is not finished, and left alone
     if it does not fit.
     """
-    require_groups(obj)
+    require_handles(obj)
     if reading is None or not reading.fits(obj):
         reading = SceneReading(obj)
     reading.go_on(obj)
     members = reading.members
     corners, starts = reading.faces
     settings = obj.meanvalue
-    groups = targets.enabled_handles(obj)
-    names = [group.name for group in groups]
+    handles = targets.enabled_handles(obj)
+    names = [handle.name for handle in handles]
     region_name = settings.roi_group
     freedom = region_weights(
         len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert
     )
     _require_members(names, members, region_name, settings.roi_invert, freedom)
-    anchors, pieces = anchor_layout([members[name] for name in names])
+    anchors, handle_numbers = anchor_layout([members[name] for name in names])
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
@@ -104,8 +104,8 @@ def gather(obj, reading=None):
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
-    soft = [group.strength if group.is_soft else None for group in groups]
-    if rigidity is None and any(group.is_soft for group in groups):
+    soft = [handle.strength if handle.is_soft else None for handle in handles]
+    if rigidity is None and any(handle.is_soft for handle in handles):
         raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
     bind_input = BindInput(
         rest=rest,
@@ -114,10 +114,10 @@ def gather(obj, reading=None):
         anchors=anchors,
         roi=roi,
         method=settings.method,
-        pieces=pieces,
-        rigid_pieces=any(group.follows != 'SHAPE' for group in groups),
+        handles=handle_numbers,
+        rigid_handles=any(handle.follows != 'SHAPE' for handle in handles),
         rigidity=rigidity,
-        strengths=springs.strengths(pieces, soft, rigidity, int(roi.sum())),
+        strengths=springs.strengths(handle_numbers, soft, rigidity, int(roi.sum())),
         planes=planes,
         twins=twins,
         border=border,
@@ -137,9 +137,9 @@ def effective_region(obj, freedom, rest, twins):
     return welding.spread(mirrors.on_both_sides(obj, freedom, twins), first, invert)
 
 
-def require_groups(obj):
+def require_handles(obj):
     """@throws SceneError if a group that the settings name is missing, or none is named."""
-    names = [group.name for group in targets.enabled_handles(obj)]
+    names = [handle.name for handle in targets.enabled_handles(obj)]
     region_name = obj.meanvalue.roi_group
     if not obj.meanvalue.handles:
         raise SceneError(

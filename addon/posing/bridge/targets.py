@@ -18,7 +18,7 @@ class Targets:
 
     weights: k float64, how much each counts, 0 to 1; None where all count fully.
 
-    pose: n x 3 float32 of the shape key that anchors were moved in, or None if no group follows it.
+    pose: n x 3 float32 of the shape key that anchors were moved in, or None if no handle follows it.
     pose_key: its name, or "".
     """
 
@@ -37,8 +37,8 @@ class Targets:
 
 
 def enabled_handles(obj):
-    """The anchor groups that take part, in the order of the list; pieces are numbered so."""
-    return [group for group in obj.meanvalue.handles if group.is_enabled]
+    """The handles that take part, in the order of the list; anchors have their numbers."""
+    return [handle for handle in obj.meanvalue.handles if handle.is_enabled]
 
 
 def problem(obj):
@@ -48,18 +48,18 @@ def problem(obj):
 
 def handles_problem(obj):
     """As problem(), but for where the result would go."""
-    groups = enabled_handles(obj)
-    for group in groups:
-        if group.follows == 'CONTROL':
-            found = controls.problem(obj, group)
+    handles = enabled_handles(obj)
+    for handle in handles:
+        if handle.follows == 'CONTROL':
+            found = controls.problem(obj, handle)
             if found:
                 return found
-    return shape_keys.pose_problem(obj) if _needs_pose(groups) else None
+    return shape_keys.pose_problem(obj) if _needs_pose(handles) else None
 
 
 def pose_key(obj):
     """Name of the shape key that anchors are moved in, or "" if none follows one."""
-    follows_shape = any(group.follows == 'SHAPE' for group in enabled_handles(obj))
+    follows_shape = any(handle.follows == 'SHAPE' for handle in enabled_handles(obj))
     return obj.active_shape_key.name if follows_shape and shape_keys.pose_problem(obj) is None else ""
 
 
@@ -103,10 +103,10 @@ def positions(obj, bind_input, pose, space, known=None):
             placed[members] = pose[bind_input.anchors][members]
     is_moved = np.zeros(len(placed), bool)  # those that `placed` has where they are to be seen, so far
     moves = []
-    for members, group in _members(obj, bind_input, 'CONTROL'):
-        carry = control_places.carry(space, group, bind_input.anchors[members])
-        move = controls.move(obj, group, carry)
-        former = known.get(group.name) if known is not None else None
+    for members, handle in _members(obj, bind_input, 'CONTROL'):
+        carry = control_places.carry(space, handle, bind_input.anchors[members])
+        move = controls.move(obj, handle, carry)
+        former = known.get(handle.name) if known is not None else None
         if former is not None and motion.same(former[0], move):
             placed[members] = former[1]
             continue
@@ -116,8 +116,8 @@ def positions(obj, bind_input, pose, space, known=None):
             seen = space.seen[bind_input.anchors[members]]
             placed[members] = motion.apply(carry @ move @ np.linalg.inv(carry), seen)
             is_moved |= members
-        _require_numbers(group, placed[members])
-        moves.append((group.name, move, members))
+        _require_numbers(handle, placed[members])
+        moves.append((handle.name, move, members))
     if is_moved.any():
         placed[is_moved] = _in_key(obj, bind_input, space, is_moved, placed[is_moved])
     if known is not None:
@@ -127,17 +127,17 @@ def positions(obj, bind_input, pose, space, known=None):
 
 def go_along(obj, bind_input, space):
     """Puts the controls that go along with the rig to where it has carried their handles."""
-    for members, group in _members(obj, bind_input, 'CONTROL'):
-        if group.control is not None:
-            carry = control_places.carry(space, group, bind_input.anchors[members])
-            control_places.go_along(obj, group, carry)
+    for members, handle in _members(obj, bind_input, 'CONTROL'):
+        if handle.control is not None:
+            carry = control_places.carry(space, handle, bind_input.anchors[members])
+            control_places.go_along(obj, handle, carry)
 
 
 def _members(obj, bind_input, follows):
-    """(k bool, group) of the groups that take part and follow that."""
-    for number, group in enumerate(enabled_handles(obj)):
-        if group.follows == follows:
-            yield bind_input.pieces == number, group
+    """(k bool, handle) of the handles that take part and follow that."""
+    for number, handle in enumerate(enabled_handles(obj)):
+        if handle.follows == follows:
+            yield bind_input.handles == number, handle
 
 
 def _in_key(obj, bind_input, space, is_moved, wanted):
@@ -155,29 +155,29 @@ def _in_key(obj, bind_input, space, is_moved, wanted):
 
 def _require_depth(obj, bind_input, space, is_moved):
     """@throws SceneError if the rig squeezes anchors, so that no key can bring them to where they are wanted."""
-    for members, group in _members(obj, bind_input, 'CONTROL'):
+    for members, handle in _members(obj, bind_input, 'CONTROL'):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
             raise SceneError(
-                f"{rig_space.named(obj)} squeezes {wording.vertices(flat)} of handle '{group.name}' flat, so no shape "
+                f"{rig_space.named(obj)} squeezes {wording.vertices(flat)} of handle '{handle.name}' flat, so no shape "
                 f"key can move {'it' if flat == 1 else 'them'} to where the control is. Give the bones there a size, "
                 "or turn the handle off"
             )
 
 
-def _require_numbers(group, points):
+def _require_numbers(handle, points):
     if not np.isfinite(points).all():
         raise SceneError(
-            f"The control of handle '{group.name}' is at a place that is not a number. Reset its transform"
+            f"The control of handle '{handle.name}' is at a place that is not a number. Reset its transform"
         )
 
 
 def influences(obj, bind_input):
     """k float64, 0 to 1: how much each anchor counts now. Below 1 only for soft handles, by their controls."""
     counts = np.ones(len(bind_input.anchors))
-    for number, group in enumerate(enabled_handles(obj)):
-        if group.is_soft and group.follows == 'CONTROL' and group.control is not None:
-            counts[bind_input.pieces == number] = group.control.meanvalue.influence
+    for number, handle in enumerate(enabled_handles(obj)):
+        if handle.is_soft and handle.follows == 'CONTROL' and handle.control is not None:
+            counts[bind_input.handles == number] = handle.control.meanvalue.influence
     return counts
 
 
@@ -187,6 +187,6 @@ def prepare_result(obj):
         shape_keys.ensure_result_key(obj, pose_key(obj))
 
 
-def _needs_pose(groups):
+def _needs_pose(handles):
     """Without controls it is the shape key alone that can pose anything; beside controls it is welcome."""
-    return all(group.follows != 'CONTROL' for group in groups)
+    return all(handle.follows != 'CONTROL' for handle in handles)

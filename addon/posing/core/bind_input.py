@@ -30,8 +30,8 @@ class BindInput:
     roi           n bool, True may move; anchors may be anywhere
     method        the solver's, see ids
     rigidity      how much lengths count; None for methods that do not know it
-    pieces        k int32, number of the enabled group that each anchor belongs to
-    rigid_pieces  whether the anchors of a group move as one; else the solver finds out what belongs together
+    handles       k int32, number of the enabled handle that each anchor belongs to
+    rigid_handles whether the anchors of a handle move as one; else the solver finds out what belongs together
     strengths     k float64, stiffness of the springs of soft anchors, infinite for hard ones; None if all are hard
     border        b vertex indices, int32, ascending: what moves freely in part, where the region is soft; no anchors
     border_strengths  b float64, stiffness of the springs that hold them to the rest shape. None, both: no soft border
@@ -49,8 +49,8 @@ class BindInput:
     anchors: np.ndarray
     roi: np.ndarray
     method: str
-    pieces: np.ndarray
-    rigid_pieces: bool = False
+    handles: np.ndarray
+    rigid_handles: bool = False
     rigidity: float | None = None
     strengths: np.ndarray | None = None
     border: np.ndarray | None = None
@@ -69,7 +69,7 @@ class BindInput:
             rest_shape=digest(self.rest),
             anchors=digest(
                 self.anchors,
-                *([self.pieces] if self.rigid_pieces or self.planes is not None else []),
+                *([self.handles] if self.rigid_handles or self.planes is not None else []),
                 *([] if self.strengths is None else [self.strengths]),
             ),
             roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
@@ -186,13 +186,13 @@ def require_finite(positions, what):
         )
 
 
-def anchor_layout(groups):
-    """(anchors, pieces): ascending vertex indices of all groups, each once, and the number of the group that has it.
+def anchor_layout(members):
+    """(anchors, handles): ascending vertex indices of all handles, each once, and the number of the one that has it.
 
-    A vertex of several groups belongs to the first.
+    members: of each handle. A vertex of several handles belongs to the first.
     """
-    indices = np.concatenate([np.empty(0, np.int32), *groups]).astype(np.int32)
-    numbers = np.concatenate([np.empty(0, np.int32), *(np.full(len(g), i) for i, g in enumerate(groups))])
+    indices = np.concatenate([np.empty(0, np.int32), *members]).astype(np.int32)
+    numbers = np.concatenate([np.empty(0, np.int32), *(np.full(len(g), i) for i, g in enumerate(members))])
     anchors, first = np.unique(indices, return_index=True)
     return anchors, numbers[first].astype(np.int32)
 

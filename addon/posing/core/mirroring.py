@@ -37,7 +37,7 @@ class AsItIs:
     def __init__(self, bind_input):
         self._of = bind_input
         self.roi, self.anchors = bind_input.roi, bind_input.anchors
-        self.pieces, self.strengths = bind_input.pieces, bind_input.strengths
+        self.handles, self.strengths = bind_input.handles, bind_input.strengths
         self.border, self.border_strengths = bind_input.border, bind_input.border_strengths
 
     @property
@@ -91,7 +91,7 @@ class Mirrored:
     rest       N x 3 float64, the seam in its planes
     roi        N bool
     anchors    K int32, ascending
-    pieces     K int32: images of a handle are handles of their own, but one with it if they share a vertex
+    handles    K int32: images of a handle are handles of their own, but one with it if they share a vertex
     strengths  K float64 or None: as if the whole had been read
     border     vertex numbers of a soft border, and border_strengths, likewise
 
@@ -137,10 +137,10 @@ class Mirrored:
         self.anchors = np.unique(images).astype(np.int32)
         self._places = np.searchsorted(self.anchors, images)  # C x k: which of the K each image is
         self._leaders = np.full(len(self.anchors), np.iinfo(np.int32).max, np.int32)
-        np.minimum.at(self._leaders, self._places, np.broadcast_to(bind_input.pieces, self._places.shape))
-        self._claims = [np.flatnonzero(bind_input.pieces == self._leaders[places]) for places in self._places]
+        np.minimum.at(self._leaders, self._places, np.broadcast_to(bind_input.handles, self._places.shape))
+        self._claims = [np.flatnonzero(bind_input.handles == self._leaders[places]) for places in self._places]
         self._claim_counts = self._mean_counts()
-        self.pieces = self._joined_pieces()
+        self.handles = self._joined_handles()
         self.strengths = self._shared_strengths()
 
     def _mean_counts(self):
@@ -149,24 +149,24 @@ class Mirrored:
             counts[places[claims]] += 1
         return counts
 
-    def _joined_pieces(self):
+    def _joined_handles(self):
         bind_input = self._of
-        handles = int(bind_input.pieces.max(initial=-1)) + 1
-        labels = np.arange(len(self._turns) * handles)  # of image e of handle p at e * handles + p
+        count = int(bind_input.handles.max(initial=-1)) + 1
+        labels = np.arange(len(self._turns) * count)  # of image e of handle p at e * count + p
         while True:
             lowest = np.full(len(self.anchors), len(labels))
             for number, (places, claims) in enumerate(zip(self._places, self._claims, strict=True)):
-                np.minimum.at(lowest, places[claims], labels[number * handles + bind_input.pieces[claims]])
+                np.minimum.at(lowest, places[claims], labels[number * count + bind_input.handles[claims]])
             before = labels.copy()
             for number, (places, claims) in enumerate(zip(self._places, self._claims, strict=True)):
-                np.minimum.at(labels, number * handles + bind_input.pieces[claims], lowest[places[claims]])
+                np.minimum.at(labels, number * count + bind_input.handles[claims], lowest[places[claims]])
             if np.array_equal(labels, before):
                 break
         self._across = []  # (anchors, images that are one with it) of each handle that a plane goes through
-        for handle in range(handles):
-            own = np.flatnonzero(labels[handle::handles] == labels[handle])
+        for handle in range(count):
+            own = np.flatnonzero(labels[handle::count] == labels[handle])
             if len(own) > 1:
-                self._across.append((np.flatnonzero(bind_input.pieces == handle), own))
+                self._across.append((np.flatnonzero(bind_input.handles == handle), own))
         return np.unique(lowest, return_inverse=True)[1].astype(np.int32)
 
     def _read_border(self):
@@ -186,12 +186,12 @@ class Mirrored:
         bind_input = self._of
         if bind_input.strengths is None:
             return None
-        handle_sizes = np.bincount(bind_input.pieces)
-        piece_sizes = np.bincount(self.pieces)
+        sizes = np.bincount(bind_input.handles)
+        whole_sizes = np.bincount(self.handles)
         strengths = np.empty(len(self.anchors))
         for places, claims in zip(self._places, self._claims, strict=True):
             strengths[places[claims]] = bind_input.strengths[claims]
-        scale = handle_sizes[self._leaders] / piece_sizes[self.pieces]
+        scale = sizes[self._leaders] / whole_sizes[self.handles]
         return strengths * scale * (bind_input.roi.sum() / max(1, self.roi.sum()))
 
     @cached_property

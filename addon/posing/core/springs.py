@@ -18,17 +18,17 @@ BORDER = 1.0
 LEAST_RIGIDITY = 1.0
 
 
-def strengths(pieces, handle_strengths, rigidity, vertex_count):
-    """k float64 for k anchors with piece numbers `pieces`; None if no handle is soft.
+def strengths(handles, handle_strengths, rigidity, vertex_count):
+    """k float64 for k anchors with handle numbers `handles`; None if no handle is soft.
 
-    handle_strengths: for each piece a slider value from 0 to 1, or None for a hard handle. A handle's spring is
+    handle_strengths: for each handle a slider value from 0 to 1, or None for a hard handle. A handle's spring is
     shared out among its vertices, so that a finer mesh makes it no stiffer. vertex_count: those that may move.
     """
     if all(strength is None for strength in handle_strengths):
         return None
-    result = np.full(len(pieces), np.inf)
+    result = np.full(len(handles), np.inf)
     for number, strength in enumerate(handle_strengths):
-        members = pieces == number
+        members = handles == number
         if strength is not None and members.any():
             total = max(rigidity or 0.0, LEAST_RIGIDITY) * WEAKEST * (STRONGEST / WEAKEST) ** strength
             result[members] = total / (vertex_count * np.count_nonzero(members))

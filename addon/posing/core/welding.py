@@ -100,7 +100,7 @@ class Welded:
         of, count = self._of, len(self._kept)
         roi = np.bincount(self._merged, ~of.roi) == 0
         anchors, self._places = np.unique(self._merged[of.anchors], return_inverse=True)
-        pieces = self._choose_leaders(len(anchors))
+        handles = self._choose_leaders(len(anchors))
         share = of.roi.sum() / max(1, roi.sum())  # springs are for a count of what may move, see core.springs
         border, border_strengths = self._merged_border(roi, anchors, share)
         twins = of.twins
@@ -114,8 +114,8 @@ class Welded:
             face_corners=self._merged[of.face_corners].astype(np.int32),
             anchors=anchors.astype(np.int32),
             roi=roi,
-            pieces=pieces,
-            strengths=self._merged_strengths(pieces, share),
+            handles=handles,
+            strengths=self._merged_strengths(handles, share),
             border=border,
             border_strengths=border_strengths,
             twins=twins,
@@ -125,21 +125,21 @@ class Welded:
     def _choose_leaders(self, count):
         """_claims: which anchors have a say, in the order of the merged ones, and where those of each begin."""
         of = self._of
-        rank = of.pieces + np.where(of.hard_anchors, 0, int(of.pieces.max(initial=0)) + 1)
+        rank = of.handles + np.where(of.hard_anchors, 0, int(of.handles.max(initial=0)) + 1)
         leading = np.full(count, np.iinfo(rank.dtype).max, rank.dtype)
         np.minimum.at(leading, self._places, rank)
         claims = np.flatnonzero(rank == leading[self._places])
         self._claims = claims[np.argsort(self._places[claims], kind="stable")]
         self._begins = np.searchsorted(self._places[self._claims], np.arange(count))
-        return of.pieces[self._claims[self._begins]].astype(np.int32)
+        return of.handles[self._claims[self._begins]].astype(np.int32)
 
-    def _merged_strengths(self, pieces, share):
+    def _merged_strengths(self, handles, share):
         """A handle's spring is shared out among the vertices that it still has."""
         of = self._of
         if of.strengths is None:
             return None
-        counts = np.bincount(of.pieces) / np.maximum(1, np.bincount(pieces, minlength=int(of.pieces.max()) + 1))
-        return of.strengths[self._claims[self._begins]] * (counts[pieces] * share)
+        counts = np.bincount(of.handles) / np.maximum(1, np.bincount(handles, minlength=int(of.handles.max()) + 1))
+        return of.strengths[self._claims[self._begins]] * (counts[handles] * share)
 
     def _merged_border(self, roi, anchors, share):
         of = self._of
@@ -151,7 +151,7 @@ class Welded:
 
     roi = property(lambda self: self._inner.roi)
     anchors = property(lambda self: self._inner.anchors)
-    pieces = property(lambda self: self._inner.pieces)
+    handles = property(lambda self: self._inner.handles)
     strengths = property(lambda self: self._inner.strengths)
     border = property(lambda self: self._inner.border)
     border_strengths = property(lambda self: self._inner.border_strengths)

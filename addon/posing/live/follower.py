@@ -92,7 +92,7 @@ class Follower(Following):
 
     def _read_on(self, obj, seconds):
         self._require_result_key(obj)
-        scene_input.require_groups(obj)
+        scene_input.require_handles(obj)
         return object_model.of(obj).read_on(obj, seconds)
 
     def _gather(self, obj):

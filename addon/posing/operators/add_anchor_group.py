@@ -7,7 +7,7 @@ from ... import ids
 from ...errors import SceneError
 from ...scene import selection, vertex_groups
 from ...widgets.base import MeshOperator
-from ..bridge import handle_lines
+from ..bridge import new_handles
 
 
 class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
@@ -48,14 +48,14 @@ class MEANVALUE_OT_add_anchor_group(MeshOperator, bpy.types.Operator):
             if len(members) == 0:
                 raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
             selection.leave_edit_mode(obj)
-            handle_lines.make_handle(obj, handle_lines.add_line(obj, members, group=name), members)
+            new_handles.make_handle(obj, new_handles.add_handle(obj, members, group=name), members)
             return f"'{name}' is a handle now: move, turn or scale its control", []
         selection.leave_edit_mode(obj)
-        line = handle_lines.add_line(obj, (), group=name)
+        handle = new_handles.add_handle(obj, (), group=name)
         if self.follows == 'REST':
-            handle_lines.make_pin(line)
+            new_handles.make_pin(handle)
             return f"'{name}' is a pin now", []
-        line.follows = 'SHAPE'
+        handle.follows = 'SHAPE'
         return f"'{name}' follows the active shape key now", []
 
 

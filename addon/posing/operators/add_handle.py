@@ -8,7 +8,7 @@ from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, selection, shape_keys, vertex_groups
 from ...widgets.base import MeshOperator
-from ..bridge import handle_lines, region, scene_input
+from ..bridge import new_handles, region, scene_input
 from ..bridge.grip import radius
 from ..core.bind_input import require_finite
 from .grow_region import notes_on
@@ -74,8 +74,8 @@ class NewAnchors(MeshOperator):
         self.require_usable(obj, members)
         selection.leave_edit_mode(obj)
         self.require_seen(obj)
-        line = handle_lines.add_line(obj, members, group=name, new_name=self.name or self.new_group_name)
-        message = self.equip(obj, line, members)
+        handle = new_handles.add_handle(obj, members, group=name, new_name=self.name or self.new_group_name)
+        message = self.equip(obj, handle, members)
         notes = self.notes(obj)
         try:
             scene_input.gather(obj)
@@ -146,7 +146,7 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
         layout.prop(self, "live")
 
     def run(self, obj):
-        self._was_first = all(group.follows != 'CONTROL' for group in obj.meanvalue.handles)
+        self._was_first = all(handle.follows != 'CONTROL' for handle in obj.meanvalue.handles)
         return super().run(obj)
 
     def require_usable(self, obj, members):
@@ -163,15 +163,15 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
     def notes(self, obj):
         return notes_on(obj, region.current_mask(obj)) if self.size > 0.0 else []
 
-    def equip(self, obj, line, members):
-        control = handle_lines.make_handle(obj, line, members)
+    def equip(self, obj, handle, members):
+        control = new_handles.make_handle(obj, handle, members)
         if self.size > 0.0:
             region.add_falloff(obj, members, 0.0, radius(obj, self.size), region.weights(obj))
         if self.live and self._was_first and not obj.meanvalue.live:
             obj.meanvalue.live = True
         selection.choose(control)
         count = wording.vertices(len(np.unique(members)))
-        return f"Handle '{line.name}' carries {count}: move, turn or scale its control"
+        return f"Handle '{handle.name}' carries {count}: move, turn or scale its control"
 
 
 class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
@@ -181,7 +181,7 @@ class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
     bl_label = "Add Pin"
     new_group_name = ids.PIN_GROUP
 
-    def equip(self, _obj, line, members):
-        handle_lines.make_pin(line)
+    def equip(self, _obj, handle, members):
+        new_handles.make_pin(handle)
         count = wording.vertices(len(members))
-        return f"Pin '{line.name}' holds {count}"
+        return f"Pin '{handle.name}' holds {count}"

@@ -18,12 +18,12 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
     bl_label = "Apply as Rest"
 
     def use(self, obj):
-        lines = [line for line in obj.meanvalue.handles if line.control is not None]
-        seats = controls.seats(obj, lines)
+        handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
+        seats = controls.seats(obj, handles)
         engine.look_again(obj)
         carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
         bound_record.clear(obj.meanvalue.bound)
-        controls.hold_at_rest(obj, lines, seats)
+        controls.hold_at_rest(obj, handles, seats)
         notes = [scene_input.sharing_note(obj)] if scene_input.sharing_note(obj) else []
         carried, note = mix_layers.made_for_former_rest(obj, carried)
         notes += [note] if note else []

@@ -36,9 +36,9 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
 
     def finish(self, obj, posing, _outcome):
         if _has_other_rest_shape(obj, posing):
-            for line in targets.enabled_handles(obj):
-                if line.follows == 'CONTROL' and controls.problem(obj, line) is None:
-                    controls.hold_as_shown(obj, line, controls.shown_move(obj, line))
+            for handle in targets.enabled_handles(obj):
+                if handle.follows == 'CONTROL' and controls.problem(obj, handle) is None:
+                    controls.hold_as_shown(obj, handle, controls.shown_move(obj, handle))
         posing.record(obj)
         report = posing.binding.deformer.report
         guarded = result.guarded_notes(report, posing.bind_input.whole.places)

@@ -88,7 +88,7 @@ def _posed_by_another(obj):
     """Why the pose is not this object's alone to finish, as a sentence, or None."""
     for other in shape_keys.sharing(obj):
         theirs = other.meanvalue
-        is_posed = any(line.follows != 'REST' for line in theirs.handles)
+        is_posed = any(handle.follows != 'REST' for handle in theirs.handles)
         if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
             return (
                 f"'{other.name}' poses the same mesh by handles of its own. Remove those, or give '{obj.name}' its own "
@@ -98,7 +98,7 @@ def _posed_by_another(obj):
 
 
 def _leave_copies(obj):
-    """Linked duplicates came by our lines when they were made, and have no controls of their own: theirs go as well."""
+    """Linked duplicates have our handles since they were made, without controls of their own: theirs go as well."""
     for other in shape_keys.sharing(obj):
         if _is_copy(other, obj):
             other.meanvalue.live = False
@@ -108,8 +108,8 @@ def _leave_copies(obj):
 
 
 def _is_copy(other, obj):
-    """Whether all lines of `other` are also those of `obj`, by vertex group and control."""
-    ours, theirs = ({(line.name, line.control) for line in each.meanvalue.handles} for each in (obj, other))
+    """Whether all handles of `other` are also those of `obj`, by vertex group and control."""
+    ours, theirs = ({(handle.name, handle.control) for handle in each.meanvalue.handles} for each in (obj, other))
     mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
     return theirs <= ours and not mine and any(control is not None for _, control in theirs)
 
@@ -127,16 +127,18 @@ def _kept_name(obj, wanted):
 
 
 def _remove_what_was_made(obj):
-    """Takes away all lines, what was made for them, the region and the binding. Returns what that was, in words."""
+    """Takes away all handles, what was made for them, the region and the binding. Returns what that was, in words."""
     settings = obj.meanvalue
-    lines = len(settings.handles)
+    count = len(settings.handles)
     made_controls = sum(
-        line.made_control and controls.owner_of(line.control) == obj for line in settings.handles if line.control
+        handle.made_control and controls.owner_of(handle.control) == obj
+        for handle in settings.handles
+        if handle.control
     )
     made_groups = 0
     if bpy.context.object != obj:
         selection.choose(obj)
-    for index in reversed(range(lines)):
+    for index in reversed(range(count)):
         made_groups += controls.remove_handle(obj, index)
     made_groups += region.remove_made_group(obj)
     if settings.bound.is_bound:
@@ -145,7 +147,7 @@ def _remove_what_was_made(obj):
     settings.former_result = ""
     return wording.listed(
         (
-            wording.counted(lines, "handle or pin", "handles and pins"),
+            wording.counted(count, "handle or pin", "handles and pins"),
             wording.counted(made_controls, "control"),
             wording.counted(made_groups, "vertex group"),
         )

@@ -9,7 +9,7 @@ from ... import compat, ids
 from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ..bridge import controls, scene_input
-from ..bridge.grip import Grip, line_at, radius
+from ..bridge.grip import Grip, handle_at, radius
 from . import keyframe_handles
 from .drag_circle import DragCircle
 from .pressing import LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex, size_property
@@ -75,7 +75,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             grip.move(obj, Vector(self.offset))
         except MeanValueError as error:
             return self.refuse(error)
-        controls.select(grip.line(obj))
+        controls.select(grip.handle(obj))
         return self.tell(*_outcome(obj, grip, Vector(self.offset)))
 
     def invoke(self, context, event):
@@ -143,9 +143,9 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
 
     def _handle(self, obj):
         """Name of the handle or pin that is pressed on, or ""."""
-        if self._pressed.line is not None:
-            return self._pressed.line
-        index = line_at(obj, self.vertex)
+        if self._pressed.handle is not None:
+            return self._pressed.handle
+        index = handle_at(obj, self.vertex)
         return "" if index is None else obj.meanvalue.handles[index].name
 
     def _on_plane(self, mouse):
@@ -172,11 +172,11 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         if self._grip is None:
             return self._click(obj)
         self._take_size(obj)
-        line = self._grip.line(obj)
-        controls.select(line)
+        handle = self._grip.handle(obj)
+        controls.select(handle)
         message, notes = _outcome(obj, self._grip, Vector(self.offset))
         if context.scene.tool_settings.use_keyframe_insert_auto:
-            keyframe_handles.insert(controls.mover(line), notes)
+            keyframe_handles.insert(controls.mover(handle), notes)
         return self.tell(message, notes)
 
     def _click(self, obj):
@@ -184,15 +184,15 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         if index < 0:
             self.say('INFO', "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
-        line = obj.meanvalue.handles[index]
+        handle = obj.meanvalue.handles[index]
         obj.meanvalue.active_handle = index
-        if line.follows != 'CONTROL':
-            return self.tell(f"'{line.name}' is the active {'pin' if line.follows == 'REST' else 'handle'}", [])
-        problem = controls.problem(obj, line)
+        if handle.follows != 'CONTROL':
+            return self.tell(f"'{handle.name}' is the active {'pin' if handle.follows == 'REST' else 'handle'}", [])
+        problem = controls.problem(obj, handle)
         if problem:
             raise SceneError(problem)
-        controls.select(line)
-        return self.tell(f"Handle '{line.name}' is selected: drag it, or move, turn and scale its control", [])
+        controls.select(handle)
+        return self.tell(f"Handle '{handle.name}' is selected: drag it, or move, turn and scale its control", [])
 
     def _give_up(self, context, obj):
         self._end(context)
@@ -234,14 +234,14 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
 
 def _outcome(obj, grip, offset):
     """(message, [notes])."""
-    line = grip.line(obj)
+    handle = grip.handle(obj)
     notes = list(grip.notes(obj))
     if grip.is_new:
-        message = f"Handle '{line.name}' made. Drag it again, or press elsewhere for another one"
+        message = f"Handle '{handle.name}' made. Drag it again, or press elsewhere for another one"
     elif grip.has_moved(obj, offset):
-        message = f"Handle '{line.name}' moved. Drag it again, or press elsewhere for another one"
+        message = f"Handle '{handle.name}' moved. Drag it again, or press elsewhere for another one"
     else:
-        message = f"Handle '{line.name}' is where it was"
+        message = f"Handle '{handle.name}' is where it was"
         if offset.length > 0.0:
             notes.append("Something else moves its control, such as a constraint or a driver: move that")
     live = engine.status(obj)

@@ -28,18 +28,18 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
     )
 
     def run(self, obj):
-        lines = [line for line in obj.meanvalue.handles if line.follows == 'CONTROL']
-        if not lines:
+        handles = [handle for handle in obj.meanvalue.handles if handle.follows == 'CONTROL']
+        if not handles:
             raise SceneError("No handle has a control. Press Add Handle, or use the Grab tool, to make one")
-        usable = [line for line in lines if controls.problem(obj, line) is None]
-        notes = [controls.problem(obj, line) for line in lines if line not in usable]
-        chosen = [line for line in usable if not self.selected or controls.is_selected(line)]
+        usable = [handle for handle in handles if controls.problem(obj, handle) is None]
+        notes = [controls.problem(obj, handle) for handle in handles if handle not in usable]
+        chosen = [handle for handle in usable if not self.selected or controls.is_selected(handle)]
         if usable and not chosen:
             raise SceneError("No control is selected. Select some, or turn Selected Only off")
         if not chosen:
             raise SceneError(notes[0])
         selection.leave_edit_mode(obj)
-        movers = {controls.mover(line) for line in chosen}
+        movers = {controls.mover(handle) for handle in chosen}
         for mover in movers:
             insert(mover, notes)
         frame = bpy.context.scene.frame_current

@@ -17,21 +17,21 @@ class MEANVALUE_OT_own_controls(MeshOperator, bpy.types.Operator):
     bl_label = "Make Own Controls"
 
     def run(self, obj):
-        lines = [
-            line
-            for line in obj.meanvalue.handles
-            if line.follows == 'CONTROL' and line.name in obj.vertex_groups and controls.problem(obj, line)
+        handles = [
+            handle
+            for handle in obj.meanvalue.handles
+            if handle.follows == 'CONTROL' and handle.name in obj.vertex_groups and controls.problem(obj, handle)
         ]
-        if not lines:
+        if not handles:
             raise SceneError("Every handle has a control of its own already. There is nothing to make")
         rest = shape_keys.rest_positions(obj.data)
         shown = shape_keys.result_positions(obj)
-        members = vertex_groups.members(obj, [line.name for line in lines])
-        for line in lines:
-            own = members[line.name]
+        members = vertex_groups.members(obj, [handle.name for handle in handles])
+        for handle in handles:
+            own = members[handle.name]
             if len(own) == 0:
-                raise SceneError(f"Vertex group '{line.name}' has no vertices. Assign some, or remove the handle")
-        for line in lines:
-            own = members[line.name]
-            controls.add_control(obj, line, rest[own], (rest if shown is None else shown)[own])
-        return f"{wording.counted(len(lines), 'control')} made", []
+                raise SceneError(f"Vertex group '{handle.name}' has no vertices. Assign some, or remove the handle")
+        for handle in handles:
+            own = members[handle.name]
+            controls.add_control(obj, handle, rest[own], (rest if shown is None else shown)[own])
+        return f"{wording.counted(len(handles), 'control')} made", []

@@ -6,8 +6,8 @@ import bpy
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError
 from ...scene import vertex_groups
-from ..bridge import controls, handle_lines, region, scene_input
-from ..bridge.grip import HANDLE_SHARE, line_at, near_vertices, radius
+from ..bridge import controls, new_handles, region, scene_input
+from ..bridge.grip import HANDLE_SHARE, handle_at, near_vertices, radius
 from .pressing import ToolOperator, require_vertex, size_property
 
 
@@ -28,8 +28,8 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
             obj, pressed = self.find_pressed(context, event)
         except SceneError as error:
             return self.warn(error)
-        if pressed.line is not None:
-            members = vertex_groups.members(obj, [pressed.line])[pressed.line]
+        if pressed.handle is not None:
+            members = vertex_groups.members(obj, [pressed.handle])[pressed.handle]
             self.vertex = int(members[0]) if len(members) else -1
         else:
             self.vertex = pressed.vertex
@@ -47,35 +47,35 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
             return self.refuse(error)
 
     def _toggle(self, obj):
-        index = line_at(obj, self.vertex)
+        index = handle_at(obj, self.vertex)
         if index is not None:
             return _let_go(obj, index)
         members = near_vertices(obj, self.vertex, HANDLE_SHARE * radius(obj, self.size))
-        line = handle_lines.add_line(obj, members, new_name=ids.PIN_GROUP)
-        if handle_lines.is_posed(obj, members):
-            handle_lines.make_handle(obj, line, members, handle_lines.PIN_COLOR)
-            line.is_pin = True
+        handle = new_handles.add_handle(obj, members, new_name=ids.PIN_GROUP)
+        if new_handles.is_posed(obj, members):
+            new_handles.make_handle(obj, handle, members, new_handles.PIN_COLOR)
+            handle.is_pin = True
         else:
-            handle_lines.make_pin(line)
+            new_handles.make_pin(handle)
         obj.update_tag()
         notes = []
         if obj.meanvalue.roi_group and not region.current_mask(obj)[self.vertex]:
             notes.append("Nothing moves here anyway: it is outside the region")
-        held = f"Pin '{line.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go"
+        held = f"Pin '{handle.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go"
         return held, notes
 
 
 def _let_go(obj, index):
-    line = obj.meanvalue.handles[index]
-    if not _is_pin(line):
+    handle = obj.meanvalue.handles[index]
+    if not _is_pin(handle):
         raise SceneError(
-            f"'{line.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "
+            f"'{handle.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "
             "remove it, click it in the list and press -"
         )
-    name = line.name
+    name = handle.name
     controls.remove_handle(obj, index)
     return f"Pin '{name}' is let go", []
 
 
-def _is_pin(line):
-    return line.follows == 'REST' or line.is_pin
+def _is_pin(handle):
+    return handle.follows == 'REST' or handle.is_pin

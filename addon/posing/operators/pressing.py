@@ -98,16 +98,16 @@ def _control_under(context, obj, region, view, mouse):
     if scene_input.object_problem(obj) is not None:
         return None
     found, least = None, CONTROL_PIXELS * context.preferences.system.ui_scale
-    for line in obj.meanvalue.handles:
-        if not line.is_enabled or line.follows != 'CONTROL' or controls.problem(obj, line) is not None:
+    for handle in obj.meanvalue.handles:
+        if not handle.is_enabled or handle.follows != 'CONTROL' or controls.problem(obj, handle) is not None:
             continue
-        place = Vector(control_places.world_of(line)[:3, 3])
+        place = Vector(control_places.world_of(handle)[:3, 3])
         seen = view3d_utils.location_3d_to_region_2d(region, view, place)
-        is_hidden = not views.is_visible(line.control, context.space_data)
+        is_hidden = not views.is_visible(handle.control, context.space_data)
         if seen is None or is_hidden or (seen - Vector(mouse)).length > least:
             continue
         least = (seen - Vector(mouse)).length
-        found = under_mouse.Pressed(-1, place, region, view, line.name)
+        found = under_mouse.Pressed(-1, place, region, view, handle.name)
     return found
 
 

@@ -10,7 +10,7 @@ from ..bridge import controls
 
 
 class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
-    """Take the active line off the list, with the control and vertex group that were made for it"""
+    """Remove the active handle or pin, with the control and vertex group that were made for it"""
 
     bl_idname = "meanvalue.remove_handle"
     bl_label = "Remove"
@@ -20,7 +20,7 @@ class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
         settings = obj.meanvalue
         index = settings.active_handle
         if index >= len(settings.handles):
-            raise SceneError("No line of the list is selected. Click the handle or pin to remove")
+            raise SceneError("No handle or pin is active. Click the one to remove in the list")
         selection.leave_edit_mode(obj)
         name = settings.handles[index].name
         controls.remove_handle(obj, index)

@@ -17,21 +17,23 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
     bl_label = "Reset Handles"
 
     def run(self, obj):
-        lines = [line for line in obj.meanvalue.handles if line.follows == 'CONTROL']
-        if not lines:
+        handles = [handle for handle in obj.meanvalue.handles if handle.follows == 'CONTROL']
+        if not handles:
             raise SceneError("No handle has a control. Press Add Handle to make one")
-        usable = [line for line in lines if controls.problem(obj, line) is None]
+        usable = [handle for handle in handles if controls.problem(obj, handle) is None]
         with engine.held():  # the mesh follows once, when all are where they belong
-            held = [line.name for line in resets.reset(obj, usable)]
+            held = [handle.name for handle in resets.reset(obj, usable)]
         obj.update_tag()
         bpy.context.view_layer.update()
-        notes = [controls.problem(obj, line) for line in lines if line not in usable]
+        notes = [controls.problem(obj, handle) for handle in handles if handle not in usable]
         if held:
             notes.append(
                 f"{wording.quoted(held)} not at rest: something else moves the control, such as a posed parent or a "
                 "constraint. Reset that too"
             )
-        keyed = [line.name for line in usable if line.control.animation_data and line.control.animation_data.action]
+        keyed = [
+            handle.name for handle in usable if handle.control.animation_data and handle.control.animation_data.action
+        ]
         if keyed:
             notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
         if not obj.meanvalue.live:

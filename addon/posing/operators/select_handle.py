@@ -28,16 +28,16 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
         settings = obj.meanvalue
         index = settings.active_handle if self.index < 0 else self.index
         if index >= len(settings.handles):
-            raise SceneError(f"The list has {len(settings.handles)} lines. Choose one of them")
+            raise SceneError(f"There are {len(settings.handles)} handles and pins. Choose one of them")
         settings.active_handle = index
-        line = settings.handles[index]
-        if line.follows == 'CONTROL' and obj.mode != 'EDIT':
-            problem = controls.problem(obj, line)
+        handle = settings.handles[index]
+        if handle.follows == 'CONTROL' and obj.mode != 'EDIT':
+            problem = controls.problem(obj, handle)
             if problem:
                 raise SceneError(problem)
-            controls.select(line)
-            return f"The control of '{line.name}' is selected", []
-        return self._select_vertices(obj, line.name)
+            controls.select(handle)
+            return f"The control of '{handle.name}' is selected", []
+        return self._select_vertices(obj, handle.name)
 
     def _select_vertices(self, obj, name):
         vertex_groups.require_listed(obj, name)

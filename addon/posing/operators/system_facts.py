@@ -61,9 +61,9 @@ def _solver(private):
 def _counts(obj):
     mesh = obj.data
     keys = mesh.shape_keys
-    lines = obj.meanvalue.handles
-    off = sum(not line.is_enabled for line in lines)
-    soft = sum(line.is_soft for line in lines)
+    handles = obj.meanvalue.handles
+    off = sum(not handle.is_enabled for handle in handles)
+    soft = sum(handle.is_soft for handle in handles)
     return (
         ("Vertices", f"{len(mesh.vertices):,}"),
         ("Edges", f"{len(mesh.edges):,}"),
@@ -73,8 +73,8 @@ def _counts(obj):
         ("Modifiers", system_info.counted(modifier.type for modifier in obj.modifiers)),
         ("Shape keys", len(keys.key_blocks) if keys else 0),
         ("Absolute shape keys", keys is not None and not keys.use_relative),
-        ("Handles", system_info.counted(line.follows for line in lines if line.follows != 'REST')),
-        ("Pins", sum(line.follows == 'REST' for line in lines)),
+        ("Handles", system_info.counted(handle.follows for handle in handles if handle.follows != 'REST')),
+        ("Pins", sum(handle.follows == 'REST' for handle in handles)),
         ("Handles and pins that are off, soft", f"{off}, {soft}"),
         ("Region", _region(obj)),
         ("Objects with the mesh", mesh.users),

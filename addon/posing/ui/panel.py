@@ -86,32 +86,32 @@ class MEANVALUE_PT_active_handle(PanelPart, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return super().poll(context) and _active_line(scene_input.subject(context)) is not None
+        return super().poll(context) and _active_handle(scene_input.subject(context)) is not None
 
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         obj = scene_input.subject(context)
-        line = _active_line(obj)
-        layout.prop_search(line, "name", obj, "vertex_groups", text="Group")
+        handle = _active_handle(obj)
+        layout.prop_search(handle, "name", obj, "vertex_groups", text="Group")
         status = object_status.last_known(obj)
-        count = status.member_counts.get(line.name) if status else None
+        count = status.member_counts.get(handle.name) if status else None
         if count is not None:
             layout.label(text=wording.vertices(count))
-        layout.prop(line, "follows")
-        if line.follows == 'CONTROL':
-            layout.prop(line, "control")
-            if line.control is not None and line.control.type == 'ARMATURE':
-                layout.prop_search(line, "bone", line.control.pose, "bones")
-            problem = controls.problem(obj, line)
+        layout.prop(handle, "follows")
+        if handle.follows == 'CONTROL':
+            layout.prop(handle, "control")
+            if handle.control is not None and handle.control.type == 'ARMATURE':
+                layout.prop_search(handle, "bone", handle.control.pose, "bones")
+            problem = controls.problem(obj, handle)
             if problem:
                 draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
                 layout.operator(MEANVALUE_OT_own_controls.bl_idname)
-        layout.prop(line, "is_soft")
+        layout.prop(handle, "is_soft")
         strength = layout.row()
-        strength.active = line.is_soft
-        strength.prop(line, "strength")
+        strength.active = handle.is_soft
+        strength.prop(handle, "strength")
 
 
 class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
@@ -186,7 +186,7 @@ class MEANVALUE_PT_shape_key(PanelPart, bpy.types.Panel):
         self.layout.operator(MEANVALUE_OT_add_pose_key.bl_idname, icon='SHAPEKEY_DATA')
 
 
-def _active_line(obj):
+def _active_handle(obj):
     settings = obj.meanvalue
     if settings.active_handle < len(settings.handles):
         return settings.handles[settings.active_handle]

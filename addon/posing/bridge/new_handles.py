@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""New lines on the list of handles: handles with a control, and pins."""
+"""New handles with a control, and new pins."""
 
 import numpy as np
 
@@ -18,32 +18,32 @@ COLORS = (
 PIN_COLOR = (0.0, 0.45, 0.70)
 
 
-def add_line(obj, members, *, group="", new_name=""):
-    """A new line, the active one: of the vertex group `group`, or of a new one with the vertices `members`."""
+def add_handle(obj, members, *, group="", new_name=""):
+    """A new handle, the active one: of the vertex group `group`, or of a new one with the vertices `members`."""
     settings = obj.meanvalue
     made_group = not group
     if made_group:
         made = vertex_groups.make(obj, new_name)
         made.add(members.tolist(), 1.0, 'REPLACE')
         group = made.name
-    line = settings.handles.add()
-    line.name = group
-    line.made_group = made_group
+    handle = settings.handles.add()
+    handle.name = group
+    handle.made_group = made_group
     settings.active_handle = len(settings.handles) - 1
-    return line
+    return handle
 
 
-def make_handle(obj, line, members, color=None):
-    """Gives a line its control, at its vertices as they are shown. Returns the control."""
+def make_handle(obj, handle, members, color=None):
+    """Gives a handle its control, at its vertices as they are shown. Returns the control."""
     carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.handles)
-    line.color = color or COLORS[carried % len(COLORS)]
+    handle.color = color or COLORS[carried % len(COLORS)]
     rest, shown = positions(obj, members)
-    return controls.add_control(obj, line, rest, shown)
+    return controls.add_control(obj, handle, rest, shown)
 
 
-def make_pin(line):
-    line.follows = 'REST'
-    line.color = PIN_COLOR
+def make_pin(handle):
+    handle.follows = 'REST'
+    handle.color = PIN_COLOR
 
 
 def positions(obj, members):
@@ -53,11 +53,11 @@ def positions(obj, members):
     return rest, rest if posed is None else posed[members]
 
 
-def line_at(obj, vertex):
-    """Number of the first line that is turned on and has the vertex; None if none has."""
+def handle_at(obj, vertex):
+    """Number of the first handle that is turned on and has the vertex; None if none has."""
     names = {obj.vertex_groups[each.group].name for each in obj.data.vertices[vertex].groups if each.weight > 0.0}
-    lines = enumerate(obj.meanvalue.handles)
-    return next((number for number, line in lines if line.is_enabled and line.name in names), None)
+    handles = enumerate(obj.meanvalue.handles)
+    return next((number for number, handle in handles if handle.is_enabled and handle.name in names), None)
 
 
 def is_posed(obj, members):
