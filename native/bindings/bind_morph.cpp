@@ -40,7 +40,7 @@ Triangles own_faces(const py::object& faces, std::size_t shape_count) {
         throw ::meanvalue::InvalidInput(message("faces are given of ", sequence.size(), " meshes, but there are ",
                                                 shape_count, " shapes; give one (m, 3) for all, or one for each"));
     }
-    const Triangles first = as_triangles(sequence[0], "faces[0]");
+    Triangles first = as_triangles(sequence[0], "faces[0]");
     for (std::size_t k = 1; k < shape_count; ++k) {
         const Triangles other = as_triangles(sequence[k], message("faces[", k, "]").c_str());
         if (other.rows() != first.rows()) {
@@ -194,6 +194,7 @@ std::shared_ptr<Encoding> blend(const std::vector<std::shared_ptr<Encoding>>& en
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     std::vector<const Encoding*> of_shapes;
+    of_shapes.reserve(encodings.size());
     for (const auto& encoding : encodings)
         of_shapes.push_back(encoding.get());
     const EncodingBlend averages(of_shapes, *held);

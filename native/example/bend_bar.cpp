@@ -37,6 +37,7 @@ int main() {
     meanvalue::Triangles triangles;
     make_bar(vertices, triangles);
     std::vector<Index> anchors;
+    anchors.reserve(2 * static_cast<std::size_t>(kCorners));
     for (Index corner = 0; corner < kCorners; ++corner)
         anchors.push_back(corner);
     for (Index corner = 0; corner < kCorners; ++corner)
