@@ -8,7 +8,7 @@ import bpy
 from . import handlers, preferences, properties
 from .scene import object_model
 from .solver import job, native_loader, session
-from .widgets import background, pair_overlay
+from .widgets import background, overlay
 
 #: Each is a folder with a room.py. Without its line, and its folder, the rest goes on working.
 ROOMS = tuple(
@@ -33,12 +33,12 @@ def register():
     handlers.register(ROOMS)
     for room in ROOMS:
         room.register()
-    pair_overlay.register()
+    overlay.register()
 
 
 def unregister():
     background.end_all()
-    pair_overlay.unregister()
+    overlay.unregister()
     for room in reversed(ROOMS):
         room.unregister()
     handlers.unregister()

@@ -7,9 +7,9 @@ import bpy
 
 from .. import wording
 from ..errors import SceneError
-from ..posing.bridge import scene_input
-from ..posing.ui.panel import PanelPart
+from ..scene import subject
 from ..scene.core import whole_files
+from ..widgets.panels import PanelPart
 from ..widgets.text_box import draw_wrapped
 from .bridge import preparing
 from .core import bake_times
@@ -30,7 +30,7 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         settings = obj.meanvalue.bake
         layout.prop(settings, "target")
         _draw_range(layout, settings)

@@ -3,8 +3,9 @@
 
 import bpy
 
-from .. import ids, wording
-from ..posing.bridge import scene_input
+from .. import wording
+from ..scene import subject
+from ..widgets.panels import SidebarPanel
 from ..widgets.text_box import draw_wrapped
 from .bridge import marker_pairs, takes
 from .marker_list import MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems
@@ -18,22 +19,19 @@ from .operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from .operators.swap_markers import MEANVALUE_OT_swap_markers
 
 
-class MEANVALUE_PT_capture(bpy.types.Panel):
+class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
     """Move the mesh by recorded markers"""
 
     bl_idname = "MEANVALUE_PT_capture"
     bl_label = "Motion Capture"
     bl_parent_id = "MEANVALUE_PT_panel"
-    bl_space_type = 'VIEW_3D'
-    bl_region_type = 'UI'
-    bl_category = ids.SIDEBAR_TAB
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
         layout = self.layout
         layout.operator(MEANVALUE_OT_import_motion.bl_idname, icon='IMPORT')
-        obj = scene_input.subject(context)
-        if scene_input.object_problem(obj) is not None:
+        obj = subject.of(context)
+        if subject.object_problem(obj) is not None:
             _draw_problems(layout, context)
             return
         capture = obj.meanvalue.capture

@@ -5,8 +5,10 @@ import bpy
 from bpy.props import PointerProperty
 
 from .. import ids
+from ..scene import subject
+from ..widgets import overlay
 from . import file_drop, marker_list, panel
-from .bridge import marker_pairs, mended_takes
+from .bridge import marker_pairs, mended_takes, pair_lines
 from .operators import (
     find_marker_problems,
     import_motion,
@@ -39,9 +41,13 @@ CLASSES = (
 
 def register():
     setattr(bpy.types.Collection, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_take))
+    subject.finders.append(marker_pairs.mesh_of_marker)
+    overlay.painters.append(pair_lines.paint)
 
 
 def unregister():
+    overlay.painters.remove(pair_lines.paint)
+    subject.finders.remove(marker_pairs.mesh_of_marker)
     delattr(bpy.types.Collection, ids.OBJECT_PROPERTY)
     mended_takes.forget()
 

@@ -10,9 +10,8 @@ import bpy
 
 from .. import wording
 from ..mixing.mix_follower import MixFollower
-from ..posing.bridge import scene_input
 from ..posing.live.follower import Follower, identity
-from ..scene import object_model, views
+from ..scene import object_model, subject, views
 from . import render_notes, updates
 from .states import TICK_SECONDS
 from .telling import reporting
@@ -192,7 +191,7 @@ def status(obj):
 
 def _kind(obj):
     """The class of the follower that `obj` asks for, or None."""
-    if obj.type != 'MESH' or scene_input.object_problem(obj) is not None:
+    if obj.type != 'MESH' or subject.object_problem(obj) is not None:
         return None
     if obj.meanvalue.live:
         return Follower

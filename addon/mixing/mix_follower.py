@@ -9,8 +9,7 @@ import numpy as np
 
 from ..live.following import Following
 from ..live.states import NotReadyError, State
-from ..posing.bridge import scene_input
-from ..scene import object_model
+from ..scene import object_model, subject
 from . import mix_session
 from .bridge import mix_layers
 
@@ -64,7 +63,7 @@ class MixFollower(Following):
 
     def _require_ready(self, obj):
         if obj.mode != 'OBJECT' or obj.data.is_editmode:
-            mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
+            mode = subject.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
             raise NotReadyError(f"'{obj.name}' is in {mode}. It goes on when you leave that")
         if obj.meanvalue.baked.target:
             raise NotReadyError("A bake plays in place of the mix. Press Remove Bake to mix live, or bake it anew")

@@ -5,8 +5,8 @@ import bpy
 
 from .. import wording
 from ..live import engine
-from ..posing.bridge import scene_input
-from ..posing.ui.panel import PanelPart
+from ..scene import subject
+from ..widgets.panels import PanelPart
 from ..widgets.text_box import draw_wrapped
 from .bridge import in_between_keys, mix_layers
 from .operators.bake_mix import MEANVALUE_OT_bake_mix
@@ -25,7 +25,7 @@ class MEANVALUE_PT_mix(PanelPart, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         settings = obj.meanvalue.mix
         switch = layout.row()
         switch.scale_y = 1.4

@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ..posing.bridge import scene_input
+from ..scene import subject
 from ..scene.declarations import aside
 from .bridge import mix_layers
 
@@ -16,13 +16,13 @@ def _switch(settings, _context):
         obj.meanvalue.live = False
         if _can_begin(obj):
             mix_layers.ensure_key(obj)  # here, where the artist can undo it, and not while a slider is dragged
-    elif scene_input.object_problem(obj) is None and not mix_layers.is_mixed_by_another(obj):
+    elif subject.object_problem(obj) is None and not mix_layers.is_mixed_by_another(obj):
         mix_layers.remove(obj)
     obj.update_tag()
 
 
 def _can_begin(obj):
-    if scene_input.object_problem(obj) is not None or obj.mode != 'OBJECT' or obj.meanvalue.baked.target:
+    if subject.object_problem(obj) is not None or obj.mode != 'OBJECT' or obj.meanvalue.baked.target:
         return False
     return mix_layers.problem(obj) is None and not mix_layers.made_names(obj)
 

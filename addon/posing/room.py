@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What posing adds to Blender, for registration.py."""
 
+from ..scene import subject
 from .bridge import carriers, controls, object_status, overlay_data
 from .operators import (
     add_anchor_group,
@@ -65,12 +66,14 @@ _USER_INTERFACE = (menus, keymap, grab_tool, overlay)
 
 
 def register():
+    subject.finders.append(carriers.carried_by)
     for module in _USER_INTERFACE:
         module.register()
 
 
 def unregister():
     grab.end_all()
+    subject.finders.remove(carriers.carried_by)
     for module in reversed(_USER_INTERFACE):
         module.unregister()
     forget()

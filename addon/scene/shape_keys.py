@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import compat, ids
 from ..errors import SceneError
-from ..posing.core.bind_input import require_finite
+from ..scene.core.finite import require_finite
 from . import mesh_arrays, reference_key
 
 #: Why nothing of a pose is to be seen; each begins a sentence.

@@ -7,7 +7,7 @@ import bpy
 
 from .. import compat, wording
 from ..errors import CancelledError, MeanValueError, SceneError
-from ..posing.bridge import scene_input
+from ..scene import subject
 from ..solver.job import Job, run
 from .base import MeshOperator
 
@@ -56,9 +56,9 @@ class BackgroundOperator(MeshOperator):
     _object_name = ""
     _object_identity = None
 
-    def start_reading(self, obj):
+    def start_reading(self, _obj):
         """The SceneReading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
-        return scene_input.start_reading(obj)
+        return
 
     def before(self, _prepared):
         """Generator of (stage, share that is done), after each bit of work. @throws MeanValueError."""
@@ -101,7 +101,7 @@ class BackgroundOperator(MeshOperator):
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         self._remember_object(obj)
         self._steps = self._all_steps()
         until = time.monotonic() + PATIENCE_SECONDS

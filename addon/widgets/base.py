@@ -3,7 +3,7 @@
 
 from .. import wording
 from ..errors import CancelledError, MeanValueError
-from ..posing.bridge import scene_input
+from ..scene import subject
 from .core import last_message
 
 
@@ -37,7 +37,7 @@ class MeshOperator(Reporting):
 
     @classmethod
     def poll(cls, context):
-        problem = cls.problem(scene_input.subject(context))
+        problem = cls.problem(subject.of(context))
         if problem:
             cls.poll_message_set(wording.sentence(problem))
         return problem is None
@@ -45,14 +45,14 @@ class MeshOperator(Reporting):
     @classmethod
     def problem(cls, obj):
         """Why the operator is not available for `obj`, or None."""
-        problem = scene_input.object_problem(obj)
+        problem = subject.object_problem(obj)
         if problem is None and cls.needs_object_mode:
-            problem = scene_input.mode_problem(obj)
+            problem = subject.mode_problem(obj)
         return problem
 
     def execute(self, context):
         try:
-            message, warnings = self.run(scene_input.subject(context))
+            message, warnings = self.run(subject.of(context))
         except MeanValueError as error:
             return self.refuse(error)
         return self.tell(message, warnings)

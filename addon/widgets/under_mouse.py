@@ -8,8 +8,7 @@ import numpy as np
 from bpy_extras import view3d_utils
 from mathutils import Matrix, Vector
 
-from ..posing.bridge import overlay_data
-from ..scene import mesh_arrays, mirrors, rig_space, views
+from ..scene import mesh_arrays, mirrors, rig_space, shown_shape, views
 
 #: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
 BEHIND = 1e-5
@@ -132,7 +131,7 @@ class _Surface:
     """The mesh's own surface, where it is shown."""
 
     def __init__(self, obj):
-        self._positions = overlay_data.shown_positions(obj)
+        self._positions = shown_shape.positions(obj)
         self._corners, self._starts = mesh_arrays.faces(obj.data)
         copying = {each.type for each in obj.modifiers if each.show_viewport} & COPYING
         if rig_space.is_there(obj):  # the surface is known at rest alone, and Smooth by Angle copies nothing

@@ -3,8 +3,8 @@
 
 import bpy
 
-from ..posing.bridge import scene_input
-from ..posing.ui.panel import PanelPart
+from ..scene import subject
+from ..widgets.panels import PanelPart
 from .operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
 from .operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
 from .operators.wrap import MEANVALUE_OT_wrap
@@ -18,7 +18,7 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        settings = scene_input.subject(context).meanvalue.wrap
+        settings = subject.of(context).meanvalue.wrap
         column = layout.column()
         column.use_property_split = True
         column.use_property_decorate = False

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What wrapping adds to Blender, for registration.py."""
 
+from ..widgets import overlay
 from . import panel
+from .bridge import wrap_lines
 from .operators import clear_wrap_pairs, pick_wrap_pairs, wrap
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
@@ -14,8 +16,8 @@ CLASSES = (
 
 
 def register():
-    pass
+    overlay.painters.append(wrap_lines.paint)
 
 
 def unregister():
-    pass
+    overlay.painters.remove(wrap_lines.paint)

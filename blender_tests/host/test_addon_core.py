@@ -14,8 +14,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from addon import wording
 from addon.errors import SceneError
 from addon.posing.core import springs
-from addon.posing.core.bind_input import BindInput, anchor_layout, region_weights, require_finite
+from addon.posing.core.bind_input import BindInput, anchor_layout, region_weights
 from addon.scene.core import fixed_points, motion
+from addon.scene.core.finite import require_finite
 from addon.solver.core import fingerprint, result
 from addon.solver.core.deformer_cache import DeformerCache
 from addon.solver.core.fingerprint import StaleReason

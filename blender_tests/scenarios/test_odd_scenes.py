@@ -123,7 +123,7 @@ def test_points_of_the_overlay_lie_on_the_subdivided_surface(part):
     update()
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     places = {tuple(np.round(np.array(vertex.co, float), 4)) for vertex in evaluated.vertices}
-    found = part("posing.bridge.overlay_data").shown_positions(obj)
+    found = part("scene.shown_shape").positions(obj)
     assert len(found) == len(obj.data.vertices)
     assert all(tuple(np.round(point, 4)) in places for point in found.astype(float))
 
@@ -135,7 +135,7 @@ def test_drawing_evaluates_nothing(part, monkeypatch):
     def forbidden(*_):
         raise AssertionError("drawing must not evaluate the scene")
 
-    overlay_data = part("posing.bridge.overlay_data")
+    shown_shape = part("scene.shown_shape")
 
     class Context:
         view_layer = bpy.context.view_layer
@@ -145,8 +145,8 @@ def test_drawing_evaluates_nothing(part, monkeypatch):
         context = Context
         data, types, app = bpy.data, bpy.types, bpy.app
 
-    monkeypatch.setattr(overlay_data, "bpy", Bpy)
-    assert len(overlay_data.shown_positions(obj)) == len(obj.data.vertices)
+    monkeypatch.setattr(shown_shape, "bpy", Bpy)
+    assert len(shown_shape.positions(obj)) == len(obj.data.vertices)
 
 
 def test_the_object_behind_an_active_control_is_found_without_going_through_all(part):
@@ -268,7 +268,7 @@ def test_polls_with_another_object_active_go_through_the_scene_once(part, monkey
     controls, looked = part("posing.bridge.controls"), []
     carried_by = controls.carried_by
     monkeypatch.setattr(controls, "carried_by", lambda control: looked.append(1) or carried_by(control))
-    subject = part("posing.bridge.scene_input").subject
+    subject = part("scene.subject").of
     for step in range(20):
         assert subject(bpy.context) == lone
         lone.location.x = step

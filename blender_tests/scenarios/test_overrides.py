@@ -24,7 +24,7 @@ def override(tmp_path):
 
 
 def test_an_override_is_told_what_helps(override, part):
-    problem = part("posing.bridge.scene_input").object_problem(override)
+    problem = part("scene.subject").object_problem(override)
     assert "override" in problem and "Pose it in the file that it comes from" in problem and "library.blend" in problem
     assert "no longer arrive" in problem  # what Make Local costs
     assert not bpy.ops.meanvalue.add_handle.poll()
@@ -33,11 +33,11 @@ def test_an_override_is_told_what_helps(override, part):
 def test_made_local_with_its_mesh_it_can_be_posed(override, part):
     assert bpy.ops.object.make_local(type='SELECT_OBDATA') == {'FINISHED'}
     obj = bpy.context.object
-    assert part("posing.bridge.scene_input").object_problem(obj) is None
+    assert part("scene.subject").object_problem(obj) is None
     steps.add_group(obj, "Top", range(64, 72))
     assert bpy.ops.meanvalue.add_handle(group="Top") == {'FINISHED'}
 
 
 def test_an_overridden_mesh_is_refused_since_its_keys_would_be_lost(override, part):
     override.data.override_create(remap_local_usages=True)
-    assert "are not saved" in part("posing.bridge.scene_input").object_problem(override)
+    assert "are not saved" in part("scene.subject").object_problem(override)

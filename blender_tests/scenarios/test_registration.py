@@ -73,7 +73,7 @@ def test_menus_shortcuts_and_overlay_are_taken_back(part):
     assert len(menu_entries()) == 2
     installed.disable()
     assert menu_entries() == shortcuts() == []
-    assert part("posing.ui.overlay")._handler is None
+    assert part("widgets.overlay")._handler is None
     installed.enable()
     assert len(menu_entries()) == 2
 

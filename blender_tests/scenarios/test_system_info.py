@@ -10,7 +10,7 @@ SECRET = "Zarquon"
 
 def told(part):
     facts = part("posing.operators.system_facts")
-    subject = part("posing.bridge.scene_input").subject(bpy.context)
+    subject = part("scene.subject").of(bpy.context)
     return part("posing.core.system_info").text(facts.sections(subject))
 
 

@@ -51,7 +51,7 @@ def _set_up(ui, along=36, twist=False):
 
 def _put_on_top():
     """The part about mixing, open, before the others, so that pictures show it."""
-    parts = installed.part("posing.ui.panel").PanelPart.__subclasses__()
+    parts = installed.part("widgets.panels").PanelPart.__subclasses__()
     shown = [part for part in parts if hasattr(bpy.types, part.__name__)]
     for part in shown:
         bpy.utils.unregister_class(part)

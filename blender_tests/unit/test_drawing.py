@@ -128,7 +128,7 @@ def test_the_region_while_it_is_painted(draw):
 
 
 def test_an_overlay_that_had_to_stop(draw, part, monkeypatch):
-    monkeypatch.setattr(part("posing.ui.overlay"), "problem", "The overlay cannot be drawn: no reason")
+    monkeypatch.setattr(part("widgets.overlay"), "problem", "The overlay cannot be drawn: no reason")
     assert "The overlay cannot be drawn: no reason." in draw(meshes.grid()).labels
 
 

@@ -19,7 +19,7 @@ def data(part):
 
 @pytest.fixture
 def overlay(part):
-    return part("posing.ui.overlay")
+    return part("widgets.overlay")
 
 
 def grid_with_anchors():
@@ -262,12 +262,12 @@ ORTHOGRAPHIC = mathutils.Matrix(((0.1, 0, 0, 0), (0, 0.1, 0, 0), (0, 0, -0.002, 
 
 
 @pytest.mark.parametrize("projection", [PERSPECTIVE, ORTHOGRAPHIC])
-def test_closer_is_in_front_and_at_the_same_place(overlay, projection):
+def test_closer_is_in_front_and_at_the_same_place(part, projection):
     def seen(matrix, point):
         clip = matrix @ mathutils.Vector((*point, 1.0))
         return [value / clip.w for value in clip[:3]]
 
-    moved = overlay.closer(projection, 20.0, 0.01)
+    moved = part("posing.ui.overlay").closer(projection, 20.0, 0.01)
     for point in ((0.0, 0.0, -20.0), (3.0, -2.0, -15.0)):
         before, after = seen(projection, point), seen(moved, point)
         assert after[:2] == pytest.approx(before[:2])

@@ -7,9 +7,8 @@ import bpy
 
 from ...errors import SceneError
 from ...live import engine
-from ...posing.bridge import scene_input
 from ...posing.bridge.posing import Posing
-from ...scene import mesh_arrays
+from ...scene import mesh_arrays, subject
 from ...solver.core.steps import result_of
 from ..core import bake_times, frame_ranges
 from . import sampling
@@ -45,7 +44,7 @@ def _clip(text, frames):
     obj = bpy.data.objects.get(object_name)
     if obj is None:
         raise SceneError(f"There is no object '{object_name}'")
-    problem = scene_input.object_problem(obj) or scene_input.mode_problem(obj)
+    problem = subject.object_problem(obj) or subject.mode_problem(obj)
     if problem:
         raise SceneError(problem)
     runs = frame_ranges.runs(frame_ranges.parse(own_frames))

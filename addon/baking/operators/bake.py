@@ -12,6 +12,7 @@ from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ...mixing.bridge import mix_layers
 from ...posing.bridge import scene_input
+from ...scene import subject
 from ...scene.core import whole_files
 from ...widgets.background import BackgroundOperator
 from .. import properties as bake_settings
@@ -45,7 +46,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     _prepared = None
 
     def invoke(self, context, event):
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         options = self._options(obj)
         try:
             problem = preparing.size_problem(obj, preparing.times_of(context.scene, options), options)
@@ -59,7 +60,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return super().invoke(context, event)
 
     def start_reading(self, obj):
-        return None if _is_mixed(obj) else super().start_reading(obj)
+        return None if _is_mixed(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
         kind = MixPreparation if _is_mixed(obj) else Preparation
@@ -121,7 +122,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         warnings = [*prepared.notes, *notes]
-        shared = scene_input.sharing_note(obj)
+        shared = subject.sharing_note(obj)
         if shared and prepared.to_keys:
             warnings.append(shared)
         if prepared.is_done:

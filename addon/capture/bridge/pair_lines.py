@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the overlay shows of motion capture: a line from each marker, at the reference frame, to its point."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ...posing.bridge import overlay_data
+from ...scene import shown_shape
+from ...widgets.lines import NOTHING, Lines, draw
 from . import marker_pairs
 
 #: Near, middling, far: told apart by most eyes (Okabe and Ito 2008).
@@ -17,17 +16,6 @@ FAR = 0.05
 ACTIVE_COLOR = (1.0, 1.0, 1.0, 1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """In object space: ends (2k, 3) float32, two for each line, with colors (2k, 4) float32."""
-
-    ends: np.ndarray
-    colors: np.ndarray
-
-
-NOTHING = Lines(np.empty((0, 3), np.float32), np.empty((0, 4), np.float32))
-
-
 def lines(obj):
     """The Lines of a mesh object, where its vertices are to be seen now."""
     capture = obj.meanvalue.capture
@@ -36,7 +24,7 @@ def lines(obj):
     pairs = [pair for pair in capture.pairs if pair.distance >= 0.0 and 0 <= pair.vertex < len(obj.data.vertices)]
     if not pairs:
         return NOTHING
-    points = overlay_data.shown_positions(obj)[[pair.vertex for pair in pairs]]
+    points = shown_shape.positions(obj)[[pair.vertex for pair in pairs]]
     offsets = np.array([pair.offset for pair in pairs], np.float32)
     colors = distance_colors(np.linalg.norm(offsets, axis=1) / max(capture.mesh_size, 1e-30))
     active = marker_pairs.active_pair(obj)
@@ -51,3 +39,8 @@ def distance_colors(shares):
     place = np.clip(np.asarray(shares) / FAR, 0.0, 1.0) * (len(SCALE_COLORS) - 1)
     stops = np.arange(len(SCALE_COLORS))
     return np.stack([np.interp(place, stops, SCALE_COLORS[:, channel]) for channel in range(4)], axis=1).astype("f4")
+
+
+def paint(context, obj):
+    if len(obj.meanvalue.capture.pairs):
+        draw(context, obj, lines(obj))

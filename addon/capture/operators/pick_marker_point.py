@@ -5,7 +5,7 @@ import bpy
 
 from ... import wording
 from ...errors import MeanValueError, SceneError
-from ...posing.bridge import scene_input
+from ...scene import subject
 from ...widgets import under_mouse
 from ...widgets.background import VIEW_EVENTS
 from ...widgets.base import MeshOperator
@@ -31,7 +31,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         if self.vertex >= 0 or bpy.app.background or context.window is None:
             return self.execute(context)
         try:
-            obj = scene_input.subject(context)
+            obj = subject.of(context)
             self.marker = self._pair(obj).name  # what is active may change meanwhile
         except MeanValueError as error:
             return self.refuse(error)
@@ -48,7 +48,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         if event.type == 'LEFTMOUSE' and event.value == 'PRESS':
             found = under_mouse.view_under(context, event)
             obj = bpy.data.objects.get(self._object_name)
-            if obj is None or obj != scene_input.subject(context):
+            if obj is None or obj != subject.of(context):
                 self._stop(context)
                 return self.refuse(SceneError("Another object is active now. Pick the point again"))
             if found is not None:

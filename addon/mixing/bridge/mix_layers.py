@@ -10,8 +10,8 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...posing.core.bind_input import require_finite
 from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ...scene.core.finite import require_finite
 from ..core.mix_input import Layer, MixInput
 
 

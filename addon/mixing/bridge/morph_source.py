@@ -5,8 +5,8 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...posing.core.bind_input import require_finite
 from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ...scene.core.finite import require_finite
 from ..core import grafting
 
 

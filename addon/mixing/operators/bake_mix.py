@@ -29,9 +29,6 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
             problem = f"A bake of '{obj.name}' plays already. Press Remove Bake first"
         return problem or mix_layers.problem(obj)
 
-    def start_reading(self, obj):
-        return None
-
     def prepare(self, obj, _reading):
         settings = obj.meanvalue.mix
         mix_input = mix_layers.gather(obj)

@@ -6,8 +6,7 @@ from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from ... import ids
 from ...errors import SceneError
-from ...posing.bridge import scene_input
-from ...scene import shape_keys, vertex_groups
+from ...scene import shape_keys, subject, vertex_groups
 from ...widgets.base import MeshOperator
 from ..bridge import mix_layers, morph_source
 
@@ -100,5 +99,5 @@ class MEANVALUE_OT_blend_part(_FromObject, bpy.types.Operator):
         return super().run(obj)
 
     def invoke(self, context, _event):
-        self.group = scene_input.subject(context).vertex_groups.active.name
+        self.group = subject.of(context).vertex_groups.active.name
         return self.execute(context)

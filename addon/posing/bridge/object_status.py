@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 from ... import compat, wording
 from ...errors import SceneError
-from ...scene import object_model, shared_readings
+from ...scene import object_model, shared_readings, subject
 from ...scene.object_model import QUIET_SECONDS  # noqa: F401  panels take the seconds from here
 from ...solver.core import fingerprint
-from . import bound_record, scene_input
+from . import bound_record
 
 
 class State(enum.Enum):
@@ -73,7 +73,7 @@ def _bound_as(obj):
 
 def _unread(obj):
     is_waiting = obj.mode == 'OBJECT'
-    mode = scene_input.mode_name(obj.mode)
+    mode = subject.mode_name(obj.mode)
     why = "the mesh is being read" if is_waiting else f"not checked in {mode}"
     if obj.meanvalue.bound.is_bound:
         return Status(State.BOUND, f"{_bound_text(obj)} ({why})")

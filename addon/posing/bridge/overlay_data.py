@@ -9,11 +9,10 @@ for a moment. What did not change is the same array as before.
 
 from dataclasses import dataclass
 
-import bpy
 import numpy as np
 
 from ... import compat
-from ...scene import mesh_arrays, mirrors, object_model, rig_space, shape_keys, shared_readings
+from ...scene import mesh_arrays, mirrors, object_model, shape_keys, shared_readings, shown_shape
 from ..core import bind_input, tinted_faces
 from . import scene_input, targets
 
@@ -79,7 +78,7 @@ def look(obj):
             return NOTHING
         elif known.stamp.settings != model.stamp.settings:
             return known.look  # its handles may be others than those that there are now
-    positions = shown_positions(obj)
+    positions = shown_shape.positions(obj)
     colors = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
     if known.look is None or known.look_colors != colors or not np.array_equal(known.look_positions, positions):
         known.look = _look(known, positions, colors)
@@ -125,33 +124,3 @@ def _look(known, positions, colors):
         freedom=known.tint_freedom,
         corners=known.tint_corners,
     )
-
-
-def shown_positions(obj):
-    """n x 3 float32: where the vertices are to be seen.
-
-    Modifiers count as long as they keep the vertices, or put new ones behind them; else it is the result if it is
-    shown, and the rest shape if not.
-    """
-    depsgraph = bpy.context.view_layer.depsgraph  # as it is: drawing must not evaluate anything
-    evaluated = obj.evaluated_get(depsgraph).data if depsgraph is not None else obj.data
-    count = len(obj.data.vertices)
-    if len(evaluated.vertices) == count or (len(evaluated.vertices) > count and _are_first(obj)):
-        return mesh_arrays.vertex_positions(evaluated)[:count]
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
-    result = shape_keys.result_positions(obj) if key and key.value > 0.0 and not key.mute else None
-    return shape_keys.rest_positions(obj.data) if result is None else result
-
-
-#: Modifiers that make vertices and leave those of the mesh the first ones.
-_APPENDING = {'SUBSURF', 'MULTIRES'}
-
-#: Modifiers that move vertices, and make and remove none.
-_MOVING = (rig_space.DEFORMING - {'MESH_SEQUENCE_CACHE', 'NODES'}) | rig_space.HARMLESS | {'CLOTH', 'SOFT_BODY'}
-
-
-def _are_first(obj):
-    """Whether the mesh's own vertices are the first ones of what the modifiers make."""
-    shown = [modifier for modifier in obj.modifiers if modifier.show_viewport]
-    return all(modifier.type in _APPENDING or modifier.type in _MOVING for modifier in shown)

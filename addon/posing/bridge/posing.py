@@ -4,7 +4,7 @@
 import numpy as np
 
 from ...errors import SceneError, StaleBindingError
-from ...scene import mesh_arrays, shape_keys
+from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
 from ...solver.core import fingerprint, result
 from . import bound_record, scene_input, targets
@@ -92,7 +92,7 @@ class Posing:
 
     def require_unchanged(self, obj, reading=None):
         """@throws SceneError if the scene is another one by now: a script, a timer or another window was at work."""
-        problem = scene_input.object_problem(obj) or scene_input.mode_problem(obj)
+        problem = subject.object_problem(obj) or subject.mode_problem(obj)
         if problem is None:
             now = scene_input.gather(obj, reading)
             is_same = now.fingerprint == self.bind_input.fingerprint

@@ -9,6 +9,7 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points
+from ...scene.core.finite import require_finite
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import springs, welding
 
@@ -172,18 +173,6 @@ class BindInput:
                 "three that are not in one line (handles, pins and vertices outside the region count). "
                 "Pin more vertices, or choose a region that leaves some vertices out"
             )
-
-
-def require_finite(positions, what):
-    """@throws SceneError if n x 3 `positions` hold NaN or infinity."""
-    finite = np.isfinite(positions).all(axis=1)
-    if not finite.all():
-        broken = np.flatnonzero(~finite)
-        raise SceneError(
-            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) "
-            f"{'has' if len(broken) == 1 else 'have'} coordinates that are not numbers. Move or delete "
-            f"{'it' if len(broken) == 1 else 'them'}"
-        )
 
 
 def anchor_layout(members):

@@ -8,7 +8,7 @@ from ...errors import SceneError, StaleBindingError
 from ...live import states
 from ...live.following import Following
 from ...live.states import NotReadyError
-from ...scene import mesh_arrays, object_model, rig_space, shape_keys
+from ...scene import mesh_arrays, object_model, rig_space, shape_keys, subject
 from ...solver import session
 from ...solver.core import fingerprint, result
 from ..bridge import bound_record, scene_input, targets
@@ -87,7 +87,7 @@ class Follower(Following):
         if rig != self._rig:  # it may go on moving
             self._changed_at = states.clock()
         if obj.mode in BUSY_MODES or obj.data.is_editmode:
-            mode = scene_input.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
+            mode = subject.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
             raise NotReadyError(f"'{obj.name}' is in {mode}. It follows when you leave that")
 
     def _read_on(self, obj, seconds):

@@ -6,11 +6,11 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, selection, shape_keys, vertex_groups
+from ...scene import rig_space, selection, shape_keys, subject, vertex_groups
+from ...scene.core.finite import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import new_handles, region, scene_input
 from ..bridge.grip import radius
-from ..core.bind_input import require_finite
 from .grow_region import notes_on
 
 
@@ -39,7 +39,7 @@ class NewAnchors(MeshOperator):
     _was_asked = False
 
     def invoke(self, context, _event):
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         if obj.mode != 'OBJECT' or self.group or len(obj.vertex_groups) == 0:
             return self.execute(context)
         self._was_asked = True
@@ -48,7 +48,7 @@ class NewAnchors(MeshOperator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         if self.from_selection or obj.mode == 'EDIT':
             layout.prop(self, "name")
         else:
@@ -62,7 +62,7 @@ class NewAnchors(MeshOperator):
     def problem(cls, obj):
         problem = super().problem(obj)
         if problem is None and obj.mode not in {'EDIT', 'OBJECT'}:
-            problem = f"{scene_input.mode_problem(obj)}, or to Edit Mode"
+            problem = f"{subject.mode_problem(obj)}, or to Edit Mode"
         return problem
 
     def run(self, obj):

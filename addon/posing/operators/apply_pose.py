@@ -6,8 +6,8 @@ import bpy
 from ... import wording
 from ...live import engine
 from ...mixing.bridge import mix_layers
-from ...scene import shape_keys
-from ..bridge import bound_record, controls, scene_input, targets
+from ...scene import shape_keys, subject
+from ..bridge import bound_record, controls, targets
 from .settled import SettledOperator
 
 
@@ -24,7 +24,7 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
         bound_record.clear(obj.meanvalue.bound)
         controls.hold_at_rest(obj, handles, seats)
-        notes = [scene_input.sharing_note(obj)] if scene_input.sharing_note(obj) else []
+        notes = [subject.sharing_note(obj)] if subject.sharing_note(obj) else []
         carried, note = mix_layers.made_for_former_rest(obj, carried)
         notes += [note] if note else []
         if carried:

@@ -6,7 +6,7 @@ import bpy
 from ...scene import mesh_arrays
 from ...solver.core import fingerprint, result
 from ...widgets.background import BackgroundOperator
-from ..bridge import bound_record, controls, targets
+from ..bridge import bound_record, controls, scene_input, targets
 from ..bridge.posing import Posing
 from ..core import mesh_problems
 
@@ -17,6 +17,9 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bind"
     bl_label = "Bind"
     doing = "Binding"
+
+    def start_reading(self, obj):
+        return scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
         return Posing.to_bind(obj, reading)

@@ -3,8 +3,8 @@
 
 import bpy
 
+from ...scene import subject
 from ...widgets.base import Reporting
-from ..bridge import scene_input
 from ..core import system_info
 from . import system_facts
 
@@ -17,7 +17,7 @@ class MEANVALUE_OT_copy_system_info(Reporting, bpy.types.Operator):
     bl_options = {'REGISTER'}
 
     def execute(self, context):
-        text = system_info.text(system_facts.sections(scene_input.subject(context)))
+        text = system_info.text(system_facts.sections(subject.of(context)))
         context.window_manager.clipboard = text
         if bpy.app.background:  # which has no clipboard
             print(text)

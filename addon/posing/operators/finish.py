@@ -7,9 +7,9 @@ from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
 from ...mixing.bridge import mix_layers
-from ...scene import reference_key, selection, shape_keys
+from ...scene import reference_key, selection, shape_keys, subject
 from ...solver import session
-from ..bridge import bound_record, controls, region, scene_input, targets
+from ..bridge import bound_record, controls, region, targets
 from .settled import SettledOperator
 
 
@@ -51,7 +51,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         kept, notes = self._keep(obj)
         _leave_copies(obj)
         removed = _remove_what_was_made(obj)
-        sharing = scene_input.sharing_note(obj)
+        sharing = subject.sharing_note(obj)
         if sharing:
             notes.append(sharing)
         return f"{kept}. Removed: {removed}", notes

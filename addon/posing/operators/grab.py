@@ -8,7 +8,8 @@ from mathutils import Vector
 from ... import compat, ids
 from ...errors import MeanValueError, SceneError
 from ...live import engine
-from ..bridge import controls, scene_input
+from ...scene import subject
+from ..bridge import controls
 from ..bridge.grip import Grip, handle_at, radius
 from . import keyframe_handles
 from .drag_circle import DragCircle
@@ -64,9 +65,9 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
 
     def execute(self, context):
         """All at once, for scripts and the last-operation panel."""
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         try:
-            problem = scene_input.object_problem(obj)
+            problem = subject.object_problem(obj)
             if problem:
                 raise SceneError(problem)
             if self.handle not in obj.meanvalue.handles:

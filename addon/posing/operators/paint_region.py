@@ -4,9 +4,9 @@
 import bpy
 
 from ...errors import SceneError
-from ...scene import selection
+from ...scene import selection, subject
 from ...widgets.base import MeshOperator
-from ..bridge import region, scene_input
+from ..bridge import region
 
 
 class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
@@ -37,7 +37,7 @@ class MEANVALUE_OT_finish_region(MeshOperator, bpy.types.Operator):
     def problem(cls, obj):
         problem = super().problem(obj)
         if problem is None and obj.mode != 'WEIGHT_PAINT':
-            problem = f"'{obj.name}' is in {scene_input.mode_name(obj.mode)}, so nothing is being painted"
+            problem = f"'{obj.name}' is in {subject.mode_name(obj.mode)}, so nothing is being painted"
         return problem
 
     def run(self, obj):

@@ -5,8 +5,8 @@ import bpy
 
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError
-from ...scene import vertex_groups
-from ..bridge import controls, new_handles, region, scene_input
+from ...scene import subject, vertex_groups
+from ..bridge import controls, new_handles, region
 from ..bridge.grip import HANDLE_SHARE, handle_at, near_vertices, radius
 from .pressing import ToolOperator, require_vertex, size_property
 
@@ -36,9 +36,9 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
         return self.execute(context)
 
     def execute(self, context):
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         try:
-            problem = scene_input.object_problem(obj)
+            problem = subject.object_problem(obj)
             if problem:
                 raise SceneError(problem)
             require_vertex(obj, self.vertex)

@@ -7,10 +7,10 @@ from mathutils import Vector
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import selection, views
+from ...scene import selection, subject, views
 from ...widgets import under_mouse
 from ...widgets.base import Reporting
-from ..bridge import control_places, controls, scene_input
+from ..bridge import control_places, controls
 
 #: Of Size, a share of the mesh's size: how far the surroundings follow at first, and its limits.
 FIRST_SIZE = 0.2
@@ -60,7 +60,7 @@ class ToolOperator(Reporting):
         if found is None:
             raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
         region, view, mouse = found
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         at_control = _control_under(context, obj, region, view, mouse)
         if at_control is not None:
             return obj, at_control
@@ -68,10 +68,10 @@ class ToolOperator(Reporting):
         if first is None:
             raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
         if first != obj:
-            problem = scene_input.object_problem(first)
+            problem = subject.object_problem(first)
             if problem:
                 raise SceneError(f"'{first.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
-            is_usable = obj is not None and scene_input.object_problem(obj) is None
+            is_usable = obj is not None and subject.object_problem(obj) is None
             selection.choose(first)
             if is_usable and _has_handles(obj):
                 raise SceneError(
@@ -95,7 +95,7 @@ def require_vertex(obj, vertex):
 
 def _control_under(context, obj, region, view, mouse):
     """The Pressed of a control of `obj` that is to be seen under the mouse, the nearest to it; or None."""
-    if scene_input.object_problem(obj) is not None:
+    if subject.object_problem(obj) is not None:
         return None
     found, least = None, CONTROL_PIXELS * context.preferences.system.ui_scale
     for handle in obj.meanvalue.handles:

@@ -6,6 +6,7 @@ from ...live import engine
 from ...scene import shape_keys
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
+from ..bridge import scene_input
 from ..bridge.posing import Posing
 
 
@@ -15,7 +16,7 @@ class SettledOperator(BackgroundOperator):
     doing = "Settling"
 
     def start_reading(self, obj):
-        return None if _is_settled(obj) else super().start_reading(obj)
+        return None if _is_settled(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
         return _NothingToDo() if _is_settled(obj) else Posing.to_settle(obj, reading)

@@ -4,7 +4,7 @@
 import bpy
 
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys
+from ...scene import rig_space, shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import bound_record, scene_input
@@ -20,7 +20,7 @@ class MEANVALUE_OT_solve(BackgroundOperator, bpy.types.Operator):
 
     def start_reading(self, obj):
         _require_bound(obj)
-        return super().start_reading(obj)
+        return scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
         _require_bound(obj)
@@ -53,6 +53,6 @@ def _require_bound(obj):
 
 
 def _message(obj, summary, notes):
-    shared = scene_input.sharing_note(obj)
+    shared = subject.sharing_note(obj)
     solved = f"Solved into '{obj.meanvalue.result_key}': {summary.text()}"
     return ". ".join([solved, *notes, *([shared] if shared else [])])

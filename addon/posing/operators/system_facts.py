@@ -13,10 +13,10 @@ import numpy as np
 
 from ... import ids, wording
 from ...live import engine
-from ...scene import declarations
+from ...scene import declarations, subject
 from ...solver import native_loader
 from ...widgets.core import last_message
-from ..bridge import bound_record, object_status, region, scene_input
+from ..bridge import bound_record, object_status, region
 from ..core import system_info
 
 PACKAGE = __package__.removesuffix(".posing.operators")
@@ -28,7 +28,7 @@ def sections(obj):
     found = [("", _versions(private)), ("Said", _said(obj, private))]
     if obj is None:
         found.insert(1, ("Active object", (("Type", "none"),)))
-    elif scene_input.object_problem(obj) is not None:
+    elif subject.object_problem(obj) is not None:
         found.insert(1, ("Active object", (("Type", obj.type), ("Linked or overridden", obj.type == 'MESH'))))
     else:
         found[1:1] = [("Active object", _counts(obj)), ("Settings", _settings(obj.meanvalue))]
@@ -116,7 +116,7 @@ def _declared_settings(settings):
 def _said(obj, private):
     """What the add-on says of the object, and said last."""
     told = []
-    if obj is not None and scene_input.object_problem(obj) is None:
+    if obj is not None and subject.object_problem(obj) is None:
         bound = obj.meanvalue.bound
         solved = bound_record.read_solve(bound)
         live = engine.status(obj)

@@ -4,7 +4,7 @@
 import bpy
 
 from ...errors import SceneError
-from ...scene import shared_readings
+from ...scene import shared_readings, subject
 from ...widgets.base import MeshOperator
 from ..bridge import scene_input, targets
 
@@ -20,7 +20,7 @@ class MEANVALUE_OT_toggle_live(MeshOperator, bpy.types.Operator):
     def problem(cls, obj):
         problem = super().problem(obj)
         if problem is None and not obj.meanvalue.live:
-            problem = scene_input.mode_problem(obj)
+            problem = subject.mode_problem(obj)
         return problem
 
     def run(self, obj):

@@ -4,7 +4,7 @@
 import bpy
 from mathutils import Vector
 
-from ..bridge import scene_input
+from ...scene import subject
 from ..operators import drag_circle
 from ..operators.grab import MEANVALUE_OT_grab
 from ..operators.pin_here import MEANVALUE_OT_pin_here
@@ -31,14 +31,14 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
 
     def draw_settings(context, layout, tool):  # noqa: N805  Blender calls it without an instance
         layout.prop(tool.operator_properties(MEANVALUE_OT_grab.bl_idname), "size")
-        obj = scene_input.subject(context)
-        if scene_input.object_problem(obj) is None:
+        obj = subject.of(context)
+        if subject.object_problem(obj) is None:
             layout.prop(obj.meanvalue, "live", toggle=True)
 
     def draw_cursor(context, tool, mouse):  # noqa: N805
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         view = context.region_data
-        if drag_circle.is_shown or view is None or scene_input.object_problem(obj) is not None:
+        if drag_circle.is_shown or view is None or subject.object_problem(obj) is not None:
             return
         size = tool.operator_properties(MEANVALUE_OT_grab.bl_idname).size
         length = size * _size(obj) * max(obj.matrix_world.to_scale())

@@ -3,7 +3,8 @@
 
 import bpy
 
-from ..bridge import controls, scene_input
+from ...scene import subject
+from ..bridge import controls
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 
 FOLLOWS_ICONS = {'SHAPE': 'SHAPEKEY_DATA', 'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
@@ -13,7 +14,7 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
     """One line for each handle or pin: on or off, colour, name, and a button to select it"""
 
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         missing = item.name not in obj.vertex_groups
         row = layout.row(align=True)
         row.prop(item, "is_enabled", text="")

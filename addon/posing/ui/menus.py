@@ -17,10 +17,10 @@ from ...capture.operators.swap_markers import MEANVALUE_OT_swap_markers
 from ...mixing.operators.bake_mix import MEANVALUE_OT_bake_mix
 from ...mixing.operators.morph import MEANVALUE_OT_blend_part, MEANVALUE_OT_morph
 from ...mixing.operators.remove_in_betweens import MEANVALUE_OT_remove_in_betweens
+from ...scene import subject
 from ...wrapping.operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
 from ...wrapping.operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
 from ...wrapping.operators.wrap import MEANVALUE_OT_wrap
-from ..bridge import scene_input
 from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
@@ -129,7 +129,7 @@ def _draw_operators(layout, operators):
 
 
 def meanvalue_draw_object_menu(self, context):
-    if scene_input.object_problem(scene_input.subject(context)) is None:
+    if subject.object_problem(subject.of(context)) is None:
         self.layout.separator()
         self.layout.menu(MEANVALUE_MT_object.bl_idname)
 

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws anchors and region into the 3D View. What is drawn comes from posing/bridge/overlay_data.py."""
 
-import traceback
 from dataclasses import dataclass
 
-import bpy
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from ... import compat
-from ...scene import views
-from ..bridge import overlay_data, scene_input
+from ...widgets import overlay
+from ..bridge import overlay_data
 
 #: Size of an anchor at interface scale 1.
 POINT_PIXELS = 7.0
@@ -24,14 +22,9 @@ TINT = (0.25, 0.6, 1.0, 0.2)
 TINT_CLOSER = 0.0025
 POINTS_CLOSER = 0.005
 
-#: Weight Paint shows the region itself; in modes that are not here, Blender has a mesh of its own.
+#: Weight Paint shows the region itself.
 TINTED_MODES = {'OBJECT'}
-MODES = {'OBJECT', 'WEIGHT_PAINT', 'VERTEX_PAINT', 'TEXTURE_PAINT'}
 
-#: Why nothing is drawn any more until the add-on is enabled again, or "".
-problem = ""
-
-_handler = None
 _batches = None  # of the look that was drawn last
 
 
@@ -45,32 +38,7 @@ class _Batches:
     tint_triangles: object
 
 
-def subject_to_draw(context):
-    """The object whose overlay is to be seen in the 3D View of `context`, or None."""
-    space = context.space_data
-    if not space.overlay.show_overlays:
-        return None
-    obj = scene_input.subject(context)
-    if scene_input.object_problem(obj) is not None or not obj.meanvalue.show_overlay or obj.mode not in MODES:
-        return None
-    return obj if views.is_visible(obj, space) else None
-
-
-def draw():
-    """Called by Blender at every redraw of every 3D View: after a mistake of ours it is not called for ever more."""
-    global problem
-    if problem:
-        return
-    try:
-        obj = subject_to_draw(bpy.context)
-        if obj is not None:
-            _draw(bpy.context, obj)
-    except Exception as error:
-        traceback.print_exc()
-        problem = f"The overlay cannot be drawn: {error}. Please report this; the console has the details"
-
-
-def _draw(context, obj):
+def paint(context, obj):
     global _batches
     look = overlay_data.look(obj)
     if _batches is None or _batches.look is not look:
@@ -149,14 +117,10 @@ def _vertex_buffer(look):
 
 
 def register():
-    global _handler, problem
-    problem = ""
-    if not bpy.app.background:
-        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), 'WINDOW', 'POST_VIEW')
+    overlay.painters.append(paint)
 
 
 def unregister():
-    global _handler, _batches
-    if _handler is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handler, 'WINDOW')
-    _handler = _batches = None
+    global _batches
+    overlay.painters.remove(paint)
+    _batches = None

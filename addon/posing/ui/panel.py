@@ -5,10 +5,12 @@ import bpy
 
 from ... import ids, wording
 from ...live import engine
-from ...scene import shape_keys
+from ...scene import shape_keys, subject
 from ...solver import native_loader
+from ...widgets import overlay
+from ...widgets.panels import PanelPart, SidebarPanel
 from ...widgets.text_box import draw_wrapped
-from ..bridge import bound_record, controls, object_status, scene_input, targets
+from ..bridge import bound_record, controls, object_status, targets
 from ..bridge.object_status import State
 from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
@@ -28,7 +30,6 @@ from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.unbind import MEANVALUE_OT_unbind
-from . import overlay
 from .handle_list import MEANVALUE_UL_handles
 
 STATE_ICONS = {
@@ -39,22 +40,6 @@ STATE_ICONS = {
 }
 
 
-class SidebarPanel:
-    """Mix-in of all panels here. Parts show only where there is a mesh to work on."""
-
-    bl_space_type = 'VIEW_3D'
-    bl_region_type = 'UI'
-    bl_category = ids.SIDEBAR_TAB
-
-
-class PanelPart(SidebarPanel):
-    bl_parent_id = "MEANVALUE_PT_panel"
-
-    @classmethod
-    def poll(cls, context):
-        return scene_input.object_problem(scene_input.subject(context)) is None
-
-
 class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
     """Pose the mesh by handles: what holds it, and whether it follows"""
 
@@ -63,11 +48,11 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         problem = native_loader.problem()
         if problem:
             draw_wrapped(layout.box(), context, wording.sentence(problem), icon='ERROR')
-        problem = scene_input.object_problem(obj)
+        problem = subject.object_problem(obj)
         if problem:
             draw_wrapped(layout, context, wording.sentence(problem), icon='INFO')
             return
@@ -86,13 +71,13 @@ class MEANVALUE_PT_active_handle(PanelPart, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return super().poll(context) and _active_handle(scene_input.subject(context)) is not None
+        return super().poll(context) and _active_handle(subject.of(context)) is not None
 
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         handle = _active_handle(obj)
         layout.prop_search(handle, "name", obj, "vertex_groups", text="Group")
         status = object_status.last_known(obj)
@@ -120,13 +105,13 @@ class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
     bl_label = "Region"
 
     def draw(self, context):
-        settings = scene_input.subject(context).meanvalue
+        settings = subject.of(context).meanvalue
         row = self.layout.row(align=True)
-        row.prop_search(settings, "roi_group", scene_input.subject(context), "vertex_groups", text="")
+        row.prop_search(settings, "roi_group", subject.of(context), "vertex_groups", text="")
         row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
         buttons = self.layout.column(align=True)
         buttons.operator(MEANVALUE_OT_grow_region.bl_idname, icon='EMPTY_AXIS')
-        if scene_input.subject(context).mode == 'WEIGHT_PAINT':
+        if subject.of(context).mode == 'WEIGHT_PAINT':
             buttons.operator(MEANVALUE_OT_finish_region.bl_idname, icon='CHECKMARK')
         else:
             buttons.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA')
@@ -142,7 +127,7 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        layout.prop(scene_input.subject(context).meanvalue, "result_key", icon='SHAPEKEY_DATA')
+        layout.prop(subject.of(context).meanvalue, "result_key", icon='SHAPEKEY_DATA')
         row = layout.row(align=True)
         row.operator(MEANVALUE_OT_bind.bl_idname)
         row.operator(MEANVALUE_OT_unbind.bl_idname)
@@ -162,7 +147,7 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        settings = scene_input.subject(context).meanvalue
+        settings = subject.of(context).meanvalue
         layout.prop(settings, "method")
         rigidity = layout.row()
         rigidity.active = settings.method == ids.METHOD_FAST
@@ -251,7 +236,7 @@ def _draw_status(layout, context, obj, status):
         return
     hint = shape_keys.result_problem(obj)
     if status.state is not State.PROBLEM:
-        hint = scene_input.mode_problem(obj) or hint
+        hint = subject.mode_problem(obj) or hint
     if hint is None and status.state in {State.BOUND, State.STALE}:
         hint = targets.problem(obj)
     if hint:

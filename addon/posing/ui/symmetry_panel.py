@@ -4,11 +4,10 @@
 import bpy
 
 from ... import wording
-from ...scene import mirrors
+from ...scene import mirrors, subject
+from ...widgets.panels import PanelPart
 from ...widgets.text_box import draw_wrapped
-from ..bridge import scene_input
 from ..operators.select_unpaired import MEANVALUE_OT_select_unpaired
-from .panel import PanelPart
 
 
 class MEANVALUE_PT_symmetry(PanelPart, bpy.types.Panel):
@@ -18,12 +17,12 @@ class MEANVALUE_PT_symmetry(PanelPart, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         return super().poll(context) and (obj.meanvalue.symmetric != 'NONE' or bool(mirrors.notes(obj)))
 
     def draw(self, context):
         layout = self.layout
-        obj = scene_input.subject(context)
+        obj = subject.of(context)
         if obj.meanvalue.symmetric != 'NONE':
             layout.operator(MEANVALUE_OT_select_unpaired.bl_idname, icon='RESTRICT_SELECT_OFF')
         for note in mirrors.notes(obj):

@@ -4,8 +4,8 @@
 import numpy as np
 from mathutils import Vector
 
-from ...capture.bridge.pair_lines import NOTHING, Lines
-from ...posing.bridge import overlay_data
+from ...scene import shown_shape
+from ...widgets.lines import NOTHING, Lines, draw
 
 #: One after the other, so that lines that cross are told apart (Okabe and Ito 2008).
 COLORS = np.array(
@@ -20,6 +20,9 @@ COLORS = np.array(
     np.float32,
 )
 
+#: Size of what ends a line, at interface scale 1.
+END_PIXELS = 8.0
+
 _begun = {}  # name of an object: the vertex whose place is to be clicked next
 
 
@@ -33,9 +36,9 @@ def end():
     _begun.clear()
 
 
-def is_any(obj):
-    """Cheap enough for every redraw."""
-    return bool(obj.meanvalue.wrap.pairs) or obj.name in _begun
+def paint(context, obj):
+    if obj.meanvalue.wrap.pairs or obj.name in _begun:
+        draw(context, obj, lines(obj), END_PIXELS)
 
 
 def lines(obj):
@@ -51,7 +54,7 @@ def lines(obj):
     begun = [vertex for vertex in (_begun.get(obj.name),) if vertex is not None and vertex < count]
     if not pairs and not begun:
         return NOTHING
-    points = overlay_data.shown_positions(obj)[[*(pair.vertex for pair in pairs), *begun]]
+    points = shown_shape.positions(obj)[[*(pair.vertex for pair in pairs), *begun]]
     places = points.copy()
     if pairs:
         to_own = obj.matrix_world.inverted_safe() @ settings.target.matrix_world

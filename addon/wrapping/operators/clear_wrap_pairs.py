@@ -5,7 +5,7 @@ import bpy
 
 from ... import wording
 from ...errors import SceneError
-from ...posing.bridge import scene_input
+from ...scene import subject
 from ...widgets.base import MeshOperator
 
 
@@ -20,7 +20,7 @@ class MEANVALUE_OT_clear_wrap_pairs(MeshOperator, bpy.types.Operator):
 
     @classmethod
     def problem(cls, obj):
-        return scene_input.object_problem(obj) or (None if obj.meanvalue.wrap.pairs else "No pairs are picked")
+        return subject.object_problem(obj) or (None if obj.meanvalue.wrap.pairs else "No pairs are picked")
 
     def run(self, obj):
         pairs = obj.meanvalue.wrap.pairs

@@ -5,8 +5,7 @@ import bpy
 
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError
-from ...posing.bridge import scene_input
-from ...scene import views
+from ...scene import subject, views
 from ...widgets import under_mouse
 from ...widgets.background import VIEW_EVENTS
 from ...widgets.base import MeshOperator
@@ -38,7 +37,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
         if self.vertex >= 0 or bpy.app.background or context.window is None:
             return self.execute(context)
         try:
-            obj = scene_input.subject(context)
+            obj = subject.of(context)
             self.target = wrap_scene.target_of(context, obj, self.target).name
         except MeanValueError as error:
             return self.refuse(error)
@@ -53,7 +52,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
             return self._end(context)
         if event.type == 'LEFTMOUSE' and event.value == 'PRESS':
             obj, target = bpy.data.objects.get(self._object_name), bpy.data.objects.get(self.target)
-            if obj is None or target is None or obj != scene_input.subject(context):
+            if obj is None or target is None or obj != subject.of(context):
                 self._end(context)
                 return self.refuse(SceneError("Another object is active now. Pick the pairs again"))
             found = under_mouse.view_under(context, event)

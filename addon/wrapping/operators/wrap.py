@@ -4,7 +4,7 @@
 import bpy
 
 from ... import ids, wording
-from ...posing.bridge import scene_input
+from ...scene import subject
 from ...widgets.background import BackgroundOperator
 from ..bridge import wrap_scene
 from ..bridge.wrapping import Wrapping
@@ -27,9 +27,6 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     )
 
     _prepared = None
-
-    def start_reading(self, obj):
-        return None
 
     def prepare(self, obj, _reading):
         target = wrap_scene.target_of(bpy.context, obj, self.target)
@@ -57,7 +54,7 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
                 f"{wording.counted(wrapped.flipped, 'triangle is', 'triangles are')} turned over. Pick pairs "
                 "where they crowd"
             )
-        sharing = scene_input.sharing_note(obj)
+        sharing = subject.sharing_note(obj)
         return (
             f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {distance.mean():.3%} of its size "
             f"off on average, {distance.max():.2%} at most",

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Positions of vertices, checked."""
+
+import numpy as np
+
+from ... import wording
+from ...errors import SceneError
+
+
+def require_finite(positions, what):
+    """@throws SceneError if n x 3 `positions` hold NaN or infinity."""
+    finite = np.isfinite(positions).all(axis=1)
+    if not finite.all():
+        broken = np.flatnonzero(~finite)
+        raise SceneError(
+            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) "
+            f"{'has' if len(broken) == 1 else 'have'} coordinates that are not numbers. Move or delete "
+            f"{'it' if len(broken) == 1 else 'them'}"
+        )

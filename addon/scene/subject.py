@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The object that the artist works on, and why it cannot be worked on."""
+
+from .. import wording
+
+#: Rooms say here which mesh an object stands for, as a control does: functions of an object, to a mesh object or None.
+finders = []
+
+
+def of(context):
+    """The object that the artist works on: the active one, or the mesh that it stands for; None for none."""
+    active = context.object
+    if active is None or active.type == 'MESH':
+        return active
+    return next(filter(None, (find(active) for find in finders)), active)
+
+
+def object_problem(obj):
+    """Why `obj` cannot be worked on at all, or None. Cheap: operators ask it in poll()."""
+    if obj is None:
+        return "There is no active object. Click a mesh object"
+    if obj.type != 'MESH':
+        return f"'{obj.name}' is not a mesh. Click a mesh object"
+    if obj.library is not None:
+        return (
+            f"'{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local), or pose it in "
+            "that file"
+        )
+    if obj.override_library is not None or obj.data.override_library is not None:
+        return _override_problem(obj)
+    if obj.data.library is not None:
+        return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local)"
+    return None
+
+
+def _override_problem(obj):
+    """Blender saves neither new shape keys nor our settings of what is an override."""
+    linked = (obj.override_library or obj.data.override_library).reference.library
+    return (
+        f"'{obj.name}' is a library override, of which handles and new shape keys are not saved. Pose it in the file "
+        f"that it comes from{f' ({linked.filepath})' if linked else ''}: its keys then arrive here too. To pose it "
+        "here alone, Object > Relations > Make Local > Selected Objects and Data ends the override: changes of that "
+        "file no longer arrive"
+    )
+
+
+def mode_problem(obj):
+    """Why the object's mode is in the way, or None. Blender's mesh data is only up to date in Object Mode."""
+    if obj.mode != 'OBJECT':
+        return f"'{obj.name}' is in {mode_name(obj.mode)}. Go back to Object Mode"
+    return None
+
+
+def mode_name(mode):
+    names = {
+        'EDIT': "Edit Mode",
+        'SCULPT': "Sculpt Mode",
+        'VERTEX_PAINT': "Vertex Paint Mode",
+        'WEIGHT_PAINT': "Weight Paint Mode",
+        'TEXTURE_PAINT': "Texture Paint Mode",
+        'PARTICLE_EDIT': "Particle Edit Mode",
+    }
+    return names.get(mode) or f"{mode.title()} Mode"
+
+
+def sharing_note(obj):
+    """A sentence if other objects use the mesh too, else None."""
+    others = obj.data.users - int(obj.data.use_fake_user) - 1
+    if others > 0:
+        return f"The mesh is shared with {wording.counted(others, 'other object')}, where the result shows too"
+    return None

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the panels of the sidebar share."""
+
+from .. import ids
+from ..scene import subject
+
+
+class SidebarPanel:
+    """Mix-in of all panels here. Parts show only where there is a mesh to work on."""
+
+    bl_space_type = 'VIEW_3D'
+    bl_region_type = 'UI'
+    bl_category = ids.SIDEBAR_TAB
+
+
+class PanelPart(SidebarPanel):
+    bl_parent_id = "MEANVALUE_PT_panel"
+
+    @classmethod
+    def poll(cls, context):
+        return subject.object_problem(subject.of(context)) is None
