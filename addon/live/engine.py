@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All objects that are live: who they are, when they are looked at, and when they are left alone.
 
+Rooms bring the kinds of followers: classes beside live/following.py whose asks_for(obj) says whether `obj` is theirs.
+
 Nothing of Blender's is held: objects are known by what tells them apart while the file is open, and looked up by name.
 """
 
@@ -8,9 +10,7 @@ import contextlib
 
 import bpy
 
-from .. import wording
-from ..mixing.mix_follower import MixFollower
-from ..posing.live.follower import Follower, identity
+from .. import compat, wording
 from ..scene import object_model, subject, views
 from . import render_notes, updates
 from .states import TICK_SECONDS
@@ -19,13 +19,27 @@ from .telling import reporting
 #: How often it is looked whether there is anything to tell, while nothing is to be done: a render cannot call a timer.
 REST_SECONDS = 0.5
 
-_followers = {}  # identity of the object: Follower or MixFollower
+_kinds = []  # classes of followers
+_followers = {}  # identity of the object: its follower
 _must_search = True  # for live objects: the add-on may be enabled in a file that has some
 _said = None  # what the panels showed last
 _is_rendering = False
 _is_updating = False
 _is_held = False
 _has_missed = False  # an update came while objects were looked at
+
+
+def add_kind(kind):
+    _kinds.append(kind)
+
+
+def remove_kind(kind):
+    _kinds.remove(kind)
+
+
+def identity(obj):
+    """Tells an object with its mesh apart from all others while the file is open, whatever they are called."""
+    return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
 
 
 def scene_updated(depsgraph):
@@ -44,7 +58,7 @@ def frame_changed(depsgraph):
     if depsgraph.mode == 'RENDER':
         for obj, follower in _live_objects() if _is_rendering else ():
             with reporting(follower):
-                render_notes.look(identity(obj), obj, depsgraph)
+                render_notes.look(identity(obj), obj, follower, depsgraph)
         return
     _notice_end_of_rendering()
     _take_note(depsgraph)
@@ -157,7 +171,7 @@ def shut_down():
 
 
 def follower_of(obj):
-    """The Follower of a live object, or None."""
+    """The follower of a live object, or None."""
     return _followers.get(identity(obj))
 
 
@@ -193,9 +207,7 @@ def _kind(obj):
     """The class of the follower that `obj` asks for, or None."""
     if obj.type != 'MESH' or subject.object_problem(obj) is not None:
         return None
-    if obj.meanvalue.live:
-        return Follower
-    return MixFollower if obj.meanvalue.mix.is_on else None
+    return next((kind for kind in _kinds if kind.asks_for(obj)), None)
 
 
 def _search():
@@ -220,7 +232,7 @@ def _search():
 
 
 def _live_objects():
-    """(object, Follower) of all that are live."""
+    """(object, follower) of all that are live."""
     found = [(bpy.data.objects.get(follower.name), key, follower) for key, follower in _followers.items()]
     if any(obj is None or identity(obj) != key or _kind(obj) is not type(each) for obj, key, each in found):
         _search()
@@ -229,7 +241,7 @@ def _live_objects():
 
 
 def _objects_in_charge():
-    """(object, Follower) of those that may write; of several with the same mesh all others give way."""
+    """(object, follower) of those that may write; of several with the same mesh all others give way."""
     writers = {}  # mesh: name of the object that writes its shape key
     for obj, follower in _live_objects():
         writer = writers.setdefault(obj.data.name, obj.name)

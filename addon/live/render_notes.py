@@ -8,8 +8,6 @@ told by the console at once, and by the panel and a popup as soon as Blender cal
 import numpy as np
 
 from .. import wording
-from ..mixing.bridge import mix_layers
-from ..posing.bridge import controls, targets
 
 _at_first = {}  # identity of an object: where its controls and sliders were in the first frame
 _notes = {}  # identity of an object: what is to be told
@@ -29,19 +27,18 @@ def begin(unsettled):
         )
 
 
-def look(identity, obj, depsgraph):
+def look(identity, obj, follower, depsgraph):
     """A frame is about to be rendered of what `depsgraph` has evaluated."""
     if identity in _notes or obj.meanvalue.baked.target:
         return
-    now = _places(obj, depsgraph)
+    now = follower.places(obj, depsgraph)
     first = _at_first.setdefault(identity, now)
     if len(first) == len(now) and np.allclose(first, now, rtol=0.0, atol=1e-6):
         return
-    what = "shape keys" if obj.meanvalue.mix.is_on else "controls"
     _tell(
         identity,
-        f"The {what} of '{obj.name}' are animated, but nothing follows them while Blender renders: every frame shows "
-        "the mesh as it was when the render began. Stop the render, press Bake in Mean-Value > Bake, and render again",
+        f"The {follower.FOLLOWS} of '{obj.name}' are animated, but nothing follows them while Blender renders: every "
+        "frame shows the mesh as it was when the render began. Stop the render, press Bake in Mean-Value > Bake, and render again",
     )
 
 
@@ -71,22 +68,3 @@ def _tell(identity, note):
     _notes[identity] = note
     _untold.append(note)
     print("Mean-Value:", wording.sentence(note))
-
-
-def _places(obj, depsgraph):
-    """Where the controls are in the object's space, or the sliders, as numbers to be compared."""
-    if obj.meanvalue.mix.is_on:
-        keys = obj.data.shape_keys.evaluated_get(depsgraph) if obj.data.shape_keys else None
-        names = {key.name for key in mix_layers.taking_part(obj)} if keys else ()
-        return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
-    world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
-    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
-    found = []
-    for handle in targets.enabled_handles(obj):
-        if handle.follows == 'CONTROL' and controls.problem(obj, handle) is None and handle.control not in rigs:
-            control = handle.control.evaluated_get(depsgraph)
-            place = world @ control.matrix_world
-            if handle.control.type == 'ARMATURE' and handle.bone in control.pose.bones:
-                place = place @ control.pose.bones[handle.bone].matrix
-            found.append(np.array(place).ravel())
-    return np.concatenate(found) if found else np.empty(0)

@@ -19,6 +19,18 @@ class MixFollower(Following):
 
     CAUGHT_UP = frozenset({State.SETTLED, State.CHECKING})
     LOOKS_ALWAYS = True
+    FOLLOWS = "shape keys"
+
+    @staticmethod
+    def asks_for(obj):
+        return obj.meanvalue.mix.is_on
+
+    @staticmethod
+    def places(obj, depsgraph):
+        """Where the sliders are, as numbers to be compared."""
+        keys = obj.data.shape_keys.evaluated_get(depsgraph) if obj.data.shape_keys else None
+        names = {key.name for key in mix_layers.taking_part(obj)} if keys else ()
+        return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
 
     def __init__(self, obj, hears_itself):
         self._reading = None

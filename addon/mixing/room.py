@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What mixing adds to Blender, for registration.py."""
 
+from ..live import engine
 from . import mix_session, panel
+from .mix_follower import MixFollower
 from .operators import bake_mix, morph, remove_in_betweens
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
@@ -15,10 +17,11 @@ CLASSES = (
 
 
 def register():
-    pass
+    engine.add_kind(MixFollower)
 
 
 def unregister():
+    engine.remove_kind(MixFollower)
     mix_session.clear()
 
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What posing adds to Blender, for registration.py."""
 
+from ..live import engine
 from ..scene import subject
 from .bridge import carriers, controls, object_status, overlay_data
+from .live.follower import Follower
 from .operators import (
     add_anchor_group,
     add_handle,
@@ -69,9 +71,11 @@ def register():
     subject.finders.append(carriers.carried_by)
     for module in _USER_INTERFACE:
         module.register()
+    engine.add_kind(Follower)
 
 
 def unregister():
+    engine.remove_kind(Follower)
     grab.end_all()
     subject.finders.remove(carriers.carried_by)
     for module in reversed(_USER_INTERFACE):

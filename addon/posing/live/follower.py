@@ -11,7 +11,7 @@ from ...live.states import NotReadyError
 from ...scene import mesh_arrays, object_model, rig_space, shape_keys, subject
 from ...solver import session
 from ...solver.core import fingerprint, result
-from ..bridge import bound_record, scene_input, targets
+from ..bridge import bound_record, controls, scene_input, targets
 from .live_targets import LiveTargets
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver
@@ -25,13 +25,31 @@ SAME_TARGETS = 1e-6
 BUSY_MODES = {'EDIT', 'SCULPT'}
 
 
-def identity(obj):
-    """Tells an object with its mesh apart from all others while the file is open, whatever they are called."""
-    return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
-
-
 class Follower(Following):
     """The newest targets win. The last word is solved from where it is and from rest, and the better one kept."""
+
+    FOLLOWS = "controls"
+
+    @staticmethod
+    def asks_for(obj):
+        return obj.meanvalue.live
+
+    @staticmethod
+    def places(obj, depsgraph):
+        """Where the controls are in the object's space, as numbers to be compared."""
+        world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
+        rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
+        found = []
+        for handle in targets.enabled_handles(obj):
+            control = handle.control
+            if handle.follows != 'CONTROL' or controls.problem(obj, handle) is not None or control in rigs:
+                continue
+            evaluated = control.evaluated_get(depsgraph)
+            place = world @ evaluated.matrix_world
+            if control.type == 'ARMATURE' and handle.bone in evaluated.pose.bones:
+                place = place @ evaluated.pose.bones[handle.bone].matrix
+            found.append(np.array(place).ravel())
+        return np.concatenate(found) if found else np.empty(0)
 
     def __init__(self, obj, hears_itself):
         self._may_make_key = True
