@@ -6,15 +6,18 @@ import bpy
 from bpy.props import PointerProperty
 
 from . import ids
+from .scene.baked import MEANVALUE_PG_baked
+from .scene.declarations import aside
 
 
 class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's way
     """Settings of Mean-Value Deform for one object"""
 
-    __annotations__ = {}
+    __annotations__ = {"baked": aside(PointerProperty)(type=MEANVALUE_PG_baked)}
 
 
 def register(rooms):
+    bpy.utils.register_class(MEANVALUE_PG_baked)
     for room in rooms:
         for cls in room.PROPERTY_GROUPS:
             bpy.utils.register_class(cls)
@@ -29,3 +32,4 @@ def unregister(rooms):
     for room in reversed(rooms):
         for cls in reversed(room.PROPERTY_GROUPS):
             bpy.utils.unregister_class(cls)
+    bpy.utils.unregister_class(MEANVALUE_PG_baked)

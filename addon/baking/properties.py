@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How an object is baked (`object.meanvalue.bake`), and what a bake has made of it (`object.meanvalue.baked`)."""
+"""How an object is baked: `object.meanvalue.bake`."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from .. import compat, ids
+from .. import compat
 from ..scene.declarations import aside
 
 TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
@@ -143,24 +143,5 @@ class MEANVALUE_PG_bake(bpy.types.PropertyGroup):
     __annotations__ = options()
 
 
-class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
-    """What a bake has made of the object, so that it can be taken back. Lists are JSON"""
-
-    target: StringProperty()  # "" for none
-    key: StringProperty()  # digest of what was baked
-    path: StringProperty()
-    modifier: StringProperty(maxlen=ids.NAME_LENGTH)
-    keys: StringProperty()
-    muted: StringProperty()
-    was_live: BoolProperty()
-    was_mixed: BoolProperty()
-    was_relative: BoolProperty()
-    note: StringProperty()  # what it is, for the panel
-    worst: StringProperty()  # frames with the highest energies
-
-
-PROPERTY_GROUPS = (MEANVALUE_PG_bake, MEANVALUE_PG_baked)
-SETTINGS = {
-    "bake": aside(PointerProperty)(type=MEANVALUE_PG_bake),
-    "baked": aside(PointerProperty)(type=MEANVALUE_PG_baked),
-}
+PROPERTY_GROUPS = (MEANVALUE_PG_bake,)
+SETTINGS = {"bake": aside(PointerProperty)(type=MEANVALUE_PG_bake)}

@@ -2,7 +2,9 @@
 """What mixing adds to Blender, for registration.py."""
 
 from ..live import engine
+from ..scene import bakeable
 from . import mix_session, panel
+from .bridge import baked_mixes
 from .mix_follower import MixFollower
 from .operators import bake_mix, morph, remove_in_betweens
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
@@ -18,9 +20,11 @@ CLASSES = (
 
 def register():
     engine.add_kind(MixFollower)
+    bakeable.kinds.append(baked_mixes)
 
 
 def unregister():
+    bakeable.kinds.remove(baked_mixes)
     engine.remove_kind(MixFollower)
     mix_session.clear()
 

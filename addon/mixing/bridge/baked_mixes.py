@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Animated sliders of a rotation-aware mix, as what can be baked: see scene/bakeable.py."""
+
+import numpy as np
+
+from ...errors import SceneError
+from .. import mix_session
+from . import mix_layers
+from .mixing import Mixing
+
+solve_steps = mix_session.solve_steps
+
+
+def is_meant(obj):
+    return is_on(obj) or mix_layers.is_baked(obj)
+
+
+def bind(obj):
+    return Mixing(mix_layers.gather(obj))
+
+
+def row(obj, mix_input):
+    blocks = obj.data.shape_keys.key_blocks if obj.data.shape_keys else {}
+    lost = next((layer.name for layer in mix_input.layers if layer.name not in blocks), None)
+    if lost is not None:
+        raise SceneError(f"there is no shape key '{lost}' any more")
+    return np.array([blocks[layer.name].value for layer in mix_input.layers], np.float64)
+
+
+def shown_keys(obj):
+    """The sliders, and the in-between keys that stand for the mix already."""
+    keys = obj.data.shape_keys
+    made = mix_layers.made_names(obj) if keys is not None and keys.use_relative else ()
+    in_betweens = [keys.key_blocks[name] for name in made]
+    return [*mix_layers.taking_part(obj), *(key for key in in_betweens if key.value and not key.mute)]
+
+
+def is_on(obj):
+    return obj.meanvalue.mix.is_on
+
+
+def turn(obj, is_on):
+    obj.meanvalue.mix.is_on = is_on

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a bake has made of an object: `object.meanvalue.baked`. All rooms leave alone what a bake plays."""
+
+import bpy
+from bpy.props import BoolProperty, StringProperty
+
+from .. import ids
+
+
+class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
+    """What a bake has made of the object, so that it can be taken back. Lists are JSON"""
+
+    target: StringProperty()  # "" for none
+    key: StringProperty()  # digest of what was baked
+    path: StringProperty()
+    modifier: StringProperty(maxlen=ids.NAME_LENGTH)
+    keys: StringProperty()
+    muted: StringProperty()
+    was_live: BoolProperty()
+    was_mixed: BoolProperty()
+    was_relative: BoolProperty()
+    note: StringProperty()  # what it is, for the panel
+    worst: StringProperty()  # frames with the highest energies
