@@ -9,7 +9,7 @@ from .. import ids
 from ..errors import SceneError
 from ..live import engine
 from ..scene.declarations import aside, tell
-from .bridge import carriers, controls
+from .bridge import controls, moved_meshes
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -22,16 +22,16 @@ def _choose_group(handle, context):
 def _take_hold(handle, _context):
     """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
     handle.made_control = False
-    carriers.forget()
+    moved_meshes.forget()
     if controls.is_choosing or handle.control is None:
         return
     try:
         shown = controls.shown_move(handle.id_data, handle)
         with engine.held():  # the handle has no place with this control yet: Live would move the mesh for a moment
             bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
-        controls.hold_as_shown(handle.id_data, handle, shown)
+        controls.attach_as_shown(handle.id_data, handle, shown)
     except (SceneError, np.linalg.LinAlgError):
-        controls.take_hold(handle, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
+        controls.attach(handle, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
     handle.id_data.update_tag()
 
 
@@ -68,14 +68,14 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
     )
     control: aside(PointerProperty)(
         name="Control",
-        description="Object that carries these vertices along when it is moved, turned or scaled",
+        description="Object that these vertices follow when it is moved, turned or scaled",
         type=bpy.types.Object,
         poll=lambda handle, candidate: candidate != handle.id_data,
         update=_take_hold,
     )
     bone: aside(StringProperty)(
         name="Bone",
-        description="Bone of the armature that carries these vertices",
+        description="Bone of the armature that these vertices follow",
         maxlen=ids.NAME_LENGTH,
         update=_take_hold,
     )

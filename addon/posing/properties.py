@@ -155,7 +155,7 @@ class Settings:
     bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
     influence: aside(FloatProperty)(
         name="Influence",
-        description="How much the soft handle that this control carries counts. At 0 it is free",
+        description="How much the soft handle of this control counts. At 0 it is free",
         default=1.0,
         min=0.0,
         max=1.0,

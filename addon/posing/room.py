@@ -3,7 +3,7 @@
 
 from ..live import engine
 from ..scene import subject
-from .bridge import carriers, controls, object_status, overlay_data
+from .bridge import controls, moved_meshes, object_status, overlay_data
 from .live.follower import Follower
 from .operators import (
     add_anchor_group,
@@ -68,7 +68,7 @@ _USER_INTERFACE = (menus, keymap, grab_tool, overlay)
 
 
 def register():
-    subject.finders.append(carriers.carried_by)
+    subject.finders.append(moved_meshes.mesh_moved_by)
     for module in _USER_INTERFACE:
         module.register()
     engine.add_kind(Follower)
@@ -77,14 +77,14 @@ def register():
 def unregister():
     engine.remove_kind(Follower)
     grab.end_all()
-    subject.finders.remove(carriers.carried_by)
+    subject.finders.remove(moved_meshes.mesh_moved_by)
     for module in reversed(_USER_INTERFACE):
         module.unregister()
     forget()
 
 
 def scene_updated(depsgraph):
-    carriers.note(depsgraph)
+    moved_meshes.note(depsgraph)
 
 
 def chosen(active):
@@ -94,6 +94,6 @@ def chosen(active):
 
 def forget():
     """Undo, redo or loading replaced everything that was read."""
-    carriers.forget()
+    moved_meshes.forget()
     object_status.clear()
     overlay_data.clear()

@@ -162,15 +162,15 @@ def seen(obj, space, shape):
 @contextlib.contextmanager
 def evaluating(obj):
     """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen. @throws SceneError."""
-    evaluated, carriers = _evaluated(obj)
+    evaluated, stores = _evaluated(obj)
     rest = shape_keys.rest_positions(obj.data)
-    former = [_read(store, name) for store, name, _ in carriers]
+    former = [_read(store, name) for store, name, _ in stores]
     switches = np.empty(len(evaluated.modifiers), bool)
     evaluated.modifiers.foreach_get("show_viewport", switches)
     depsgraph = bpy.context.view_layer.depsgraph
 
     def evaluate(shape):
-        for store, name, base in carriers:
+        for store, name, base in stores:
             store.foreach_set(name, (base + (shape - rest)).astype(np.float32).ravel())
         return _run(evaluated, depsgraph)
 
@@ -182,7 +182,7 @@ def evaluating(obj):
             evaluated.modifiers.foreach_set("show_viewport", used)
         yield evaluate
     finally:
-        for (store, name, _), shape in zip(carriers, former, strict=True):
+        for (store, name, _), shape in zip(stores, former, strict=True):
             store.foreach_set(name, shape.ravel())
         evaluated.modifiers.foreach_set("show_viewport", switches)
 
@@ -192,7 +192,7 @@ def _has_nodes(obj):
 
 
 def _evaluated(obj):
-    """(Blender's evaluated copy of the object, its carriers). @throws SceneError if it has none that fits."""
+    """(Blender's evaluated copy of the object, its stores). @throws SceneError if it has none that fits."""
     for ensure in (False, True):  # the copy may be of before the last edit
         if ensure:
             bpy.context.evaluated_depsgraph_get()
@@ -200,16 +200,16 @@ def _evaluated(obj):
         if depsgraph is None:
             continue
         evaluated = obj.evaluated_get(depsgraph)
-        carriers = _carriers(obj, depsgraph)
-        if evaluated.is_evaluated and carriers is not None and len(evaluated.modifiers) == len(obj.modifiers):
-            return evaluated, carriers
+        stores = _stores(obj, depsgraph)
+        if evaluated.is_evaluated and stores is not None and len(evaluated.modifiers) == len(obj.modifiers):
+            return evaluated, stores
     raise SceneError(
         f"'{obj.name}' is not evaluated in this scene, so what {named(obj)} does to it is not known. Go to the scene "
         "that has it, and enable it and its collection in viewports"
     )
 
 
-def _carriers(obj, depsgraph):
+def _stores(obj, depsgraph):
     """[(collection, property, n x 3 float32)]: what to displace, in Blender's evaluated copies, to displace the pose's
     key, and where each is with the pose at rest; None if the copies do not fit."""
     keys = obj.data.shape_keys

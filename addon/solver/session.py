@@ -63,17 +63,17 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
-    whole = bind_input.whole
-    anchors, held = _held(whole, bind_input)
+    mesh = bind_input.solver_mesh
+    anchors, held = _held(mesh, bind_input)
     if known is not None:
         task = call(known.deformer.start_rebind, anchors, execution=execution, **held)
     else:
         task = call(
             native_loader.module().start_bind,
-            whole.rest,
-            whole.triangles(triangles),
+            mesh.rest,
+            mesh.triangles(triangles),
             anchors,
-            roi=None if whole.roi.all() else whole.roi,
+            roi=None if mesh.roi.all() else mesh.roi,
             method=bind_input.method,
             loose=bind_input.loose,
             portable=portable,
@@ -82,8 +82,8 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
         )
     yield task
     deformer = call(task.result)
-    summary = result.BindSummary.of(deformer.report, len(anchors) - len(whole.anchors), whole.places)
-    summary = whole.without_images(summary)
+    summary = result.BindSummary.of(deformer.report, len(anchors) - len(mesh.anchors), mesh.places)
+    summary = mesh.without_images(summary)
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
@@ -101,25 +101,25 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
 
     @throws SolverError, CancelledError.
     """
-    whole = bind_input.whole
+    mesh = bind_input.solver_mesh
     task = call(
         binding.deformer.start_solve,
-        _targets(whole, goal.positions),
-        weights=_weights(whole, goal.weights),
-        start=whole.start(start),
+        _targets(mesh, goal.positions),
+        weights=_weights(mesh, goal.weights),
+        start=mesh.start(start),
         settle=settle,
         execution=execution,
         refused=REFUSED_POSE,
     )
     yield task
     solution = call(task.result, refused=REFUSED_POSE)
-    summary = result.SolveSummary.of(solution, whole.diagonal)
+    summary = result.SolveSummary.of(solution, mesh.diagonal)
     if not result.all_finite(solution.vertices):
         raise SolverError(
             f"The solver gave positions that are not numbers ({summary.text()}). Move the handles closer to the rest "
             "shape, or add pins"
         )
-    return whole.cut_back(solution.vertices), summary
+    return mesh.cut_back(solution.vertices), summary
 
 
 def sequence_steps(
@@ -134,11 +134,11 @@ def sequence_steps(
 
     @throws SolverError, CancelledError.
     """
-    whole = bind_input.whole
+    mesh = bind_input.solver_mesh
     task = call(
         binding.deformer.start_solve_sequence,
-        _targets(whole, targets),
-        weights=_weights(whole, weights),
+        _targets(mesh, targets),
+        weights=_weights(mesh, weights),
         frames=frames,
         chunk=chunk,
         overlap=overlap,
@@ -151,16 +151,21 @@ def sequence_steps(
     sequence = call(task.result, refused=REFUSED_POSE)
     if sequence.is_paused:
         return None, sequence
-    return whole.cut_back_rows(sequence.vertices), sequence
+    return mesh.cut_back_rows(sequence.vertices), sequence
 
 
-def _held(whole, bind_input):
+def _held(mesh, bind_input):
     """(anchors, arguments) for the solver, to whom a soft border is one more soft handle."""
-    anchors, handles, strengths, border = whole.anchors, whole.handles, whole.strengths, whole.border
+    anchors, handles, strengths, border = (
+        mesh.anchors,
+        mesh.handles,
+        mesh.strengths,
+        mesh.border,
+    )
     if border is not None:
         if strengths is None:
             strengths = np.full(len(handles), np.inf)
-        strengths = np.concatenate([strengths, whole.border_strengths])
+        strengths = np.concatenate([strengths, mesh.border_strengths])
         handles = np.concatenate([handles, np.full(len(border), handles.max(initial=-1) + 1, np.int32)])
         anchors = np.concatenate([anchors, border])
     return anchors, {
@@ -171,21 +176,21 @@ def _held(whole, bind_input):
     }
 
 
-def _targets(whole, positions):
+def _targets(mesh, positions):
     """Places of the anchors, (..., K, 3), and behind them those of the soft border, which are at rest."""
-    positions = whole.targets(np.asarray(positions, np.float64))
-    if whole.border is None:
+    positions = mesh.targets(np.asarray(positions, np.float64))
+    if mesh.border is None:
         return np.ascontiguousarray(positions)
-    rest = whole.rest[whole.border]
+    rest = mesh.rest[mesh.border]
     return np.concatenate([positions, np.broadcast_to(rest, (*positions.shape[:-2], *rest.shape))], axis=-2)
 
 
-def _weights(whole, weights):
+def _weights(mesh, weights):
     """What each anchor counts, (..., K), and behind them those of the soft border, which count fully; None: all do."""
-    weights = whole.weights(weights)
-    if weights is None or whole.border is None:
+    weights = mesh.weights(weights)
+    if weights is None or mesh.border is None:
         return weights
-    return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(whole.border)))], axis=-1)
+    return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(mesh.border)))], axis=-1)
 
 
 def forget(fingerprint):

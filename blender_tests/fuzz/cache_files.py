@@ -96,7 +96,7 @@ class Bundles:
         plan, triangles = bundle.load(path, digest)
         plan.bind_input.check()
         assert plan.header.samples == len(plan.numbers) == plan.chunks()[-1][1] and plan.key
-        assert len(plan.bind_input.whole.held_rest) > 0 and triangles.shape[1] == 3
+        assert len(plan.bind_input.solver_mesh.held_rest) > 0 and triangles.shape[1] == 3
 
 
 class OfJson:

@@ -42,7 +42,7 @@ def given(vertices, triangles, anchors, pieces=None, **options):
 
 
 def bound(bind_input, triangles):
-    whole = bind_input.whole
+    whole = bind_input.solver_mesh
     return meanvalue.Deformer(
         whole.rest,
         whole.triangles(triangles),
@@ -57,7 +57,7 @@ def bound(bind_input, triangles):
 def solved(bind_input, triangles, targets, **options):
     """(n x 3, the Deformer), as session.solve_steps."""
     deformer = bound(bind_input, triangles)
-    whole = bind_input.whole
+    whole = bind_input.solver_mesh
     return np.asarray(whole.cut_back(deformer.solve(whole.targets(targets), **options).vertices)), deformer
 
 
@@ -116,7 +116,7 @@ def test_real_meshes_however_they_come(path, variant):
     bind_input, targets, diagonal = posed(vertices, triangles, merge_distance=merge)
     result, deformer = solved(bind_input, triangles, targets, max_iterations=60)
     assert np.isfinite(result).all()
-    hard = bind_input.whole.met(targets)
+    hard = bind_input.solver_mesh.met(targets)
     assert np.abs(result[bind_input.anchors] - hard).max() < 1e-9 * diagonal
     assert np.array_equal(result[~bind_input.roi], bind_input.rest[~bind_input.roi].astype(np.float64)) or merge
     # Nothing flies off: a part that only the handle holds turns by its 37 degrees about it.
@@ -126,7 +126,7 @@ def test_real_meshes_however_they_come(path, variant):
     report = deformer.report
     loose = [k for k, part in enumerate(report.components) if part.undetermined == 7 and part.free_count]
     assert loose == [k for k, carrier in enumerate(report.carriers) if carrier >= 0]
-    places = bind_input.whole.places
+    places = bind_input.solver_mesh.places
     problems = {each.kind: each for each in mesh_problems.find(bind_input.rest, triangles, report, places)}
     if loose:
         in_loose = np.isin(report.part_of[places], loose)
@@ -330,7 +330,7 @@ def test_merged_vertices_are_solved_as_one():
     bind_input = given(
         split, own, anchors, (numbers[anchors] >= 12).astype(np.int32), merge_distance=3e-4
     )
-    assert len(bind_input.whole.rest) == len(vertices)
+    assert len(bind_input.solver_mesh.rest) == len(vertices)
     targets = bind_input.anchor_rest + (expected - vertices)[numbers[anchors]]
     result, deformer = solved(bind_input, own, targets)
     assert len(deformer.report.components) == 1
@@ -341,15 +341,15 @@ def test_merged_vertices_are_solved_as_one():
         copies = np.flatnonzero(numbers == vertex)
         assert np.abs(moves[copies] - moves[copies[0]]).max() < 1e-12
     # A drag goes on from exactly what the solver gave.
-    cut = bind_input.whole.cut_back(np.asarray(bind_input.whole.rest) + 0.5)
-    assert bind_input.whole.start(cut) is cut.whole
+    cut = bind_input.solver_mesh.cut_back(np.asarray(bind_input.solver_mesh.rest) + 0.5)
+    assert bind_input.solver_mesh.start(cut) is cut.solved
 
 
 def test_without_anything_to_merge_the_mesh_is_its_own_whole():
     vertices, triangles = tube()
     plain = given(vertices, triangles, np.arange(12))
     merging = given(vertices, triangles, np.arange(12), merge_distance=1e-6)
-    assert type(merging.whole) is type(plain.whole)
+    assert type(merging.solver_mesh) is type(plain.solver_mesh)
     assert merging.fingerprint.settings != plain.fingerprint.settings
 
 
@@ -368,7 +368,7 @@ def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
         strengths=np.array([0.5, np.inf]),
         merge_distance=3e-4,
     )
-    whole = bind_input.whole
+    whole = bind_input.solver_mesh
     assert not whole.roi[whole.places[free]].any()
     assert whole.anchors.tolist() == [whole.places[handles[0]]]
     assert np.isinf(whole.strengths).all()
@@ -410,7 +410,7 @@ def test_a_merge_distance_longer_than_edges_is_refused_and_one_that_does_is_name
     assert 1e-3 <= named < 1.0 / side
     bind_input = given(vertices, triangles, np.arange(side), merge_distance=named)
     bind_input.check()
-    assert len(bind_input.whole.rest) == side * side
+    assert len(bind_input.solver_mesh.rest) == side * side
 
 
 @pytest.mark.parametrize("seed", range(4))

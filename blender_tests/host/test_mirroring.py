@@ -77,7 +77,7 @@ def three_handles(vertices):
 
 def solved(given, triangles, positions, weights=None):
     """n x 3 and the Deformer: as session.solve_steps."""
-    whole = given.whole
+    whole = given.solver_mesh
     deformer = meanvalue.Deformer(
         whole.rest,
         whole.triangles(triangles),
@@ -109,7 +109,7 @@ def bent(given, axes=(0,)):
 def test_the_whole_of_a_part_is_the_body(axes):
     vertices, triangles = body()
     numbers, own, given = half(vertices, triangles, axes, three_handles)
-    whole = given.whole
+    whole = given.solver_mesh
     assert len(whole.rest) == len(vertices)
     assert np.allclose(np.sort(np.round(whole.rest, 5), axis=0), np.sort(np.round(vertices, 5), axis=0), atol=2e-5)
     assert np.allclose(whole.rest[: len(numbers)], given.rest, atol=1e-7)
@@ -183,13 +183,13 @@ def test_at_rest_nothing_moves():
     _numbers, own, given = half(vertices, triangles, (0, 1), three_handles)
     found, _solution, _ = solved(given, own, given.anchor_rest)
     assert np.abs(found - given.rest).max() < 1e-6
-    assert np.array_equal(given.whole.met(given.anchor_rest), given.anchor_rest)
+    assert np.array_equal(given.solver_mesh.met(given.anchor_rest), given.anchor_rest)
 
 
 def test_a_handle_across_the_plane_goes_along_it_as_one():
     vertices, triangles = body()
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
-    met = given.whole.met(given.anchor_rest + np.array([0.5, 0.25, 0.125])) - given.anchor_rest
+    met = given.solver_mesh.met(given.anchor_rest + np.array([0.5, 0.25, 0.125])) - given.anchor_rest
     across = given.handles != 2
     assert np.allclose(met[across], [0.0, 0.25, 0.125]) and np.allclose(met[~across], [0.5, 0.25, 0.125])
 
@@ -219,7 +219,7 @@ def test_a_handle_across_the_plane_turns_in_it_and_keeps_its_shape(mirrored):
     clip[1, top] = (points - middle) @ (1.2 * rotation(2, 0.7)).T + middle + [0.3, 0.0, 0.0]
     clip[2, top] = (points - middle) @ (rotation(2, 0.4) @ nod @ rotation(2, -0.4)).T + middle
     clip[3, top] = np.nan
-    met = given.whole.met(clip)[:3, top]
+    met = given.solver_mesh.met(clip)[:3, top]
     assert np.array_equal(met[0], clip[0, top])
     assert np.allclose(met[1], (points - middle) * 1.2 + middle, atol=1e-9)
     lengths = np.linalg.norm(met[2] - met[2].mean(axis=0), axis=1)
@@ -236,7 +236,7 @@ def test_what_is_not_moved_as_one_is_projected_point_by_point():
     positions = given.anchor_rest.copy()
     top = np.flatnonzero(given.handles == 0)
     positions[top] += np.random.default_rng(2).uniform(-0.2, 0.2, (len(top), 3))
-    met = given.whole.met(positions)
+    met = given.solver_mesh.met(positions)
     in_plane = np.abs(given.anchor_rest[:, 0]) < 1e-6
     assert np.abs(met[in_plane, 0]).max() == 0.0
     assert np.allclose(met[in_plane, 1:], positions[in_plane, 1:])
@@ -250,7 +250,7 @@ def test_a_seam_off_its_plane_is_solved_in_it_and_keeps_its_offset():
     seam = given.twins[0] >= 0
     rest[seam, 0] += np.float32(4e-4)
     off = bind_input(rest, own, three_handles(given.rest), given.planes, given.twins)
-    assert np.abs(off.whole.rest[: len(rest)][seam, 0]).max() == 0.0
+    assert np.abs(off.solver_mesh.rest[: len(rest)][seam, 0]).max() == 0.0
     found, _solution, _ = solved(off, own, off.anchor_rest)
     assert np.abs(found - rest).max() < 1e-6
     found, _solution, _ = solved(off, own, bent(off))
@@ -260,7 +260,7 @@ def test_a_seam_off_its_plane_is_solved_in_it_and_keeps_its_offset():
 def test_images_of_a_handle_are_one_with_it_only_where_they_touch():
     vertices, triangles = body()
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
-    whole = given.whole
+    whole = given.solver_mesh
     found = kinds(whole.rest[whole.anchors])
     assert [len(np.unique(whole.handles[found == kind])) for kind in range(3)] == [1, 1, 2]
     assert len(np.unique(whole.handles)) == 4
@@ -270,7 +270,7 @@ def test_strengths_are_those_of_the_body():
     vertices, triangles = body()
     sliders = [0.6, None, 0.4]
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=sliders)
-    whole = given.whole
+    whole = given.solver_mesh
     found = kinds(whole.rest[whole.anchors])
     of_pieces = [sliders[found[whole.handles == piece][0]] for piece in range(whole.handles.max() + 1)]
     expected = springs.strengths(whole.handles, of_pieces, 10.0, len(whole.rest))
@@ -282,7 +282,7 @@ def test_influences_are_those_of_what_is_mirrored():
     vertices, triangles = body()
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=[0.6, 0.2, 0.4])
     weights = np.linspace(0.0, 1.0, len(given.anchors))
-    whole = given.whole
+    whole = given.solver_mesh
     doubled = whole.weights(np.stack([weights, weights**2]))
     assert doubled.shape == (2, len(whole.anchors)) and whole.weights(None) is None
     for anchor, weight in zip(given.anchors, weights, strict=True):
@@ -297,11 +297,11 @@ def test_the_answer_of_a_drag_is_gone_on_with_exactly():
     vertices, triangles = body()
     _numbers, own, given = half(vertices, triangles, (0,), three_handles)
     found, solution, deformer = solved(given, own, bent(given))
-    assert np.array_equal(given.whole.start(found), solution.vertices)
-    other = given.whole.start(np.array(found))
+    assert np.array_equal(given.solver_mesh.start(found), solution.vertices)
+    other = given.solver_mesh.start(np.array(found))
     assert np.abs(other - solution.vertices).max() < 1e-3
-    again = deformer.solve(given.whole.targets(bent(given)), start=other)
-    assert np.abs(given.whole.cut_back(again.vertices) - found).max() < 1e-3 * given.diagonal
+    again = deformer.solve(given.solver_mesh.targets(bent(given)), start=other)
+    assert np.abs(given.solver_mesh.cut_back(again.vertices) - found).max() < 1e-3 * given.diagonal
 
 
 # -- symmetric by itself ---------------------------------------------------------------------------------------------
@@ -360,7 +360,8 @@ def test_a_handle_on_one_side_moves_both_alike():
     positions = given.anchor_rest.copy()
     positions[given.handles == 1] += [0.4, 0.2, 0.3]
     found, _solution, _ = solved(given, triangles, positions)
-    assert len(given.whole.rest) == len(vertices) and len(given.whole.triangles(triangles)) == len(triangles)
+    assert len(given.solver_mesh.rest) == len(vertices)
+    assert len(given.solver_mesh.triangles(triangles)) == len(triangles)
     mirrored = found[given.twins[0]] * [-1.0, 1.0, 1.0]
     assert np.abs(mirrored - found).max() < 1e-6
     assert np.abs(found[groups[1]] - given.rest[groups[1]] - [0.4, 0.2, 0.3]).max() < 1e-6
@@ -377,7 +378,7 @@ def test_of_two_handles_on_mirrored_places_the_upper_one_leads():
     positions = given.anchor_rest.copy()
     positions[given.handles == 1] += [0.3, 0.0, 0.2]
     positions[given.handles == 2] += [0.0, 0.7, 0.0]
-    met = given.whole.met(positions) - given.anchor_rest
+    met = given.solver_mesh.met(positions) - given.anchor_rest
     assert np.allclose(met[given.handles == 1], [0.3, 0.0, 0.2])
     assert np.allclose(met[given.handles == 2], [-0.3, 0.0, 0.2])
 
@@ -389,7 +390,7 @@ def test_a_handle_on_both_sides_does_what_both_sides_agree_on():
     )
     positions = given.anchor_rest.copy()
     positions[given.handles == 1] += [0.3, 0.1, 0.2]
-    met = given.whole.met(positions) - given.anchor_rest
+    met = given.solver_mesh.met(positions) - given.anchor_rest
     assert np.allclose(met[given.handles == 1], [0.0, 0.1, 0.2])
 
 
@@ -408,8 +409,8 @@ def test_a_half_may_be_symmetric_across_another_plane():
     across = twins.find(given.rest, corners, starts, (0.0, 1.0, 0.0, 0.0))
     groups = [np.flatnonzero(given.rest[:, 2] < -1.5), np.flatnonzero(given.rest[:, 1] > 0.6)]
     both = bind_input(given.rest, own, groups, rows([0, 1]), np.array([given.twins[0], across]))
-    assert len(both.whole.rest) == len(vertices)
-    assert len(both.whole.triangles(own)) == len(triangles)
+    assert len(both.solver_mesh.rest) == len(vertices)
+    assert len(both.solver_mesh.triangles(own)) == len(triangles)
     positions = both.anchor_rest + np.where(both.handles == 1, 1.0, 0.0)[:, None] * [0.2, 0.3, 0.1]
     found, _solution, _ = solved(both, own, positions)
     assert np.abs(found[across] * [1.0, -1.0, 1.0] - found).max() < 1e-6
@@ -467,7 +468,7 @@ def test_a_soft_border_is_that_of_the_body():
     whole_body = bind_input(vertices, triangles, three_handles(vertices), freedom=freedom)
     numbers, own = part(vertices, triangles, (0,))
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles, freedom=freedom[numbers])
-    whole = given.whole
+    whole = given.solver_mesh
     assert len(own) and len(whole.border) == len(whole_body.border)
     places = {
         tuple(np.round(vertices[v], 4) + 0.0): s
@@ -484,7 +485,7 @@ def test_where_a_handle_holds_the_other_side_of_a_soft_border():
     right = np.flatnonzero(vertices[:, 0] > 0.7)
     given = symmetric(vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), right], freedom=freedom)
     assert np.isin(given.twins[0][right], given.border).any()
-    assert not np.isin(given.twins[0][right], given.whole.border).any()
+    assert not np.isin(given.twins[0][right], given.solver_mesh.border).any()
 
 
 def test_many_vertices_in_one_place_are_told_as_unpaired():

@@ -154,12 +154,12 @@ def test_the_object_behind_an_active_control_is_found_without_going_through_all(
     lone = bpy.data.objects.new("Lone", None)
     bpy.context.collection.objects.link(lone)
     controls = part("posing.bridge.controls")
-    assert controls.carried_by(control) == obj
+    assert controls.mesh_moved_by(control) == obj
     for _ in range(2):
-        assert controls.carried_by(lone) is None
+        assert controls.mesh_moved_by(lone) is None
     obj.meanvalue.handles["Top"].control = lone
     update()
-    assert controls.carried_by(lone) == obj
+    assert controls.mesh_moved_by(lone) == obj
     meshes.activate(obj)
     steps.add_group(obj, "Middle", range(64, 72))
 
@@ -266,8 +266,8 @@ def test_polls_with_another_object_active_go_through_the_scene_once(part, monkey
     meshes.activate(lone)
     update()
     controls, looked = part("posing.bridge.controls"), []
-    carried_by = controls.carried_by
-    monkeypatch.setattr(controls, "carried_by", lambda control: looked.append(1) or carried_by(control))
+    mesh_moved_by = controls.mesh_moved_by
+    monkeypatch.setattr(controls, "mesh_moved_by", lambda control: looked.append(1) or mesh_moved_by(control))
     subject = part("scene.subject").of
     for step in range(20):
         assert subject(bpy.context) == lone

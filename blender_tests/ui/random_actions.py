@@ -28,7 +28,7 @@ EXPECTED = [
         r"bpy\.(ops|context|data)\.",
         r"(Saved|Loaded) |Total files|Modules Installed",
         r"Deleted \d+ object",
-        r"(Pin|Handle) '.*' (holds|carries) ",
+        r"(Pin|Handle) '.*' (holds|moves) ",
         r"'.*' holds nothing any more\.",
         r"The pose is (kept as shape key|the rest shape now)",
         r"\d+ (handle|control)s? (reset|made)\.",

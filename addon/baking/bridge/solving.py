@@ -72,8 +72,8 @@ def solve_rows(binding, bind_input, targets, weights, begin, end, execution, thr
             errors[row] = NOT_NUMBERS
     for row, message in sequence.errors:
         errors[row - begin] = message
-    energies = (np.asarray(sequence.energies) / bind_input.whole.diagonal**2).tolist()
-    wanted = bind_input.whole.met(targets[begin:end])
+    energies = (np.asarray(sequence.energies) / bind_input.solver_mesh.diagonal**2).tolist()
+    wanted = bind_input.solver_mesh.met(targets[begin:end])
     report = {
         "distances": _distances(vertices[:, bind_input.anchors], wanted, weights, begin).tolist(),
         "energies": [energy if np.isfinite(energy) else None for energy in energies],

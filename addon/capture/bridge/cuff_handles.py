@@ -37,8 +37,8 @@ def _carry(obj, cuff, matched):
     controls.choose(handle, control, at_rest)
     handle.made_control = True
     handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
-    (rig,) = control_places.carries(obj, [handle])
-    control_places.go_along(obj, handle, rig)
+    (rig,) = control_places.rig_transforms(obj, [handle])
+    control_places.follow_rig(obj, handle, rig)
     marker_handles.give_members(obj, handle, cuff.vertices)
     _animate(control, cuff, matched.frames, np.linalg.inv(frame), np.array(obj.matrix_world, np.float64)[:3, :3])
     marker_handles.write_influence(control, ~np.isnan(cuff.centres[:, 0]), matched.frames, matched.ramp)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where controls are: in the object's space as seen, and in the space of the shape key, where handles are at rest.
 
-A *place* is a 4 x 4 matrix in one of the two (scene/core/seen_space.py). A *carry* takes the second to the first, for
-the vertices of one handle; it is motion.IDENTITY without a rig. Controls that Add Handle made have the carry in their
-parent inverse: so they stand where the handle is seen, and their channels say where they are in the key's space
+A *place* is a 4 x 4 matrix in one of the two (scene/core/seen_space.py). A *rig transform* takes the second to the
+first, for the vertices of one handle; it is motion.IDENTITY without a rig. Controls that Add Handle made have it in
+their parent inverse: so they stand where the handle is seen, and their channels say where they are in the key's space
 (docs/decisions/0020-posing-on-rigs.md).
 """
 
@@ -20,38 +20,38 @@ def at_rest(handle):
     return np.array(handle.rest_relation, np.float64).reshape(4, 4)
 
 
-def place_in_key(obj, handle, carry):
-    """4 x 4: the control of `handle` in the key's space; `carry` of its handle now. @throws SceneError."""
-    return in_key(seat(obj, handle), carry)
+def place_in_key(obj, handle, rig_transform):
+    """4 x 4: the control of `handle` in the key's space, with the rig transform of now. @throws SceneError."""
+    return in_key(placement(obj, handle), rig_transform)
 
 
-def in_key(seat, carry):
-    """4 x 4 in the key's space, of a seat()."""
-    place, goes_along = seat
-    return place if goes_along or carry is motion.IDENTITY else np.linalg.inv(carry) @ place
+def in_key(placement, rig_transform):
+    """4 x 4 in the key's space, of a placement()."""
+    place, is_in_key = placement
+    return place if is_in_key or rig_transform is motion.IDENTITY else np.linalg.inv(rig_transform) @ place
 
 
-def seat(obj, handle):
-    """(4 x 4, whether the rig carries the control along). What is carried along has its place in the key's space, as if
-    the rig were at rest; all else has it where it is seen. @throws SceneError."""
+def placement(obj, handle):
+    """(4 x 4, whether that is in the key's space). What follows the rig has its place there, as if the rig were at
+    rest; all else has it where it is seen. @throws SceneError."""
     world = np.array(obj.matrix_world, np.float64)
     if is_flat(world):
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
     place = np.linalg.inv(world) @ world_of(handle)
-    if not goes_along(obj, handle):
+    if not follows_rig(obj, handle):
         return place, False
-    carried = _carried(handle)
-    if carried is not None:
-        place = to_4x4(frame_of(handle)) @ np.linalg.inv(carried) @ place
+    parent_inverse = _evaluated_parent_inverse(handle)
+    if not np.array_equal(parent_inverse, motion.IDENTITY):
+        place = to_4x4(frame_of(handle)) @ np.linalg.inv(parent_inverse) @ place
     return place, True
 
 
-def go_along(obj, handle, carry):
-    """Puts the control, if it is one that Add Handle made, to where the rig has carried its handle; it keeps its
-    channels. Returns whether it was elsewhere."""
-    if not goes_along(obj, handle):
+def follow_rig(obj, handle, rig_transform):
+    """Puts the control, if it is one that Add Handle made, to where the rig has its handle; it keeps its channels.
+    Returns whether it was elsewhere."""
+    if not follows_rig(obj, handle):
         return False
-    wanted = carry @ to_4x4(frame_of(handle))
+    wanted = rig_transform @ to_4x4(frame_of(handle))
     if motion.same(_parent_inverse(handle.control), wanted):
         return False
     handle.control.matrix_parent_inverse = to_blender(wanted)
@@ -59,23 +59,23 @@ def go_along(obj, handle, carry):
     return True
 
 
-def carries(obj, handles):
-    """[4 x 4]: the carry of each of `handles` now, measured."""
+def rig_transforms(obj, handles):
+    """[4 x 4]: what the rig does to each of `handles` now, measured."""
     space = rig_space.measure(obj)
     if space is None:
         return [motion.IDENTITY] * len(handles)
     members = vertex_groups.members(obj, [handle.name for handle in handles])
-    return [carry(space, handle, members.get(handle.name, ())) for handle in handles]
+    return [rig_transform(space, handle, members.get(handle.name, ())) for handle in handles]
 
 
-def carry(space, handle, members):
-    """4 x 4: the carry of `handle`, whose vertex indices are `members`; space: SeenSpace or None."""
+def rig_transform(space, handle, members):
+    """4 x 4: what the rig does to `handle`, whose vertex indices are `members`; space: SeenSpace or None."""
     if space is None or len(members) == 0:
         return motion.IDENTITY
-    return space.carry(members, frame_of(handle) if goes_along(handle.id_data, handle) else None)
+    return space.transform_of(members, frame_of(handle) if follows_rig(handle.id_data, handle) else None)
 
 
-def take_frame(handle, frame):
+def set_frame(handle, frame):
     """Has the control of a handle at rest stand in another frame, turned as it was."""
     former = frame_of(handle)
     if np.allclose(former, frame, rtol=0.0, atol=motion.NOISE):
@@ -87,20 +87,19 @@ def take_frame(handle, frame):
     handle.rest_relation = rest.ravel()
 
 
-def goes_along(obj, handle):
-    """Whether the rig carries the control of `handle` along: those that Add Handle made, where Blender's own ways have
-    not put them elsewhere."""
+def follows_rig(obj, handle):
+    """Whether the control of `handle` goes along with the rig: one that Add Handle made and Blender's own ways have not
+    put elsewhere."""
     control = handle.control
     if not (handle.made_control and control is not None and control.parent == obj and control.parent_type == 'OBJECT'):
         return False
     return motion.same(_parent_inverse(control), np.array(handle.control_carried, np.float64).reshape(4, 4))
 
 
-def _carried(handle):
-    """4 x 4: what takes the control's channels to the object's space, as it was evaluated last; None for nothing."""
+def _evaluated_parent_inverse(handle):
+    """4 x 4: what takes the control's channels to the object's space, as it was evaluated last."""
     depsgraph = bpy.context.view_layer.depsgraph
-    carried = _parent_inverse(handle.control if depsgraph is None else handle.control.evaluated_get(depsgraph))
-    return None if np.array_equal(carried, motion.IDENTITY) else carried
+    return _parent_inverse(handle.control if depsgraph is None else handle.control.evaluated_get(depsgraph))
 
 
 def _parent_inverse(control):

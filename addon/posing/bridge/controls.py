@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Controls: the objects and bones that carry handles. Where they are is in control_places.py."""
+"""Controls: the objects and bones that move handles. Where they are is in control_places.py."""
 
 import bpy
 import numpy as np
@@ -14,7 +14,7 @@ from . import control_places
 #: Whether choose() is at work: the update of the property then leaves the place at rest alone.
 is_choosing = False
 
-#: A control is this much larger than the part that it carries, so that it can be seen and clicked.
+#: A control is this much larger than the part that it moves, so that it can be seen and clicked.
 SIZE_OVER_PART = 1.25
 
 #: Sizes of controls, as shares of the mesh's bounding-box diagonal: for a single vertex, and for a part that is long.
@@ -42,9 +42,7 @@ def problem(obj, handle):
             f"'{obj.name}' controls of its own"
         )
     if control.type == 'ARMATURE' and handle.bone and handle.bone not in control.pose.bones:
-        return (
-            f"'{control.name}' has no bone '{handle.bone}', which carries handle '{handle.name}'. Choose another bone"
-        )
+        return f"'{control.name}' has no bone '{handle.bone}', which moves handle '{handle.name}'. Choose another bone"
     if control_places.is_flat(control_places.at_rest(handle)):
         return f"The control of handle '{handle.name}' was scaled to nothing. Choose it again once it has a size"
     if _hangs_on(control, obj):
@@ -68,7 +66,7 @@ def owner_of(control):
     return parent if any(handle.control == control for handle in parent.meanvalue.handles) else None
 
 
-def carried_by(control):
+def mesh_moved_by(control):
     """A mesh object of the scene with a handle that follows `control`, the one it belongs to first; or None."""
     owner = owner_of(control)
     if owner is not None:
@@ -79,40 +77,41 @@ def carried_by(control):
     return None
 
 
-def move(obj, handle, carry=motion.IDENTITY):
+def move(obj, handle, transform=motion.IDENTITY):
     """4 x 4: how the control has moved its handle from the rest shape, in the key's space. @throws SceneError."""
-    return motion.between(control_places.at_rest(handle), control_places.place_in_key(obj, handle, carry))
+    return motion.between(control_places.at_rest(handle), control_places.place_in_key(obj, handle, transform))
 
 
-def take_hold(handle, place):
+def attach(handle, place):
     """From here on the control is at `place` (4 x 4, in the key's space) with its handle in the rest shape."""
     handle.rest_relation = place.ravel()
 
 
-def hold_as_shown(obj, handle, shown):
-    """From here on the control carries the handle from where both are now; `shown` is its shown_move().
+def attach_as_shown(obj, handle, shown):
+    """From here on the control moves the handle from where both are now; `shown` is its shown_move().
 
     @throws SceneError.
     """
-    (carry,) = control_places.carries(obj, [handle])
-    place = control_places.place_in_key(obj, handle, carry)
-    take_hold(handle, np.linalg.inv(shown) @ place)
+    (transform,) = control_places.rig_transforms(obj, [handle])
+    place = control_places.place_in_key(obj, handle, transform)
+    attach(handle, np.linalg.inv(shown) @ place)
 
 
-def seats(obj, handles):
-    """Where the controls are, for hold_at_rest(). @throws SceneError, also for what that would fail of."""
+def placements(obj, handles):
+    """Where the controls are, for attach_at_rest(). @throws SceneError, also for what that would fail of."""
     rig_space.measure(obj)
-    return [control_places.seat(obj, handle) for handle in handles]
+    return [control_places.placement(obj, handle) for handle in handles]
 
 
-def hold_at_rest(obj, handles, seats):
-    """From here on the controls carry their handles in the rest shape from `seats`, where they are."""
-    for handle, seat, carry in zip(handles, seats, control_places.carries(obj, handles), strict=True):
-        take_hold(handle, control_places.in_key(seat, carry))
+def attach_at_rest(obj, handles, placements):
+    """From here on the controls move their handles in the rest shape from `placements`, where they are."""
+    transforms = control_places.rig_transforms(obj, handles)
+    for handle, placement, transform in zip(handles, placements, transforms, strict=True):
+        attach(handle, control_places.in_key(placement, transform))
 
 
 def shown_move(obj, handle):
-    """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever carries it."""
+    """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever moves it."""
     members = vertex_groups.members(obj, [handle.name]).get(handle.name)
     shown = shape_keys.result_positions(obj)
     if members is None or len(members) == 0 or shown is None:
@@ -121,9 +120,9 @@ def shown_move(obj, handle):
     if space is None:
         move = control_places.fitted(shape_keys.rest_positions(obj.data)[members], shown[members], frame)
     else:
-        carry = control_places.carry(space, handle, members)
+        transform = control_places.rig_transform(space, handle, members)
         seen = rig_space.seen(obj, space, shown)
-        move = np.linalg.inv(carry) @ control_places.fitted(space.seen[members], seen[members], frame) @ carry
+        move = np.linalg.inv(transform) @ control_places.fitted(space.seen[members], seen[members], frame) @ transform
     return motion.between(np.eye(4), move)
 
 
@@ -133,7 +132,7 @@ def paint(control, handle):
 
 
 def add_control(obj, handle, rest_points, shown_points):
-    """Makes the Empty that carries `handle`, at its vertices, as its key shows them (n x 3 both), where they are seen.
+    """Makes the Empty that moves `handle`, at its vertices, as its key shows them (n x 3 both), where they are seen.
 
     It is a child of the object, so that moving the object moves both and poses nothing.
     """
@@ -158,10 +157,10 @@ def add_control(obj, handle, rest_points, shown_points):
     place = np.eye(4)
     place[:3, :3] = move_now[:3, :3] @ frame
     place[:3, 3] = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
-    take_hold(handle, np.linalg.inv(move_now) @ place)
+    attach(handle, np.linalg.inv(move_now) @ place)
     control.matrix_basis = control_places.to_blender(np.linalg.inv(control_places.to_4x4(frame)) @ place)
-    (carry,) = control_places.carries(obj, [handle])
-    control_places.go_along(obj, handle, carry)
+    (transform,) = control_places.rig_transforms(obj, [handle])
+    control_places.follow_rig(obj, handle, transform)
     return control
 
 
@@ -173,7 +172,7 @@ def choose(handle, control, rest_relation):
         handle.control = control
     finally:
         is_choosing = False
-    take_hold(handle, rest_relation)
+    attach(handle, rest_relation)
 
 
 def remove_control(handle):
@@ -224,14 +223,14 @@ def select(handle):
 
 
 def mover(handle):
-    """The object or pose bone that carries a handle which has no problem()."""
+    """The object or pose bone that moves a handle which has no problem()."""
     control = handle.control
     bone = control.pose.bones.get(handle.bone) if control.type == 'ARMATURE' else None
     return control if bone is None else bone
 
 
 def is_selected(handle):
-    """Whether the artist has selected what carries the handle; a bone counts in Pose Mode, with its armature else."""
+    """Whether the artist has selected what moves the handle; a bone counts in Pose Mode, with its armature else."""
     carrier = mover(handle)
     if isinstance(carrier, bpy.types.PoseBone) and handle.control.mode == 'POSE':
         return compat.is_bone_selected(carrier)

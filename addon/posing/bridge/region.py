@@ -19,7 +19,7 @@ def require_own_group(obj):
         )
 
 
-def take_group(obj):
+def ensure_group(obj):
     """The region's vertex group, made if it is missing and put into the settings."""
     settings = obj.meanvalue
     group = obj.vertex_groups.get(settings.roi_group)
@@ -31,12 +31,12 @@ def take_group(obj):
 
 
 def own_group(obj):
-    """As take_group(), never the artist's own group: a new one takes its place in the settings."""
+    """As ensure_group(), never the artist's own group: a new one takes its place in the settings."""
     settings = obj.meanvalue
     if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
         settings.roi_group = vertex_groups.make(obj, ids.REGION_GROUP).name
         settings.made_region = settings.roi_group
-    return take_group(obj)
+    return ensure_group(obj)
 
 
 def remove_made_group(obj):

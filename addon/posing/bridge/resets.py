@@ -18,20 +18,20 @@ def reset(obj, handles):
     Those that Add Handle made take the scale that the object has now: a turn of them would shear else.
     """
     for handle in handles:
-        if control_places.goes_along(obj, handle):
-            control_places.take_frame(handle, control_places.unscaled(obj))
+        if control_places.follows_rig(obj, handle):
+            control_places.set_frame(handle, control_places.unscaled(obj))
     bpy.context.view_layer.update()
     handles = sorted(handles, key=_depth)
     for _ in range(MOST_RESETS):
-        carries = _go_along(obj, handles)
-        if not _elsewhere(obj, handles, carries):
+        transforms = _follow_rig(obj, handles)
+        if not _elsewhere(obj, handles, transforms):
             break
-        for handle, carry in zip(handles, carries, strict=True):  # all: what is reset takes its children along
-            control_places.put(handle, np.array(obj.matrix_world) @ carry @ control_places.at_rest(handle))
+        for handle, transform in zip(handles, transforms, strict=True):  # all: what is reset takes its children along
+            control_places.put(handle, np.array(obj.matrix_world) @ transform @ control_places.at_rest(handle))
             bpy.context.view_layer.update()  # the next may be a child of this one
         if not rig_space.is_there(obj):
             break
-    return _elsewhere(obj, handles, _go_along(obj, handles))
+    return _elsewhere(obj, handles, _follow_rig(obj, handles))
 
 
 def _depth(handle):
@@ -44,18 +44,18 @@ def _depth(handle):
     return count
 
 
-def _go_along(obj, handles):
-    """[4 x 4]: the carries of now, which controls that go along with the rig have followed."""
-    carries = control_places.carries(obj, handles)
-    for handle, carry in zip(handles, carries, strict=True):
-        control_places.go_along(obj, handle, carry)
+def _follow_rig(obj, handles):
+    """[4 x 4]: the transforms of now, which controls that go along with the rig have followed."""
+    transforms = control_places.rig_transforms(obj, handles)
+    for handle, transform in zip(handles, transforms, strict=True):
+        control_places.follow_rig(obj, handle, transform)
     bpy.context.view_layer.update()
-    return carries
+    return transforms
 
 
-def _elsewhere(obj, handles, carries):
+def _elsewhere(obj, handles, transforms):
     return [
         handle
-        for handle, carry in zip(handles, carries, strict=True)
-        if controls.move(obj, handle, carry) is not motion.IDENTITY
+        for handle, transform in zip(handles, transforms, strict=True)
+        if controls.move(obj, handle, transform) is not motion.IDENTITY
     ]

@@ -72,7 +72,7 @@ def gather(obj, bind_input):
     if found:
         raise SceneError(found)
     space = rig_space.measure(obj)
-    go_along(obj, bind_input, space)
+    follow_rig(obj, bind_input, space)
     return gather_behind(obj, bind_input, space)
 
 
@@ -104,8 +104,8 @@ def positions(obj, bind_input, pose, space, known=None):
     is_moved = np.zeros(len(placed), bool)  # those that `placed` has where they are to be seen, so far
     moves = []
     for members, handle in _members(obj, bind_input, 'CONTROL'):
-        carry = control_places.carry(space, handle, bind_input.anchors[members])
-        move = controls.move(obj, handle, carry)
+        transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
+        move = controls.move(obj, handle, transform)
         former = known.get(handle.name) if known is not None else None
         if former is not None and motion.same(former[0], move):
             placed[members] = former[1]
@@ -114,7 +114,7 @@ def positions(obj, bind_input, pose, space, known=None):
             placed[members] = motion.apply(move, placed[members])
         elif move is not motion.IDENTITY:
             seen = space.seen[bind_input.anchors[members]]
-            placed[members] = motion.apply(carry @ move @ np.linalg.inv(carry), seen)
+            placed[members] = motion.apply(transform @ move @ np.linalg.inv(transform), seen)
             is_moved |= members
         _require_numbers(handle, placed[members])
         moves.append((handle.name, move, members))
@@ -125,12 +125,12 @@ def positions(obj, bind_input, pose, space, known=None):
     return placed
 
 
-def go_along(obj, bind_input, space):
-    """Puts the controls that go along with the rig to where it has carried their handles."""
+def follow_rig(obj, bind_input, space):
+    """Puts the controls that go along with the rig to where it has their handles."""
     for members, handle in _members(obj, bind_input, 'CONTROL'):
         if handle.control is not None:
-            carry = control_places.carry(space, handle, bind_input.anchors[members])
-            control_places.go_along(obj, handle, carry)
+            transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
+            control_places.follow_rig(obj, handle, transform)
 
 
 def _members(obj, bind_input, follows):

@@ -85,7 +85,7 @@ class BindInput:
         return loose + (f" merge={self.merge_distance!r}" if self.merge_distance > 0.0 else "")
 
     @cached_property
-    def whole(self):
+    def solver_mesh(self):
         """What goes to the solver, see core.welding and core.mirroring."""
         return welding.of(self)
 
@@ -104,9 +104,9 @@ class BindInput:
     @cached_property
     def fixed(self):
         """Indices of the vertices that stay in the rest shape: outside the region, and no copies of a hard anchor."""
-        goes_along = np.zeros(int(self.whole.places.max(initial=-1)) + 1, bool)
-        goes_along[self.whole.places[self.hard_vertices]] = True
-        return np.flatnonzero(~self.roi & ~goes_along[self.whole.places])
+        goes_along = np.zeros(int(self.solver_mesh.places.max(initial=-1)) + 1, bool)
+        goes_along[self.solver_mesh.places[self.hard_vertices]] = True
+        return np.flatnonzero(~self.roi & ~goes_along[self.solver_mesh.places])
 
     @cached_property
     def fixed_rest(self):
@@ -166,7 +166,7 @@ class BindInput:
                 "Nothing is free to move: every vertex of the region is held by a handle or pin. "
                 "Take vertices out of them, or enlarge the region"
             )
-        held = self.whole.held_rest
+        held = self.solver_mesh.held_rest
         if not fixed_points.span_a_plane(held):
             raise SceneError(
                 f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "

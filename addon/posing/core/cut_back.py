@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of a solver's answer is the mesh's own, with the whole answer attached."""
+"""What of a solver's answer is the mesh's own, with all of the answer attached."""
 
 import numpy as np
 
 
 class Cut(np.ndarray):
-    """n x 3 of which the solver gave `whole`, N x 3: a drag has to go on from exactly that (decision 0012)."""
+    """n x 3 of which the solver gave `solved`, N x 3: a drag has to go on from exactly that (decision 0012)."""
 
-    whole = None  #: of copies and parts
+    solved = None  #: of copies and parts
 
     @classmethod
-    def of(cls, positions, whole):
+    def of(cls, positions, solved):
         """`positions`, not to be written to any more."""
         cut = positions.view(cls)
-        cut.whole = whole
+        cut.solved = solved
         cut.flags.writeable = False
         return cut

@@ -47,7 +47,7 @@ def find(rest, triangles, report=None, places=None):
     """All Problems of n x 3 `rest` and m x 3 `triangles`, in the order of KINDS.
 
     report: the native one of a binding, which knows some of them; places: which vertex of what the solver gets each of
-    the n is (BindInput.whole). Doubles that are one there are none.
+    the n is (BindInput.solver_mesh). Doubles that are one there are none.
     """
     steps = search(rest, triangles, report, places)
     while True:

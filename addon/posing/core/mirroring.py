@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes that are one part of a mirrored surface, or the same on both sides of a plane.
 
-The solver gets the *whole*: the mesh and its images, joined where they touch, with a target for each image of an
+The solver gets the *solver mesh*: the mesh and its images, joined where they touch, with a target for each image of an
 anchor. Of what it gives back, each vertex takes the mean of what its images did, turned back: so the result is as
 symmetric as the rest shape to the last bit, and what lies in a plane stays in it.
 
@@ -21,8 +21,8 @@ from .cut_back import Cut
 
 
 def of(bind_input):
-    """What of `bind_input` (a BindInput) goes to the solver, and back: an AsItIs or a Mirrored."""
-    return AsItIs(bind_input) if bind_input.planes is None else Mirrored(bind_input)
+    """What of `bind_input` (a BindInput) goes to the solver, and back: a PlainMesh or a MirroredMesh."""
+    return PlainMesh(bind_input) if bind_input.planes is None else MirroredMesh(bind_input)
 
 
 def _turned(vectors, matrix):
@@ -31,8 +31,8 @@ def _turned(vectors, matrix):
     return vectors * signs if np.array_equal(matrix, np.diag(signs)) else vectors @ matrix.T
 
 
-class AsItIs:
-    """The whole of a mesh without planes: itself."""
+class PlainMesh:
+    """The solver mesh of a mesh without planes: itself."""
 
     def __init__(self, bind_input):
         self._of = bind_input
@@ -57,7 +57,7 @@ class AsItIs:
 
     @property
     def places(self):
-        """n int: which vertex of the whole each is."""
+        """n int: which vertex of the solver mesh each is."""
         return np.arange(len(self._of.rest))
 
     def without_images(self, summary):
@@ -85,14 +85,14 @@ class AsItIs:
         return positions
 
 
-class Mirrored:
-    """The whole, N vertices of which the first n are those of the mesh, and K anchors.
+class MirroredMesh:
+    """The solver mesh, N vertices of which the first n are those of the mesh, and K anchors.
 
     rest       N x 3 float64, the seam in its planes
     roi        N bool
     anchors    K int32, ascending
     handles    K int32: images of a handle are handles of their own, but one with it if they share a vertex
-    strengths  K float64 or None: as if the whole had been read
+    strengths  K float64 or None: as if all of it had been read
     border     vertex numbers of a soft border, and border_strengths, likewise
 
     Where images of two handles hold the same vertex, the handle with the lower number leads there.
@@ -106,7 +106,7 @@ class Mirrored:
         self._read_border()
 
     def _join(self, planes, twins):
-        """_turns: C 3 x 3 matrices, the identity first; _images: C x n, the vertex of the whole that each image is."""
+        """_turns: C 3 x 3 matrices, the identity first; _images: C x n, which vertex each image is."""
         count = len(self._of.rest)
         doubles = (twins < 0).any(axis=1)
         rest = self._of.rest.astype(np.float64)
@@ -114,7 +114,7 @@ class Mirrored:
             seam = twin >= 0
             rest[seam] -= np.outer(rest[seam] @ plane[:3] - plane[3], plane[:3])
         turns, shifts, images = [np.eye(3)], [np.zeros(3)], np.arange(count)[None]
-        self._counts_before = []  # of each plane: vertices of the whole before it, and whether it adds any
+        self._counts_before = []  # of each plane: vertices of the solver mesh before it, and whether it adds any
         source, element = np.arange(count), np.zeros(count, int)
         for plane, twin, is_double in zip(planes, twins, doubles, strict=True):
             self._counts_before.append((len(source), is_double))
@@ -182,21 +182,21 @@ class Mirrored:
         self.border_strengths = strengths[is_own] * (bind_input.roi.sum() / max(1, self.roi.sum())) ** 2
 
     def _shared_strengths(self):
-        """A handle's spring is shared out among the vertices that it has in the whole, as core.springs does."""
+        """A handle's spring is shared out among the vertices that it has in the solver mesh, as core.springs does."""
         bind_input = self._of
         if bind_input.strengths is None:
             return None
         sizes = np.bincount(bind_input.handles)
-        whole_sizes = np.bincount(self.handles)
+        solver_sizes = np.bincount(self.handles)
         strengths = np.empty(len(self.anchors))
         for places, claims in zip(self._places, self._claims, strict=True):
             strengths[places[claims]] = bind_input.strengths[claims]
-        scale = sizes[self._leaders] / whole_sizes[self.handles]
+        scale = sizes[self._leaders] / solver_sizes[self.handles]
         return strengths * scale * (bind_input.roi.sum() / max(1, self.roi.sum()))
 
     @cached_property
     def held_rest(self):
-        """Rest positions of all that holds the whole in its place."""
+        """Rest positions of all that holds the solver mesh in its place."""
         held = np.zeros(len(self.rest), bool)
         for image in self._images:
             held[image[self._of.is_held]] = True
@@ -204,7 +204,7 @@ class Mirrored:
 
     @property
     def places(self):
-        """n int: which vertex of the whole each is."""
+        """n int: which vertex of the solver mesh each is."""
         return self._images[0]
 
     @cached_property
@@ -212,7 +212,7 @@ class Mirrored:
         return fixed_points.bounding_box_diagonal(self.rest)
 
     def triangles(self, triangles):
-        """m x 3 int32 of the mesh to M x 3 of the whole, facing out. Faces that lie in a seam are there once."""
+        """m x 3 int32 of the mesh to M x 3 of the solver mesh, facing out. Faces that lie in a seam are there once."""
         found, is_new = [triangles], [np.ones(len(triangles), bool)]
         for before, is_double in self._counts_before:
             for number in range(len(is_new)):
@@ -223,7 +223,7 @@ class Mirrored:
         return np.concatenate(found).astype(np.int32)
 
     def without_images(self, summary):
-        """A BindSummary of the whole with the counts of the mesh."""
+        """A BindSummary of the solver mesh with the counts of the mesh."""
         of = self._of
         return replace(summary, vertex_count=len(of.rest), anchor_count=len(of.anchors), free_count=int(of.free.sum()))
 
@@ -265,9 +265,9 @@ class Mirrored:
         """n x 3 of the mesh to N x 3 float64 to begin from; what cut_back() gave is that of which it was cut."""
         if positions is None:
             return None
-        whole = getattr(positions, "whole", None)
-        if whole is not None:
-            return whole
+        solved = getattr(positions, "solved", None)
+        if solved is not None:
+            return solved
         moves, counts = np.zeros(self.rest.shape), np.zeros((len(self.rest), 1))
         for turn, image in zip(self._turns, self._images, strict=True):
             moves[image] += _turned(positions - self._of.rest, turn)
@@ -275,7 +275,7 @@ class Mirrored:
         return self.rest + moves / counts
 
     def cut_back(self, positions):
-        """N x 3 of the whole to the mesh's n x 3 float64, symmetric."""
+        """N x 3 of the solver mesh to the mesh's n x 3 float64, symmetric."""
         moved = positions - self.rest
         moves = moved[: len(self._of.rest)].copy()  # of the mesh itself, which is the first image
         for turn, image in zip(self._turns[1:], self._images[1:], strict=True):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Vertices within a distance are one to the solver: open seams and doubles, without a change of the artist's mesh.
 
-As mirrored meshes (core.mirroring) the mesh has a *whole* that the solver gets; all copies of a vertex of it take what
-that was moved by, so they stay as far apart as they are at rest. That holds as long as the region has all copies or
+As for mirrored meshes (core.mirroring) the solver gets a *solver mesh*; all copies of a vertex of it take what that was
+moved by, so they stay as far apart as they are at rest. That holds as long as the region has all copies or
 none: spread() sees to it.
 """
 
@@ -71,14 +71,14 @@ def of(bind_input):
     """What of `bind_input` (a BindInput) goes to the solver, and back: a Welded where vertices are to be merged, else
     what mirroring.of() makes of it."""
     first = copies(bind_input.rest, bind_input.merge_distance)
-    return mirroring.of(bind_input) if first is None else Welded(bind_input, first)
+    return mirroring.of(bind_input) if first is None else WeldedMesh(bind_input, first)
 
 
-class Welded:
-    """The whole of the mesh with its copies merged, see mirroring.Mirrored for what it consists of.
+class WeldedMesh:
+    """The solver mesh of a mesh with its copies merged, see mirroring.MirroredMesh for what it consists of.
 
     Where several copies of a vertex are anchors, hard ones lead, then those of the handle with the lower number. A
-    vertex of the whole may move where all of its copies may.
+    vertex of the solver mesh may move where all of its copies may.
     """
 
     def __init__(self, bind_input, first):
@@ -161,7 +161,7 @@ class Welded:
 
     @property
     def places(self):
-        """n int: which vertex of the whole each is."""
+        """n int: which vertex of the solver mesh each is."""
         return self._inner.places[self._merged]
 
     def triangles(self, triangles):
@@ -206,9 +206,9 @@ class Welded:
     def start(self, positions):
         if positions is None:
             return None
-        whole = getattr(positions, "whole", None)
-        if whole is not None:
-            return whole
+        solved = getattr(positions, "solved", None)
+        if solved is not None:
+            return solved
         return self._inner.start(self._inner_input.rest + self._mean(positions - self._of.rest))
 
     def cut_back(self, positions):

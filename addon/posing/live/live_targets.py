@@ -14,7 +14,7 @@ from ..bridge import targets
 class LiveTargets:
     def __init__(self):
         self._revision = None  # of the rig, when it was measured
-        self._gone_along = None  # and that for which controls were put to where it has carried their handles
+        self._gone_along = None  # and that for which controls were put to where it has their handles
         self._space = None
         self._known = {}  # see targets.positions()
         self._goal = self._fingerprint = None
@@ -52,7 +52,7 @@ class LiveTargets:
         """
         if self.is_outdated(obj):
             self._measure(obj)
-        targets.go_along(obj, bind_input, self._space)
+        targets.follow_rig(obj, bind_input, self._space)
         self._gone_along = self._revision
 
     def _measure(self, obj):

@@ -171,7 +171,7 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
             obj.meanvalue.live = True
         selection.choose(control)
         count = wording.vertices(len(np.unique(members)))
-        return f"Handle '{handle.name}' carries {count}: move, turn or scale its control"
+        return f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
 
 
 class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):

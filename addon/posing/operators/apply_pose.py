@@ -19,11 +19,11 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
-        seats = controls.seats(obj, handles)
+        placements = controls.placements(obj, handles)
         engine.look_again(obj)
         carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
         bound_record.clear(obj.meanvalue.bound)
-        controls.hold_at_rest(obj, handles, seats)
+        controls.attach_at_rest(obj, handles, placements)
         notes = [subject.sharing_note(obj)] if subject.sharing_note(obj) else []
         carried, note = mix_layers.made_for_former_rest(obj, carried)
         notes += [note] if note else []

@@ -29,7 +29,9 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         yield "looking at the mesh", 0.0
         rest = posing.bind_input.rest
         triangles = mesh_arrays.triangles(self._object().data, rest)
-        search = mesh_problems.search(rest, triangles, posing.binding.deformer.report, posing.bind_input.whole.places)
+        search = mesh_problems.search(
+            rest, triangles, posing.binding.deformer.report, posing.bind_input.solver_mesh.places
+        )
         while True:
             try:
                 yield "looking at the mesh", next(search)
@@ -41,10 +43,10 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         if _has_other_rest_shape(obj, posing):
             for handle in targets.enabled_handles(obj):
                 if handle.follows == 'CONTROL' and controls.problem(obj, handle) is None:
-                    controls.hold_as_shown(obj, handle, controls.shown_move(obj, handle))
+                    controls.attach_as_shown(obj, handle, controls.shown_move(obj, handle))
         posing.record(obj)
         report = posing.binding.deformer.report
-        guarded = result.guarded_notes(report, posing.bind_input.whole.places)
+        guarded = result.guarded_notes(report, posing.bind_input.solver_mesh.places)
         notes = [*mesh_problems.text(self._problems), *guarded, *result.size_notes(report)]
         bound = f"Bound {posing.binding.summary.text()}"
         message = ". ".join([bound, *notes])
@@ -53,7 +55,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
 
 def _has_other_rest_shape(obj, posing):
     """Whether the rest shape is another than the one that was bound (edited, scale applied, origin set): the controls,
-    which were not moved for that, then carry their handles from where these are."""
+    which were not moved for that, then move their handles from where these are."""
     bound = bound_record.read_fingerprint(obj.meanvalue.bound)
     if bound is None:
         return False

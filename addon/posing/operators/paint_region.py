@@ -19,7 +19,7 @@ class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
         region.require_own_group(obj)
         if not obj.visible_get():
             raise SceneError(f"'{obj.name}' is hidden, so it cannot be painted. Show it first")
-        group = region.take_group(obj)
+        group = region.ensure_group(obj)
         obj.vertex_groups.active_index = group.index
         selection.choose(obj)
         bpy.ops.object.mode_set(mode='WEIGHT_PAINT')

@@ -51,8 +51,8 @@ def problems(obj):
         return mesh_problems.find(rest, triangles)
     binding = session.cached(bind_input)
     if binding is None:
-        return mesh_problems.find(rest, triangles, places=bind_input.whole.places)
-    return mesh_problems.find(rest, triangles, binding.deformer.report, bind_input.whole.places)
+        return mesh_problems.find(rest, triangles, places=bind_input.solver_mesh.places)
+    return mesh_problems.find(rest, triangles, binding.deformer.report, bind_input.solver_mesh.places)
 
 
 def _name(kind):

@@ -44,7 +44,7 @@ class SeenSpace:
         unit = np.abs(self.jacobians - np.eye(3)).max(initial=0.0) <= 1e-4
         return unit and bool(np.abs(self.seen - self.rest).max(initial=0.0) <= motion.NOISE * self.reach)
 
-    def carry(self, members, frame=None):
+    def transform_of(self, members, frame=None):
         """4 x 4: what the rig does to the vertices `members` as a whole: turn, shear, scale and translation.
 
         frame: 3 x 3, from a space without the object's uneven scale to the object's own: then it turns and scales

@@ -17,7 +17,7 @@ def compose(bind_input, targets, solved):
     """
     positions = np.array(solved, np.float32)
     positions[bind_input.fixed] = bind_input.fixed_rest
-    positions[bind_input.hard_vertices] = bind_input.whole.met(targets)[bind_input.hard_anchors]
+    positions[bind_input.hard_vertices] = bind_input.solver_mesh.met(targets)[bind_input.hard_anchors]
     return positions
 
 
@@ -52,14 +52,14 @@ def torn_notes(bind_input, targets):
             f"{wording.vertices(torn)} of moved handles outside the region: the vertices around stay in place, which "
             "tears the surface there. Take the surroundings into the region"
         )
-    merged = bind_input.whole.merged(targets)
+    merged = bind_input.solver_mesh.merged(targets)
     kept_back = _missing_count(merged, targets, bind_input)
     if kept_back:
         yield (
             f"Merge Distance keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: of two "
             "handles on merged vertices the upper one in the list leads, or one that is not soft"
         )
-    kept_back = _missing_count(bind_input.whole.met(targets), merged, bind_input)
+    kept_back = _missing_count(bind_input.solver_mesh.met(targets), merged, bind_input)
     if kept_back:
         yield (
             f"Mirroring keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: a handle across "

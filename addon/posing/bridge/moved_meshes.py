@@ -9,21 +9,21 @@ from . import controls
 _known = {}  # session key of an object: name of the mesh object that follows it, or None
 
 
-def carried_by(control):
-    """As controls.carried_by(), which goes through all objects of the scene."""
+def mesh_moved_by(control):
+    """As controls.mesh_moved_by(), which goes through all objects of the scene."""
     owner = controls.owner_of(control)
     if owner is not None:
         return owner
     key = compat.session_key(control)
     if key not in _known:
-        found = controls.carried_by(control)
+        found = controls.mesh_moved_by(control)
         _known[key] = found.name if found else None
         return found
     obj = bpy.data.objects.get(_known[key]) if _known[key] is not None else None
     if obj is None or any(handle.control == control for handle in obj.meanvalue.handles):
         return obj
     del _known[key]
-    return carried_by(control)
+    return mesh_moved_by(control)
 
 
 def note(depsgraph):
