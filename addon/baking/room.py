@@ -1,21 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What baking adds to Blender, for registration.py."""
 
+import bpy
+
+from ..widgets import menus
 from . import panel
 from .operators import bake, show_baked_frame, unbake
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
+
+class MEANVALUE_MT_bake(menus.OperatorMenu, bpy.types.Menu):
+    """Keep the animation of handles or sliders"""
+
+    bl_idname = "MEANVALUE_MT_bake"
+    bl_label = "Bake"
+    operators = (
+        bake.MEANVALUE_OT_bake,
+        unbake.MEANVALUE_OT_unbake,
+    )
+
+
 CLASSES = (
-    bake.MEANVALUE_OT_bake,
+    *MEANVALUE_MT_bake.operators,
     show_baked_frame.MEANVALUE_OT_show_baked_frame,
-    unbake.MEANVALUE_OT_unbake,
+    MEANVALUE_MT_bake,
     *panel.CLASSES,
 )
 
 
 def register():
-    pass
+    menus.of_rooms.append(MEANVALUE_MT_bake.bl_idname)
 
 
 def unregister():
-    pass
+    menus.of_rooms.remove(MEANVALUE_MT_bake.bl_idname)

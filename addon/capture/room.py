@@ -6,7 +6,7 @@ from bpy.props import PointerProperty
 
 from .. import ids
 from ..scene import subject
-from ..widgets import overlay
+from ..widgets import menus, overlay
 from . import file_drop, marker_list, panel
 from .bridge import marker_pairs, mended_takes, pair_lines
 from .operators import (
@@ -22,30 +22,52 @@ from .operators import (
 )
 from .properties import PROPERTY_GROUPS, SETTINGS, MEANVALUE_PG_take  # noqa: F401
 
+
+class MEANVALUE_MT_capture(menus.OperatorMenu, bpy.types.Menu):
+    """Move the mesh by recorded markers"""
+
+    bl_idname = "MEANVALUE_MT_capture"
+    bl_label = "Motion Capture"
+    operators = (
+        import_motion.MEANVALUE_OT_import_motion,
+        find_marker_problems.MEANVALUE_OT_find_marker_problems,
+        swap_markers.MEANVALUE_OT_swap_markers,
+        reference_frame.MEANVALUE_OT_set_reference_frame,
+        match_markers.MEANVALUE_OT_match_markers,
+        pick_marker_point.MEANVALUE_OT_pick_marker_point,
+        remove_marker.MEANVALUE_OT_remove_marker,
+        save_marker_set.MEANVALUE_OT_save_marker_set,
+    )
+
+
 CLASSES = (
-    import_motion.MEANVALUE_OT_import_motion,
-    find_marker_problems.MEANVALUE_OT_find_marker_problems,
+    *MEANVALUE_MT_capture.operators,
     find_marker_problems.MEANVALUE_OT_show_marker_problem,
-    swap_markers.MEANVALUE_OT_swap_markers,
-    reference_frame.MEANVALUE_OT_set_reference_frame,
-    match_markers.MEANVALUE_OT_match_markers,
     select_marker.MEANVALUE_OT_select_marker,
-    pick_marker_point.MEANVALUE_OT_pick_marker_point,
-    remove_marker.MEANVALUE_OT_remove_marker,
-    save_marker_set.MEANVALUE_OT_save_marker_set,
     *marker_list.CLASSES,
+    MEANVALUE_MT_capture,
     *panel.CLASSES,
     *file_drop.CLASSES,
 )
 
 
+def meanvalue_draw_import_menu(self, _context):
+    self.layout.operator(
+        import_motion.MEANVALUE_OT_import_motion.bl_idname, text="Motion Capture Markers (.c3d/.trc/.bvh)"
+    )
+
+
 def register():
+    bpy.types.TOPBAR_MT_file_import.append(meanvalue_draw_import_menu)
+    menus.of_rooms.append(MEANVALUE_MT_capture.bl_idname)
     setattr(bpy.types.Collection, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_take))
     subject.finders.append(marker_pairs.mesh_of_marker)
     overlay.painters.append(pair_lines.paint)
 
 
 def unregister():
+    bpy.types.TOPBAR_MT_file_import.remove(meanvalue_draw_import_menu)
+    menus.of_rooms.remove(MEANVALUE_MT_capture.bl_idname)
     overlay.painters.remove(pair_lines.paint)
     subject.finders.remove(marker_pairs.mesh_of_marker)
     delattr(bpy.types.Collection, ids.OBJECT_PROPERTY)

@@ -38,7 +38,8 @@ def look(identity, obj, follower, depsgraph):
     _tell(
         identity,
         f"The {follower.FOLLOWS} of '{obj.name}' are animated, but nothing follows them while Blender renders: every "
-        "frame shows the mesh as it was when the render began. Stop the render, press Bake in Mean-Value > Bake, and render again",
+        "frame shows the mesh as it was when the render began. Stop the render, press Bake in Mean-Value > Bake, and "
+        "render again",
     )
 
 

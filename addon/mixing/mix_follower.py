@@ -10,8 +10,7 @@ import numpy as np
 from ..live.following import Following
 from ..live.states import NotReadyError, State
 from ..scene import object_model, subject
-from . import mix_session
-from .bridge import mix_layers
+from .bridge import mix_layers, mix_session
 
 
 class MixFollower(Following):

@@ -250,45 +250,6 @@ def why_result_is_hidden(obj):
     return None
 
 
-def apply_as_rest(obj, pose_key=""):
-    """The result becomes the reference key. Keys that add to that move along by as much, so that they add the same.
-
-    pose_key: name of the key that anchors were moved in; it begins again from the new rest shape.
-    Returns the names of the keys that moved along. @throws SceneError if there is no result.
-    """
-    shape = result_positions(obj)
-    if shape is None:
-        raise SceneError(
-            f"There is no pose to apply: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
-            "Live on, or press Solve"
-        )
-    mesh = obj.data
-    reference = mesh.shape_keys.reference_key
-    offset = shape - positions(reference)
-    result_key = mesh.shape_keys.key_blocks[obj.meanvalue.result_key]
-    carried = []
-    for key in mesh.shape_keys.key_blocks:
-        if key.name == pose_key and key != result_key:
-            write_positions(mesh, key, shape)
-        elif _adds_to(key, reference, result_key):
-            write_positions(mesh, key, positions(key) + offset)
-            carried.append(key.name)
-    write_positions(mesh, reference, shape)
-    store, attribute = compat.position_store(mesh)
-    store.foreach_set(attribute, shape.ravel())
-    mesh.update()
-    return carried
-
-
-def _adds_to(key, reference, result_key):
-    """Whether a key is relative to the reference key, by way of others or not, but not by way of the result."""
-    passed = set()
-    while key.name not in passed and key not in {reference, result_key}:
-        passed.add(key.name)
-        key = key.relative_key
-    return key == reference and bool(passed)
-
-
 def _rest_key(obj, name):
     """A new shape key in the rest shape, the last one."""
     rest = positions(obj.data.shape_keys.reference_key)

@@ -69,3 +69,8 @@ def sharing_note(obj):
     if others > 0:
         return f"The mesh is shared with {wording.counted(others, 'other object')}, where the result shows too"
     return None
+
+
+def others(context, obj):
+    """Selected meshes besides `obj`."""
+    return [other for other in context.selected_objects if other != obj and other.type == 'MESH']

@@ -1,23 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What wrapping adds to Blender, for registration.py."""
 
-from ..widgets import overlay
+import bpy
+
+from ..widgets import menus, overlay
 from . import panel
 from .bridge import wrap_lines
 from .operators import clear_wrap_pairs, pick_wrap_pairs, wrap
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
+
+class MEANVALUE_MT_wrap(menus.OperatorMenu, bpy.types.Menu):
+    """Take the shape of a mesh that has other faces"""
+
+    bl_idname = "MEANVALUE_MT_wrap"
+    bl_label = "Wrap"
+    operators = (
+        pick_wrap_pairs.MEANVALUE_OT_pick_wrap_pairs,
+        clear_wrap_pairs.MEANVALUE_OT_clear_wrap_pairs,
+        wrap.MEANVALUE_OT_wrap,
+    )
+
+
 CLASSES = (
-    pick_wrap_pairs.MEANVALUE_OT_pick_wrap_pairs,
-    clear_wrap_pairs.MEANVALUE_OT_clear_wrap_pairs,
-    wrap.MEANVALUE_OT_wrap,
+    *MEANVALUE_MT_wrap.operators,
+    MEANVALUE_MT_wrap,
     *panel.CLASSES,
 )
 
 
 def register():
+    menus.of_rooms.append(MEANVALUE_MT_wrap.bl_idname)
     overlay.painters.append(wrap_lines.paint)
 
 
 def unregister():
+    menus.of_rooms.remove(MEANVALUE_MT_wrap.bl_idname)
     overlay.painters.remove(wrap_lines.paint)

@@ -132,12 +132,13 @@ def test_an_overlay_that_had_to_stop(draw, part, monkeypatch):
     assert "The overlay cannot be drawn: no reason." in draw(meshes.grid()).labels
 
 
-def test_menus(part):
-    menus = part("posing.ui.menus")
+def test_menus():
     obj = meshes.grid()
     told = {}
-    for menu in menus.CLASSES:
-        listener = types.SimpleNamespace(layout=ListeningLayout())
+    for menu in bpy.types.Menu.__subclasses__():
+        if not menu.__name__.startswith("MEANVALUE_"):
+            continue
+        listener = types.SimpleNamespace(layout=ListeningLayout(), operators=getattr(menu, "operators", ()))
         menu.draw(listener, context_of(obj))
         told[menu.__name__] = listener.layout.text
     every = {name for name in dir(bpy.types) if name.startswith("MEANVALUE_OT_")}
@@ -152,7 +153,8 @@ def test_menus(part):
         "MEANVALUE_OT_use_preset",  # for preset files
     }
     for name in every - in_sidebar_only:
-        assert f"operator {getattr(bpy.types, name).bl_idname} " in told["MEANVALUE_MT_object"]
+        assert f"operator {getattr(bpy.types, name).bl_idname} " in "".join(told.values())
+    assert told["MEANVALUE_MT_object"].count("menu MEANVALUE_MT_") == 4
     assert "operator meanvalue.add_handle " in told["MEANVALUE_MT_edit_mesh"]
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ...errors import CancelledError, SolverError
-from ...mixing import mix_session
+from ...mixing.bridge import mix_session
 from ...mixing.core.mix_input import MixInput
 from ...solver.core.fingerprint import digest
 from . import solving

@@ -4,8 +4,7 @@
 import numpy as np
 
 from ...errors import SceneError
-from .. import mix_session
-from . import mix_layers
+from . import mix_layers, mix_session
 from .mixing import Mixing
 
 solve_steps = mix_session.solve_steps

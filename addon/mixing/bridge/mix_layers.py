@@ -59,14 +59,12 @@ def made_names(obj):
     return [key.name for key in obj.data.shape_keys.key_blocks if value_path(key.name) in paths]
 
 
-def made_for_former_rest(obj, carried):
-    """(names of the artist's keys among `carried`, what Apply as Rest leaves to be done for a mix as a note, or "")."""
+def made_of_rest(obj):
+    """(names of what stands for the mix as it was with this rest shape, what is to be done when that is another)."""
     made = made_names(obj)
-    own = [name for name in carried if name != ids.MIX_KEY and name not in made]
-    if not made:
-        return own, ""
     keys = wording.counted(len(made), "in-between key")
-    return own, f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew"
+    note = f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew" if made else ""
+    return [ids.MIX_KEY, *made], note
 
 
 def value_path(name):

@@ -2,9 +2,8 @@
 """What mixes hand to the solver: the shapes, and the calls that find the in-between keys."""
 
 from ...errors import SceneError
-from .. import mix_session
 from ..core import in_betweens
-from . import mix_layers
+from . import mix_layers, mix_session
 
 
 class Mixing:

@@ -10,11 +10,6 @@ from ...scene.core.finite import require_finite
 from ..core import grafting
 
 
-def candidates(context, obj):
-    """Selected meshes other than `obj`."""
-    return [other for other in context.selected_objects if other != obj and other.type == 'MESH']
-
-
 def require_alike(obj, source):
     """@throws SceneError, with both counts, if the faces of the two do not join the same vertices."""
     here, there = obj.data, source.data

@@ -3,10 +3,8 @@
 
 import bpy
 
-from ... import wording
 from ...live import engine
-from ...mixing.bridge import mix_layers
-from ...scene import shape_keys, subject
+from ...scene import new_rest, subject
 from ..bridge import bound_record, controls, targets
 from .settled import SettledOperator
 
@@ -21,13 +19,9 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
         placements = controls.placements(obj, handles)
         engine.look_again(obj)
-        carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
+        notes = new_rest.become(obj, targets.pose_key(obj))
         bound_record.clear(obj.meanvalue.bound)
         controls.attach_at_rest(obj, handles, placements)
-        notes = [subject.sharing_note(obj)] if subject.sharing_note(obj) else []
-        carried, note = mix_layers.made_for_former_rest(obj, carried)
-        notes += [note] if note else []
-        if carried:
-            keys = wording.counted(len(carried), "shape key")
-            notes.append(f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}")
+        if subject.sharing_note(obj):
+            notes.append(subject.sharing_note(obj))
         return "The pose is the rest shape now. The mesh is bound again when it is posed", notes

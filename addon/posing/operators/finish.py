@@ -6,8 +6,7 @@ import bpy
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...mixing.bridge import mix_layers
-from ...scene import reference_key, selection, shape_keys, subject
+from ...scene import new_rest, reference_key, selection, shape_keys, subject
 from ...solver import session
 from ..bridge import bound_record, controls, region, targets
 from .settled import SettledOperator
@@ -62,14 +61,10 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             settings.live = False
             return "Nothing was posed, so the mesh is as it was", []
         if self.keep == 'REST':
-            carried = shape_keys.apply_as_rest(obj, targets.pose_key(obj))
+            notes = new_rest.become(obj, targets.pose_key(obj))
             settings.live = False
             shape_keys.remove(obj, [settings.result_key])
             reference_key.remove_lone(obj)
-            carried, note = mix_layers.made_for_former_rest(obj, carried)
-            notes = [note] if note else []
-            if carried:
-                notes.append(f"Carried along by what they add, and may look different: {wording.quoted(carried)}")
             return "The pose is the rest shape now", notes
         settings.live = False
         key = obj.data.shape_keys.key_blocks[settings.result_key]

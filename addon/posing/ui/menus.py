@@ -1,26 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The submenus in Blender's menus Object and Mesh. What is in a menu is found by Menu Search (F3), too."""
+"""The submenus in Blender's menus Object and Mesh."""
 
 import bpy
 
 from ... import ids
-from ...baking.operators.bake import MEANVALUE_OT_bake
-from ...baking.operators.unbake import MEANVALUE_OT_unbake
-from ...capture.operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
-from ...capture.operators.import_motion import MEANVALUE_OT_import_motion
-from ...capture.operators.match_markers import MEANVALUE_OT_match_markers
-from ...capture.operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
-from ...capture.operators.reference_frame import MEANVALUE_OT_set_reference_frame
-from ...capture.operators.remove_marker import MEANVALUE_OT_remove_marker
-from ...capture.operators.save_marker_set import MEANVALUE_OT_save_marker_set
-from ...capture.operators.swap_markers import MEANVALUE_OT_swap_markers
-from ...mixing.operators.bake_mix import MEANVALUE_OT_bake_mix
-from ...mixing.operators.morph import MEANVALUE_OT_blend_part, MEANVALUE_OT_morph
-from ...mixing.operators.remove_in_betweens import MEANVALUE_OT_remove_in_betweens
 from ...scene import subject
-from ...wrapping.operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
-from ...wrapping.operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
-from ...wrapping.operators.wrap import MEANVALUE_OT_wrap
+from ...widgets import menus
 from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
 from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
@@ -69,26 +54,6 @@ _OBJECT_OPERATORS = (
     MEANVALUE_OT_keyframe_handles,
     MEANVALUE_OT_finish,
     None,
-    MEANVALUE_OT_import_motion,
-    MEANVALUE_OT_find_marker_problems,
-    MEANVALUE_OT_swap_markers,
-    MEANVALUE_OT_set_reference_frame,
-    MEANVALUE_OT_match_markers,
-    MEANVALUE_OT_pick_marker_point,
-    MEANVALUE_OT_remove_marker,
-    MEANVALUE_OT_save_marker_set,
-    None,
-    MEANVALUE_OT_morph,
-    MEANVALUE_OT_blend_part,
-    MEANVALUE_OT_pick_wrap_pairs,
-    MEANVALUE_OT_clear_wrap_pairs,
-    MEANVALUE_OT_wrap,
-    MEANVALUE_OT_bake_mix,
-    MEANVALUE_OT_remove_in_betweens,
-    None,
-    MEANVALUE_OT_bake,
-    MEANVALUE_OT_unbake,
-    None,
     MEANVALUE_OT_copy_system_info,
 )
 _EDIT_OPERATORS = (
@@ -106,26 +71,18 @@ class MEANVALUE_MT_object(bpy.types.Menu):
     bl_label = ids.SIDEBAR_TAB
 
     def draw(self, _context):
-        _draw_operators(self.layout, _OBJECT_OPERATORS)
+        menus.draw_operators(self.layout, _OBJECT_OPERATORS)
+        self.layout.separator()
+        for name in menus.of_rooms:
+            self.layout.menu(name)
 
 
-class MEANVALUE_MT_edit_mesh(bpy.types.Menu):
+class MEANVALUE_MT_edit_mesh(menus.OperatorMenu, bpy.types.Menu):
     """Hold the mesh by the selected vertices"""
 
     bl_idname = "MEANVALUE_MT_edit_mesh"
     bl_label = ids.SIDEBAR_TAB
-
-    def draw(self, _context):
-        _draw_operators(self.layout, _EDIT_OPERATORS)
-
-
-def _draw_operators(layout, operators):
-    layout.operator_context = 'INVOKE_DEFAULT'
-    for operator in operators:
-        if operator is None:
-            layout.separator()
-        else:
-            layout.operator(operator.bl_idname)
+    operators = _EDIT_OPERATORS
 
 
 def meanvalue_draw_object_menu(self, context):
@@ -139,16 +96,11 @@ def meanvalue_draw_edit_mesh_menu(self, _context):
     self.layout.menu(MEANVALUE_MT_edit_mesh.bl_idname)
 
 
-def meanvalue_draw_import_menu(self, _context):
-    self.layout.operator(MEANVALUE_OT_import_motion.bl_idname, text="Motion Capture Markers (.c3d/.trc/.bvh)")
-
-
 CLASSES = (MEANVALUE_MT_object, MEANVALUE_MT_edit_mesh)
 
 _ENTRIES = (
     ("VIEW3D_MT_object", meanvalue_draw_object_menu),
     ("VIEW3D_MT_edit_mesh", meanvalue_draw_edit_mesh_menu),
-    ("TOPBAR_MT_file_import", meanvalue_draw_import_menu),
 )
 
 

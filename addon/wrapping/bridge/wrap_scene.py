@@ -6,8 +6,7 @@ import numpy as np
 
 from ... import ids
 from ...errors import SceneError
-from ...mixing.bridge import morph_source
-from ...scene import mesh_arrays, shape_keys
+from ...scene import mesh_arrays, shape_keys, subject
 from ..core.wrap_input import WrapInput
 
 
@@ -20,7 +19,7 @@ def target_of(context, obj, name=""):
     elif settings.target is not None:
         target = settings.target
     else:
-        others = morph_source.candidates(context, obj)
+        others = subject.others(context, obj)
         if len(others) != 1:
             raise SceneError(
                 f"{len(others)} other meshes are selected. Choose one in Onto, or select one and Shift-click "

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import SolverError
-from ..solver import native_loader, session
-from ..solver.core import result
-from ..solver.core.deformer_cache import DeformerCache
+from ...errors import SolverError
+from ...solver import native_loader, session
+from ...solver.core import result
+from ...solver.core.deformer_cache import DeformerCache
 
 REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
 

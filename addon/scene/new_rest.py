@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The pose becomes the rest shape."""
+
+from .. import compat, wording
+from ..errors import SceneError
+from . import shape_keys
+
+#: Rooms say what they have made of a rest shape: functions of an object to (names of their shape keys, what the artist
+#: is to do about them now that they belong to the former one, a sentence).
+made_of_rest = []
+
+
+def become(obj, pose_key=""):
+    """The result becomes the reference key. Keys that add to that move along by as much, so that they add the same.
+
+    pose_key: name of the key that anchors were moved in; it begins again from the new rest shape.
+    Returns notes, as sentences. @throws SceneError if there is no result.
+    """
+    shape = shape_keys.result_positions(obj)
+    if shape is None:
+        raise SceneError(
+            f"There is no pose to apply: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
+            "Live on, or press Solve"
+        )
+    mesh = obj.data
+    reference = mesh.shape_keys.reference_key
+    offset = shape - shape_keys.positions(reference)
+    result_key = mesh.shape_keys.key_blocks[obj.meanvalue.result_key]
+    carried = []
+    for key in mesh.shape_keys.key_blocks:
+        if key.name == pose_key and key != result_key:
+            shape_keys.write_positions(mesh, key, shape)
+        elif _adds_to(key, reference, result_key):
+            shape_keys.write_positions(mesh, key, shape_keys.positions(key) + offset)
+            carried.append(key.name)
+    shape_keys.write_positions(mesh, reference, shape)
+    store, attribute = compat.position_store(mesh)
+    store.foreach_set(attribute, shape.ravel())
+    mesh.update()
+    return list(_notes(obj, carried))
+
+
+def _notes(obj, carried):
+    for made, note in (names_and_note(obj) for names_and_note in made_of_rest):
+        if note:
+            yield note
+        carried = [name for name in carried if name not in made]
+    if carried:
+        keys = wording.counted(len(carried), "shape key")
+        yield f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}"
+
+
+def _adds_to(key, reference, result_key):
+    """Whether a key is relative to the reference key, by way of others or not, but not by way of the result."""
+    passed = set()
+    while key.name not in passed and key not in {reference, result_key}:
+        passed.add(key.name)
+        key = key.relative_key
+    return key == reference and bool(passed)
