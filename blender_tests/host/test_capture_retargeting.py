@@ -80,6 +80,20 @@ def test_other_legs_walk_alike(legs, noise):
     assert np.abs(result[flat][:, at("LHeel"), 2] - rest.clean[0, at("LHeel"), 2]).max() < 0.004
 
 
+@pytest.mark.parametrize("legs", [0.6, 1.3])
+def test_feet_stand_on_stairs(legs):
+    walk, rest = walking_figure.take(400, drop=0.3, noise=0.0005), walking_figure.t_pose(legs)
+    result = retarget(walk.positions, REFERENCE, rest.clean[0], 100.0, NAMES)
+    for side in "LR":
+        flat = walk.contacts[f"heel.{side}"] & walk.contacts[f"toe.{side}"]
+        foot = [at(label) for label in walking_figure.FOOT_LABELS[side]]
+        stands = np.repeat(flat[:, None], len(foot), axis=1)
+        assert max(slide for _, _, _, slide in stances.foot_slide(result[:, foot], stands)) < 0.01 * rest.height
+    lengths = np.linalg.norm(result[:, at("LKneeOut")] - result[:, at("LAnkleOut")], axis=1)
+    wanted = np.linalg.norm(rest.clean[0, at("LKneeOut")] - rest.clean[0, at("LAnkleOut")])
+    assert np.abs(lengths / wanted - 1.0).max() < 0.04
+
+
 def test_the_test_of_knee_angles_finds_the_truth():
     walk, rest = walking_figure.take(200), walking_figure.t_pose()
     assert np.abs(knee_angles(walk.clean, rest, "R") - walk.knee_angles["R"]).max() < 1.5

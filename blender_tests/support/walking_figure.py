@@ -17,6 +17,7 @@ import numpy as np
 RATE_HZ = 100.0
 CYCLE = 1.1  # seconds from one strike of a heel to its next
 STRIDE = 1.2  # metres in that time, for legs of full length
+STAIRS_STRIDE = 0.6  # two stairs
 HEIGHT = 1.79  # with legs of full length
 MARKER_RADIUS = 0.007
 THIGH, SHANK, ANKLE_HEIGHT = 0.43, 0.42, 0.08
@@ -81,14 +82,15 @@ class Figure:
     height: float
 
 
-def take(frames=255, seed=0, legs=1.0, gaps=0.0, noise=0.0, longest_gap=20, start=0.0):
+def take(frames=255, seed=0, legs=1.0, gaps=0.0, noise=0.0, longest_gap=20, start=0.0, drop=0.0):
     """The walk as a `Figure`.
 
     legs: length of thighs and shanks over the normal one, strides become as much shorter. gaps: share of samples that
     are missing, in runs of 1 to `longest_gap` samples. noise: standard deviation in metres. start: first second.
+    drop: metres that the stairs go down with each stride.
     """
     time = start + np.arange(frames) / RATE_HZ
-    joints, turns, contacts = walking(time, legs)
+    joints, turns, contacts = walking(time, legs, drop)
     return figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap)
 
 
@@ -99,13 +101,15 @@ def t_pose(legs=1.0, seed=0, noise=0.0, frames=1):
     return figure(joints, turns, contacts, seed, legs, 0.0, noise, 1)
 
 
-def walking(time, legs=1.0):
+def walking(time, legs=1.0, drop=0.0):
     """(joints, turns, contacts) at the times (f,) in seconds; turns: bone -> (f, 3, 3), from the T-pose."""
     phase, length = 2.0 * np.pi * time / CYCLE, (THIGH + SHANK) * legs
     pelvis = np.zeros((len(time), 3))
+    stride = np.array([0.0, -STAIRS_STRIDE if drop else -STRIDE, -drop]) * legs
     pelvis[:, 0] = 0.02 * np.sin(phase)
-    pelvis[:, 1] = -STRIDE * legs * time / CYCLE
-    pelvis[:, 2] = ANKLE_HEIGHT + 0.935 * length + 0.05 - 0.012 * legs * np.cos(2.0 * phase - 0.6)
+    pelvis += (time / CYCLE)[:, None] * stride
+    pelvis[:, 2] += ANKLE_HEIGHT + 0.935 * length + 0.05 - 0.012 * legs * np.cos(2.0 * phase - 0.6)
+    pelvis[:, 2] -= 0.2 * drop * legs
     turns = {
         "pelvis": turn_z(0.09 * np.cos(phase)) @ turn_y(0.03 * np.sin(phase)),
         "chest": turn_z(-0.10 * np.cos(phase)) @ turn_x(np.full(len(time), 0.05)),
@@ -120,7 +124,7 @@ def walking(time, legs=1.0):
     contacts = {}
     for side, sign, later in (("L", 1.0, 0.0), ("R", -1.0, 0.5)):
         hip = joints[f"hip.{side}"]
-        ankle, turns[f"foot.{side}"], on_ground = _foot(time / CYCLE + later, sign, legs, later)
+        ankle, turns[f"foot.{side}"], on_ground = _foot(time / CYCLE + later, sign, legs, later, stride)
         contacts[f"heel.{side}"], contacts[f"toe.{side}"] = on_ground
         knee = knee_between(hip, ankle, THIGH * legs, SHANK * legs)
         joints[f"knee.{side}"], joints[f"ankle.{side}"] = knee, ankle
@@ -204,7 +208,7 @@ def trunk_and_arms(pelvis, turns):
     return joints
 
 
-def _foot(cycles, sign, legs, later):
+def _foot(cycles, sign, legs, later, stride):
     """Ankle (f, 3), turn (f, 3, 3) and (heel on ground, toe on ground) of a foot, `cycles` (f,) of its own gait."""
     step, phase = np.floor(cycles), np.mod(cycles, 1.0)
     pitch = np.zeros(len(phase))
@@ -214,10 +218,7 @@ def _foot(cycles, sign, legs, later):
     turn = turn_x(-np.radians(pitch))
 
     def flat_ankle(number):  # the pelvis is above the ankle of a flat foot a quarter into its cycle
-        place = np.zeros((len(phase), 3))
-        place[:, 0], place[:, 2] = 0.085 * sign, ANKLE_HEIGHT
-        place[:, 1] = -STRIDE * legs * (number + 0.27 - later)
-        return place
+        return [0.085 * sign, 0.0, ANKLE_HEIGHT] + (number + 0.27 - later)[:, None] * stride
 
     on_heel, on_toe = phase < FLAT, (phase >= FLAT) & (phase < TOE_OFF)
     by_heel = flat_ankle(step) + HEEL - turn @ HEEL

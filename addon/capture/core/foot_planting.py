@@ -21,7 +21,7 @@ def planted(shape, root, markers, reference, character, landmarks, rate, graph, 
     The root goes the captured way, scaled: up and down by the height of the root over the ground in character and
     reference; sideways by what makes the standing feet slide least (a number for the whole take, so that a path that
     ends where it began still does). What each foot then still slides is taken away while it stands: it moves as the
-    captured one does, its height over the ground is as captured. Between two stances its correction is a cubic with
+    captured one does, its height over what it stands on (stairs, scaled as the path) is as captured. Between two stances its correction is a cubic with
     the speeds of both. The mean of both feet's corrections moves the root, the rest fades from the foot to the pelvis
     along the leg (harmonic on the graph): smooth in time, and knees hardly turn.
 
@@ -36,17 +36,21 @@ def planted(shape, root, markers, reference, character, landmarks, rate, graph, 
     ratio = heights[0] / heights[1] if min(heights) > 0.1 * min(sizes) else sizes[0] / max(sizes[1], 1e-12)
     body_height = np.ptp(reference[:, 2])
     stands = []
-    for numbers in feet if plant_feet else ():
-        on_ground = find_stances(markers[:, numbers], rate, body_height, ROLLING)
-        if on_ground.any():
-            stands.append((numbers, _weights(on_ground, rate), _foot_size(character[numbers], reference[numbers])))
+    if plant_feet and feet:
+        all_stand = np.zeros(markers.shape[:2], bool)
+        all_stand[:, ground] = find_stances(markers[:, ground], rate, body_height, ROLLING)
+        for numbers in (numbers for numbers in feet if all_stand[:, numbers].any()):
+            weights = _weights(all_stand[:, numbers], rate)
+            stands.append((numbers, weights, _foot_size(character[numbers], reference[numbers])))
     sideways = _best_scale(path, shape, markers, stands, ratio)
     placed = shape + (character[root].mean(axis=0) + path * [sideways, sideways, ratio])[:, None]
     if not stands:
         return placed
     corrections = []
     for numbers, weights, size in stands:
-        heights = character[numbers, 2] + size * (markers[:, numbers, 2] - reference[numbers, 2])
+        rises = markers[:, numbers, 2] - reference[numbers, 2]
+        level = _levels(rises, weights)
+        heights = character[numbers, 2] + size * (rises - level) + ratio * level
         corrections.append(_correction(placed[:, numbers], size * markers[:, numbers, :2], heights, weights))
     of_root = np.mean(corrections, axis=0)
     result = placed + of_root[:, None]
@@ -86,6 +90,15 @@ def _weights(on_ground, rate):
     padded = np.pad(on_ground.astype(float), ((half, half), (0, 0)), mode="edge")
     smooth = np.stack([np.convolve(column, kernel / kernel.sum(), mode="valid") for column in padded.T], axis=1)
     return smooth * on_ground.any(axis=1, keepdims=True)
+
+
+def _levels(rises, weights):
+    """(f, 1): how high what a foot stands on is over the ground of the reference, in each stance. rises  (f, k) of its
+    markers."""
+    result = np.zeros((len(rises), 1))
+    for begin, end in runs(weights.any(axis=1)):
+        result[begin:end] = np.median(rises[begin:end][weights[begin:end] > 0.0])
+    return result
 
 
 def _best_scale(path, shape, markers, stands, ratio):
