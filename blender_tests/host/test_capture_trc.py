@@ -137,6 +137,15 @@ def test_trc_markers_without_names_get_numbers():
     assert take.labels == ("A", "Point 2", "C", "A_2", "Point 5", "F", "G", "Point 8")
 
 
+def test_trc_rows_with_more_columns_than_names():
+    content = capture_files.trc(walker.LABELS, 1000.0 * Y_UP).decode()
+    names = "\t\t\t".join(walker.LABELS[:6])
+    lines = ["Frame#\tTime\t" + names if line.startswith("Frame#") else line for line in content.split("\n")]
+    take = read_trc("\n".join(lines).replace("NumMarkers", "Markers").encode())
+    assert take.labels == (*walker.LABELS[:6], "Point 7", "Point 8") and has_note(take, "more columns", "2 points")
+    assert np.abs(take.positions - METRES).max() < DECIMALS
+
+
 def test_trc_points_that_were_computed_are_left_out():
     ground, middle = Y_UP[:, :1] * (1.0, 0.0, 1.0), 0.5 * (Y_UP[:, 2:3] + Y_UP[:, 3:4])
     further = np.concatenate([ground, Y_UP[:, 4:5] + 0.1, middle, middle + 0.05, Y_UP[:, :1]], axis=1)

@@ -32,6 +32,9 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     for line in lines:
         rows.add(line, lines.number)
     table = rows.table(keys, data, notes)
+    if rows.nameless:
+        notes.append(f"Rows have more columns than the {len(labels)} names need: {rows.nameless} points have no name")
+        labels += [""] * rows.nameless
     rate = _rate(keys, table[:, 1], notes)
     numbered = table[0, 0]
     positions = table[:, 2:].reshape(len(table), len(labels), 3)
@@ -104,18 +107,21 @@ class _Rows:
         self._values = array("d")
         self._count = 0
         self._last_is_whole = True
+        #: Markers for which the first row has columns and the header no names.
+        self.nameless = 0
 
     def add(self, line, number):
         if not line.strip():
             return
+        cells = self._cells(line)
+        if self._count == 0 and len(cells) > self._width:
+            self.nameless = -(-(len(cells) - self._width) // 3)
+            self._width += 3 * self.nameless
         if (self._count + 1) * (self._width // 3) > self._limit:
             raise MotionFileError(
                 f"{self._file}, line {number}: the rows are much shorter than the {self._width // 3} markers in the "
                 f"header need. {AGAIN}"
             )
-        cells = line.rstrip("\r").split("\t") if "\t" in line else line.split()
-        while len(cells) > self._width and not cells[-1].strip():
-            cells.pop()
         if len(cells) > self._width or ("\t" not in line and len(cells) != self._width):
             raise MotionFileError(
                 f"{self._file}, line {number}: it has {len(cells)} columns, and {self._width // 3} markers need "
@@ -128,6 +134,12 @@ class _Rows:
         self._last_is_whole = len(cells) == self._width
         self._values.extend([math.nan] * (self._width - len(cells)))
         self._count += 1
+
+    def _cells(self, line):
+        cells = line.rstrip("\r").split("\t") if "\t" in line else line.split()
+        while len(cells) > self._width and not cells[-1].strip():
+            cells.pop()
+        return cells
 
     def _value(self, cell, number):
         value = number_in(cell.strip() or "nan")
