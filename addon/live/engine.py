@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All objects that are live: who they are, when they are looked at, and when they are left alone.
 
-Rooms bring the kinds of followers: classes beside live/following.py whose asks_for(obj) says whether `obj` is theirs.
+Rooms bring the kinds of followers: classes beside live/following.py, with a LABEL, whose asks_for(obj) says whether
+`obj` is theirs; turn(obj, is_on) switches that.
 
 Nothing of Blender's is held: objects are known by what tells them apart while the file is open, and looked up by name.
 """
@@ -35,6 +36,18 @@ def add_kind(kind):
 
 def remove_kind(kind):
     _kinds.remove(kind)
+
+
+def kinds_on(obj):
+    """The kinds of followers that are turned on for `obj`."""
+    return [kind for kind in _kinds if kind.asks_for(obj)]
+
+
+def turn_others_off(obj, kind):
+    """Of all that shapes a mesh at once, one is on."""
+    for other in kinds_on(obj):
+        if other is not kind:
+            other.turn(obj, False)
 
 
 def identity(obj):
@@ -207,7 +220,7 @@ def _kind(obj):
     """The class of the follower that `obj` asks for, or None."""
     if obj.type != 'MESH' or subject.object_problem(obj) is not None:
         return None
-    return next((kind for kind in _kinds if kind.asks_for(obj)), None)
+    return next(iter(kinds_on(obj)), None)
 
 
 def _search():

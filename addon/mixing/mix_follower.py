@@ -19,10 +19,15 @@ class MixFollower(Following):
     CAUGHT_UP = frozenset({State.SETTLED, State.CHECKING})
     LOOKS_ALWAYS = True
     FOLLOWS = "shape keys"
+    LABEL = "Rotation-Aware Keys"
 
     @staticmethod
     def asks_for(obj):
         return obj.meanvalue.mix.is_on
+
+    @staticmethod
+    def turn(obj, is_on):
+        obj.meanvalue.mix.is_on = is_on
 
     @staticmethod
     def places(obj, depsgraph):

@@ -4,16 +4,18 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from ..live import engine
 from ..scene import subject
 from ..scene.declarations import aside
 from .bridge import mix_layers
+from .mix_follower import MixFollower
 
 
 def _switch(settings, _context):
     """One of both shapes the mesh: a pose by handles, or the mix. Without the mix, keys add in straight lines."""
     obj = settings.id_data
     if settings.is_on:
-        obj.meanvalue.live = False
+        engine.turn_others_off(obj, MixFollower)
         if _can_begin(obj):
             mix_layers.ensure_key(obj)  # here, where the artist can undo it, and not while a slider is dragged
     elif subject.object_problem(obj) is None and not mix_layers.is_mixed_by_another(obj):

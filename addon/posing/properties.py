@@ -13,9 +13,11 @@ from bpy.props import (
 )
 
 from .. import ids
+from ..live import engine
 from ..scene.declarations import aside, tell
 from .bridge import targets
 from .handle_properties import MEANVALUE_PG_handle
+from .live.follower import Follower
 
 
 def _choose_region(settings, context):
@@ -27,8 +29,7 @@ def _choose_region(settings, context):
 def _make_result_key(settings, _context):
     """Live writes into a shape key that is there: none is made while the artist drags."""
     if settings.live:
-        if settings.mix.is_on:
-            settings.mix.is_on = False  # one of both shapes the mesh
+        engine.turn_others_off(settings.id_data, Follower)
         targets.prepare_result(settings.id_data)
     settings.id_data.update_tag()
 

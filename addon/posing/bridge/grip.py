@@ -6,6 +6,7 @@ import numpy as np
 
 from ... import ids
 from ...errors import SceneError
+from ...live import engine
 from ...scene import key_states, mesh_arrays, shape_keys, vertex_groups
 from ...scene.core import fixed_points
 from . import bound_record, control_places, controls, new_handles, region
@@ -107,8 +108,8 @@ class Grip:
                 "No region is set, so all that is not held follows, whatever Size says. Press Grow from Handle to have "
                 "less follow"
             )
-        if self._before.mixed:
-            yield "Rotation-Aware Keys was turned off: handles and it take turns"
+        for kind in self._before.others:
+            yield f"{kind.LABEL} was turned off: handles and it take turns"
 
     def _require_can_be_posed(self, obj):
         if obj.meanvalue.baked.target:
@@ -124,7 +125,8 @@ class _Before:
 
     def __init__(self, obj):
         settings = obj.meanvalue
-        self.live, self.mixed = settings.live, settings.mix.is_on
+        self.live = settings.live
+        self.others = [] if settings.live else engine.kinds_on(obj)
         self._region = settings.roi_group, settings.roi_invert, settings.made_region
         self._had_group = settings.roi_group in obj.vertex_groups
         self._active = settings.active_handle
@@ -157,7 +159,8 @@ class _Before:
                 obj.shape_key_clear()
         if not self._was_bound:
             bound_record.clear(settings.bound)
-        settings.mix.is_on = self.mixed
+        for kind in self.others:
+            kind.turn(obj, True)
         key_states.bring_back(obj, self._keys)
         settings.former_result = self._former_result
         vertex_groups.make_active(obj, self._active_group)

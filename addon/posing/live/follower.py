@@ -29,10 +29,15 @@ class Follower(Following):
     """The newest targets win. The last word is solved from where it is and from rest, and the better one kept."""
 
     FOLLOWS = "controls"
+    LABEL = "Live"
 
     @staticmethod
     def asks_for(obj):
         return obj.meanvalue.live
+
+    @staticmethod
+    def turn(obj, is_on):
+        obj.meanvalue.live = is_on
 
     @staticmethod
     def places(obj, depsgraph):

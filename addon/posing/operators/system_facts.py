@@ -96,11 +96,23 @@ def _settings(settings):
     return (
         *_declared_settings(settings),
         ("Live", settings.live),
-        ("Rotation-aware keys", settings.mix.is_on),
-        ("Markers", len(settings.capture.pairs)),
-        ("Wrap pairs", len(settings.wrap.pairs)),
         ("Baked", settings.baked.target or "no"),
+        *_room_settings(settings),
     )
+
+
+def _room_settings(settings):
+    """What is set of the groups that other rooms keep, but for names."""
+    for pointer in settings.bl_rna.properties:
+        if pointer.type != 'POINTER' or pointer.identifier in {"bound", "baked", "rna_type"}:
+            continue
+        group = getattr(settings, pointer.identifier)
+        for setting in group.bl_rna.properties:
+            value = getattr(group, setting.identifier)
+            if setting.type == 'COLLECTION' and len(value):
+                yield f"{pointer.identifier}, {setting.name or setting.identifier}", len(value)
+            elif setting.type in {'BOOLEAN', 'INT', 'ENUM'} and group.is_property_set(setting.identifier):
+                yield f"{pointer.identifier}, {setting.name or setting.identifier}", value
 
 
 def _declared_settings(settings):

@@ -216,7 +216,7 @@ def _draw_handles(layout, obj):
 def _draw_status(layout, context, obj, status):
     """One thing at a time: what live posing waits for, or what there is to do, with the button that does it."""
     if not obj.meanvalue.handles and not obj.meanvalue.live:
-        if not obj.meanvalue.mix.is_on:
+        if not engine.kinds_on(obj):
             hint = (
                 "Choose the Grab tool, press on the mesh and drag. Or select vertices in Edit Mode and press "
                 "Add Handle."
