@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <ctime>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #ifndef _WIN32
@@ -13,6 +15,7 @@
 #endif
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/thread_pool.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
@@ -71,6 +74,47 @@ TEST(RunWorkers, CallsInsideOfCallsAreDone) {
     run_workers(3, [&](int) { sum += count_all(9000, 3); });
     EXPECT_EQ(sum, 27000);
 }
+
+/// Every member of a team of `outer` makes a team of `inner` while all others have theirs. Returns who worked.
+int nested_members(int outer, int inner) {
+    std::atomic<int> arrived{0};
+    std::atomic<int> working{0};
+    std::atomic<int> begun{0};
+    run_team_on_pool(outer, [&](int, int members) {
+        ++arrived;
+        while (arrived < members)
+            std::this_thread::yield();
+        run_team_on_pool(inner, [&](int member, int) {
+            ++working;
+            if (member == 0) ++begun;
+            while (begun < members)
+                std::this_thread::yield();
+        });
+    });
+    return working;
+}
+
+TEST(RunOnPool, CallsInsideOfCallsGetTheirShareOfAnyNumberOfCores) {
+    for (const auto& [outer, inner] : {std::pair{4, 4}, std::pair{8, 8}}) {
+        run_on_pool(outer * inner, [](int) {});  // so many threads may work from here on
+        EXPECT_EQ(nested_members(outer, inner), outer * inner);
+    }
+}
+
+#ifdef CLOCK_THREAD_CPUTIME_ID
+TEST(RunOnPool, ACallerSleepsWhileItsHelpersWorkOn) {
+    const auto processor_seconds = [] {
+        timespec now{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+        return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    };
+    const double before = processor_seconds();
+    run_team_on_pool(2, [](int member, int) {
+        if (member > 0) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    });
+    EXPECT_LT(processor_seconds() - before, 0.05);
+}
+#endif
 
 TEST(RunWorkers, CallsFromSeveralThreadsAtOnceAreDone) {
     std::atomic<int> sum{0};

@@ -30,8 +30,9 @@ std::vector<std::vector<float>> smoothed(std::vector<std::vector<float>> frames,
     std::vector<float*> points;
     for (auto& frame : frames)
         points.push_back(frame.data());
+    const std::vector<double> limits(kFrames, limit);
     PathSmoother(std::move(is_solved), kWidth)
-        .smooth(points, frames.front().size() / 3, std::vector<double>(kFrames, limit), Execution());
+        .smooth(points, frames.front().size() / 3, {limits, limits}, Execution());
     return frames;
 }
 
@@ -111,7 +112,7 @@ TEST(SmoothPaths, AnchorsThatAreFreeTellNothingAndThoseThatComeBackTheirVertices
             targets.weights.insert(targets.weights.end(), {1.0, 0.0, is_back ? 1.0 : 0.0});
         }
         const auto roughness =
-            PathSmoother(std::vector<char>(kFrames, 1), kWidth).roughness_of(targets, 0, {0, 1, 2}, points);
+            PathSmoother(std::vector<char>(kFrames, 1), kWidth).roughness_of(targets, 0, {0, 1, 2}, points).wide;
         EXPECT_NEAR(*std::max_element(roughness.begin(), roughness.end()), comes_back ? 5.0 : 1.0, 0.2);
         EXPECT_TRUE(std::all_of(roughness.begin(), roughness.end(), [](double r) { return std::isfinite(r); }));
     }
@@ -130,9 +131,10 @@ TEST(SmoothPaths, IsCancelled) {
     Execution execution;
     execution.cancel();
     std::vector<float> numbers(3);
-    EXPECT_THROW(PathSmoother({1, 1, 1, 1}, 2)
-                     .smooth(std::vector<float*>(4, numbers.data()), 1, std::vector<double>(4, 0.0), execution),
-                 Cancelled);
+    const std::vector<double> limits(4, 0.0);
+    EXPECT_THROW(
+        PathSmoother({1, 1, 1, 1}, 2).smooth(std::vector<float*>(4, numbers.data()), 1, {limits, limits}, execution),
+        Cancelled);
 }
 
 }  // namespace

@@ -30,7 +30,26 @@ void relax() {
 struct Call {
     const std::function<void(int)>& work;  // of a member, numbered from 1; the caller is 0
     std::atomic<int> unfinished{0};
+    std::mutex mutex;
+    std::condition_variable done;
+
+    /// One member is done. Under the mutex, since the caller ends the call as soon as none is left.
+    void finish_one() {
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (unfinished.fetch_sub(1, std::memory_order_release) == 1) done.notify_one();
+    }
+
+    /// Looks for a moment, then sleeps: members may take seconds longer than their caller.
+    void wait() {
+        for (int turn = 0; turn < kPatience && unfinished.load(std::memory_order_acquire) > 0; ++turn)
+            relax();
+        std::unique_lock<std::mutex> lock(mutex);
+        done.wait(lock, [&] { return unfinished.load(std::memory_order_acquire) == 0; });
+    }
 };
+
+// Whether this thread is among those that ThreadPool::working_ counts: a call inside of a call adds none.
+thread_local bool counts_as_working = false;
 
 class ThreadPool {
     struct Member;
@@ -40,17 +59,17 @@ class ThreadPool {
     class Helpers {
       public:
         /// Sends up to `most` of those that have nothing to do, and new ones while there may be more.
-        Helpers(ThreadPool& pool, Call& call, int most) : pool_(pool), call_(call) { pool.send(call, most, sent_); }
+        Helpers(ThreadPool& pool, Call& call, int most)
+            : pool_(pool), call_(call), is_outermost_(!std::exchange(counts_as_working, true)) {
+            if (is_outermost_) pool.working_.fetch_add(1, std::memory_order_relaxed);
+            pool.send(call, most, sent_);
+        }
         Helpers(const Helpers&) = delete;
         Helpers& operator=(const Helpers&) = delete;
         ~Helpers() {
-            for (int turn = 0; call_.unfinished.load(std::memory_order_acquire) > 0; ++turn) {
-                if (turn < kPatience) {
-                    relax();
-                } else {
-                    std::this_thread::yield();
-                }
-            }
+            if (!sent_.empty()) call_.wait();
+            if (!is_outermost_) return;
+            counts_as_working = false;
             pool_.working_.fetch_sub(1, std::memory_order_relaxed);
         }
 
@@ -63,6 +82,7 @@ class ThreadPool {
         ThreadPool& pool_;
         Call& call_;
         std::vector<Member*> sent_;
+        bool is_outermost_;
     };
 
     void start(std::function<void()> work) {
@@ -121,10 +141,9 @@ class ThreadPool {
     void send(Call& call, int most, std::vector<Member*>& sent) {
         const std::lock_guard<std::mutex> lock(mutex_);
         cores_ = std::max(cores_, most + 1);
-        // With this caller. Detached work counts only while it makes calls of its own.
-        const int count = std::clamp(cores_ - working_.load(std::memory_order_relaxed) - 1, 0, most);
+        // The caller counts already. Detached work counts only while it makes calls of its own.
+        const int count = std::clamp(cores_ - working_.load(std::memory_order_relaxed), 0, most);
         sent.reserve(count);
-        working_.fetch_add(1, std::memory_order_relaxed);
         while (static_cast<int>(sent.size()) < count) {
             try {
                 if (idle_.empty()) idle_.push_back(start_thread(std::make_unique<Member>()));
@@ -145,7 +164,7 @@ class ThreadPool {
             Call* expected = &call;
             if (!member->sent_to.compare_exchange_strong(expected, nullptr)) continue;
             working_.fetch_sub(1, std::memory_order_relaxed);
-            call.unfinished.fetch_sub(1, std::memory_order_relaxed);
+            call.finish_one();
             const std::lock_guard<std::mutex> lock(mutex_);
             idle_.push_back(member);
         }
@@ -170,14 +189,16 @@ class ThreadPool {
                 member.detached();
                 member.detached = nullptr;
             } else {
+                counts_as_working = true;
                 call.work(member.number);
+                counts_as_working = false;
                 working_.fetch_sub(1, std::memory_order_relaxed);
             }
             {
                 const std::lock_guard<std::mutex> lock(mutex_);
                 idle_.push_back(&member);
             }
-            if (!is_detached) call.unfinished.fetch_sub(1, std::memory_order_release);
+            if (!is_detached) call.finish_one();
         }
     }
 

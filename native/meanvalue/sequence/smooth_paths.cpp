@@ -12,7 +12,8 @@ namespace {
 // Points whose paths fit into the cache, 56 frames of them.
 constexpr std::size_t kBlock = 64;
 
-// The frames over which a jump is told from a swing: of a jump this roughness is half of its second difference or more.
+// The frames over which a jump is told from a swing: of a jump this roughness is half of its second difference or
+// more.
 constexpr Index kNear = 2;
 constexpr double kOfJump = 2.0;
 

@@ -16,8 +16,8 @@ namespace meanvalue {
 /// triangle of half-width w, which is the second difference over w frames:
 /// (x(t+1) - 2 x(t) + x(t-1)) - (x(t+w) - 2 x(t) + x(t-w)) / w^2. Beyond its ends a path goes on turned by 180
 /// degrees about its last point. Where a minimum ceases to be, or where a loose solve catches up, roughness is about
-/// as long as the jump; of steady motion it is the fourth difference. Of a quick swing it is much, too: so what a jump
-/// is, is told by the roughness over w = 2, against the next frames alone.
+/// as long as the jump; of steady motion it is the fourth difference. Of a quick swing it is much, too: so what a
+/// jump is, is told by the roughness over w = 2, against the next frames alone.
 class PathSmoother {
   public:
     /// @param is_solved flag of each frame; at most w from one that is not, nothing is known of roughness.
@@ -36,9 +36,9 @@ class PathSmoother {
     Limits roughness_of(const Trajectories& trajectories, Index first, const std::vector<Index>& vertices,
                         const std::vector<float*>& points) const;
 
-    /// What roughness exceeds the limit of its frame, as far as the one over 2 frames does, is taken out and spread as
-    /// second difference over the triangle around it, which keeps where a path comes from and goes to. Paths that keep
-    /// to either limit keep their bits.
+    /// What roughness exceeds the limit of its frame, as far as the one over 2 frames does, is taken out and spread
+    /// as second difference over the triangle around it, which keeps where a path comes from and goes to. Paths that
+    /// keep to either limit keep their bits.
     /// @param points of each frame, count x 3. @throws Cancelled.
     void smooth(const std::vector<float*>& points, std::size_t count, const Limits& limits,
                 const Execution& execution) const;
@@ -62,7 +62,7 @@ class PathSmoother {
     Index frame_count_;
     Index half_width_;
     std::vector<Terms> wide_, near_;  // of each frame; none: nothing is told
-    std::vector<double> response_;  // by the distance in frames: its second difference is 1 less the triangle
+    std::vector<double> response_;    // by the distance in frames: its second difference is 1 less the triangle
 };
 
 }  // namespace meanvalue
