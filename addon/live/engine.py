@@ -1,33 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All objects that are live: who they are, when they are looked at, and when they are left alone.
 
-Rooms bring the kinds of followers: classes beside live/following.py, with a LABEL, whose asks_for(obj) says whether
-`obj` is theirs; turn(obj, is_on) switches that.
-
-Nothing of Blender's is held: objects are known by what tells them apart while the file is open, and looked up by name.
+Rooms bring the kinds of followers, see live/following.py. Nothing of Blender's is held: objects are known by what tells
+them apart while the file is open, and looked up by name.
 """
 
 import contextlib
+import traceback
 
 import bpy
 
 from .. import compat, wording
 from ..scene import object_model, subject, views
 from . import render_notes, updates
-from .states import TICK_SECONDS
-from .telling import reporting
 
-#: How often it is looked whether there is anything to tell, while nothing is to be done: a render cannot call a timer.
-REST_SECONDS = 0.5
+#: How often it is looked whether a render has ended, if there is something left to do then.
+WAIT_SECONDS = 0.5
 
 _kinds = []  # classes of followers
 _followers = {}  # identity of the object: its follower
 _must_search = True  # for live objects: the add-on may be enabled in a file that has some
 _said = None  # what the panels showed last
 _is_rendering = False
-_is_updating = False
-_is_held = False
-_has_missed = False  # an update came while objects were looked at
+_holds = 0  # how many are at work inside held()
+_is_missed = False  # an update came meanwhile
 
 
 def add_kind(kind):
@@ -55,6 +51,9 @@ def identity(obj):
     return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
 
 
+# What Blender tells
+
+
 def scene_updated(depsgraph):
     """Blender evaluated the scene. Returns whether an object was edited that panel or overlay show."""
     if depsgraph.mode == 'RENDER' or len(depsgraph.updates) == 0:
@@ -69,13 +68,20 @@ def scene_updated(depsgraph):
 
 def frame_changed(depsgraph):
     if depsgraph.mode == 'RENDER':
-        for obj, follower in _live_objects() if _is_rendering else ():
-            with reporting(follower):
-                render_notes.look(identity(obj), obj, follower, depsgraph)
+        if _is_rendering:
+            _look_at_rendered(depsgraph)
         return
     _notice_end_of_rendering()
     _take_note(depsgraph)
     follow_all()
+
+
+def _look_at_rendered(depsgraph):
+    """On the thread that renders: only looks, and leaves followers and jobs to the main thread."""
+    for key, follower in list(_followers.items()):
+        obj = bpy.data.objects.get(follower.name)
+        if obj is not None and identity(obj) == key:
+            render_notes.look(key, obj, follower, depsgraph)
 
 
 def _take_note(depsgraph):
@@ -85,63 +91,21 @@ def _take_note(depsgraph):
     """
     is_to_be_drawn = False
     for obj, change, is_rigged in updates.of(depsgraph):
-        model = object_model.known(obj)
-        if model is not None:
+        for _key, model in object_model.known_models(obj):
             if is_rigged:
                 model.rig_moved()
             is_to_be_drawn |= model.told(obj, change) and model.is_watched
-        if follower_of(obj) is None and _kind(obj) is not None:
-            _followers[identity(obj)] = _kind(obj)(obj, hears_itself=not bpy.app.background)
+        kind = _kind(obj)
+        if kind is not None and follower_of(obj) is None:
+            _followers[identity(obj)] = kind(obj)
     return is_to_be_drawn
-
-
-def follow_all():
-    """Every live object takes its controls, or its sliders, where they are."""
-    global _has_missed
-    if _is_updating:
-        _has_missed = True
-    if _is_updating or _is_rendering or _is_held:
-        return
-    with _updating():
-        for obj, follower in _objects_in_charge():
-            with reporting(follower):
-                if bpy.app.background:
-                    follower.finish(obj)
-                else:
-                    follower.follow(obj)
-    _keep_ticking()
-
-
-@contextlib.contextmanager
-def _updating():
-    """Inside, handlers only take note: measuring a rig may have Blender evaluate the scene, which calls them."""
-    global _is_updating
-    _is_updating = True
-    try:
-        yield
-    finally:
-        _is_updating = False
 
 
 def look_for_live_objects():
     """After loading or undo everything may be another: forget, and see which objects are live."""
     forget()
     _search()
-    _keep_ticking()
-
-
-def render_started():
-    """While rendering, the mesh is left as it is: handlers run beside the interface then."""
-    global _is_rendering
-    _is_rendering = True
-    unsettled = [each for each in _followers.items() if each[1].has_more_to_do and not each[1].is_resting]
-    render_notes.begin([(key, follower.name) for key, follower in unsettled])
-
-
-def render_ended():
-    """May be called on the thread that renders: only tells."""
-    global _is_rendering
-    _is_rendering = False
+    _schedule()
 
 
 def leave_file():
@@ -151,15 +115,121 @@ def leave_file():
     forget()
 
 
+def another_file():
+    render_ended()
+    look_for_live_objects()
+
+
+def render_started():
+    """While rendering, the mesh is left as it is: handlers run beside the interface then."""
+    global _is_rendering
+    _is_rendering = True
+    unsettled = []
+    for key, follower in list(_followers.items()):
+        obj = bpy.data.objects.get(follower.name)
+        if obj is not None and identity(obj) == key and follower.is_behind(obj):
+            unsettled.append((key, follower.name))
+    render_notes.begin(unsettled)
+
+
+def render_ended():
+    """May be called on the thread that renders: only tells."""
+    global _is_rendering
+    _is_rendering = False
+
+
+def _notice_end_of_rendering():
+    """A render that fails to start never tells that it ended."""
+    if _is_rendering and (bpy.app.background or not bpy.app.is_job_running('RENDER')):
+        render_ended()
+
+
+# Following
+
+
 @contextlib.contextmanager
 def held():
-    """Inside, nothing follows: frames are gone through only to see where the controls are."""
-    global _is_held
-    before, _is_held = _is_held, True
+    """Inside, nothing follows: frames are gone through only to see where the controls are, or a rig is measured, for
+    which Blender may evaluate the scene and call handlers."""
+    global _holds
+    _holds += 1
     try:
         yield
     finally:
-        _is_held = before
+        _holds -= 1
+
+
+def follow_all():
+    """Every live object takes its controls, or its sliders, where they are."""
+    global _is_missed
+    _is_missed = _holds > 0
+    if _is_missed or _is_rendering:
+        return
+    with held():
+        for obj, follower in _objects_in_charge():
+            with _reporting(follower):
+                if bpy.app.background:
+                    follower.finish(obj)
+                else:
+                    follower.follow(obj)
+    _schedule()
+
+
+def _tick():
+    """Timer: None ends it, a number calls it again after so many seconds."""
+    global _is_missed
+    _notice_end_of_rendering()
+    _tell_of_renders()
+    if not (_is_rendering or _holds):
+        _is_missed = False
+        with held():
+            for obj, follower in _objects_in_charge():
+                with _reporting(follower):
+                    follower.tick(obj)
+    return _wait()
+
+
+def _schedule():
+    """Has _tick() be called when there is something to do: the timer may be waiting for the controls to rest."""
+    if bpy.app.background:
+        return
+    wait = _wait()
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    if wait is not None:
+        bpy.app.timers.register(_tick, first_interval=wait)
+
+
+def _wait():
+    """Seconds until _tick() is to be called, None for never."""
+    _draw_status_again()
+    if _is_rendering or _holds:
+        return WAIT_SECONDS
+    if _is_missed or render_notes.are_untold():
+        return 0.0
+    waits = [follower.wait(obj) for obj, follower in _live_objects()]
+    return min((each for each in waits if each is not None), default=None)
+
+
+def _tell_of_renders():
+    for note in render_notes.take_untold():
+        views.pop_up("Mean-Value", wording.sentence(note))
+
+
+@contextlib.contextmanager
+def _reporting(follower):
+    """An error that nobody foresaw ends the work on one object alone, and is told."""
+    try:
+        yield
+    except Exception as error:
+        traceback.print_exc()
+        follower.give_up(
+            f"the add-on failed ({type(error).__name__}: {error}). Please report this with the text in the system "
+            "console; turn Live off and on to go on"
+        )
+
+
+# Who is live
 
 
 def forget():
@@ -167,11 +237,6 @@ def forget():
         follower.stop()
     _followers.clear()
     render_notes.forget()
-
-
-def another_file():
-    render_ended()
-    look_for_live_objects()
 
 
 def shut_down():
@@ -186,34 +251,6 @@ def shut_down():
 def follower_of(obj):
     """The follower of a live object, or None."""
     return _followers.get(identity(obj))
-
-
-def look_again(obj):
-    """An operator has changed what `obj` is posed by: nothing that was known of it may be written any more."""
-    object_model.edited(obj)
-    follower = follower_of(obj)
-    if follower is not None:
-        follower.look_again()
-
-
-def is_settled(obj):
-    """Whether the mesh shows the settled answer to where the controls are, or live posing has no say in it."""
-    follower = follower_of(obj)
-    return follower is None or follower.is_settled(obj)
-
-
-def status(obj):
-    """What live posing has to say about `obj`: (text, whether it is a problem), or None if it is not live."""
-    follower = follower_of(obj)
-    if follower is None:
-        return None
-    note = render_notes.of(identity(obj))
-    if note and not follower.problem and not obj.meanvalue.baked.target:
-        return wording.sentence(note), True
-    hidden = follower.why_hidden(obj)
-    if hidden and not follower.problem:
-        return wording.sentence(hidden), True
-    return follower.text, follower.problem is not None and not follower.is_reading
 
 
 def _kind(obj):
@@ -236,7 +273,7 @@ def _search():
             if type(follower) is kind:
                 known.pop(identity(obj))
             else:
-                follower = kind(obj, hears_itself=not bpy.app.background)
+                follower = kind(obj)
             follower.name = obj.name
             _followers[identity(obj)] = follower
     for key, follower in known.items():
@@ -261,51 +298,42 @@ def _objects_in_charge():
         if writer == obj.name:
             yield obj, follower
         else:
-            follower.give_way(writer)
+            follower.give_up(follower.why_it_gives_way(writer))
 
 
-def _notice_end_of_rendering():
-    """A render that fails to start never tells that it ended."""
-    if _is_rendering and (bpy.app.background or not bpy.app.is_job_running('RENDER')):
-        render_ended()
+# What others ask
 
 
-def _keep_ticking():
-    """At once where a job runs: the timer may be waiting for the controls to rest."""
-    if not _followers or bpy.app.background:
-        return
-    is_registered = bpy.app.timers.is_registered(_tick)
-    if is_registered and any(follower.has_more_to_do for follower in _followers.values()):
-        bpy.app.timers.unregister(_tick)
-        is_registered = False
-    if not is_registered:
-        bpy.app.timers.register(_tick, first_interval=TICK_SECONDS)
+def look_again(obj):
+    """An operator has changed what `obj` is posed by: nothing that was known of it may be written any more."""
+    object_model.edited(obj)
+    follower = follower_of(obj)
+    if follower is not None:
+        follower.look_again()
 
 
-def _tick():
-    """Timer: None ends it, a number calls it again after so many seconds."""
-    global _has_missed
-    _notice_end_of_rendering()
-    for note in render_notes.take_untold():
-        views.pop_up("Mean-Value", wording.sentence(note))
-    if _is_rendering or _is_held:
-        return REST_SECONDS
-    waits = []
-    looks, _has_missed = _has_missed, False
-    with _updating():
-        for obj, follower in _objects_in_charge():
-            with reporting(follower):
-                waits.append(follower.tick(obj, looks))
-    if _has_missed and waits:
-        waits.append(TICK_SECONDS)
-    _draw_status_again()
-    return min((seconds for seconds in waits if seconds is not None), default=REST_SECONDS if waits else None)
+def is_settled(obj):
+    """Whether the mesh shows the settled answer to where the controls are, or live posing has no say in it."""
+    follower = follower_of(obj)
+    return follower is None or follower.is_settled(obj)
+
+
+def status(obj):
+    """(text, whether it is a problem) of what the artist has to know of how `obj` follows; None if all is well."""
+    follower = follower_of(obj)
+    if follower is None:
+        return None
+    if follower.problem is None:
+        baked = bool(obj.meanvalue.baked.target)
+        note = follower.why_hidden(obj) or (None if baked else render_notes.of(identity(obj)))
+        if note:
+            return wording.sentence(note), True
+    return follower.status(obj)
 
 
 def _draw_status_again():
     global _said
-    saying = [follower.text for follower in _followers.values()]
-    if saying == _said:
-        return
-    _said = saying
-    views.draw_again('UI')
+    saying = [follower.status(obj) for obj, follower in _live_objects()]
+    if saying != _said:
+        _said = saying
+        views.draw_again('UI')

@@ -1,282 +1,288 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What following handles and following sliders have in common: states, jobs, problems.
+"""What following handles and following sliders have in common.
 
 One job at a time runs beside the interface. What comes in meanwhile replaces what is wanted and never queues up. When
 nothing has changed for a moment the answer is settled, so that it does not depend on the way there.
 
-live/states.py names the states. `_advance()` goes from one to the next: it reads what has to be read, takes what is
-wanted now, collects the job that is finished and starts the next one.
+What is to be done next follows from what is known: what was read, its binding, what is wanted, and what is shown.
 """
 
 import contextlib
+import math
+import time
 
 import numpy as np
 
+from .. import wording
 from ..errors import CancelledError, MeanValueError
-from ..scene import object_model
+from ..scene import object_model, shape_keys
 from ..solver.job import Job
-from . import states
-from .states import NotReadyError, State
-from .telling import Telling
+
+#: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
+FRAME_SECONDS = 1.0 / 30.0
+
+#: How often a running job is looked at: a solve is noticed late by a tenth of a frame.
+TICK_SECONDS = 0.003
+
+#: And one that takes long.
+SLOW_TICK_SECONDS = 0.02
+
+#: How long the scene is read at a time.
+SLICE_SECONDS = 0.01
+
+#: How long all has to be quiet before the answer is settled, and keys are compared with what was written.
+QUIET_SECONDS = 0.25
+
+#: What takes longer is told of while it goes on.
+SLOW_SECONDS = 1.0
+
+#: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
+#: own tolerance is 1e-4).
+SAME_SHAPE = 2e-4
+
+clock = time.monotonic
 
 
-class Following(Telling):
+class Following:
     """Use on the main thread only. Knows of the object only its name; the object is handed in with each call.
 
     problem        says in words why the mesh does not follow, or is None
     solve_seconds  of the last solve
-    hears_itself   whether Blender tells of what tick() writes, as its interface does. What is written in its own
-                   handlers, by follow(), it evaluates without telling.
 
-    Subclasses define why_hidden() and what is called here and begins with an underscore and is not defined here.
+    Subclasses define READS, a kind of scene/object_model.py, FOLLOWS in words, asks_for(), places(), why_hidden(),
+    why_it_gives_way(), notes(), and what is called here and begins with an underscore and is not defined here.
     """
 
-    #: Whether what is wanted is so quick to read that it is read with every tick.
-    LOOKS_ALWAYS = False
+    #: Whether it is read again only when all is quiet: Blender tells of sliders as it does of edits.
+    READS_AT_REST = False
 
-    def __init__(self, obj, hears_itself):
+    def __init__(self, obj):
         self.name = obj.name
-        self.problem = None
-        self.solve_seconds = 0.0
-        self.state = State.READING
-        self._hears_itself = hears_itself
-        self._is_finishing = False
-        self._noticed = None  # stamp of the object's model when it was looked at last
         self._job = None
+        self.solve_seconds = 0.0
         self.look_again()
 
     def look_again(self):
         """The scene may be another one by now (undo, edit): take nothing for granted but what is read again."""
         self.stop()
-        self.problem = None
-        self._seen = None  # stamp of the object's model that _input is of
         self._input = None
-        self._nothing_known()
-        self.state = State.READING
+        self._begin_anew()
 
-    def _nothing_known(self):
+    def _begin_anew(self):
+        self.problem = None
         self._binding = None
         self._wanted = None  # where the controls are
         self._shown = None  # where they were for the answer that the mesh shows
-        self._settled = None  # and where, if that is settled
-        self._failed = self._failure = None  # what could not be reached, and why in words
-        self._changed_at = states.clock()
+        self._is_settled = False
+        self._changed_at = clock()
 
     def stop(self):
         """Cancels what is running; its result is dropped."""
         if self._job is not None:
             self._job.drop()
-        self._job = self._collect = None
-
-    def give_way(self, other_name):
-        """Another object with the same mesh is live."""
-        self._give_up(self._why_it_gives_way(other_name), State.BLOCKED)
+        self._job = None
 
     def give_up(self, problem):
-        """Until the object is edited."""
-        self._give_up(problem, State.WAITING)
-
-    def _give_up(self, problem, state):
-        self.look_again()
+        """Until something changes."""
+        self.stop()
+        self._wanted = None
         self.problem = problem
-        self.state = state
+
+    # What the engine calls
 
     def follow(self, obj):
-        """Takes the controls where they are now, and waits at most a frame for the mesh to follow."""
-        patience = states.FRAME_SECONDS if self.solve_seconds < states.FRAME_SECONDS else 0.0
-        with self._in_a_handler():
-            self._advance(obj, looks=True, patience=patience)
+        """In a handler: takes the controls where they are, and waits at most a frame for the mesh to follow."""
+        self._advance(obj, patience=FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
 
-    def tick(self, obj, looks=False):
-        """Collects what is finished and starts what is next. Returns seconds until the next call, None for never.
-
-        looks: take the controls where they are now, which else follow() does.
-        """
-        if looks or self._job is None or self._job.is_finished or self.state is State.READING:
-            self._advance(obj, looks)
-        if self.state in {State.READING, State.CHECKING}:
-            return states.TICK_SECONDS
-        if self._job is not None:
-            return states.TICK_SECONDS if self.problem is None else states.QUIET_SECONDS
-        if self.state is State.SHOWN or (self.state is State.SETTLED and self._has_doubts(obj)):
-            return max(states.TICK_SECONDS, self._changed_at + states.QUIET_SECONDS - states.clock())
-        return None
+    def tick(self, obj):
+        """In a timer: collects what is finished and starts what is next."""
+        if self._job is None or self._job.is_finished:
+            self._advance(obj, makes_keys=True)
 
     def finish(self, obj):
         """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""
-        self._is_finishing = True
-        try:
-            self._advance(obj, looks=True)
-            while self.problem is None and (self.state is not State.SETTLED or self._has_doubts(obj)):
-                if self._job is not None:
-                    self._job.wait()
-                self._advance(obj)
-        finally:
-            self._is_finishing = False
+        self._advance(obj, makes_keys=True, is_quiet=True)
+        while self.problem is None and self.wait(obj) is not None:
+            if self._job is not None:
+                self._job.wait()
+            self._advance(obj, makes_keys=True, is_quiet=True)
 
     def is_settled(self, obj):
         """Whether the mesh shows the settled answer to where the controls are now; so too where it cannot follow."""
-        self._is_finishing = True
+        self._advance(obj, is_quiet=True, starts=False)
+        return self.problem is not None or (self._is_shown(obj) and self._is_settled)
+
+    def is_behind(self, obj):
+        """Whether the mesh does not show the settled answer, as far as is known, to where the controls were last."""
+        return self.problem is None and not (self._is_shown(obj) and self._is_settled)
+
+    def wait(self, obj):
+        """Seconds until tick() is to be called, or None if there is nothing to do."""
+        if self.problem is not None:
+            return None
+        if self._job is not None:
+            return TICK_SECONDS if self._binding is not None else SLOW_TICK_SECONDS
+        if not (self._is_shown(obj) and self._is_read(obj)):
+            return TICK_SECONDS
+        if self._is_settled and not self._model(obj).is_unchecked and not self._has_chores(obj):
+            return None
+        return max(TICK_SECONDS, self._quiet_at(obj) - clock())
+
+    def is_caught_up(self, obj):
+        """Whether the mesh shows where the controls are, or something is in the way."""
+        return self.problem is not None or self._is_shown(obj)
+
+    def status(self, obj):
+        """(text, whether it is a problem) of what the artist has to know, or None."""
+        if self.problem:
+            return wording.sentence(f"Waiting: {self.problem}"), True
+        if self._binding is None:
+            if clock() < self._changed_at + SLOW_SECONDS:
+                return None
+            return f"Preparing: {self._job.progress[1] if self._job else 0.0:.0%}", False
+        if not self._is_shown(obj):
+            return ("Following...", False) if self.solve_seconds > SLOW_SECONDS else None
+        notes = [wording.sentence(each) for each in self.notes()]
+        return (" ".join(notes), False) if notes else None
+
+    # What is known
+
+    def _model(self, obj):
+        return object_model.of(obj, self.READS)
+
+    def _is_read(self, obj):
+        model = self._model(obj)
+        if self.READS_AT_REST and self._input is not None and not self._is_quiet(obj):
+            return model.is_usable(obj)
+        return model.is_read(obj)
+
+    def _is_shown(self, obj):
+        """A solve that failed is not to be tried again: there is a problem then."""
+        is_written = self.problem is not None or self._model(obj).written is not None
+        return self._wanted is not None and self._shown is self._wanted and is_written
+
+    def _quiet_at(self, obj):
+        return max(self._changed_at, self._model(obj).rig_moved_at) + QUIET_SECONDS
+
+    def _is_quiet(self, obj):
+        return clock() >= self._quiet_at(obj)
+
+    def _has_chores(self, _obj):
+        """Whether there is something to be done when all is quiet."""
+        return False
+
+    def _do_chores(self, obj):
+        """@throws MeanValueError."""
+
+    # Going on
+
+    def _advance(self, obj, patience=0.0, makes_keys=False, is_quiet=False, starts=True):
+        """patience: wait so long for a job; makes_keys: what is found may need a shape key that is not there;
+        is_quiet: do all that is left for a quiet moment; starts: begin new jobs."""
         try:
-            self._advance(obj, looks=True, starts=False)
-        finally:
-            self._is_finishing = False
-        return self.problem is not None or self.is_resting
-
-    # From state to state
-
-    def _advance(self, obj, looks=False, patience=0.0, starts=True):
-        """looks: take the controls where they are; patience: wait so long for a job; starts: begin new jobs."""
-        with self._telling_problems():
-            if not self._notice(obj):
-                return
             self._require_ready(obj)
-            if self.state is State.READING:
-                if not self._read(obj):
-                    return
-                looks = True
-            if looks or self.LOOKS_ALWAYS:
-                self._look(obj)
-            self._collect_finished(obj)
-            has_time = not (looks and self.is_resting) or self._is_finishing  # doubts wait for tick()
-            if self._job is None and starts and has_time:
-                self._start_next(obj)
-                if self._job is not None and patience and self._job.wait(patience):
-                    self._collect_finished(obj)
+            if not self._read(obj, is_quiet):
+                return
+            self._look(obj)
+            self._collect(obj, makes_keys)
+            if self._job is None and self.problem is None and starts:
+                self._start_next(obj, makes_keys, is_quiet or (makes_keys and self._is_quiet(obj)))
+                if patience and self._job is not None and self._job.wait(patience):
+                    self._collect(obj, makes_keys)
+        except MeanValueError as error:
+            self.give_up(str(error))
 
-    def _notice(self, obj):
-        """Enters READING where the object may be another. Returns whether there is anything to do."""
-        model = object_model.of(obj)
-        before, self._noticed = self._noticed, model.stamp
-        if self.state is State.WAITING:
-            if before == model.stamp:
-                return False
-            self.look_again()
-        elif self.state is not State.READING and self._must_read(obj, model):
-            self.state = State.READING
-        return True
-
-    def _read(self, obj):
-        """Reads for a moment. Returns whether all is read, and then leaves READING. @throws MeanValueError."""
-        seconds = np.inf if self._is_finishing else states.SLICE_SECONDS
-        self.problem = None
-        if not self._read_on(obj, seconds):
-            return False
-        found = self._gather(obj)
-        self._seen = object_model.of(obj).stamp
-        self._take(obj, found)
-        self._resume()
-        return True
-
-    def _take(self, obj, found):
-        former, self._input = self._input, found
-        if former is None or not self._is_same_input(former, found):
+    def _read(self, obj, is_quiet):
+        """Reads for a moment. Returns whether all is read. @throws MeanValueError."""
+        model, seconds = self._model(obj), math.inf if is_quiet else SLICE_SECONDS
+        was_read = model.is_read(obj) if is_quiet else self._is_read(obj)
+        if not was_read and not model.read_on(obj, seconds):
+            return self.READS_AT_REST and self._input is not None and model.is_usable(obj)
+        if model.is_unchecked and (not was_read or is_quiet or self._is_quiet(obj)):
+            model.compare_on(obj, seconds)
+            if is_quiet:
+                model.read_on(obj)
+        found = model.result(obj)
+        if self._input is None or found.revision != self._input.revision:
             self.stop()
-            self._nothing_known()
-            self._binding = self._cached_binding()
-        else:
-            self._require_shown(obj)
+            self._begin_anew()
+            self._binding = self._cached_binding(found)
+        self._input = found
+        return True
 
     def _look(self, obj):
         """Takes what is wanted now. @throws MeanValueError."""
+        if self._shown is None:
+            self._require_good_binding(obj)
         wanted = self._read_targets(obj)
         if self._wanted is not None and self._is_same_target(wanted, self._wanted):
-            if self.state is State.BLOCKED:
-                self._resume()
             return
+        if self._job is not None and self._shown is self._wanted is not None:
+            self._job.cancel()  # it settles what is not wanted any more
         self.problem = None
-        self._wanted = wanted
-        self._changed_at = states.clock()
-        if self.state is State.SETTLING:
-            self._job.cancel()
-        self.state = State.BINDING if self._binding is None else State.SOLVING
+        self._wanted, self._is_settled = wanted, False
+        self._changed_at = clock()
 
-    def _resume(self):
-        self.state = self._where_it_is()
-        self.problem = self._failure if self.state is State.BLOCKED else None
+    def _require_good_binding(self, obj):
+        """@throws MeanValueError if what was read must not be bound unasked."""
 
-    def _where_it_is(self):
-        """The state that follows from what is known."""
-        if self._wanted is not None and self._failed is self._wanted:
-            return State.BLOCKED
+    def _start_next(self, obj, makes_keys, is_quiet):
+        """@throws MeanValueError."""
         if self._binding is None:
-            return State.BINDING
-        if self._wanted is None or self._shown is not self._wanted:
-            return State.SOLVING
-        if self._job is not None:
-            return State.SETTLING
-        return State.SETTLED if self._settled is self._wanted else State.SHOWN
+            work = self._bind_work(obj)
+        elif not self._is_shown(obj):
+            work = self._solve_work(obj, is_quiet)
+        elif is_quiet and not self._is_settled:
+            work = self._settle_work(obj)
+        else:
+            if is_quiet and makes_keys and self._has_chores(obj):
+                self._do_chores(obj)
+            return
+        self._job = Job(self._answering(work))
 
-    def _start_next(self, obj):
-        if self.state is State.BINDING:
-            self._start(self._bind_work(obj), self._keep_binding)
-        elif self.state is State.SOLVING and self._wanted is not None:
-            self._start(*self._solving(obj))
-        elif self.state is State.SHOWN and self._is_quiet():
-            self._start(*self._settling(obj))
-            self.state = State.SETTLING
-        elif self.state is State.SETTLED and self._has_doubts(obj) and self._is_quiet():
-            self._start_check(obj)
-            self.state = State.CHECKING
-        elif self.state is State.CHECKING and self._check_on(
-            obj, np.inf if self._is_finishing else states.SLICE_SECONDS
-        ):
-            self._resume()  # what it shows may have been found to be somebody else's
-            self._look(obj)
-            if not self.is_resting:
-                self._start_next(obj)
+    def _answering(self, work):
+        """`work`, steps (see solver/job.py) to a function of the object, with failures as answers too."""
+        wanted, is_bound = self._wanted, self._binding is not None
 
-    def _start(self, work, collect):
-        self._job = Job(work)
-        self._collect = collect
+        def fail(obj, error):
+            if not is_bound:
+                self._model(obj).refuse(error)  # the same input would fail again
+            elif wanted is self._wanted:
+                self._shown, self._is_settled = wanted, True
+                self.problem = str(error)
 
-    def _collect_finished(self, obj):
+        def steps(execution):
+            try:
+                return (yield from work(execution))
+            except CancelledError:
+                raise
+            except MeanValueError as error:
+                problem = error
+            return lambda obj: fail(obj, problem)
+
+        return steps
+
+    def _collect(self, obj, makes_keys):
+        """@throws MeanValueError."""
         if self._job is None or not self._job.is_finished:
             return
-        job, collect = self._job, self._collect
-        self._job = self._collect = None
-        try:
-            outcome = job.result()
-        except CancelledError:
-            pass
-        except MeanValueError as error:
-            if self._binding is None:
-                self.give_up(str(error))  # the same input would fail again
+        if not (makes_keys or self._binding is None or self._has_key(obj)):
+            return  # tick() collects it: a key that is made in a handler is no part of any undo step
+        job, self._job = self._job, None
+        with contextlib.suppress(CancelledError):
+            job.result()(obj)
+
+    def _has_key(self, obj):
+        keys = obj.data.shape_keys
+        return keys is not None and self.READS.written_key(obj) in keys.key_blocks
+
+    def _write(self, obj, shape):
+        """Writes n x 3 float32 to the key, made where it is missing and there is something to show."""
+        if not self._has_key(obj):
+            rest = self._input.rest
+            if np.abs(shape - rest).max(initial=0.0) <= SAME_SHAPE * self._input.diagonal:
+                self._model(obj).wrote(rest)
                 return
-            self._failed, self._failure = self._wanted, str(error)  # not again for the same targets
-            raise
-        else:
-            collect(obj, outcome)
-        if self.state is not State.BLOCKED:
-            self.state = self._where_it_is()
-
-    def _is_quiet(self):
-        return self._is_finishing or states.clock() >= self._changed_at + states.QUIET_SECONDS
-
-    def _expect_echo(self, obj):
-        if self._hears_itself:
-            object_model.of(obj).wrote()
-
-    @contextlib.contextmanager
-    def _in_a_handler(self):
-        hears_itself, self._hears_itself = self._hears_itself, False
-        try:
-            yield
-        finally:
-            self._hears_itself = hears_itself
-
-    @contextlib.contextmanager
-    def _telling_problems(self):
-        """What cannot be bound waits for an edit; where the controls are is tried again whenever they move."""
-        try:
-            yield
-        except CancelledError:
-            pass
-        except NotReadyError as error:
-            self._give_up(str(error), State.BLOCKED)
-        except MeanValueError as error:
-            if self.state in {State.READING, State.CHECKING}:
-                self.give_up(str(error))
-            else:
-                self.problem = str(error)
-                self.state = State.BLOCKED
+            self._make_key(obj)
+        shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[self.READS.written_key(obj)], shape)
+        self._model(obj).wrote(shape)

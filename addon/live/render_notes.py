@@ -48,6 +48,10 @@ def of(identity):
     return _notes.get(identity)
 
 
+def are_untold():
+    return bool(_untold)
+
+
 def take_untold():
     """What no popup has shown yet."""
     untold, _untold[:] = list(_untold), []

@@ -1,35 +1,49 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is known of each object, in one place: what was read of it, and whether it has changed since.
+"""What was read of objects, in one place, and whether it is still true.
 
-Panel, overlay, live posing and operators ask the ObjectModel of an object. Each remembers the `stamp` that its own
-knowledge is of, and looks again when the model has another one. Nothing of Blender's is held, so that undo, loading and
-deleting leave nothing behind: objects are known by what tells them apart while the file is open.
+Panel, overlay, followers and operators ask the ObjectModel of an object and a kind of reading. Rooms bring the kinds,
+classes whose instances read bit by bit and hold nothing of Blender's:
+
+    signature(obj)         static: all that is quick to compare of what is read. Blender does not tell of all of it
+    Kind(obj)              begins to read. @throws MeanValueError
+    fits(obj)              whether what was read so far is of this object, as far as that is quick to tell
+    go_on(obj, seconds)    reads for about so long; whether all is read. @throws MeanValueError
+    result(obj)            what all of it comes to; its `revision` is another one for other content. @throws likewise
+    shapes(result)         static: [(name of a shape key, n x 3 float32)] that the result depends on, "" the rest shape
+    written_key(obj)       static: name of the shape key that the add-on writes
+
+Of an edit Blender tells; of our own writing too, and not which it is. So what is told as writing to shape keys alone is
+compared with what was read and written last, when all is quiet.
+
+Nothing of Blender's is held, so that undo, loading and deleting leave nothing behind: objects are known by what tells
+them apart while the file is open.
 """
 
 import enum
 import itertools
 import math
 import time
+import weakref
 from typing import NamedTuple
 
 import numpy as np
 
 from .. import compat
-from ..posing.bridge import scene_input
-from . import scene_reading, shape_keys
+from ..errors import MeanValueError
+from . import shape_keys
 
 #: How long an object has to be left alone before what only shows it reads it again.
 QUIET_SECONDS = 0.3
 
-#: How long the rest shape is believed to be as it was read.
-BELIEVED_SECONDS = 0.25
+#: After so many edits that came before all was read it is read in one go: an animated mesh is edited with every frame.
+MOST_RESTARTS = 4
 
 #: Objects whose arrays are kept.
 MOST = 4
 
 clock = time.monotonic
 
-_models = {}  # session key: ObjectModel, the one whose arrays were asked for last at the end
+_models = {}  # (session key, kind): ObjectModel, the one that was read last at the end
 _numbers = itertools.count(1)  # of revisions; no two models ever have the same
 
 
@@ -43,202 +57,200 @@ class Change(enum.Enum):
 
 
 class Stamp(NamedTuple):
-    """settings rises where the quick signature has changed, content where Blender told of an edit."""
+    """signature: of the kind of reading; content: rises where the object was edited."""
 
-    settings: int
+    signature: tuple
     content: int
 
 
 class ObjectModel:
-    """stamp         another one means: the object may be another by now
-    rig_revision     rises when modifiers show the same mesh elsewhere, as a rig does that moves
-    is_doubtful      what Blender told as our own writing may have hidden an edit: see confirm()
-    is_watched       panel or overlay show it, and want to be drawn again after an edit
-    is_awaited       of these one waits until it is read
+    """What one kind of reading knows of one object.
+
+    content       rises with every edit
+    rig_revision  rises when modifiers show the same mesh elsewhere, as a rig does that moves
+    written       n x 3 float32: what the add-on has written last, None where that is not what the key has
+    is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
+    is_watched    panel or overlay show it, and want to be drawn again after an edit
+    is_awaited    of these one waits until it is read
     """
 
-    def __init__(self, obj):
+    def __init__(self, obj, kind):
         self.name = obj.name
-        self.stamp = Stamp(next(_numbers), next(_numbers))
-        self.rig_revision = next(_numbers)
-        self.is_doubtful = self.is_watched = self.is_awaited = False
-        self._signature = scene_reading.signature(obj)
-        self._edited_at = self._doubted_at = -math.inf
-        self._expects_echo = False
-        self._rest_read_at = -math.inf
-        self._restarts = 0
-        self.drop_arrays()
+        self.kind = kind
+        self.rig_revision, self.rig_moved_at = next(_numbers), -math.inf
+        self.written = None
+        self.is_unchecked = self.is_watched = self.is_awaited = False
+        self.content = next(_numbers)
+        self._told_at = -math.inf
+        self._restarts = self._compared = 0
+        self._reading = self._stamp = self._kept = self._error = None
+        self._result = _nothing
 
     def drop_arrays(self):
-        self._reading = None
-        self._bind_input = None
-        self._bind_input_stamp = None
+        """But for what somebody else holds."""
+        self._reading = self._kept = None
 
     # Whether it has changed
 
-    def notice(self, obj):
-        """Looks for what Blender does not tell of: settings, and what a script does."""
-        self.name = obj.name
-        signature = scene_reading.signature(obj)
-        if signature != self._signature:
-            self._signature = signature
-            self.stamp = self.stamp._replace(settings=next(_numbers))
+    def stamp(self, obj):
+        """Another one means: the object may be another by now."""
+        return Stamp(self.kind.signature(obj), self.content)
 
     def told(self, obj, change):
-        """Blender has evaluated the object since `change`. Returns whether that was an edit, not our own writing."""
+        """Blender has evaluated the object since `change`. Returns whether it may have been edited."""
         if change is Change.RIG:
             return False
-        if self._is_only_mixed(obj) if change is Change.SLIDERS else self._is_echo(obj, change):
-            self.doubt()
+        if change is Change.SLIDERS and not compat.points_tell_as_sliders(obj.data.shape_keys.reference_key):
             return False
-        self.edited(keeps_groups=change is Change.KEYS)
+        if change is Change.MESH:
+            self.edited()
+        self._is_to_be_compared()
         return True
 
-    def edited(self, keeps_groups=False):
-        """The object is another one now. keeps_groups: but not its faces, nor the members of its vertex groups."""
-        self.stamp = self.stamp._replace(content=next(_numbers))
-        self._edited_at = clock()
-        self._expects_echo = False
-        if not keeps_groups:
-            self._drop_reading()
+    def edited(self):
+        """The object is another one now."""
+        if self._reading is not None:
+            self._restarts += self._stamp is None or self._stamp.content != self.content
+            self._reading = None
+        self.content = next(_numbers)
+        self._is_to_be_compared()
+
+    def _is_to_be_compared(self):
+        self.is_unchecked, self._compared, self._told_at = True, 0, clock()
 
     def rig_moved(self):
-        self.rig_revision = next(_numbers)
+        self.rig_revision, self.rig_moved_at = next(_numbers), clock()
 
-    def wrote(self):
-        """Blender will tell of what was written to the object's shape keys just now: an echo."""
-        self._expects_echo = True
+    def wrote(self, shape):
+        """The add-on has written the n x 3 float32 `shape` to its key just now."""
+        self.written = shape
 
-    def doubt(self):
-        """The object may have been edited: what was read is not to be believed, but nobody has to hurry."""
-        self.is_doubtful = True
-        self._doubted_at = clock()
-        self._drop_reading()
-
-    def is_current(self, stamp, quiet_seconds=0.0):
-        """Whether what is known from `stamp` need not be read again: it is as it was, or has been edited for less than
-        `quiet_seconds`."""
-        if stamp is None or stamp.settings != self.stamp.settings:
+    def is_current(self, obj, stamp, quiet_seconds=0.0):
+        """Whether what is known from `stamp` need not be read again: it is as it was, or was told of less than
+        `quiet_seconds` ago."""
+        if stamp is None or stamp.signature != self.kind.signature(obj):
             return False
-        if self.is_doubtful and clock() - self._doubted_at >= QUIET_SECONDS:
-            return False
-        return stamp.content == self.stamp.content or clock() - self._edited_at < quiet_seconds
+        is_quiet = clock() - self._told_at >= quiet_seconds
+        return not is_quiet or (stamp.content == self.content and not self.is_unchecked)
 
     @property
     def quiet_in(self):
         """Seconds until it has been left alone for QUIET_SECONDS; 0 if it has."""
-        return max(0.0, self._edited_at + QUIET_SECONDS - clock())
-
-    def _drop_reading(self):
-        if self._reading is not None:
-            self._restarts += not self._reading.is_finished
-            self._reading = None
-
-    def _is_echo(self, obj, change):
-        """Where Blender tells of shape keys alone, it is ours; else an edit of the rest shape may be told with it."""
-        is_expected, self._expects_echo = self._expects_echo, False
-        if not is_expected or scene_reading.signature(obj) != self._signature:
-            return False
-        return change is Change.KEYS or self._is_rest_unchanged(obj)
-
-    def _is_only_mixed(self, obj):
-        keys = obj.data.shape_keys
-        if self._bind_input is None or not compat.points_tell_as_sliders(keys.reference_key):
-            return True
-        return np.array_equal(shape_keys.positions(keys.reference_key), self._bind_input.rest)
-
-    def _is_rest_unchanged(self, obj):
-        """Reading takes as long as writing the result in 3.4, so what was read is believed for a moment."""
-        keys = obj.data.shape_keys
-        if keys is None:
-            return False
-        if self._bind_input is None or clock() < self._rest_read_at + BELIEVED_SECONDS:
-            return True
-        self._rest_read_at = clock()
-        return np.array_equal(shape_keys.positions(keys.reference_key), self._bind_input.rest)
+        return max(0.0, self._told_at + QUIET_SECONDS - clock())
 
     # What was read of it
 
     @property
     def reading(self):
-        """The SceneReading since the last edit, finished or not, or None. For what only looks: see read_on()."""
+        """The reading since the last edit, finished or not, or None. For what only looks: see read_on()."""
         return self._reading
+
+    def is_read(self, obj):
+        """Whether result() is of the object as it is, as far as Blender has told."""
+        return self._stamp is not None and self._is_known() and self._stamp == self.stamp(obj)
+
+    def is_usable(self, obj):
+        """Whether result() is of an object that is quick to take for this one, which may have been edited since."""
+        return self._is_known() and self._stamp is not None and self._stamp.signature == self.kind.signature(obj)
+
+    def read_anew(self):
+        self._stamp = None
+
+    def _is_known(self):
+        return self._error is not None or self._result() is not None
 
     def read_on(self, obj, seconds=math.inf):
         """Reads for about so long what is not read yet; in one go where edits come faster than that.
 
         Returns whether all is read.
         """
-        _keep_arrays_of(self)
-        self.notice(obj)
-        if self._reading is None or not self._reading.fits(obj):
-            self._reading = scene_reading.SceneReading(obj)
-        if not self._reading.go_on(obj, seconds if self._restarts < scene_reading.MOST_RESTARTS else math.inf):
-            return False
+        _keep_arrays_of(self, obj)
+        self.name = obj.name
+        if self.is_read(obj):
+            return True
+        stamp, found, error = self.stamp(obj), None, None
+        try:
+            if self._reading is None or not self._reading.fits(obj):
+                self._reading = self.kind(obj)
+            if not self._reading.go_on(obj, seconds if self._restarts < MOST_RESTARTS else math.inf):
+                return False
+            found = self._reading.result(obj)
+        except MeanValueError as problem:
+            error = problem
         self._restarts = 0
+        former = self._result()
+        if former is not None and found is not None and former.revision == found.revision:
+            found = former
+        self._kept, self._error, self._stamp = found, error, stamp
+        self._result = _nothing if found is None else weakref.ref(found)
+        self._compared = len(self._shapes())
         return True
 
-    def bind_input(self, obj):
-        """The BindInput, of what read_on() has read; the same one until there is an edit. @throws SceneError."""
-        if self.is_doubtful:
-            self.confirm(obj)
-        if self._bind_input is None or self._bind_input_stamp != self.stamp:
-            self._take(scene_input.gather(obj, self._reading))
-        return self._bind_input
+    def result(self, obj):
+        """What read_on() has read; the same one until there is other content. @throws MeanValueError."""
+        if not self._is_known():
+            self.read_on(obj)
+        if self._error is not None:
+            raise self._error
+        return self._result()
 
-    def confirm(self, obj):
-        """Clears a doubt, once read_on() has read all anew. Returns whether it was right: there was an edit.
+    def refuse(self, error):
+        """What was read cannot be used: result() raises `error` until there is an edit."""
+        self._error = error
 
-        @throws SceneError.
-        """
-        self.is_doubtful = False
-        if self._bind_input is None or self._bind_input_stamp != self.stamp:
-            return False  # nobody has taken what is in doubt
-        found = scene_input.gather(obj, self._reading)
-        if self._bind_input.fingerprint == found.fingerprint:
-            return False
-        reading = self._reading
-        self.edited()
-        self._reading = reading
-        self._take(found)
+    def compare_on(self, obj, seconds=math.inf):
+        """Compares for about so long what shape keys hold with what was read and written. Returns whether all is."""
+        until = clock() + seconds
+        shapes = self._shapes()
+        while self._compared < len(shapes):
+            name, shape = shapes[self._compared]
+            self._compared += 1
+            if not np.array_equal(shape_keys.held(obj, name), shape):
+                reading = self._reading
+                self.edited()
+                self._reading = reading  # of groups and faces, which Blender would have told of
+                return True
+            if clock() >= until:
+                return False
+        if self.written is not None:
+            held = shape_keys.held(obj, self.kind.written_key(obj))
+            self.written = self.written if np.array_equal(held, self.written) else None
+        self.is_unchecked = False
         return True
 
-    def _take(self, bind_input):
-        self._bind_input, self._bind_input_stamp = bind_input, self.stamp
-        self._rest_read_at = clock()
+    def _shapes(self):
+        result = self._result()
+        return [] if result is None else self.kind.shapes(result)
 
 
-def of(obj):
-    """The ObjectModel of a mesh object, with what Blender does not tell of noticed."""
-    key = compat.session_key(obj)
-    model = _models.get(key)
+def _nothing():
+    """In place of a reference to a result."""
+
+
+def of(obj, kind):
+    """The ObjectModel of a mesh object for a kind of reading."""
+    model = known(obj, kind)
     if model is None:
-        model = _models[key] = ObjectModel(obj)
-    else:
-        model.notice(obj)
+        model = _models[compat.session_key(obj), kind] = ObjectModel(obj, kind)
     return model
 
 
-def known(obj):
+def known(obj, kind):
     """The ObjectModel of `obj` if somebody has asked for it, else None."""
-    return _models.get(compat.session_key(obj))
+    return _models.get((compat.session_key(obj), kind))
 
 
-def known_models():
-    """(session key, ObjectModel) of all."""
-    return list(_models.items())
+def known_models(obj=None):
+    """[((session key, kind), ObjectModel)] of all, or of one object."""
+    key = None if obj is None else compat.session_key(obj)
+    return [each for each in _models.items() if key in {None, each[0][0]}]
 
 
 def edited(obj):
     """The add-on itself has changed what `obj` is posed by."""
-    model = known(obj)
-    if model is not None:
+    for _key, model in known_models(obj):
         model.edited()
-
-
-def rig_revision(obj):
-    """Rises when modifiers show the mesh of `obj` elsewhere, though the mesh is the same: a rig that moves does so."""
-    return of(obj).rig_revision
+        model.written = None
 
 
 def quiet_in():
@@ -254,9 +266,9 @@ def clear():
     _models.clear()
 
 
-def _keep_arrays_of(model):
-    key = next((key for key, each in _models.items() if each is model), None)
-    if key is None:
+def _keep_arrays_of(model, obj):
+    key = compat.session_key(obj), model.kind
+    if _models.get(key) is not model:
         return
     _models[key] = _models.pop(key)
     for other in list(_models.values())[:-MOST]:

@@ -23,6 +23,14 @@ def positions(key):
     return result.reshape(-1, 3)
 
 
+def held(obj, name):
+    """n x 3 float32 of the shape key `name`; what the rest shape has for "", and where there is no such key."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return mesh_arrays.vertex_positions(obj.data)
+    return positions(keys.key_blocks.get(name) or keys.reference_key)
+
+
 def rest_positions(mesh):
     """n x 3 float32: the reference key (Basis) if there are shape keys, else the vertices."""
     if mesh.shape_keys is None:

@@ -12,7 +12,7 @@ from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
 @pytest.fixture
 def status(part):
     """status(obj): what the panel says of live posing."""
-    return lambda obj: part("live.engine").status(obj)
+    return lambda obj: part("live.engine").status(obj) or ("", False)
 
 
 def follows(obj, offset, vertices=TOP):

@@ -13,7 +13,7 @@ from support.handles import BOTTOM, TOP, move, rest, shown, three_lines, update
 @pytest.fixture
 def status(part):
     """status(obj): what the panel says of live posing."""
-    return lambda obj: part("live.engine").status(obj)
+    return lambda obj: part("live.engine").status(obj) or ("", False)
 
 
 def follows(obj, offset, vertices=TOP):

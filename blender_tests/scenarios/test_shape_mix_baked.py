@@ -25,7 +25,7 @@ from test_shape_mix_odd import MIX, keys_of, mixing
 @pytest.fixture
 def status(part):
     """status(obj): (text, whether it is a problem) of the panel."""
-    return lambda obj: part("live.engine").status(obj)
+    return lambda obj: part("live.engine").status(obj) or ("", False)
 
 
 def full_copy_of(obj):

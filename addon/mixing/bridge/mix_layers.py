@@ -102,28 +102,40 @@ def problem(obj):
     return None
 
 
-def signature(obj):
-    """What is quick to compare of all that a mix depends on, but for the sliders."""
-    return len(obj.data.vertices), tuple(
-        (key.name, key.slider_min, key.slider_max, key.vertex_group) for key in taking_part(obj)
-    )
-
-
 def values(obj):
     """(k,) float64: the sliders."""
     return np.array([key.value for key in taking_part(obj)], np.float64)
 
 
 class MixReading:
-    """Reads the shapes one after the other, so that nobody has to wait for many of a big mesh.
+    """Reads the shapes one after the other, so that nobody has to wait for many of a big mesh: a kind of reading as
+    scene/object_model.py wants it.
 
     Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
     """
+
+    @staticmethod
+    def signature(obj):
+        keys = tuple((key.name, key.slider_min, key.slider_max, key.vertex_group) for key in taking_part(obj))
+        return len(obj.data.vertices), obj.meanvalue.rigidity, keys
+
+    @staticmethod
+    def shapes(mix_input):
+        named = ((layer.name, shape) for layer, shape in zip(mix_input.layers, mix_input.shapes, strict=True))
+        return [("", mix_input.rest), *named]
+
+    @staticmethod
+    def written_key(_obj):
+        return ids.MIX_KEY
+
+    def fits(self, obj):
+        return self._signature == self.signature(obj)
 
     def __init__(self, obj):
         found = problem(obj)
         if found:
             raise SceneError(found)
+        self._signature = self.signature(obj)
         layers = taking_part(obj)
         self._layers = tuple(Layer(key.name, key.slider_min, key.slider_max) for key in layers)
         self._groups = [key.vertex_group for key in layers]
@@ -145,10 +157,10 @@ class MixReading:
         return self._weights.go_on(obj, until - time.monotonic())
 
     def result(self, obj):
-        """The MixInput, once all is read. @throws SceneError."""
+        """The MixInput, once all is read; after that the shapes are to be read again. @throws SceneError."""
         rest = shape_keys.rest_positions(obj.data)
         require_finite(rest, "the rest shape")
-        shapes = np.array(self._shapes)
+        shapes, self._shapes = np.array(self._shapes), []
         _require_extent(obj.data.shape_keys.reference_key.name, rest)
         for layer, shape in zip(self._layers, shapes, strict=True):
             _require_extent(layer.name, shape)

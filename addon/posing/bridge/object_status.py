@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 from ... import compat, wording
 from ...errors import SceneError
-from ...scene import object_model, shared_readings, subject
+from ...scene import shared_readings, subject
 from ...scene.object_model import QUIET_SECONDS  # noqa: F401  panels take the seconds from here
 from ...solver.core import fingerprint
-from . import bound_record
+from . import bound_record, scene_input
 
 
 class State(enum.Enum):
@@ -46,19 +46,19 @@ def status(obj, quiet_seconds=0.0):
     The last known one outside Object Mode, for `quiet_seconds` after an edit, and as long as a big mesh is read.
     """
     key = compat.session_key(obj)
-    model = object_model.of(obj)
+    model = scene_input.model(obj)
     model.is_watched = True
     bound = _bound_as(obj)
     stamp, known_bound, known = _known.get(key, (None, None, None))
     is_same_binding = known is not None and known_bound == bound
-    if is_same_binding and model.is_current(stamp, quiet_seconds):
+    if is_same_binding and model.is_current(obj, stamp, quiet_seconds):
         return known
-    reading = shared_readings.finished(obj) if obj.mode == 'OBJECT' else None
+    reading = shared_readings.finished(obj, scene_input.HandleReading) if obj.mode == 'OBJECT' else None
     if reading is None:
-        is_good = is_same_binding and stamp.settings == model.stamp.settings
+        is_good = is_same_binding and stamp.signature == model.stamp(obj).signature
         return known if is_good or (known is not None and obj.mode == 'OBJECT') else _unread(obj)
     known = _read(obj, reading)
-    _known[key] = (model.stamp, bound, known)
+    _known[key] = (model.stamp(obj), bound, known)
     return known
 
 
@@ -90,7 +90,7 @@ def _read(obj, reading):
 def _state_and_text(obj):
     bound = bound_record.read_fingerprint(obj.meanvalue.bound)
     try:
-        now = object_model.of(obj).bind_input(obj).fingerprint
+        now = scene_input.model(obj).result(obj).fingerprint
     except SceneError as problem:
         return State.PROBLEM, wording.sentence(str(problem))
     if bound is None:

@@ -67,16 +67,16 @@ def clear():
 def look(obj):
     """The Look of a mesh object; the same one as long as nothing changed. Not for modes with a mesh of their own."""
     key = compat.session_key(obj)
-    model = object_model.of(obj)
+    model = scene_input.model(obj)
     model.is_watched = True
     known = _known.get(key)
-    if known is None or not model.is_current(known.stamp, object_model.QUIET_SECONDS):
-        reading = shared_readings.finished(obj)
+    if known is None or not model.is_current(obj, known.stamp, object_model.QUIET_SECONDS):
+        reading = shared_readings.finished(obj, scene_input.HandleReading)
         if reading is not None:
-            known = _known[key] = _read(obj, model.stamp, reading)
+            known = _known[key] = _read(obj, model.stamp(obj), reading)
         elif known is None or known.look is None or known.vertex_count != len(obj.data.vertices):
             return NOTHING
-        elif known.stamp.settings != model.stamp.settings:
+        elif known.stamp.signature != model.stamp(obj).signature:
             return known.look  # its handles may be others than those that there are now
     positions = shown_shape.positions(obj)
     colors = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))

@@ -3,13 +3,35 @@
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import mirrors, shape_keys, vertex_groups
+from ...scene import mirrors, object_model, shape_keys, vertex_groups
 from ...scene.core import mirror_planes
 from ...scene.core.finite import require_finite
-from ...scene.scene_reading import SceneReading
 from ..core import springs, welding
 from ..core.bind_input import BindInput, anchor_layout, region_weights, soft_border
-from . import targets
+from . import scene_reading, targets
+from .scene_reading import SceneReading
+
+
+class HandleReading(SceneReading):
+    """What poses are made of, as scene/object_model.py wants a kind of reading: BindInputs."""
+
+    signature = staticmethod(scene_reading.signature)
+
+    def result(self, obj):
+        return gather(obj, self)
+
+    @staticmethod
+    def shapes(bind_input):
+        return [("", bind_input.rest)]
+
+    @staticmethod
+    def written_key(obj):
+        return obj.meanvalue.result_key
+
+
+def model(obj):
+    """The ObjectModel of what `obj` is posed by."""
+    return object_model.of(obj, HandleReading)
 
 
 def start_reading(obj):

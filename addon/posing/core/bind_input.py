@@ -79,6 +79,11 @@ class BindInput:
         )
 
     @property
+    def revision(self):
+        """Another one where it is bound otherwise."""
+        return self.fingerprint
+
+    @property
     def _unusual(self):
         """Of settings that came later: nothing where they are as they were before."""
         loose = "" if self.loose == FOLLOW else f" loose={self.loose}"

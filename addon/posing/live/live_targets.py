@@ -6,58 +6,50 @@ handle whose control stays where it was beside the rig keeps its targets, so tha
 """
 
 from ...errors import SceneError
-from ...scene import object_model, rig_space
+from ...scene import rig_space
 from ...scene.core import motion
-from ..bridge import targets
+from ..bridge import scene_input, targets
 
 
 class LiveTargets:
     def __init__(self):
-        self._revision = None  # of the rig, when it was measured
+        self._measured = None  # revision of the rig that `_space` is of
         self._gone_along = None  # and that for which controls were put to where it has their handles
         self._space = None
         self._known = {}  # see targets.positions()
-        self._goal = self._fingerprint = None
-
-    def is_outdated(self, obj):
-        """Whether the rig may have moved since it was measured."""
-        return self._revision != _revision(obj)
 
     def is_behind(self, obj):
         """Whether the rig may have moved since controls that go along with it did so."""
         return self._gone_along != _revision(obj)
 
-    def gather(self, obj, bind_input):
-        """The Targets of `obj`. @throws SceneError."""
+    def gather(self, obj, bind_input, former):
+        """The Targets of `obj`; former: those before, or None. @throws SceneError."""
         found = targets.problem(obj)
         if found:
             raise SceneError(found)
-        if self._fingerprint != bind_input.fingerprint:
-            self._fingerprint, self._goal = bind_input.fingerprint, None
-            self._known = {}
-        if self._goal is not None:
-            goal, known = self._behind(obj, bind_input)
-            if not self.is_outdated(obj) or goal.is_near(self._goal, motion.NOISE * bind_input.diagonal):
-                self._goal, self._known = goal, known
-                return goal
-        if self.is_outdated(obj):
+        if self._measured != _revision(obj):
+            if former is not None:
+                goal, known = self._behind(obj, bind_input)
+                if goal.is_near(former, motion.NOISE * bind_input.diagonal):
+                    self._known = known
+                    return goal
             self._measure(obj)
-        self._goal, self._known = self._behind(obj, bind_input)
-        return self._goal
+        goal, self._known = self._behind(obj, bind_input)
+        return goal
 
     def catch_up(self, obj, bind_input):
         """Has the controls that go along with the rig do so, and measures what it does if that is not known.
 
         @throws SceneError.
         """
-        if self.is_outdated(obj):
+        if self._measured != _revision(obj):
             self._measure(obj)
         targets.follow_rig(obj, bind_input, self._space)
-        self._gone_along = self._revision
+        self._gone_along = self._measured
 
     def _measure(self, obj):
         self._space = rig_space.measure(obj)
-        self._revision = _revision(obj)
+        self._measured = _revision(obj)
 
     def _behind(self, obj, bind_input):
         """(Targets, what is known of handles then). Without a rig nothing is kept. @throws SceneError."""
@@ -68,4 +60,5 @@ class LiveTargets:
 
 def _revision(obj):
     """Another one where the rig may be."""
-    return object_model.rig_revision(obj), object_model.of(obj).stamp.content, rig_space.sliders(obj)
+    model = scene_input.model(obj)
+    return model.rig_revision, model.content, rig_space.sliders(obj)

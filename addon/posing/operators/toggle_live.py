@@ -4,7 +4,7 @@
 import bpy
 
 from ...errors import SceneError
-from ...scene import shared_readings, subject
+from ...scene import subject
 from ...widgets.base import MeshOperator
 from ..bridge import scene_input, targets
 
@@ -38,7 +38,7 @@ class MEANVALUE_OT_toggle_live(MeshOperator, bpy.types.Operator):
 def _problem(obj):
     """Why the mesh could not follow, in words, or None."""
     try:
-        scene_input.gather(obj, shared_readings.known(obj))
+        scene_input.gather(obj, scene_input.model(obj).reading)
     except SceneError as error:
         return str(error)
     return targets.problem(obj)

@@ -4,11 +4,8 @@
 import math
 import time
 
-from .. import compat
-from . import declarations, mesh_arrays, mirrors, vertex_groups
-
-#: After so many edits that came before all was read it is read in one go: an animated mesh is edited with every frame.
-MOST_RESTARTS = 4
+from ... import compat
+from ...scene import declarations, mesh_arrays, mirrors, vertex_groups
 
 
 class SceneReading:
