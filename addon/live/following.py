@@ -49,8 +49,9 @@ class Following:
     problem        says in words why the mesh does not follow, or is None
     solve_seconds  of the last solve
 
-    Subclasses define READS, a kind of scene/object_model.py, FOLLOWS in words, asks_for(), places(), why_hidden(),
-    why_it_gives_way(), notes(), and what is called here and begins with an underscore and is not defined here.
+    Subclasses define READS, a kind of scene/object_model.py; FOLLOWS and LABEL, in words; asks_for(obj), whether `obj`
+    is theirs, and turn(obj, is_on); places(), why_hidden(), why_it_gives_way(), notes(); and what is called here and
+    begins with an underscore and is not defined here.
     """
 
     #: Whether it is read again only when all is quiet: Blender tells of sliders as it does of edits.

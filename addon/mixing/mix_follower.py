@@ -8,9 +8,19 @@ their values alone.
 import numpy as np
 
 from ..errors import SceneError
+from ..live import engine
 from ..live.following import Following
 from ..scene import subject
 from .bridge import mix_layers, mix_session
+
+
+def turned(obj):
+    """Rotation-Aware Keys were turned on or off. Without the key that turns the mix, keys add in straight lines."""
+    if obj.meanvalue.mix.is_on:
+        engine.turn_others_off(obj, MixFollower)
+    elif subject.object_problem(obj) is None and not mix_layers.is_mixed_by_another(obj):
+        mix_layers.remove(obj)
+    obj.update_tag()
 
 
 class MixFollower(Following):

@@ -4,29 +4,8 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ..live import engine
-from ..scene import subject
 from ..scene.declarations import aside
-from .bridge import mix_layers
-from .mix_follower import MixFollower
-
-
-def _switch(settings, _context):
-    """One of both shapes the mesh: a pose by handles, or the mix. Without the mix, keys add in straight lines."""
-    obj = settings.id_data
-    if settings.is_on:
-        engine.turn_others_off(obj, MixFollower)
-        if _can_begin(obj):
-            mix_layers.ensure_key(obj)  # here, where the artist can undo it, and not while a slider is dragged
-    elif subject.object_problem(obj) is None and not mix_layers.is_mixed_by_another(obj):
-        mix_layers.remove(obj)
-    obj.update_tag()
-
-
-def _can_begin(obj):
-    if subject.object_problem(obj) is not None or obj.mode != 'OBJECT' or obj.meanvalue.baked.target:
-        return False
-    return mix_layers.problem(obj) is None and not mix_layers.made_names(obj)
+from . import mix_follower
 
 
 class MEANVALUE_PG_mix(bpy.types.PropertyGroup):
@@ -36,7 +15,7 @@ class MEANVALUE_PG_mix(bpy.types.PropertyGroup):
         name="Rotation-Aware Keys",
         description="Mix the shape keys so that parts turn, as limbs do, instead of shrinking along straight lines. "
         "The sliders stay those of the shape keys",
-        update=_switch,
+        update=lambda settings, _context: mix_follower.turned(settings.id_data),
     )
     tolerance_share: FloatProperty(
         name="Tolerance",

@@ -13,25 +13,15 @@ from bpy.props import (
 )
 
 from .. import ids
-from ..live import engine
 from ..scene.declarations import aside, tell
-from .bridge import targets
 from .handle_properties import MEANVALUE_PG_handle
-from .live.follower import Follower
+from .live import follower
 
 
 def _choose_region(settings, context):
     """A group that the artist chose is not the add-on's to delete."""
     settings.made_region = ""
     tell(settings, context)
-
-
-def _make_result_key(settings, _context):
-    """Live writes into a shape key that is there: none is made while the artist drags."""
-    if settings.live:
-        engine.turn_others_off(settings.id_data, Follower)
-        targets.prepare_result(settings.id_data)
-    settings.id_data.update_tag()
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
@@ -68,7 +58,7 @@ class Settings:
     live: aside(BoolProperty)(
         name="Live",
         description="Pose the mesh at once whenever a handle or a setting changes",
-        update=_make_result_key,
+        update=lambda settings, _context: follower.turned(settings.id_data),
     )
     roi_group: StringProperty(
         name="Region",
@@ -144,7 +134,7 @@ class Settings:
         description="Shape key that Solve and Live write, made if it is missing",
         default=ids.DEFAULT_RESULT_KEY,
         maxlen=ids.NAME_LENGTH,
-        update=_make_result_key,
+        update=tell,
     )
     made_region: aside(StringProperty)(options={'HIDDEN'})  # the region's vertex group, if it was made for it
     former_result: aside(StringProperty)(options={'HIDDEN'})  # the shape key that the last solve wrote

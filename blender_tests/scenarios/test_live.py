@@ -266,17 +266,25 @@ def test_a_deleted_control_is_told_and_can_be_made_again(status):
     assert np.abs(shown(obj)[TOP, 1] - rest(obj)[TOP, 1] - 2.0).max() < 1e-4
 
 
-def test_a_deleted_result_is_told(status):
+def test_a_deleted_result_is_made_again(status):
     obj, control = handles.tube()
+    move(control, (1.0, 0.0, 0.0))
     meshes.activate(obj)
     obj.shape_key_remove(obj.data.shape_keys.key_blocks[handles.RESULT])
-    move(control, (2.0, 0.0, 0.0))
-    assert "is missing. Turn Live off and on" in status(obj)[0]
+    move(control, (1.0, 0.0, 0.0))
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-4
+
+
+def test_turned_on_and_off_without_a_pose_it_leaves_nothing():
+    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
+    for _ in range(2):
+        obj.meanvalue.live = not obj.meanvalue.live
+        update()
+    assert obj.data.shape_keys is None
+    obj, _control = handles.tube("Other")
     obj.meanvalue.live = False
     update()
-    obj.meanvalue.live = True
-    update()
-    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-4
+    assert obj.data.shape_keys is None
 
 
 def test_a_deleted_object_is_forgotten(part, status):

@@ -210,11 +210,6 @@ def _require_extent(name, shape):
         )
 
 
-def has_key(obj):
-    """Whether the key that turns the mix is there."""
-    return ids.MIX_KEY in obj.data.shape_keys.key_blocks
-
-
 def ensure_key(obj):
     """The key that turns the mix, shown fully; made if it is missing, in the rest shape: it adds nothing then."""
     keys = obj.data.shape_keys
@@ -223,11 +218,6 @@ def ensure_key(obj):
         key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
         shape_keys.show_fully(keys, key)
     return key
-
-
-def write(obj, shape):
-    """Writes n x 3 float32 into the key that turns the mix."""
-    shape_keys.write_positions(obj.data, ensure_key(obj), shape)
 
 
 def remove(obj):

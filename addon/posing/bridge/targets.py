@@ -181,12 +181,6 @@ def influences(obj, bind_input):
     return counts
 
 
-def prepare_result(obj):
-    """Makes the shape key for the result, and shows it, if that can be done."""
-    if obj.type == 'MESH' and obj.mode == 'OBJECT' and shape_keys.result_problem(obj) is None:
-        shape_keys.ensure_result_key(obj, pose_key(obj))
-
-
 def _needs_pose(handles):
     """Without controls it is the shape key alone that can pose anything; beside controls it is welcome."""
     return all(handle.follows != 'CONTROL' for handle in handles)

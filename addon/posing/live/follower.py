@@ -4,6 +4,7 @@
 import numpy as np
 
 from ...errors import SceneError, StaleBindingError
+from ...live import engine
 from ...live.following import SAME_SHAPE, Following
 from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
@@ -16,6 +17,13 @@ SAME_TARGETS = 1e-6
 
 #: Blender keeps a copy of its own of the mesh in these modes.
 BUSY_MODES = {'EDIT', 'SCULPT'}
+
+
+def turned(obj):
+    """Live was turned on or off."""
+    if obj.meanvalue.live:
+        engine.turn_others_off(obj, Follower)
+    obj.update_tag()
 
 
 class Follower(Following):
@@ -122,6 +130,9 @@ class Follower(Following):
 
     def _solve_work(self, obj, _is_quiet):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
+        pose_key = wanted.pose_key and obj.data.shape_keys.key_blocks[wanted.pose_key]
+        if pose_key and pose_key.name != obj.meanvalue.result_key and not pose_key.mute:
+            pose_key.mute = True  # the key that anchors were moved in must not be added to the result
         written = self._model(obj).written
         is_first = written is None
         shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
