@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of the sidebar about baking."""
-
-import json
+"""The part of the sidebar about baking, and what is on top of all while a bake plays."""
 
 import bpy
 
@@ -11,11 +9,9 @@ from ..scene import subject
 from ..scene.core import whole_files
 from ..widgets.panels import PanelPart
 from ..widgets.text_box import draw_wrapped
-from .bridge import preparing
-from .core import bake_times
+from .bridge import preparing, sampling
 from .core.point_cache import Header
 from .operators.bake import MEANVALUE_OT_bake
-from .operators.show_baked_frame import MEANVALUE_OT_show_baked_frame
 from .operators.unbake import MEANVALUE_OT_unbake
 from .properties import TO_CACHE
 
@@ -23,6 +19,7 @@ from .properties import TO_CACHE
 class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
     """What becomes of the animation of the handles"""
 
+    bl_idname = "MEANVALUE_PT_bake"
     bl_label = "Bake"
     bl_options = {'DEFAULT_CLOSED'}
 
@@ -33,47 +30,60 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
         obj = subject.of(context)
         settings = obj.meanvalue.bake
         layout.prop(settings, "target")
-        _draw_range(layout, settings)
-        if settings.target == TO_CACHE:
-            _draw_cache(layout, obj, settings)
-        else:
-            _draw_keys(layout, settings)
-        layout.prop(settings, "overwrite")
+        layout.prop(settings, "frame_range")
+        if settings.frame_range == 'OWN':
+            column = layout.column(align=True)
+            column.prop(settings, "frame_start")
+            column.prop(settings, "frame_end")
         _draw_size(layout, context, obj, settings)
         bake = layout.column()
         bake.scale_y = 1.4
         bake.operator(MEANVALUE_OT_bake.bl_idname, icon='REC')
-        if obj.meanvalue.baked.target:
-            draw_wrapped(layout, context, wording.sentence(obj.meanvalue.baked.note), icon='CHECKMARK')
-            _draw_worst(layout, obj)
-            layout.operator(MEANVALUE_OT_unbake.bl_idname, icon='X')
 
 
-def _draw_worst(layout, obj):
-    """Buttons to the frames with the highest energies."""
-    frames = json.loads(obj.meanvalue.baked.worst or "[]")
-    if not frames:
-        return
-    layout.label(text="Frames to look at:")
-    row = layout.row(align=True)
-    for frame in frames:
-        row.operator(MEANVALUE_OT_show_baked_frame.bl_idname, text=bake_times.named(frame)).frame = frame
+class MEANVALUE_PT_bake_options(PanelPart, bpy.types.Panel):
+    """How finely it is sampled, and what it becomes"""
+
+    bl_label = "Options"
+    bl_parent_id = MEANVALUE_PT_bake.bl_idname
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        obj = subject.of(context)
+        settings = obj.meanvalue.bake
+        column = layout.column(align=True)
+        column.prop(settings, "step")
+        column.prop(settings, "samples")
+        if settings.target == TO_CACHE:
+            _draw_cache(layout, obj, settings)
+        else:
+            layout.prop(settings, "prefix")
+            layout.prop(settings, "keys")
+            layout.prop(settings, "key_step" if settings.keys == 'EVERY' else "tolerance_share")
+            layout.prop(settings, "use_absolute")
 
 
-def _draw_range(layout, settings):
-    layout.prop(settings, "frame_range")
-    column = layout.column(align=True)
-    if settings.frame_range == 'OWN':
-        column.prop(settings, "frame_start")
-        column.prop(settings, "frame_end")
-    column.prop(settings, "step")
-    column.prop(settings, "samples")
+def draw_top(layout, context, obj):
+    """On top of the main panel. Returns whether the rest of it is not to be drawn."""
+    record = obj.meanvalue.baked
+    if not record.target:
+        return False
+    layout.label(text="A bake plays", icon='PLAY')
+    draw_wrapped(layout, context, record.note)
+    layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Remove", icon='X')
+    if obj.meanvalue.handles:
+        layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Keep the Bake, Remove the Handles").keep_bake = True
+    return True
 
 
 def _draw_cache(layout, obj, settings):
     layout.prop(settings, "path")
     if not settings.path:
-        layout.label(text=preparing.default_path(obj), translate=False)
+        layout.label(text=preparing.default_path(obj))
+    layout.prop(settings, "overwrite_any")
     layout.prop(settings, "use_part")
     if settings.use_part:
         column = layout.column(align=True)
@@ -81,28 +91,17 @@ def _draw_cache(layout, obj, settings):
         column.prop(settings, "part_end")
 
 
-def _draw_keys(layout, settings):
-    layout.prop(settings, "prefix")
-    layout.prop(settings, "keys")
-    if settings.keys == 'EVERY':
-        layout.prop(settings, "key_step")
-    else:
-        layout.prop(settings, "tolerance_kind")
-        layout.prop(settings, "tolerance_share" if settings.tolerance_kind == 'SHARE' else "tolerance")
-    layout.prop(settings, "use_absolute")
-
-
 def _draw_size(layout, context, obj, settings):
     """How much there is to do, or why it cannot be done."""
     try:
-        times = preparing.times_of(context.scene, settings)
+        times = sampling.times_of(context.scene, obj, settings)
     except SceneError as error:
         draw_wrapped(layout, context, wording.sentence(str(error)), icon='ERROR')
         return
-    text = wording.counted(len(times), "frame" if settings.samples == 1 else "sample")
+    text = f"{times[0]:g} to {times[-1]:g}: {wording.counted(len(times), 'sample')}"
     if settings.target == TO_CACHE:
         text += f", {whole_files.in_bytes(Header(len(obj.data.vertices), 0.0, 1.0, len(times)).bytes)}"
     layout.label(text=text)
 
 
-CLASSES = (MEANVALUE_PT_bake,)
+CLASSES = (MEANVALUE_PT_bake, MEANVALUE_PT_bake_options)

@@ -28,11 +28,11 @@ def options(flags=frozenset()):
             name="Range",
             description="Frames to bake",
             items=(
+                ('ANIMATION', "Animation", "From the first to the last keyframe of the controls in the scene's range"),
                 ('SCENE', "Scene", "From the scene's first frame to its last"),
-                ('PREVIEW', "Preview", "The preview range of the timeline"),
                 ('OWN', "Own", "From Start to End"),
             ),
-            default='SCENE',
+            default='ANIMATION',
             **flags,
         ),
         "frame_start": IntProperty(name="Start", description="First frame to bake", default=1, **flags),
@@ -61,15 +61,9 @@ def options(flags=frozenset()):
             subtype='FILE_PATH',
             options={*flags["options"], *compat.flags_of_paths()},
         ),
-        "overwrite": EnumProperty(
+        "overwrite_any": BoolProperty(
             name="Overwrite",
-            description="What may be replaced",
-            items=(
-                ('OWN', "Own", "Earlier bakes of this object in this file"),
-                ('ANY', "Any", "Whatever has the name of the cache"),
-                ('NEVER', "Nothing", "Refuse where there is a bake or a file already"),
-            ),
-            default='OWN',
+            description="Replace a file that is no earlier bake of this object in this .blend",
             **flags,
         ),
         "use_part": BoolProperty(
@@ -95,34 +89,15 @@ def options(flags=frozenset()):
         "key_step": IntProperty(
             name="Every", description="Make a key of every n-th sample", default=1, min=1, soft_max=25, **flags
         ),
-        "tolerance_kind": EnumProperty(
-            name="Tolerance",
-            description="What the tolerance is measured in",
-            items=(
-                ('SHARE', "Share of Size", "Of the diagonal of the mesh's bounding box"),
-                ('DISTANCE', "Distance", "In the object's own units"),
-            ),
-            default='SHARE',
-            **flags,
-        ),
         "tolerance_share": FloatProperty(
-            name="Share",
-            description="No vertex may be farther than this from where it was solved",
+            name="Tolerance",
+            description="No vertex may be farther than this part of the mesh's size from where it was solved",
             default=0.1,
             min=0.0,
             soft_max=5.0,
             max=100.0,
             precision=3,
             subtype='PERCENTAGE',
-            **flags,
-        ),
-        "tolerance": FloatProperty(
-            name="Distance",
-            description="No vertex may be farther than this from where it was solved",
-            default=0.001,
-            min=0.0,
-            precision=4,
-            subtype='DISTANCE',
             **flags,
         ),
         "use_absolute": BoolProperty(

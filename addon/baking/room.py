@@ -3,9 +3,9 @@
 
 import bpy
 
-from ..widgets import menus
+from ..widgets import menus, panels
 from . import panel
-from .operators import bake, show_baked_frame, unbake
+from .operators import bake, unbake
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
 
@@ -22,7 +22,6 @@ class MEANVALUE_MT_bake(menus.OperatorMenu, bpy.types.Menu):
 
 CLASSES = (
     *MEANVALUE_MT_bake.operators,
-    show_baked_frame.MEANVALUE_OT_show_baked_frame,
     MEANVALUE_MT_bake,
     *panel.CLASSES,
 )
@@ -30,7 +29,9 @@ CLASSES = (
 
 def register():
     menus.of_rooms.append(MEANVALUE_MT_bake.bl_idname)
+    panels.tops.append(panel.draw_top)
 
 
 def unregister():
+    panels.tops.remove(panel.draw_top)
     menus.of_rooms.remove(MEANVALUE_MT_bake.bl_idname)

@@ -12,6 +12,7 @@ solve_steps(binding, bind_input, row, execution)
                 steps (see solver/job.py) to one shape, with positions (n x 3), energy, iterations and converged.
                 @throws SolverError, CancelledError
 shown_keys(obj) the shape keys that show it, to be muted while the bake plays
+animated(obj)   the datablocks whose keyframes move it
 is_on(obj), turn(obj, is_on)
                 whether the mesh follows it at once, and the switch of that
 """

@@ -20,4 +20,3 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     was_mixed: BoolProperty()
     was_relative: BoolProperty()
     note: StringProperty()  # what it is, for the panel
-    worst: StringProperty()  # frames with the highest energies

@@ -56,8 +56,7 @@ class Job:
 
     @property
     def is_cancelled(self):
-        """Whether it was asked to stop, at once or where it can be gone on with."""
-        return self._execution.cancelled or self._execution.pausing
+        return self._execution.cancelled
 
     def cancel(self):
         """Asks the work to stop; result() then raises CancelledError, unless it had finished."""

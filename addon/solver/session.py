@@ -122,12 +122,8 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
     return mesh.cut_back(solution.vertices), summary
 
 
-def sequence_steps(
-    binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, resume=None, execution=None
-):
+def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
     """Steps (see workers.job) to (r x n x 3 float32, native Sequence) of rows `frames`, (begin, end), of a clip.
-
-    Where it was paused there are no rows, and `resume` takes its `state`.
 
     targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None. Rows that could
     not be solved are told in its `errors`.
@@ -143,14 +139,11 @@ def sequence_steps(
         chunk=chunk,
         overlap=overlap,
         threads=threads,
-        resume=resume,
         execution=execution,
         refused=REFUSED_POSE,
     )
     yield task
     sequence = call(task.result, refused=REFUSED_POSE)
-    if sequence.is_paused:
-        return None, sequence
     return mesh.cut_back_rows(sequence.vertices), sequence
 
 

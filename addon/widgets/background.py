@@ -75,14 +75,6 @@ class BackgroundOperator(MeshOperator):
         """(stage, share that is done) while the job runs."""
         return self._job.progress
 
-    def ask_to_stop(self):
-        """While the job runs."""
-        self._job.cancel()
-
-    def stopping_text(self):
-        """In the status bar, until it has stopped."""
-        return "Cancelling ..."
-
     def stopped(self):
         """What is said when it was stopped."""
         return "Cancelled. Nothing was changed"
@@ -141,13 +133,9 @@ class BackgroundOperator(MeshOperator):
     def cancel(self, context):
         """Blender ends the operator: another file is loaded, or it quits."""
         if self._job is not None:
-            self.leave_job()
+            self._job.cancel()
+            self._job.wait()
         self._stop_showing(context)
-
-    def leave_job(self):
-        """Ends the job within a second or two: Blender waits for it."""
-        self._job.cancel()
-        self._job.wait()
 
     def _all_steps(self):
         """The whole work. Between steps that nobody notices it gives (name of the stage, share of it that is done).
@@ -190,7 +178,7 @@ class BackgroundOperator(MeshOperator):
     def _stop_working(self):
         """Returns as _step(). A job ends when the solver has noticed."""
         if self._job is not None and not self._job.is_finished:
-            self.ask_to_stop()
+            self._job.cancel()
             return None
         self._steps.close()
         return self.refuse(CancelledError(self.stopped()))
@@ -208,7 +196,7 @@ class BackgroundOperator(MeshOperator):
     def _show_progress(self, context):
         stage, share = self._progress
         if self._job is not None and self._job.is_cancelled:
-            text = self.stopping_text()
+            text = "Stopping ..."
         else:
             text = f"{self.doing} '{self._object_name}': {self.progress_text(stage, share)}"
         context.window_manager.progress_update(share)

@@ -4,6 +4,10 @@
 from .. import ids
 from ..scene import subject
 
+#: Rooms hang here what comes first in the main panel while it is so: functions of (layout, context, object) that return
+#: whether the rest of the panel is not to be drawn.
+tops = []
+
 
 class SidebarPanel:
     """Mix-in of all panels here. Parts show only where there is a mesh to work on."""

@@ -7,8 +7,7 @@ import bpy
 import numpy as np
 
 from ... import compat, ids, wording
-from ...mixing.bridge import mix_layers
-from ...scene import actions, reference_key, shape_keys
+from ...scene import actions, bakeable, reference_key, shape_keys
 from ..core import bake_times
 from ..properties import TO_CACHE, TO_KEYS
 
@@ -17,22 +16,21 @@ EVAL_TIME = "eval_time"
 
 def play_cache(obj, path, plan):
     """A Mesh Cache modifier on top of the stack. Returns notes."""
-    modifier = obj.modifiers.new(ids.CACHE_MODIFIER, "MESH_CACHE")
+    modifier = obj.modifiers.new(ids.CACHE_MODIFIER, 'MESH_CACHE')
     compat.move_modifier_to_top(obj, modifier)  # it has to see the vertices of the mesh itself
     scale = 1.0 / plan.spacing
-    modifier.cache_format = "PC2"
+    modifier.cache_format = 'PC2'
     modifier.filepath = path
-    modifier.time_mode, modifier.play_mode = "FRAME", "SCENE"
+    modifier.time_mode, modifier.play_mode = 'FRAME', 'SCENE'
     modifier.frame_scale = scale
     modifier.frame_start = plan.times[0] * scale  # Blender scales the frame first
-    modifier.interpolation = "LINEAR"
-    modifier.deform_mode = "OVERWRITE"
-    modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
-    mixed = [key.name for key in _mixed_keys(obj)] if obj.meanvalue.mix.is_on else []
-    others = [key.name for key in _shown_keys(obj) if key.name not in {obj.meanvalue.result_key, ids.MIX_KEY, *mixed}]
+    modifier.interpolation = 'LINEAR'
+    modifier.deform_mode = 'OVERWRITE'
+    modifier.forward_axis, modifier.up_axis = 'POS_Y', 'POS_Z'
     _hide_result(obj)
     record = obj.meanvalue.baked
     record.target, record.path, record.modifier = TO_CACHE, path, modifier.name
+    others = [key.name for key in _shown_keys(obj)]
     if others:
         yield (
             f"While the cache plays, {'shape key' if len(others) == 1 else 'shape keys'} {wording.quoted(others)} "
@@ -103,15 +101,30 @@ def take_back(obj):
     for name in json.loads(record.muted or "[]"):
         if keys is not None and name in keys.key_blocks:
             keys.key_blocks[name].mute = False
-    was_live, was_mixed = record.was_live, record.was_mixed
+    was_live, was_mixed, kind = record.was_live, record.was_mixed, bakeable.of(obj)
+    _forget(obj)
+    if was_live:
+        obj.meanvalue.live = True
+    if was_mixed and kind is not None:
+        kind.turn(obj, True)
+    return said
+
+
+def keep(obj):
+    """What the last bake has made stays, and is the add-on's no more."""
+    record, keys = obj.meanvalue.baked, obj.data.shape_keys
+    obj.meanvalue.live = False
+    if obj.meanvalue.result_key in json.loads(record.muted or "[]") and keys.use_relative:
+        shape_keys.remove(obj, [obj.meanvalue.result_key])
+        reference_key.remove_lone(obj)
+    _forget(obj)
+
+
+def _forget(obj):
+    record = obj.meanvalue.baked
     for prop in record.bl_rna.properties:
         if prop.identifier not in {"rna_type", "name"}:
             record.property_unset(prop.identifier)
-    if was_live:
-        obj.meanvalue.live = True
-    if was_mixed:
-        obj.meanvalue.mix.is_on = True
-    return said
 
 
 def is_in_place(obj, path, plan):
@@ -142,26 +155,22 @@ def _single(value):
 
 
 def _hide_result(obj):
-    """The mesh must not be moved twice: what poses it is muted, and live posing ends."""
-    record = obj.meanvalue.baked
-    record.was_live, record.was_mixed = obj.meanvalue.live, obj.meanvalue.mix.is_on
+    """The mesh must not be moved twice: what poses it is muted, and what follows at once ends."""
+    record, settings, kind = obj.meanvalue.baked, obj.meanvalue, bakeable.of(obj)
+    record.was_live, record.was_mixed = settings.live, kind is not None and kind.is_on(obj)
+    shown = kind.shown_keys(obj) if record.was_mixed else []
+    settings.live = False
+    if record.was_mixed:
+        kind.turn(obj, False)
     keys = obj.data.shape_keys
-    shown = _mixed_keys(obj) if record.was_mixed else []
-    obj.meanvalue.live = obj.meanvalue.mix.is_on = False
-    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
-    if key is not None and key != keys.reference_key and not key.mute and key not in shown:
+    key = keys.key_blocks.get(settings.result_key) if keys else None
+    if key is not None and key != keys.reference_key and key not in shown:
         shown.append(key)
     baked = set(json.loads(record.keys or "[]"))
-    muted = [key.name for key in shown if key.name not in baked]
+    muted = [key.name for key in shown if not key.mute and key.name not in baked]
     for name in muted:
         keys.key_blocks[name].mute = True
     record.muted = json.dumps(muted)
-
-
-def _mixed_keys(obj):
-    """What shows the mix: its sliders, and the in-between keys that stand for it already."""
-    in_betweens = set(mix_layers.made_names(obj))
-    return [*mix_layers.taking_part(obj), *(key for key in _shown_keys(obj) if key.name in in_betweens)]
 
 
 def _shown_keys(obj):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an artist has chosen for a bake, checked, and the handles sampled."""
+"""What an artist has chosen for a bake, checked, and the animation sampled."""
 
 import math
 import pathlib
@@ -8,49 +8,48 @@ import bpy
 
 from ...errors import SceneError
 from ...ids import CACHE_FOLDER
-from ...mixing.bridge import mix_layers
-from ...mixing.bridge.mixing import Mixing
-from ...posing.bridge.posing import Posing
+from ...scene import bakeable
 from ...scene.core import whole_files
 from ...scene.core.checked_json import read_json
 from ..core import bake_times
-from ..properties import TO_CACHE, TO_KEYS
-from . import baking, playing, sampling
-from .mix_plan import MixPlan
+from ..properties import TO_KEYS
+from . import baking, handle_source, playing, row_source, sampling
 from .plan import BakePlan
 
 
 class Preparation:
-    """In place of a Posing for widgets/background.py: one object with its options (attributes as bake_settings).
+    """In place of a Posing for widgets/background.py: one object with its options (attributes as properties.py).
 
-    plan, work_to_do: None and False until sample() went through.
+    plan, baking: None until sample() went through.
     @throws SceneError if the options do not fit the object; nothing was changed then.
     """
 
     def __init__(self, obj, scene, options, reading=None):
         self.options = options
+        self.to_keys = options.target == TO_KEYS
         self.scene_name = scene.name
-        self.times = times_of(scene, options)
+        self.times = sampling.times_of(scene, obj, options)
         self.shown_path, self.path = _paths(obj, options)
-        self._require_size(obj)
+        problem = size_problem(obj, self.times, options)
+        if problem and not options.confirm_size:
+            raise SceneError(f"{problem}. If that is what you want, bake with confirm_size=True")
         _require_place(obj, options, self.path)
         problem = playing.keys_problem(obj, options.use_absolute) if self.to_keys else None
         if problem is not None:
             raise SceneError(problem)
         self.part = self._part_rows()
-        self.posing = self._posing(obj, reading)
+        kind = bakeable.of(obj)
+        self._source = row_source.Source(kind, obj) if kind else handle_source.Source(obj, reading)
+        self.posing = self._source.posing
         self.plan = self.baking = self.outcome = None
         self.notes = ()  # on what was sampled, sentences
         self.is_done = False
 
-    @property
-    def to_keys(self):
-        return self.options.target == TO_KEYS
-
     def sample(self, find):
         """Generator of the share that is done. find() as of bridge.sampling. @throws SceneError."""
-        spacing = bake_times.spacing(self.options.step, self.options.samples)
-        self.plan = yield from self._plan(find, spacing)
+        yield from sampling.sample(self.scene_name, find, self._source, self.times)
+        self.notes = tuple(self._source.notes(find()))
+        self.plan = BakePlan(self._source.clip(), self.times, self.options.step / self.options.samples)
         if self.part is not None:
             baking.require_cache(self.path, self.plan)
         self.baking = baking.Baking(self.plan, self.posing, self.path, self.part)
@@ -61,7 +60,7 @@ class Preparation:
             self.posing.read_triangles(obj)
 
     def work(self, execution):
-        """Steps (see workers.job) that solve. @throws MeanValueError."""
+        """Steps (see solver/job.py) that solve. @throws MeanValueError."""
         if not self.is_done:
             yield from self.baking.work(execution)
 
@@ -71,11 +70,12 @@ class Preparation:
             return
         about = {"object": obj.name, "blend": _blend_name(), "scene": self.scene_name, "target": self.options.target}
         if self.to_keys:
-            self.outcome = yield from self._counted(self.baking.choose_keys(*self._tolerance()))
+            self.outcome = yield from self._shares(self.baking.choose_keys(self._tolerance(), self.options.key_step))
+            self._require_few_keys(obj)
             if bpy.data.filepath:
-                self.baking.write_report(self.outcome[2], {**about, "key": self.plan.key})
+                baking.write_report(self.path, self.outcome[2], {**about, "key": self.plan.key})
         else:
-            self.outcome = yield from self._counted(self.baking.write_cache(about))
+            self.outcome = yield from self._shares(self.baking.write_cache(about))
 
     def require_unchanged(self, obj, reading):
         """@throws SceneError if the mesh is another by now."""
@@ -84,38 +84,24 @@ class Preparation:
     def keys_identity(self):
         """Of what is made in shape keys, to know it again."""
         options = self.options
-        return f"{self.plan.key} {self._tolerance()} {options.use_absolute} {options.prefix}"
-
-    def _posing(self, obj, reading):
-        """What binds. @throws SceneError, StaleBindingError."""
-        return Posing.to_bake(obj, reading)
-
-    def _plan(self, find, spacing):
-        """Generator of the share that is done, which returns the plan."""
-        bind_input = self.posing.bind_input
-        samples = yield from sampling.sample(self.scene_name, find, bind_input, self.times)
-        self.notes = samples.notes
-        return BakePlan(bind_input, self.times, spacing, samples.targets, samples.weights)
+        return f"{self.plan.key} {self._tolerance()} {options.key_step} {options.use_absolute} {options.prefix}"
 
     def _is_done(self, obj):
         """Whether the files, or the shape keys, are there already."""
         if self.part is not None:
             return False
         if not self.to_keys:
-            return baking.is_current(self.path, self.plan)
+            return baking.is_current(self.path, self.plan.key, self.plan.header)
         return obj.meanvalue.baked.key == self.keys_identity() and playing.has_all_keys(obj)
 
     def _tolerance(self):
-        """(tolerance as a distance or None, key_step)."""
-        options = self.options
-        if options.keys == "EVERY":
-            return None, options.key_step
-        if options.tolerance_kind == "DISTANCE":
-            return options.tolerance, 1
-        return options.tolerance_share / 100.0 * self.posing.bind_input.diagonal, 1
+        """As a distance; None for every n-th row."""
+        if self.options.keys == 'EVERY':
+            return None
+        return self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
 
-    def _counted(self, steps):
-        """Shares in place of row numbers."""
+    def _shares(self, steps):
+        """Of the work, in place of row numbers."""
         count = max(1, self.baking.total)
         while True:
             try:
@@ -124,12 +110,14 @@ class Preparation:
                 return end.value
             yield min(1.0, row / count)
 
-    def _require_size(self, obj):
-        if self.options.confirm_size:
-            return
-        problem = size_problem(obj, self.times, self.options)
-        if problem:
-            raise SceneError(f"{problem}. If that is what you want, bake with confirm_size=True")
+    def _require_few_keys(self, obj):
+        """Adaptive keys are known only now. @throws SceneError."""
+        problem = bake_times.size_problem(len(self.times), len(obj.data.vertices), len(self.outcome[0]))
+        if problem and not self.options.confirm_size:
+            raise SceneError(
+                f"{problem}. Raise the tolerance, or bake with confirm_size=True: solved frames are kept, so it is "
+                "quick"
+            )
 
     def _part_rows(self):
         options = self.options
@@ -142,36 +130,11 @@ class Preparation:
         return bake_times.rows_of(self.times, options.part_start, options.part_end)
 
 
-class MixPreparation(Preparation):
-    """As Preparation, for the animated sliders of a rotation-aware mix."""
-
-    def _posing(self, obj, _reading):
-        return Mixing(mix_layers.gather(obj))
-
-    def _plan(self, find, spacing):
-        mix_input = self.posing.bind_input
-        names = [layer.name for layer in mix_input.layers]
-        values = yield from sampling.sample_sliders(self.scene_name, find, names, self.times)
-        return MixPlan(mix_input, self.times, spacing, values)
-
-
-def times_of(scene, options):
-    """f float64: the frames to sample. @throws SceneError."""
-    first, last = options.frame_start, options.frame_end
-    if options.frame_range == "SCENE":
-        first, last = scene.frame_start, scene.frame_end
-    elif options.frame_range == "PREVIEW":
-        if not scene.use_preview_range:
-            raise SceneError("The scene has no preview range. Set one in the timeline (P), or choose another range")
-        first, last = scene.frame_preview_start, scene.frame_preview_end
-    return bake_times.sample_times(first, last, options.step, options.samples)
-
-
 def size_problem(obj, times, options):
     """A sentence if what is chosen would hurt, else None. Adaptive keys are known only when they are chosen."""
     keys = None
     if options.target == TO_KEYS:
-        if options.keys == "ADAPTIVE":
+        if options.keys == 'ADAPTIVE':
             return None
         keys = math.ceil((len(times) - 1) / options.key_step) + 1
     return bake_times.size_problem(len(times), len(obj.data.vertices), keys)
@@ -184,11 +147,10 @@ def default_path(obj):
 
 def _paths(obj, options):
     """(as the modifier shows it, in full). For shape keys: where chunks and report are. @throws SceneError."""
-    shown = options.path.strip() or default_path(obj)
     if options.target == TO_KEYS:
         folder = f"//{CACHE_FOLDER}" if bpy.data.filepath else bpy.app.tempdir
-        full = pathlib.Path(bpy.path.abspath(folder), f"{bpy.path.clean_name(obj.name)}.keys")
-        return "", full
+        return "", pathlib.Path(bpy.path.abspath(folder), f"{bpy.path.clean_name(obj.name)}.keys")
+    shown = options.path.strip() or default_path(obj)
     if shown.startswith("//") and not bpy.data.filepath:
         raise SceneError(
             "The file is not saved yet, so there is no place beside it for the point cache. Save the file, choose a "
@@ -202,33 +164,23 @@ def _paths(obj, options):
     if is_folder or shown.endswith(("/", "\\")):
         raise SceneError(f"'{shown}' is a folder. Give the point cache the name of a file")
     if full.suffix.lower() != ".pc2":
-        shown += ".pc2"
-        full = full.with_name(f"{full.name}.pc2")
+        return f"{shown}.pc2", full.with_name(f"{full.name}.pc2")
     return shown, full
 
 
 def _require_place(obj, options, path):
     """@throws SceneError if something is in the way that must not be replaced."""
     whole_files.require_place(path)
-    if options.overwrite == "NEVER" and obj.meanvalue.baked.target:
-        raise SceneError(f"'{obj.name}' is baked already. Choose another setting of Overwrite, or press Remove Bake")
-    if options.target != TO_CACHE or options.overwrite == "ANY" or not path.exists():
+    if options.target == TO_KEYS or options.overwrite_any or not path.exists():
         return
-    if options.overwrite == "NEVER":
-        raise SceneError(f"There is a file '{path}' already. Choose another path, or another setting of Overwrite")
     marker = read_json(baking.report_path(path)) or {}
     if (marker.get("object"), marker.get("blend")) != (obj.name, _blend_name()):
         whose = "something else than a bake"
-        if marker.get("object") == obj.name:
-            whose = (
-                f"the bake of '{obj.name}' in '{marker.get('blend') or 'an unsaved file'}', as which this file may "
-                "have been saved before"
-            )
-        elif "object" in marker:
+        if "object" in marker:
             whose = f"the bake of '{marker['object']}' in '{marker.get('blend') or 'an unsaved file'}'"
-        size = whole_files.in_bytes(path.stat().st_size)
         raise SceneError(
-            f"'{path}' ({size}) is {whose}. Choose another path, or set Overwrite to Any if it may be replaced"
+            f"'{path}' ({whole_files.in_bytes(path.stat().st_size)}) is {whose}. Choose another path, or turn "
+            "Overwrite on if it may be replaced"
         )
 
 

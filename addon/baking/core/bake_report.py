@@ -8,6 +8,10 @@ import numpy as np
 from ... import wording
 from .bake_times import named
 
+#: Of each row in a report: how far the farthest handle is from its target, the energy for a diagonal of 1 or None,
+#: iterations, whether it converged, "" or why it could not be solved, so that it has the shape of the row before.
+REPORTED = ("distances", "energies", "iterations", "converged", "errors")
+
 #: So many of the worst frames are listed.
 WORST_COUNT = 5
 

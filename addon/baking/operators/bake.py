@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes the animation of the handles, or of the sliders of a rotation-aware mix."""
+"""Bakes the animation of the handles, or whatever else shapes the mesh (scene/bakeable.py)."""
 
-import json
 import types
 
 import bpy
@@ -10,18 +9,13 @@ from bpy.props import BoolProperty
 from ... import wording
 from ...errors import MeanValueError, SceneError
 from ...live import engine
-from ...mixing.bridge import mix_layers
 from ...posing.bridge import scene_input
-from ...scene import subject
+from ...scene import bakeable, subject
 from ...scene.core import whole_files
 from ...widgets.background import BackgroundOperator
-from .. import properties as bake_settings
-from ..bridge import playing, preparing
-from ..bridge.preparing import MixPreparation, Preparation
+from .. import properties
+from ..bridge import playing, preparing, sampling
 from ..core import bake_times
-
-#: How long frames that are being solved are waited for when Blender loads another file or quits.
-LEAVE_SECONDS = 1.0
 
 
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
@@ -35,7 +29,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     #: What is not given is taken from the object's settings.
     __annotations__ = {
-        **bake_settings.options({'SKIP_SAVE'}),
+        **properties.options({'SKIP_SAVE'}),
         "confirm_size": BoolProperty(
             name="Confirm Size",
             description="Bake even if the result takes a lot of memory or room on the disk",
@@ -49,7 +43,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         obj = subject.of(context)
         options = self._options(obj)
         try:
-            problem = preparing.size_problem(obj, preparing.times_of(context.scene, options), options)
+            problem = preparing.size_problem(obj, sampling.times_of(context.scene, obj, options), options)
         except MeanValueError as error:
             return self.refuse(error)
         if problem and not self.confirm_size and not bpy.app.background:
@@ -60,11 +54,10 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return super().invoke(context, event)
 
     def start_reading(self, obj):
-        return None if _is_mixed(obj) else scene_input.start_reading(obj)
+        return None if bakeable.of(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        kind = MixPreparation if _is_mixed(obj) else Preparation
-        self._prepared = kind(obj, bpy.context.scene, self._options(obj), reading)
+        self._prepared = preparing.Preparation(obj, bpy.context.scene, self._options(obj), reading)
         return self._prepared
 
     def before(self, prepared):
@@ -79,27 +72,14 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     def job_progress(self):
         baking = self._prepared.baking
-        stage, _share = self._job.progress
-        if baking.begun_at is None:
-            return stage, 0.0
+        if not baking.is_solving:
+            return self._job.progress[0], 0.0
         left = baking.seconds_left
         remaining = "" if left is None else f", {wording.duration(left)} left"
-        return f"frame {baking.frames_done:,} of {baking.total:,}{remaining}", baking.share
+        return f"frame {baking.frames_done:,} of {baking.total:,}{remaining}", baking.frames_done / baking.total
 
     def progress_text(self, stage, share):
         return f"{wording.stage(stage)}, {share:.0%}    Esc: Stop, and keep what is done"
-
-    def ask_to_stop(self):
-        self._prepared.baking.stop()
-
-    def leave_job(self):
-        baking = self._prepared.baking
-        if baking is not None and baking.stop_before_leaving():
-            self._job.wait(LEAVE_SECONDS)
-        super().leave_job()
-
-    def stopping_text(self):
-        return "Stopping after the frames that are being solved ...    Esc: Stop at once, without them"
 
     def stopped(self):
         prepared = self._prepared
@@ -107,41 +87,38 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     def finish(self, obj, prepared, _outcome):
         if prepared.is_done and (prepared.to_keys or playing.is_in_place(obj, prepared.shown_path, prepared.plan)):
-            return f"Nothing has changed since '{obj.name}' was baked, so there is nothing to do", []
+            return f"'{obj.name}' is baked already, and nothing has changed since", []
         problem = playing.keys_problem(obj, prepared.options.use_absolute) if prepared.to_keys else None
         if problem:
             raise SceneError(problem)
-        _require_few_keys(obj, prepared)
         if prepared.posing.binding is not None and prepared.posing.changes:
             prepared.posing.record(obj)
+        notes = list(prepared.notes)
         if prepared.part is None or obj.meanvalue.baked.path != prepared.shown_path:
             playing.take_back(obj)
-            notes = list(_play(obj, prepared))
-        else:
-            notes = []
+            notes += _play(obj, prepared)
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
-        warnings = [*prepared.notes, *notes]
-        shared = subject.sharing_note(obj)
-        if shared and prepared.to_keys:
-            warnings.append(shared)
+        shared = subject.sharing_note(obj) if prepared.to_keys else None
+        if shared:
+            notes.append(shared)
         if prepared.is_done:
-            return f"The point cache '{prepared.shown_path}' was right still: '{obj.name}' plays it", warnings
+            return "The point cache was right still, and plays", notes
         report = prepared.outcome[2] if prepared.to_keys else prepared.outcome
-        obj.meanvalue.baked.worst = json.dumps([float(frame) for frame, _energy in report.worst()])
-        return f"Baked '{obj.name}' to {_made(prepared)}: {report.text()}", [*report.notes(), *warnings]
+        what = "frame" if prepared.options.samples == 1 else "sample"
+        return f"Baked {wording.counted(len(report.times), what)}", [*report.notes(), *notes]
 
     def _options(self, obj):
         """What is set of the operator's own properties, and else the object's settings."""
         settings = obj.meanvalue.bake
         values = {
             name: getattr(self if self.properties.is_property_set(name) else settings, name)
-            for name in bake_settings.NAMES
+            for name in properties.NAMES
         }
         return types.SimpleNamespace(**values, confirm_size=self.confirm_size)
 
     def _ask(self, context, problem):
-        given = {name: getattr(self, name) for name in bake_settings.NAMES if self.properties.is_property_set(name)}
+        given = {name: getattr(self, name) for name in properties.NAMES if self.properties.is_property_set(name)}
 
         def draw(menu, _context):
             menu.layout.label(text=wording.sentence(problem))
@@ -154,40 +131,19 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         context.window_manager.popup_menu(draw, title="Bake", icon='QUESTION')
 
 
-def _is_mixed(obj):
-    """Whether it is sliders that are baked, not handles."""
-    return obj.meanvalue.mix.is_on or mix_layers.is_baked(obj)
-
-
 def _play(obj, prepared):
-    """Makes what plays the bake. Returns notes."""
+    """Makes what plays the bake. Yields notes."""
     record = obj.meanvalue.baked
     if prepared.to_keys:
         kept, shapes, _report = prepared.outcome
         options = prepared.options
         yield from playing.play_keys(obj, prepared.plan, kept, shapes, options.prefix, options.use_absolute)
         record.key = prepared.keys_identity()
+        made = wording.counted(len(kept), "shape key")
+        prepared.baking.store.remove()
     else:
         yield from playing.play_cache(obj, prepared.shown_path, prepared.plan)
         record.key = prepared.plan.key
+        made = f"'{prepared.shown_path}' ({whole_files.in_bytes(prepared.plan.header.bytes)})"
     first, last = (bake_times.named(prepared.times[row]) for row in (0, -1))
-    record.note = f"Frames {first} to {last}, {_made(prepared)}"
-    if prepared.to_keys:
-        prepared.baking.store.remove()
-
-
-def _made(prepared):
-    if prepared.to_keys:
-        return wording.counted(len(prepared.outcome[0]), "shape key")
-    return f"'{prepared.shown_path}' ({whole_files.in_bytes(prepared.plan.header.bytes)})"
-
-
-def _require_few_keys(obj, prepared):
-    """Adaptive keys are known only now. @throws SceneError."""
-    if not prepared.to_keys or prepared.options.confirm_size:
-        return
-    problem = bake_times.size_problem(len(prepared.times), len(obj.data.vertices), len(prepared.outcome[0]))
-    if problem:
-        raise SceneError(
-            f"{problem}. Raise the tolerance, or bake with confirm_size=True: solved frames are kept, so it is quick"
-        )
+    record.note = f"Frames {first} to {last}, {made}"

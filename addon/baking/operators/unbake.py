@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes back what Bake made."""
+"""Takes back what Bake made, or lets it be the artist's own."""
 
 import contextlib
 import pathlib
@@ -7,10 +7,10 @@ import pathlib
 import bpy
 from bpy.props import BoolProperty
 
+from ...posing.operators.finish import remove_what_was_made
 from ...scene.core.checked_json import read_json
 from ...widgets.base import MeshOperator
 from ..bridge import baking, playing
-from ..properties import TO_CACHE
 
 
 class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
@@ -24,6 +24,15 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
         description="Delete the point cache from the disk, too. That cannot be undone",
         options={'SKIP_SAVE'},
     )
+    keep_bake: BoolProperty(
+        name="Keep the Bake, Remove the Handles",
+        description="The bake stays and plays without the add-on; handles, pins and what was made for them go",
+        options={'SKIP_SAVE'},
+    )
+
+    @classmethod
+    def description(cls, _context, properties):
+        return cls.bl_rna.properties["keep_bake"].description if properties.keep_bake else cls.__doc__
 
     @classmethod
     def problem(cls, obj):
@@ -33,22 +42,24 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
         return problem
 
     def run(self, obj):
-        record = obj.meanvalue.baked
-        shown_path = record.path if record.target == TO_CACHE else ""
-        path = pathlib.Path(bpy.path.abspath(shown_path)) if shown_path else None
+        if self.keep_bake:
+            playing.keep(obj)
+            return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
+        shown_path = obj.meanvalue.baked.path
         removed = playing.take_back(obj)
-        bpy.context.scene.frame_set(bpy.context.scene.frame_current, subframe=bpy.context.scene.frame_subframe)
-        notes = []
-        if path is not None:
-            notes.append(self._files(obj, path, shown_path))
-        return ". ".join([f"Removed {removed} of '{obj.name}'", *notes]), []
+        scene = bpy.context.scene
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+        notes = [_delete(obj, shown_path)] if shown_path and self.delete_files else []
+        return ". ".join([f"Removed {removed}", *notes]), []
 
-    def _files(self, obj, path, shown_path):
-        """What became of the cache. A copy of an object never deletes the original's."""
-        marker = read_json(baking.report_path(path)) or {}
-        if not self.delete_files or marker.get("object") != obj.name:
-            return f"The file '{shown_path}' stays: Bake takes it again as long as nothing has changed"
-        with contextlib.suppress(OSError):
-            path.unlink()
-            baking.report_path(path).unlink()
-        return f"'{shown_path}' could not be deleted" if path.exists() else f"'{shown_path}' is deleted"
+
+def _delete(obj, shown_path):
+    """What became of the cache. A copy of an object never deletes the original's."""
+    path = pathlib.Path(bpy.path.abspath(shown_path))
+    marker = read_json(baking.report_path(path)) or {}
+    if marker.get("object") != obj.name:
+        return f"'{shown_path}' is of another object, and stays"
+    with contextlib.suppress(OSError):
+        path.unlink()
+        baking.report_path(path).unlink()
+    return f"'{shown_path}' could not be deleted" if path.exists() else f"'{shown_path}' is deleted"

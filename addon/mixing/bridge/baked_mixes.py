@@ -34,6 +34,10 @@ def shown_keys(obj):
     return [*mix_layers.taking_part(obj), *(key for key in in_betweens if key.value and not key.mute)]
 
 
+def animated(obj):
+    return [obj.data.shape_keys]
+
+
 def is_on(obj):
     return obj.meanvalue.mix.is_on
 

@@ -49,7 +49,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         engine.look_again(obj)
         kept, notes = self._keep(obj)
         _leave_copies(obj)
-        removed = _remove_what_was_made(obj)
+        removed = remove_what_was_made(obj)
         sharing = subject.sharing_note(obj)
         if sharing:
             notes.append(sharing)
@@ -121,7 +121,7 @@ def _kept_name(obj, wanted):
     return next(name for name in names if name not in obj.data.shape_keys.key_blocks)
 
 
-def _remove_what_was_made(obj):
+def remove_what_was_made(obj):
     """Takes away all handles, what was made for them, the region and the binding. Returns what that was, in words."""
     settings = obj.meanvalue
     count = len(settings.handles)

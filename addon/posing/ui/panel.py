@@ -7,7 +7,7 @@ from ... import ids, wording
 from ...live import engine
 from ...scene import shape_keys, subject
 from ...solver import native_loader
-from ...widgets import overlay
+from ...widgets import overlay, panels
 from ...widgets.panels import PanelPart, SidebarPanel
 from ...widgets.text_box import draw_wrapped
 from ..bridge import bound_record, controls, object_status, targets
@@ -58,6 +58,8 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
             return
         if overlay.problem:
             draw_wrapped(layout, context, wording.sentence(overlay.problem), icon='ERROR')
+        if any(draw_top(layout, context, obj) for draw_top in panels.tops):
+            return
         status = object_status.status(obj, object_status.QUIET_SECONDS)
         _draw_live(layout, obj)
         _draw_handles(layout, obj)

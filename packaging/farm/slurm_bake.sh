@@ -11,4 +11,4 @@ set -euo pipefail
 out=${1:?where the plan is: the --out of plan}
 index=$((SLURM_ARRAY_TASK_ID + ${2:-0}))
 exec "${BLENDER:-blender}" -b --factory-startup -noaudio -t "${SLURM_CPUS_PER_TASK:-0}" --python-exit-code 1 \
-  --python "${MEANVALUE_FARM:?the path of meanvalue_farm.py in the add-on}" -- bake --plan "$out/plan" --index "$index"
+  --python "${MEANVALUE_FARM:?the path of meanvalue_farm.py}" -- bake --plan "$out/plan" --index "$index"

@@ -7,7 +7,7 @@ shopt -s inherit_errexit
 out=${1:?where the plan is: the --out of plan}
 shift
 here=$(dirname "$(readlink -f "$0")")
-export MEANVALUE_FARM=${MEANVALUE_FARM:-$here/../meanvalue_farm.py}
+export MEANVALUE_FARM=${MEANVALUE_FARM:-$here/meanvalue_farm.py}
 size=$(scontrol show config | sed -n 's/^MaxArraySize *= *\([0-9][0-9]*\).*/\1/p')
 [ "${size:-0}" -gt 0 ] || { echo "slurm_submit.sh: scontrol show config tells no MaxArraySize" >&2 && exit 1; }
 

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the handles are over time, whatever moves them: what Bake reads at each frame (as of row_source.py)."""
+
+import bpy
+import numpy as np
+
+from ...errors import SceneError
+from ...posing.bridge import targets
+from ...posing.bridge.posing import Posing
+from ...scene import actions, rig_space
+from .handle_clip import HandleClip
+
+
+class Source:
+    """@throws SceneError, StaleBindingError."""
+
+    def __init__(self, obj, reading=None):
+        self.posing = Posing.to_bake(obj, reading)
+        self._targets = self._weights = None
+
+    def begin(self, obj, count):
+        problem = targets.handles_problem(obj)
+        if problem:
+            raise SceneError(problem)
+        _require_evaluated(obj)
+        self._targets = np.empty((count, len(self.posing.bind_input.anchors), 3))
+        self._weights = np.ones(self._targets.shape[:2])
+
+    def read(self, obj, row):
+        problem = targets.handles_problem(obj)
+        if problem:
+            raise SceneError(problem)
+        bind_input = self.posing.bind_input
+        try:
+            self._targets[row] = targets.positions(obj, bind_input, None, rig_space.measure(obj))
+        except np.linalg.LinAlgError as error:
+            raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
+        self._weights[row] = targets.influences(obj, bind_input)
+
+    def clip(self, portable=False):
+        weights = None if (self._weights == 1.0).all() else self._weights
+        return HandleClip(self.posing.bind_input, self._targets, weights, portable)
+
+    def notes(self, obj):
+        hard = [handle.name for handle in _with_controls(obj) if not handle.is_soft and _is_freed(handle.control)]
+        if hard:
+            yield f"Influence counts for soft handles only; {', '.join(hard)} held fully. Turn Soft on for them"
+
+
+def animated(obj):
+    """The datablocks that move the handles: the object, the controls, and what these hang on or follow."""
+    found, ahead = [], [obj, *(handle.control for handle in _with_controls(obj))]
+    while ahead:
+        each = ahead.pop()
+        if each is None or each in found:
+            continue
+        found.append(each)
+        constraints = list(each.constraints)
+        if each.pose is not None:
+            constraints += [constraint for bone in each.pose.bones for constraint in bone.constraints]
+        ahead += [each.parent, *(getattr(constraint, "target", None) for constraint in constraints)]
+    return found
+
+
+def _with_controls(obj):
+    handles = targets.enabled_handles(obj)
+    return [handle for handle in handles if handle.follows == 'CONTROL' and handle.control is not None]
+
+
+def _is_freed(control):
+    """Whether the influence of a control is another than full, or animated."""
+    keyed, _values = actions.read_keys(control, "meanvalue.influence")
+    return control.meanvalue.influence != 1.0 or len(keyed) > 0
+
+
+def _require_evaluated(obj):
+    """@throws SceneError if the object or a control is disabled: Blender then leaves it where it is, without a word."""
+    layer = bpy.context.view_layer.layer_collection
+    for each in (obj, *(handle.control for handle in _with_controls(obj))):
+        if each.hide_viewport or not _is_reached(layer, each):
+            raise SceneError(
+                f"'{each.name}' is disabled in viewports, or in a collection that is, so its animation does not run. "
+                "Enable it (the monitor in the Outliner, the tick of its collection) and hide it by the eye instead"
+            )
+
+
+def _is_reached(layer_collection, obj):
+    """Whether a collection that Blender evaluates has the object. Hidden by the eye is evaluated."""
+    collection = layer_collection.collection
+    if collection.hide_viewport:
+        return False
+    if not layer_collection.exclude and collection.objects.get(obj.name) == obj:
+        return True
+    return any(_is_reached(child, obj) for child in layer_collection.children)

@@ -1,0 +1,372 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes animated handles on many machines, by a Blender with the add-on installed; docs/guide/baking.md, "On a farm".
+
+    blender -b SCENE.blend --python-exit-code 1 --python meanvalue_farm.py -- plan --out DIR --chunk 200
+    blender -b --python-exit-code 1 --python meanvalue_farm.py -- bake --plan DIR/plan --index 0
+
+    OUT/plan/plan.json            what there is to do, with versions; tasks.tsv and clips.tsv, a line for each index
+    OUT/plan/CLIP.npz             all that the frames of a clip depend on
+    OUT/CLIP/chunks/              chunks and their markers
+    OUT/CLIP/CLIP.pc2             the point cache, and its report
+
+Exit codes: 0 done, or done before; 1 failed; 2 bad arguments; 3 frames are missing; 4 a chunk is damaged (and was taken
+out, so that it is missing now).
+"""
+
+import argparse
+import dataclasses
+import hashlib
+import importlib
+import os
+import pathlib
+import re
+import sys
+import time
+import types
+
+import numpy as np
+
+LEGACY, EXTENSION = "meanvalue_deform", "meanvalue"
+SCHEMA = 3
+DONE, FAILED, BAD_ARGUMENTS, INCOMPLETE, DAMAGED = range(5)
+
+#: How often a line of progress is printed.
+PROGRESS_SECONDS = 0.5
+
+#: Modules of the add-on, each under the last part of its name.
+PARTS = (
+    "errors", "live.engine", "posing.core.bind_input", "scene.mesh_arrays", "scene.subject", "scene.core.checked_json",
+    "scene.core.whole_files", "solver.job", "solver.native_loader", "solver.session", "solver.core.fingerprint",
+    "solver.core.steps", "baking.bridge.baking", "baking.bridge.handle_clip", "baking.bridge.handle_source",
+    "baking.bridge.plan", "baking.bridge.sampling", "baking.core.bake_report", "baking.core.bake_times",
+    "baking.core.chunk_store", "baking.core.frame_ranges", "baking.core.point_cache",
+)  # fmt: skip
+addon = None
+
+
+def installed():
+    """Name of the add-on's package in this Blender, which is enabled then."""
+    import addon_utils
+    import bpy
+
+    names = [name for name in bpy.context.preferences.addons.keys() if name.split(".")[-1] in {LEGACY, EXTENSION}]
+    extensions = getattr(bpy.context.preferences, "extensions", None)  # Blender 4.2 and later
+    for repository in extensions.repos if extensions else ():
+        if pathlib.Path(repository.directory, EXTENSION).is_dir():
+            names.append(f"bl_ext.{repository.module}.{EXTENSION}")
+    for name in (*names, LEGACY):
+        if addon_utils.check(name)[1] or addon_utils.enable(name):
+            return name
+    sys.exit("meanvalue: error: Mean-Value Deform is not installed in this Blender")
+
+
+def parts_of(package, names=PARTS):
+    found = {name.rpartition(".")[2]: importlib.import_module(f"{package}.{name}") for name in names}
+    return types.SimpleNamespace(**found)
+
+
+def main(arguments):
+    """Returns the exit code."""
+    global addon
+    options = parser().parse_args(arguments)
+    addon = addon or parts_of(installed())
+    say(f"Mean-Value Deform farm: {options.command}, solver {addon.native_loader.module().__version__}")
+    try:
+        options.run(options)
+    except addon.errors.MeanValueError as error:
+        print(f"openjd_fail: {error}\nmeanvalue: error: {error}", file=sys.stderr, flush=True)
+        codes = {"DamagedCacheError": DAMAGED, "IncompleteCacheError": INCOMPLETE}
+        return codes.get(type(error).__name__, BAD_ARGUMENTS if isinstance(error, addon.errors.SceneError) else FAILED)
+    return DONE
+
+
+# -- plan ------------------------------------------------------------------------------------------------------------
+
+
+def run_plan(options):
+    clips = planned(options.clip, options.frames, options.portable)
+    tasks, count = write_plan(options.out, clips, options.chunk)
+    say(f"planned {tasks} tasks (indices 0 to {tasks - 1}) of {count} clips (0 to {count - 1}) in {options.out}/plan")
+
+
+def planned(wanted, frames, portable=False):
+    """[(name, BakePlan, triangles)] of clips as --clip writes them; None: every object with handles. @throws
+    SceneError."""
+    import bpy
+
+    scene = bpy.context.scene
+    frames = frames or f"{scene.frame_start}..{scene.frame_end}"
+    wanted = wanted or [obj.name for obj in scene.objects if obj.type == "MESH" and obj.meanvalue.handles]
+    if not wanted:
+        raise addon.errors.SceneError("No object of the scene has handles")
+    clips = [clip_of(text, frames, bpy.data.objects) for text in wanted]
+    names = [name for name, _, _ in clips]
+    if len(set(names)) < len(names):
+        raise addon.errors.SceneError(
+            f"Two clips have one name: {', '.join(names)}. Give them names: --clip NAME=OBJECT:FRAMES"
+        )
+    return [(name, *plan_of(scene, obj, numbers, portable)) for name, obj, numbers in clips]
+
+
+def clip_of(text, frames, objects):
+    """(name, object, first and last frame) of NAME, NAME=OBJECT or NAME=OBJECT:FRAMES."""
+    name, _, rest = text.partition("=")
+    object_name, own_frames = rest or name, frames
+    if rest and rest not in objects and ":" in rest:
+        object_name, _, own_frames = rest.rpartition(":")
+    obj = objects.get(object_name)
+    if obj is None:
+        raise addon.errors.SceneError(f"There is no object '{object_name}'")
+    problem = addon.subject.object_problem(obj) or addon.subject.mode_problem(obj)
+    if problem:
+        raise addon.errors.SceneError(problem)
+    runs = addon.frame_ranges.runs(addon.frame_ranges.parse(own_frames))
+    if len(runs) != 1:
+        raise addon.errors.SceneError(f"A clip has no gaps, but {own_frames} has. Give each part a name of its own")
+    return re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip", obj, runs[0]
+
+
+def plan_of(scene, obj, numbers, portable):
+    source = addon.handle_source.Source(obj)
+    triangles = addon.mesh_arrays.triangles(obj.data, source.posing.bind_input.rest)
+    times = addon.bake_times.sample_times(*numbers)
+    with addon.engine.held():
+        addon.steps.result_of(addon.sampling.sample(scene.name, lambda: obj, source, times))
+    for note in source.notes(obj):
+        say(f"{obj.name}: {note}")
+    return addon.plan.BakePlan(source.clip(portable), times, 1.0), triangles
+
+
+def write_plan(out, clips, chunk):
+    """Freezes what there is to do. Returns how many tasks and clips. @throws CacheError.
+
+    clips: as of planned(); chunk: frames of a task.
+    """
+    folder = pathlib.Path(out, "plan")
+    listed, tasks = [], []
+    for name, plan, triangles in clips:
+        sha256 = save_clip(folder / f"{name}.npz", plan, triangles)
+        frames = list(plan.numbers)
+        parts = [spelled(frames[begin : begin + chunk]) for begin in range(0, len(frames), chunk)]
+        listed.append({"name": name, "key": plan.key, "sha256": sha256, "frames": spelled(frames), "chunks": parts})
+        tasks += [f"{name}\t{part}\n" for part in parts]
+    for table, lines in (("tasks.tsv", tasks), ("clips.tsv", [f"{clip['name']}\t{clip['frames']}\n" for clip in listed])):
+        with addon.whole_files.replacing(folder / table) as file:
+            file.write("".join(lines).encode())
+    content = {"schema": SCHEMA, "clips": listed, "versions": dict(addon.native_loader.environment())}
+    addon.checked_json.write_checked_json(folder / "plan.json", content)
+    return len(tasks), len(listed)
+
+
+def save_clip(path, plan, triangles):
+    """triangles m x 3 int32. Returns the file's SHA-256. @throws CacheError."""
+    mesh = plan.clip.bind_input
+    values = {f"mesh_{field.name}": getattr(mesh, field.name) for field in dataclasses.fields(mesh)}
+    values.update(times=plan.times, spacing=plan.spacing, triangles=triangles)
+    values.update({name: getattr(plan.clip, name) for name in ("targets", "weights", "portable")})
+    with addon.whole_files.replacing(path) as file:
+        np.savez(file, **{name: value for name, value in values.items() if value is not None})
+        file.seek(0)
+        return sha256_of(file)
+
+
+def load_clip(path, sha256):
+    """(BakePlan, triangles). Nothing is made of a file that is not what was written. @throws CacheError."""
+    with addon.whole_files.telling(path), pathlib.Path(path).open("rb") as file:
+        if sha256_of(file) != sha256:
+            raise addon.errors.CacheError(f"'{path}' is damaged, or of another plan. Plan again")
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as values:
+
+            def value(name):
+                """An array, or what was one number or text, or None where there was nothing."""
+                found = values[name] if name in values else None
+                return found.item() if found is not None and found.ndim == 0 else found
+
+            kind = addon.bind_input.BindInput
+            mesh = kind(**{field.name: value(f"mesh_{field.name}") for field in dataclasses.fields(kind)})
+            clip = addon.handle_clip.HandleClip(mesh, value("targets"), value("weights"), value("portable"))
+            return addon.plan.BakePlan(clip, value("times"), value("spacing")), value("triangles")
+
+
+def sha256_of(file):
+    state = hashlib.sha256()
+    while piece := file.read(1 << 20):
+        state.update(piece)
+    return state.hexdigest()
+
+
+# -- bake, merge, status ---------------------------------------------------------------------------------------------
+
+
+def run_bake(options):
+    out, clip, frames = task_of(options, "tasks.tsv")
+    plan, triangles = load_and_check(out, clip)
+    store = store_of(out, clip, plan, frames)
+    if store.has(frames):
+        say(f"{clip['name']} {spelled(frames)}: done before")
+        return
+    begun = time.monotonic()
+    for first, last in addon.frame_ranges.runs(frames):
+        own = list(range(first, last + 1))
+        if not store.has(own):
+            begin = plan.numbers.index(first)
+            store.write(own, *solve(plan, triangles, begin, begin + len(own), options.threads))
+    say(f"{clip['name']} {spelled(frames)}: {len(frames)} frames in {time.monotonic() - begun:.1f} s")
+
+
+def run_merge(options):
+    out, clip, frames = task_of(options, "clips.tsv")
+    if len(addon.frame_ranges.runs(frames)) != 1:
+        raise addon.errors.SceneError(f"A point cache has no gaps, but {spelled(frames)} has. Merge one range")
+    plan, _triangles = load_and_check(out, clip)
+    path = out / clip["name"] / f"{clip['name']}.pc2"
+    header = addon.point_cache.Header(plan.vertices, float(frames[0]), plan.spacing, len(frames))
+    key = f"{plan.key} {spelled(frames)}"
+    if addon.baking.is_current(path, key, header):
+        say(f"{path}: done before")
+        return
+    for begun in (out / clip["name"] / "chunks").glob("*.pc2"):
+        addon.whole_files.remove_abandoned(begun)
+    columns = addon.steps.result_of(store_of(out, clip, plan, frames).merge(path, header))
+    report = addon.bake_report.BakeReport.of(frames, columns)
+    addon.baking.write_report(path, report, {"key": key, "clip": clip["name"]})
+    say(f"{path}: {report.text()}")
+    for note in report.notes():
+        say(f"warning: {note}")
+
+
+def run_status(options):
+    out = pathlib.Path(options.out)
+    missing, index = [], 0
+    for clip in read_plan(out / "plan")["clips"]:
+        plan, _triangles = load_clip(out / "plan" / f"{clip['name']}.npz", clip["sha256"])
+        store = store_of(out, clip, plan, addon.frame_ranges.parse(clip["frames"]))
+        there = set(store.frames) - set(store.missing())
+        for part in clip["chunks"]:
+            if not there.issuperset(addon.frame_ranges.parse(part)):
+                missing.append(index)
+            index += 1
+        if not options.missing:
+            merged = "merged" if (out / clip["name"] / f"{clip['name']}.pc2").exists() else "not merged"
+            print(f"{clip['name']}: {len(there)} of {len(store.frames)} frames, {merged}", flush=True)
+    print(spelled(missing) if options.missing else f"{index - len(missing)} of {index} tasks are done", flush=True)
+
+
+def solve(plan, triangles, begin, end, threads):
+    """(rows, report), with lines of progress."""
+    session, clip = addon.session, plan.clip
+
+    def work(execution):
+        binding = yield from session.bind_steps(clip.bind_input, triangles, execution, clip.portable)
+        return (yield from clip.solve_rows(binding, begin, end, execution, threads))
+
+    job, begun, told, count = addon.job.Job(work), time.monotonic(), 0, end - begin
+    while True:
+        is_over = job.wait(PROGRESS_SECONDS)
+        stage, share = job.progress
+        done = count if is_over else int(share * count) if stage == "solve" else 0
+        minutes, seconds = divmod(time.monotonic() - begun, 60.0)
+        for _ in range(told, done):  # a line for each frame, as Flamenco counts them
+            print(f"Time: {minutes:02.0f}:{seconds:05.2f}")
+        if done > told:
+            print(f"openjd_progress: {100.0 * done / count:.1f}", flush=True)
+        told = max(told, done)
+        if is_over:
+            return job.result()
+
+
+def load_and_check(out, clip):
+    """(BakePlan, triangles). The solver is part of the key. @throws MeanValueError."""
+    plan, triangles = load_clip(out / "plan" / f"{clip['name']}.npz", clip["sha256"])
+    if plan.key != clip["key"]:
+        version = addon.native_loader.module().__version__
+        raise addon.errors.MeanValueError(
+            f"The plan was made for other inputs or another solver (here {version}). Install the same add-on on all "
+            "machines, or plan again"
+        )
+    return plan, triangles
+
+
+def task_of(options, table):
+    """(OUT, clip of plan.json, frames): by --plan and --index, or by --out, --clip, --frames and --key."""
+    error, parse = addon.errors.SceneError, addon.frame_ranges.parse
+    if options.index is not None and options.plan is not None:
+        folder = pathlib.Path(options.plan)
+        plan = read_plan(folder)
+        with addon.whole_files.telling(folder / table):
+            lines = (folder / table).read_text(encoding="utf-8", errors="replace").splitlines()
+        if not 0 <= options.index < len(lines):
+            raise error(f"There is no line {options.index} in {folder / table}: it has 0 to {len(lines) - 1}")
+        name, _, text = lines[options.index].partition("\t")
+    elif None not in (options.out, options.clip, options.frames):
+        folder, name, text = pathlib.Path(options.out, "plan"), options.clip, options.frames
+        plan = read_plan(folder)
+    else:
+        raise error("Give --plan and --index, or --out, --clip, --frames and --key")
+    clip = next((clip for clip in plan["clips"] if clip["name"] == name), None)
+    if clip is None:
+        raise error(f"There is no clip '{name}' in {folder / 'plan.json'}")
+    if options.key is not None and options.key != clip["key"]:
+        raise error(f"The key of '{name}' is {clip['key']} in {folder / 'plan.json'}, not {options.key}")
+    frames = parse(text)
+    outside = sorted(set(frames) - set(parse(clip["frames"])))
+    if outside:
+        raise error(f"Frames {spelled(outside)} are not in '{name}', {clip['frames']}")
+    return folder.parent, clip, frames
+
+
+def read_plan(folder):
+    """@throws SceneError."""
+    plan = addon.checked_json.read_checked_json(pathlib.Path(folder) / "plan.json")
+    if plan is None or plan.get("schema") != SCHEMA:
+        raise addon.errors.SceneError(f"There is no plan in {folder}, or it is damaged. Run plan, with the same --out")
+    return plan
+
+
+def store_of(out, clip, plan, frames):
+    return addon.chunk_store.ChunkStore(out / clip["name"] / "chunks", clip["key"], frames, plan.vertices)
+
+
+def spelled(frames):
+    return addon.frame_ranges.spelled(frames)
+
+
+def say(text):
+    print(f"meanvalue: {text}", flush=True)
+
+
+def parser():
+    made = argparse.ArgumentParser(prog="meanvalue_farm.py", description="Bakes animated handles on many machines.")
+    commands = made.add_subparsers(dest="command", required=True)
+    plan = commands.add_parser("plan", help="freeze the inputs (in Blender, with the scene)")
+    plan.add_argument("--out", required=True)
+    plan.add_argument("--chunk", type=positive, default=200, help="frames of a task")
+    plan.add_argument("--clip", action="append", help="NAME, NAME=OBJECT or NAME=OBJECT:FRAMES; default: all")
+    plan.add_argument("--frames", help="of clips that say nothing else; the scene's range if left out")
+    plan.add_argument("--portable", action="store_true", help="the same bits on processors of different kinds; slower")
+    plan.set_defaults(run=run_plan)
+    for name, run in (("bake", run_bake), ("merge", run_merge)):
+        command = commands.add_parser(name)
+        command.add_argument("--plan", help="OUT/plan")
+        command.add_argument("--index", type=int, help="line of tasks.tsv (bake) or clips.tsv (merge), from 0")
+        for option in ("--out", "--clip", "--frames", "--key"):
+            command.add_argument(option)
+        command.add_argument("--threads", type=positive, default=int(os.environ.get("SLURM_CPUS_PER_TASK", "0")))
+        command.set_defaults(run=run)
+    status = commands.add_parser("status", help="what is done")
+    status.add_argument("--out", required=True)
+    status.add_argument("--missing", action="store_true", help="only the indices of tasks that are left, as 1,4-6")
+    status.set_defaults(run=run_status)
+    return made
+
+
+def positive(text):
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not 1 or more")
+    return number
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]))
