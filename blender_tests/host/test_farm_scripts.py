@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/farm: what slurm_submit.sh asks of Slurm, told by programs that only write down how they were called."""
+"""packaging/farm: what slurm_submit.sh asks of Slurm, told by programs that only write down how they were called."""
 
 import os
 import pathlib
@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "addon" / "farm" / "slurm_submit.sh"
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm" / "slurm_submit.sh"
 
 SCONTROL = """#!/bin/bash
 echo "MaxArraySize            = {size}"

@@ -107,7 +107,7 @@ def test_a_core_knows_nothing_of_blender(room):
 
 
 def test_the_native_module_is_imported_in_one_file():
-    importers_of_the_add_on = {"registration.py", "meanvalue_farm.py"}  # by the name that it has where it runs
+    importers_of_the_add_on = {"registration.py"}  # by the name that it has where it runs
     users = {
         path.name
         for path in sources(ROOT / "addon", ".py")

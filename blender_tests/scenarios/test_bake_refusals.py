@@ -33,7 +33,6 @@ def test_an_unsaved_file_has_no_place_for_the_cache(tmp_path):
 
 @pytest.mark.parametrize(("options", "texts"), [
     ({"frame_range": 'OWN', "frame_start": 5, "frame_end": 4}, ["ends before it begins"]),
-    ({"frame_range": 'PREVIEW'}, ["no preview range"]),
     ({"path": "//"}, ["folder"]),
     ({"path": "relative.pc2"}, ["no full path"]),
     ({"path": "//scene.blend/cache.pc2"}, ["cannot be reached", "another path"]),
@@ -67,9 +66,9 @@ def test_a_place_that_cannot_be_written_to_is_told_before_any_frame_is_sampled(s
 def test_a_file_that_was_saved_under_another_name_is_told_so(saved, tmp_path):
     bake()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "second.blend"))
-    with steps.refused("may have been saved before", "Overwrite to Any"):
+    with steps.refused("the bake of 'Tube' in 'scene.blend'", "Overwrite"):
         bpy.ops.meanvalue.bake()
-    bake(overwrite='ANY')
+    bake(overwrite_any=True)
 
 
 def test_a_size_that_would_hurt_asks(saved):
@@ -86,10 +85,8 @@ def test_files_of_others_are_not_overwritten(saved):
     with steps.refused("something else than a bake", "Overwrite"):
         bpy.ops.meanvalue.bake()
     assert path.read_text() == "precious"
-    bake(overwrite='ANY')
+    bake(overwrite_any=True)
     assert len(rows(path)) == FRAMES
-    with steps.refused("baked already"):
-        bpy.ops.meanvalue.bake(overwrite='NEVER')
     bpy.ops.object.duplicate()
     copy = bpy.context.object
     assert copy != obj

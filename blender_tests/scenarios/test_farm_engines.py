@@ -2,38 +2,32 @@
 """The files for Slurm and OpenJD, run by the real programs where they are installed."""
 
 import os
-import pathlib
 import shutil
 import subprocess
 
 import bpy
 import pytest
-from support import slurm
+from support import farm, slurm
 from support.farm import baked_at_once, planned, two_clips
 
 CLIPS, TASKS = ("First", "Second"), 6
 
 
-@pytest.fixture
-def files(part):
-    """The add-on's folder."""
-    if not bpy.app.binary_path:
-        pytest.skip("this is the bpy module: there is no Blender to start")
-    return pathlib.Path(part("solver.session").__file__).parent
+pytestmark = pytest.mark.skipif(not bpy.app.binary_path, reason="this is the bpy module: there is no Blender to start")
 
 
 def same_as_at_once(out, tmp_path, name):
     return (out / name / f"{name}.pc2").read_bytes() == baked_at_once(tmp_path, name)
 
 
-def test_slurm_arrays_one_task_killed_and_submitted_again(tmp_path, part, files):
+def test_slurm_arrays_one_task_killed_and_submitted_again(tmp_path):
     problem = slurm.problem()
     if problem:
         pytest.skip(problem)
     two_clips(tmp_path)
-    out = planned(tmp_path, part, CLIPS, chunk=20)
+    out = planned(tmp_path)
     (tmp_path / "logs").mkdir()
-    bake, merge = (str(files / "farm" / f"slurm_{name}.sh") for name in ("bake", "merge"))
+    bake, merge = (str(farm.FOLDER / f"slurm_{name}.sh") for name in ("bake", "merge"))
     blender = tmp_path / "blender.sh"  # the first time, task 4 is killed while Blender starts
     blender.write_text(
         f'#!/bin/bash\nif [ "$SLURM_ARRAY_TASK_ID" = 4 ] && [ ! -e {tmp_path}/killed ]; then\n'
@@ -41,7 +35,7 @@ def test_slurm_arrays_one_task_killed_and_submitted_again(tmp_path, part, files)
         f'exec {bpy.app.binary_path} "$@"\n'
     )
     blender.chmod(0o755)
-    environment = {"BLENDER": str(blender), "MEANVALUE_FARM": str(files / "meanvalue_farm.py")}
+    environment = {"BLENDER": str(blender), "MEANVALUE_FARM": str(farm.SCRIPT)}
     log = f"--output={tmp_path}/logs/%x_%A_%a.log"
 
     with slurm.running(tmp_path / "slurm") as command:
@@ -65,18 +59,18 @@ def test_slurm_arrays_one_task_killed_and_submitted_again(tmp_path, part, files)
     assert list(out.rglob("*.tmp.*")) == []
 
 
-def test_openjd_runs_the_template(tmp_path, part, files):
+def test_openjd_runs_the_template(tmp_path):
     openjd = os.environ.get("MEANVALUE_OPENJD") or shutil.which("openjd")
     if openjd is None:
         pytest.skip("openjd-cli is not installed (or name it in MEANVALUE_OPENJD)")
-    template = files / "farm" / "openjd" / "template.yaml"
+    template = farm.FOLDER / "openjd_template.yaml"
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}
     done = subprocess.run([openjd, "check", template], capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stdout + done.stderr
     two_clips(tmp_path)
-    out = planned(tmp_path, part, CLIPS, chunk=20)
+    out = planned(tmp_path)
     values = {
-        "Out": out, "FarmScript": files / "meanvalue_farm.py", "Blender": bpy.app.binary_path,
+        "Out": out, "FarmScript": farm.SCRIPT, "Blender": bpy.app.binary_path,
         "LastTask": TASKS - 1, "LastClip": len(CLIPS) - 1,
     }  # fmt: skip
     parameters = [word for name, value in values.items() for word in ("-p", f"{name}={value}")]

@@ -22,7 +22,7 @@ def animated_tube(name="Tube", frames=FRAMES, live=False):
 
 def key_control(control, frames=FRAMES, reach=1.5):
     base = tuple(control.location)
-    for frame in range(1, frames + 1, 3):
+    for frame in (*range(1, frames, 3), frames):
         phase = 0.5 * (frame - 1)
         control.location = [base[0] + reach * np.sin(phase), base[1] + 0.2 * phase, base[2]]
         control.rotation_euler = (0.1 * phase, 0.0, 0.0)

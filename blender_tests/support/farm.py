@@ -1,12 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two clips for a farm, their plan, and what a single process bakes of them."""
+"""The farm's program, two clips for it, and what a single process bakes of them."""
+
+import importlib.util
+import pathlib
 
 import bpy
 
-from . import handles, meshes
+from . import handles, installed, meshes
 from .baking import animated_tube, bake, key_control, save
 
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm"
+SCRIPT = FOLDER / "meanvalue_farm.py"
 FRAMES = 60  # more than one run of the solver, so that runs fade into each other
+
+
+def program(package=installed.PACKAGE):
+    """The module, for the add-on of that name."""
+    spec = importlib.util.spec_from_file_location("meanvalue_farm", SCRIPT)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.addon = module.parts_of(package)
+    return module
+
+
+def run(*arguments):
+    """The exit code of a command, in this Blender."""
+    try:
+        return program().main([str(argument) for argument in arguments])
+    except SystemExit as error:  # as argparse ends
+        return error.code
 
 
 def two_clips(tmp_path):
@@ -28,9 +50,7 @@ def baked_at_once(tmp_path, name):
     return (tmp_path / "at_once" / f"{name}.pc2").read_bytes()
 
 
-def planned(tmp_path, part, names=("First", "Second"), chunk=20):
-    """OUT with the plan of the scene that is open."""
-    out = tmp_path / "out"
-    clips = part("baking.bridge.farm_scene").planned(list(names), None)
-    part("baking.bridge.farm").write_plan(out, clips, chunk)
-    return out
+def planned(tmp_path, *options):
+    """OUT with the plan of the scene that is open, in chunks of 20 frames."""
+    assert run("plan", "--out", tmp_path / "out", "--chunk", 20, *options) == 0
+    return tmp_path / "out"

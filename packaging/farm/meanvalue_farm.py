@@ -49,7 +49,7 @@ def installed():
     import addon_utils
     import bpy
 
-    names = [name for name in bpy.context.preferences.addons.keys() if name.split(".")[-1] in {LEGACY, EXTENSION}]
+    names = [each.module for each in bpy.context.preferences.addons if each.module.endswith((LEGACY, f".{EXTENSION}"))]
     extensions = getattr(bpy.context.preferences, "extensions", None)  # Blender 4.2 and later
     for repository in extensions.repos if extensions else ():
         if pathlib.Path(repository.directory, EXTENSION).is_dir():
@@ -150,12 +150,16 @@ def write_plan(out, clips, chunk):
         parts = [spelled(frames[begin : begin + chunk]) for begin in range(0, len(frames), chunk)]
         listed.append({"name": name, "key": plan.key, "sha256": sha256, "frames": spelled(frames), "chunks": parts})
         tasks += [f"{name}\t{part}\n" for part in parts]
-    for table, lines in (("tasks.tsv", tasks), ("clips.tsv", [f"{clip['name']}\t{clip['frames']}\n" for clip in listed])):
-        with addon.whole_files.replacing(folder / table) as file:
-            file.write("".join(lines).encode())
+    write_lines(folder / "tasks.tsv", tasks)
+    write_lines(folder / "clips.tsv", [f"{clip['name']}\t{clip['frames']}\n" for clip in listed])
     content = {"schema": SCHEMA, "clips": listed, "versions": dict(addon.native_loader.environment())}
     addon.checked_json.write_checked_json(folder / "plan.json", content)
     return len(tasks), len(listed)
+
+
+def write_lines(path, lines):
+    with addon.whole_files.replacing(path) as file:
+        file.write("".join(lines).encode())
 
 
 def save_clip(path, plan, triangles):
@@ -180,7 +184,7 @@ def load_clip(path, sha256):
 
             def value(name):
                 """An array, or what was one number or text, or None where there was nothing."""
-                found = values[name] if name in values else None
+                found = values.get(name)
                 return found.item() if found is not None and found.ndim == 0 else found
 
             kind = addon.bind_input.BindInput

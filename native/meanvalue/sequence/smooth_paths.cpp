@@ -12,10 +12,10 @@ namespace {
 // Points whose paths fit into the cache, 56 frames of them.
 constexpr std::size_t kBlock = 64;
 
-// The frames over which a jump is told from a swing: of a jump this roughness is half of its second difference or
-// more.
+// The frames over which a jump is told from a swing: shares of the wide roughness. Of a swing of 8 frames it is 0.15.
 constexpr Index kNear = 2;
-constexpr double kOfJump = 2.0;
+constexpr double kOfSwing = 0.2;
+constexpr double kOfJump = 0.5;
 
 double length_of(const double* vector) {
     return std::sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
@@ -127,19 +127,20 @@ bool PathSmoother::find_excess(const std::vector<float*>& points, std::size_t be
                 excess[k] += term.factor * at[k];
         }
     };
-    std::array<double, kBlock> most{};
+    std::array<double, kBlock> near{};
     bool exceeds = false;
     sum(near_[frame]);
     for (std::size_t k = 0; k < numbers; k += 3) {
-        most[k / 3] = std::max(0.0, kOfJump * (length_of(&excess[k]) - limits.near[frame]));
-        exceeds = exceeds || most[k / 3] > 0.0;
+        near[k / 3] = length_of(&excess[k]) - limits.near[frame];
+        exceeds = exceeds || near[k / 3] > 0.0;
     }
     if (!exceeds) return false;
     exceeds = false;
     sum(wide_[frame]);
     for (std::size_t k = 0; k < numbers; k += 3) {
         const double length = length_of(&excess[k]);
-        const double above = std::min(length - limits.wide[frame], most[k / 3]);
+        const double jump = (near[k / 3] - kOfSwing * length) / (kOfJump - kOfSwing);
+        const double above = std::min(length - limits.wide[frame], jump);
         const double share = above > 0.0 ? above / length : 0.0;
         exceeds = exceeds || share > 0.0;
         for (std::size_t axis = 0; axis < 3; ++axis)
