@@ -69,7 +69,7 @@ class HandleClip:
         errors = ["" if np.isfinite(row).all() else NOT_NUMBERS for row in vertices]
         for row, message in sequence.errors:
             errors[row - begin] = message
-        energies = (np.asarray(sequence.energies) / self.bind_input.whole.diagonal**2).tolist()
+        energies = (np.asarray(sequence.energies) / self.bind_input.solver_mesh.diagonal**2).tolist()
         columns = (
             self._distances(vertices, begin, end).tolist(),
             [energy if np.isfinite(energy) else None for energy in energies],
@@ -83,7 +83,7 @@ class HandleClip:
         """r float64: how far the farthest anchor is from its target, in the object's own units; less if it counts
         less."""
         placed = vertices[:, self.bind_input.anchors].astype(np.float64)
-        distances = np.linalg.norm(placed - self.bind_input.whole.met(self.targets[begin:end]), axis=2)
+        distances = np.linalg.norm(placed - self.bind_input.solver_mesh.met(self.targets[begin:end]), axis=2)
         if self.weights is not None:
             counts = self.weights[begin:end]
             distances = counts * np.where(counts > 0.0, distances, 0.0)
