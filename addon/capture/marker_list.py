@@ -3,26 +3,21 @@
 
 import bpy
 
-from .operators.find_marker_problems import MEANVALUE_OT_show_marker_problem
-from .operators.select_marker import MEANVALUE_OT_select_marker
-
 
 class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
-    """One line for each marker: whether it is used, its name, how far it is from its point; the worst first"""
+    """One line for each marker: whether it is used, its name, how far it is from its point; the worst first. A click
+    selects its control or Empty"""
 
     use_filter_sort_reverse = False
 
-    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
+    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property):
         row = layout.row(align=True)
         row.prop(item, "is_used", text="")
         row = row.split(factor=0.6, align=True)
         name = row.row(align=True)
         name.active = item.is_used and (item.control is not None or item.is_picked)
         name.alignment = 'LEFT'
-        icon = 'EYEDROPPER' if item.is_picked else 'NONE'
-        button = {"text": item.name, "translate": False, "emboss": False, "icon": icon}
-        select = name.operator(MEANVALUE_OT_select_marker.bl_idname, **button)
-        select.index = index
+        name.label(text=item.name, translate=False, icon='EYEDROPPER' if item.is_picked else 'NONE')
         row.label(text=_length(context, item.distance) if item.distance >= 0.0 else "")
 
     def filter_items(self, _context, data, property_name):
@@ -40,13 +35,10 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
 class MEANVALUE_UL_marker_problems(bpy.types.UIList):
     """One line for each problem, with its frame; a click goes there"""
 
-    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_property, index):
+    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_property):
         split = layout.split(factor=0.2)
         split.label(text=f"{item.frame:.0f}")
-        name = split.row()
-        name.alignment = 'LEFT'
-        show = name.operator(MEANVALUE_OT_show_marker_problem.bl_idname, text=item.text, emboss=False)
-        show.index = index
+        split.label(text=item.text)
 
 
 def _length(context, metres):

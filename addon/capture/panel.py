@@ -13,8 +13,6 @@ from .operators.find_marker_problems import MEANVALUE_OT_find_marker_problems
 from .operators.import_motion import MEANVALUE_OT_import_motion
 from .operators.match_markers import MEANVALUE_OT_match_markers
 from .operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
-from .operators.reference_frame import MEANVALUE_OT_set_reference_frame
-from .operators.remove_marker import MEANVALUE_OT_remove_marker
 from .operators.save_marker_set import MEANVALUE_OT_save_marker_set
 from .operators.swap_markers import MEANVALUE_OT_swap_markers
 
@@ -41,7 +39,7 @@ class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
             if not any(takes.is_take(collection) for collection in bpy.data.collections):
                 draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
             return
-        _draw_reference(layout, capture)
+        _draw_reference(layout, obj, capture)
         _draw_options(layout, capture)
         match = layout.column()
         match.scale_y = 1.4
@@ -80,20 +78,22 @@ def _draw_problems(layout, context):
     layout.template_list(
         MEANVALUE_UL_marker_problems.__name__, "", settings, "problems", settings, "active_problem", rows=3
     )
-    if settings.active_problem < len(settings.problems):
+    if 0 <= settings.active_problem < len(settings.problems):
         problem = settings.problems[settings.active_problem]
         draw_wrapped(layout, context, wording.sentence(problem.text))
         if problem.other is not None:
             layout.operator(MEANVALUE_OT_swap_markers.bl_idname, icon='ARROW_LEFTRIGHT')
 
 
-def _draw_reference(layout, capture):
+def _draw_reference(layout, obj, capture):
     layout.label(text="Reference")
     column = _split(layout)
     column.prop(capture, "reference_take", text="Take")
     row = column.row(align=True)
     row.prop(capture, "reference_frame", text="Frame")
-    row.operator(MEANVALUE_OT_set_reference_frame.bl_idname, text="", icon='TIME')
+    present = row.operator("wm.context_set_value", text="", icon='TIME')
+    present.data_path = f"blend_data.objects[{obj.name!r}].meanvalue.capture.reference_frame"
+    present.value = "context.scene.frame_current_final"
 
 
 def _draw_options(layout, capture):
@@ -121,7 +121,7 @@ def _draw_pairs(layout, obj, capture):
     layout.template_list(MEANVALUE_UL_marker_pairs.__name__, "", capture, "pairs", capture, "active_pair", rows=5)
     buttons = layout.row(align=True)
     buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, icon='EYEDROPPER')
-    buttons.operator(MEANVALUE_OT_remove_marker.bl_idname, text="", icon='REMOVE')
+    buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, text="", icon='REMOVE').remove = True
     buttons.prop(capture, "show_pairs", text="", icon='OVERLAY')
     matched = len(marker_pairs.matched(obj))
     picked = sum(pair.is_picked for pair in capture.pairs)

@@ -19,11 +19,15 @@ from .bridge import marker_pairs, marker_presets, takes
 
 
 def _take_chosen(capture, _context):
-    """The list shows the markers of the take, and the reference is a frame that has all of them, if there is one."""
-    marker_pairs.list_markers(capture)
-    source = capture.reference_take or capture.take
-    if source is not None:
-        capture.reference_frame = source.meanvalue.fullest_frame
+    marker_pairs.begin_with_take(capture)
+
+
+def _marker_chosen(capture, _context):
+    marker_pairs.select_active(capture.id_data)
+
+
+def _problem_chosen(take, _context):
+    takes.go_to_problem(take.id_data)
 
 
 def _is_take(_capture, collection):
@@ -54,7 +58,7 @@ class MEANVALUE_PG_take(bpy.types.PropertyGroup):
     fullest_frame: FloatProperty(description="First frame of the scene in which the most markers are seen")
     missing_share: FloatProperty(description="Share of samples in which a marker was not seen")
     problems: CollectionProperty(type=MEANVALUE_PG_marker_problem)
-    active_problem: IntProperty(name="Active Problem", min=0)
+    active_problem: IntProperty(name="Active Problem", default=-1, min=-1, update=_problem_chosen)
     is_searched: BoolProperty(description="Problems were looked for")
 
 
@@ -181,7 +185,7 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         default='AS_CAPTURED',
     )
     pairs: CollectionProperty(type=MEANVALUE_PG_marker_pair)
-    active_pair: IntProperty(name="Active Marker", min=0)
+    active_pair: IntProperty(name="Active Marker", min=0, update=_marker_chosen)
     controls: PointerProperty(type=bpy.types.Collection, options={'HIDDEN'})  # where Match Markers puts its own
     show_pairs: BoolProperty(
         name="Lines", description="Show a line from each marker to its point on the mesh", default=True

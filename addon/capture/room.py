@@ -14,10 +14,7 @@ from .operators import (
     import_motion,
     match_markers,
     pick_marker_point,
-    reference_frame,
-    remove_marker,
     save_marker_set,
-    select_marker,
     swap_markers,
 )
 from .properties import PROPERTY_GROUPS, SETTINGS, MEANVALUE_PG_take  # noqa: F401
@@ -32,18 +29,14 @@ class MEANVALUE_MT_capture(menus.OperatorMenu, bpy.types.Menu):
         import_motion.MEANVALUE_OT_import_motion,
         find_marker_problems.MEANVALUE_OT_find_marker_problems,
         swap_markers.MEANVALUE_OT_swap_markers,
-        reference_frame.MEANVALUE_OT_set_reference_frame,
         match_markers.MEANVALUE_OT_match_markers,
         pick_marker_point.MEANVALUE_OT_pick_marker_point,
-        remove_marker.MEANVALUE_OT_remove_marker,
         save_marker_set.MEANVALUE_OT_save_marker_set,
     )
 
 
 CLASSES = (
     *MEANVALUE_MT_capture.operators,
-    find_marker_problems.MEANVALUE_OT_show_marker_problem,
-    select_marker.MEANVALUE_OT_select_marker,
     *marker_list.CLASSES,
     MEANVALUE_MT_capture,
     *panel.CLASSES,

@@ -3,12 +3,14 @@
 
 import pathlib
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
+from addon.capture.bridge import marker_cuffs
 from addon.capture.core import cuffs, marker_sets
 from addon.capture.core.matching import match_to_surface
 from addon.capture.core.rings import ring_around
@@ -123,3 +125,19 @@ def test_markers_all_round_need_no_cuff():
     )  # fmt: skip
     segments = {cuff.segment for cuff in made}
     assert "shank.L" not in segments and "shank.R" in segments
+
+
+def test_cuffs_that_begin_with_the_same_marker_have_names_of_their_own():
+    """Of a rod with a hinge in its middle, whose marker belongs to both halves."""
+    rest = np.array([[0.0, 0.05, 0.9], [0.05, 0.0, 0.75], [0.0, 0.05, 0.6]])
+    rest = np.concatenate([[[0.05, 0.0, 0.47]], rest, rest - [0.0, 0.0, 0.55]])
+    turns, pivot = walking_figure.turn_x(0.8 * np.sin(np.linspace(0.0, 6.0, 200))), np.array([0.05, 0.0, 0.47])
+    markers = np.repeat(rest[None], 200, axis=0)
+    markers[:, 4:] = np.einsum("fij,kj->fki", turns, rest[4:] - pivot) + pivot
+    vertices, triangles = body_mesh.capsule(np.zeros(3), np.array([0.0, 0.0, 0.95]), (0.05, 0.05), 24, 40)
+    surface = SimpleNamespace(vertices=vertices, triangles=triangles, to_world=np.eye(4))
+    labels = [f"M{number}" for number in range(7)]
+    given = SimpleNamespace(use_cuffs=True, surface=surface)
+    aligned = SimpleNamespace(path=markers, reference=rest, landmarks=(None,) * 7, labels=labels)
+    made, _ = marker_cuffs.find(given, aligned, match_to_surface(rest, vertices, triangles))
+    assert [cuff.name for cuff in made] == ["M0 cuff", "M0 cuff 2"]

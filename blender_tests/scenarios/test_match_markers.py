@@ -285,8 +285,7 @@ def test_removing_a_marker_and_having_it_back(tmp_path):
     obj, take = set_up(tmp_path)
     match()
     before = counts()
-    index = LABELS.index("M36")
-    assert bpy.ops.meanvalue.remove_marker(index=index) == {'FINISHED'}
+    assert bpy.ops.meanvalue.pick_marker_point(marker="M36", remove=True) == {'FINISHED'}
     capture = obj.meanvalue.capture
     assert "M36" not in obj.meanvalue.handles and "M36" not in obj.vertex_groups
     assert capture.pairs["M36"].control is None and not capture.pairs["M36"].is_used
@@ -299,12 +298,12 @@ def test_removing_a_marker_and_having_it_back(tmp_path):
     assert counts() == before and "M36" in obj.meanvalue.handles
 
 
-def test_a_click_in_the_list_selects(tmp_path):
+def test_the_line_that_is_chosen_is_selected(tmp_path):
     obj, take = set_up(tmp_path)
-    assert bpy.ops.meanvalue.select_marker(index=2) == {'FINISHED'}
+    obj.meanvalue.capture.active_pair = 2
     assert bpy.context.object == take.objects[2]
     match()
-    assert bpy.ops.meanvalue.select_marker(index=3) == {'FINISHED'}
+    obj.meanvalue.capture.active_pair = 3
     assert bpy.context.object == obj.meanvalue.capture.pairs[3].control
     bpy.context.view_layer.update()
     assert obj.meanvalue.active_handle == 3
@@ -425,11 +424,9 @@ def test_problems_are_listed_and_shown(tmp_path):
     found = {(problem.marker.meanvalue.marker, round((problem.frame - 1.0) / 0.24)) for problem in problems}
     assert (LABELS[9], 10) in found and (LABELS[4], 25) in found
     index = next(number for number, each in enumerate(problems) if each.marker.meanvalue.marker == LABELS[4])
-    assert bpy.ops.meanvalue.show_marker_problem(index=index) == {'FINISHED'}
+    take.meanvalue.active_problem = index
     assert bpy.context.scene.frame_current_final == pytest.approx(7.0)
     assert bpy.context.object.meanvalue.marker == LABELS[4]
-    with steps.refused("Choose one of them"):
-        bpy.ops.meanvalue.show_marker_problem(index=99)
 
 
 def seen(take):

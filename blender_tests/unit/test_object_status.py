@@ -44,7 +44,7 @@ def test_texts(object_status):
     steps.list_anchors(obj, A=[0, 4, 20], B=[24])
     update()
     status = object_status.status(obj)
-    assert (status.state.name, status.text) == ("UNBOUND", "Not bound. Press Bind.")
+    assert (status.state.name, status.text) == ("UNBOUND", "To see the mesh follow, press Live, or Bake.")
     assert status.member_counts == {"A": 3, "B": 1}
     bpy.ops.meanvalue.bind()
     status = object_status.status(obj)

@@ -96,7 +96,7 @@ def test_panel_and_overlay_show_what_they_know_until_a_big_mesh_is_read(part, un
     assert "being read" in status(obj).text
     assert len(look(obj).points) == 0
     unread(False)
-    assert status(obj).text == "Not bound. Press Bind."
+    assert status(obj).text == "To see the mesh follow, press Live, or Bake."
     assert len(look(obj).points) == 5
     unread(True)
     obj.vertex_groups["A"].add([1], 1.0, 'REPLACE')

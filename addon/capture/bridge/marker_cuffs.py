@@ -35,13 +35,24 @@ def find(given, markers, match):
     scale = np.cbrt(abs(np.linalg.det(to_object[:3, :3])))
     result = [
         CuffMotion(
-            name=f"{cuff.segment or markers.labels[cuff.markers[0]]} cuff",
+            name=name,
             vertices=cuff.vertices,
             centre=motion.apply(to_object, cuff.centre),
             radius=scale * cuff.radius,
             centres=motion.apply(to_object, cuff.centres),
             turns=cuff.turns,
         )
-        for cuff in found
+        for cuff, name in zip(found, _names(found, markers.labels), strict=True)
     ]
     return result, match_notes.of_cuffs(result, refused, cuffs.ROLL)
+
+
+def _names(found, labels):
+    """A name for each, no two alike: a marker at a joint may be the first of two."""
+    names = []
+    for cuff in found:
+        name, number = f"{cuff.segment or labels[cuff.markers[0]]} cuff", 1
+        while (numbered := f"{name} {number}" if number > 1 else name) in names:
+            number += 1
+        names.append(numbered)
+    return names

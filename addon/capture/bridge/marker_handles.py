@@ -33,7 +33,6 @@ def carry_all(obj, matched):
     capture.reference_frame = matched.frame
     for number in range(len(matched.names)):
         carry(obj, matched, number)
-    capture.active_pair = marker_pairs.index_of(obj, matched.names[int(matched.distance.argmax())])  # comes first
 
 
 def carry(obj, matched, number):

@@ -4,6 +4,7 @@
 import bpy
 
 from ...posing.bridge import controls
+from ...scene import selection
 from . import takes
 
 
@@ -17,7 +18,21 @@ def list_markers(capture):
     for label in wanted:
         if label not in capture.pairs:
             capture.pairs.add().name = label
-    capture.active_pair = max(0, min(capture.active_pair, len(capture.pairs) - 1))
+
+
+def begin_with_take(capture):
+    """The list shows the markers of the take, and the reference is a frame that has all of them, if there is one."""
+    list_markers(capture)
+    source = capture.reference_take or capture.take
+    if source is not None:
+        capture.reference_frame = source.meanvalue.fullest_frame
+
+
+def list_problem(obj):
+    """Why there is no marker to work on, or None."""
+    if obj.meanvalue.capture.pairs:
+        return None
+    return f"'{obj.name}' has no markers yet. Choose a take in Motion Capture"
 
 
 def handle_index(obj, pair):
@@ -62,6 +77,18 @@ def active_pair(obj):
     """The pair that is the active one, or None."""
     capture = obj.meanvalue.capture
     return capture.pairs[capture.active_pair] if capture.active_pair < len(capture.pairs) else None
+
+
+def select_active(obj):
+    """Selects the control of the marker whose line the artist chose or, before it is matched, its Empty in the take."""
+    pair, take = active_pair(obj), obj.meanvalue.capture.take
+    if pair is None or bpy.context.mode != 'OBJECT':
+        return
+    shown = pair.control
+    if shown is None and takes.is_take(take):
+        shown = next((empty for empty in takes.markers(take) if empty.meanvalue.marker == pair.name), None)
+    if shown not in {None, bpy.context.object} and shown.name in bpy.context.view_layer.objects:
+        selection.choose(shown)
 
 
 def note_active(active):

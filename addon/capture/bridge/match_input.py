@@ -57,6 +57,18 @@ class MatchInput:
     notes: list
 
 
+def problem(obj):
+    """Why nothing can be matched, as far as is known before it is tried, or None."""
+    capture = obj.meanvalue.capture
+    if not takes.is_take(capture.take):
+        return takes.NOT_CHOSEN
+    if len(obj.data.polygons) == 0:
+        return f"'{obj.name}' has no faces, so no marker can be laid on it. Choose a mesh with a surface"
+    if capture.pairs and not any(pair.is_used for pair in capture.pairs):
+        return "No marker is ticked in the list. Tick those that should move the mesh"
+    return None
+
+
 def read(obj):
     """The MatchInput of a mesh object. @throws SceneError."""
     picked = {pair.name: pair.vertex for pair in obj.meanvalue.capture.pairs if pair.is_picked and pair.vertex >= 0}
@@ -109,8 +121,6 @@ def _is_used(capture, label):
 
 def _surface(obj):
     """@throws SceneError."""
-    if len(obj.data.polygons) == 0:
-        raise SceneError(f"'{obj.name}' has no faces, so no marker can be laid on it. Choose a mesh with a surface")
     to_world = np.array(obj.matrix_world, np.float64)
     if not np.linalg.cond(to_world[:3, :3]) < 1e9:
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")

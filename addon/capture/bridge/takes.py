@@ -4,6 +4,7 @@
 The Empties are the artist's to mend: what is read back is what their keys say.
 """
 
+import math
 from dataclasses import dataclass
 
 import bpy
@@ -11,7 +12,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import actions
+from ...scene import actions, selection
 from ...scene.core import sample_times
 
 #: Size of a marker, as a share of the size of the whole set, and where that has none, in metres.
@@ -20,6 +21,9 @@ LEAST_SIZE = 0.002
 
 #: How far from its samples a key may lie, as a share of the time between them.
 OFF_SAMPLE = 0.2
+
+
+NOT_CHOSEN = "No take is chosen. Import a motion capture file, and choose its collection as Take"
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +116,7 @@ def chosen(context):
 def read(collection):
     """The Recording of a take. @throws SceneError if there is nothing to read, or its keys were stretched in time."""
     if not is_take(collection):
-        raise SceneError("No take is chosen. Import a motion capture file, and choose its collection as Take")
+        raise SceneError(NOT_CHOSEN)
     empties = markers(collection)
     curves = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in empties]
     spans = [(frames[0], frames[-1]) for curve in curves for frames, _ in curve if len(frames)]
@@ -164,6 +168,18 @@ def swap(collection, one, other, frame=None):
             actions.write_curve(empty, "location", index, frames, values)
             present[np.rint((frames - recording.frames[0]) / spacing).astype(int)] = True
         write_presence(empty, present, recording.frames)
+
+
+def go_to_problem(collection):
+    """To the frame of the problem whose line the artist chose, with its marker selected."""
+    settings, context = collection.meanvalue, bpy.context
+    if not 0 <= settings.active_problem < len(settings.problems):
+        return
+    problem = settings.problems[settings.active_problem]
+    whole = math.floor(problem.frame)
+    context.scene.frame_set(whole, subframe=problem.frame - whole)
+    if context.mode == 'OBJECT' and problem.marker is not None and problem.marker.name in context.view_layer.objects:
+        selection.choose(problem.marker)
 
 
 def _describe(settings, take, frames):

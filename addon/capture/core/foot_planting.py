@@ -21,9 +21,9 @@ def planted(shape, root, markers, reference, character, landmarks, rate, graph, 
     The root goes the captured way, scaled: up and down by the height of the root over the ground in character and
     reference; sideways by what makes the standing feet slide least (a number for the whole take, so that a path that
     ends where it began still does). What each foot then still slides is taken away while it stands: it moves as the
-    captured one does, its height over what it stands on (stairs, scaled as the path) is as captured. Between two stances its correction is a cubic with
-    the speeds of both. The mean of both feet's corrections moves the root, the rest fades from the foot to the pelvis
-    along the leg (harmonic on the graph): smooth in time, and knees hardly turn.
+    captured one does, its height over what it stands on is as captured, and stairs are scaled as the path. Between two
+    stances its correction is a cubic with the speeds of both. The mean of both feet's corrections moves the root, the
+    rest fades from the foot to the pelvis along the leg (harmonic on the graph): smooth in time, and knees hardly turn.
 
     shape  (f, m, 3) about the mean of `root` (indices); markers  (f, m, 3) the capture, without NaN; reference,
     character  (m, 3); landmarks  m names or None; graph  `MarkerGraph`.

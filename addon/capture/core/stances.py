@@ -20,8 +20,8 @@ def find_stances(positions, rate_hz, height, slow=STILL):
     """(f, k) bool: where each marker of a foot stands still on the ground.
 
     A stance begins where the marker is both low and slow and lasts, forward and backward, while it is not much higher
-    or faster. "Low" is above the level that it has for a fiftieth of the time, or above the lowest marker in that frame:
-    so floors need not be known, and feet stand on stairs, where each is the lower one for part of its stance.
+    or faster. "Low" is above the level that it has for a fiftieth of the time, or above the lowest marker in that
+    frame: so floors need not be known, and feet stand on stairs, where each is the lower one for part of its stance.
 
     positions  (f, k, 3) metres, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
     frames a second; height  of the body, metres; slow  two speeds, STILL or ROLLING.

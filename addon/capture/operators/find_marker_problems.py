@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lists what should be looked at in a take, and goes there."""
-
-import math
+"""Lists what should be looked at in a take."""
 
 import bpy
 import numpy as np
 
 from ... import wording
-from ...errors import MeanValueError, SceneError
-from ...scene import selection
+from ...errors import MeanValueError
 from ...scene.core import sample_times
 from ...widgets.base import Reporting
 from ..bridge import takes
@@ -58,7 +55,6 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
         found = [*self._gaps(context, take, recording), *_jumps(recording, take.meanvalue.is_skeleton)]
         settings = take.meanvalue
         settings.problems.clear()
-        settings.active_problem = 0
         settings.is_searched = True
         for sample, marker, text, other in sorted(found, key=lambda each: each[:3])[:MOST]:
             problem = settings.problems.add()
@@ -84,28 +80,6 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
                 seconds = (end - begin) / recording.rate_hz
                 if seconds > self.longest_gap:
                     yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
-
-
-class MEANVALUE_OT_show_marker_problem(TakeOperator, bpy.types.Operator):
-    """Go to the frame of this problem, and select its marker"""
-
-    bl_idname = "meanvalue.show_marker_problem"
-    bl_label = "Show Problem"
-
-    index: bpy.props.IntProperty(name="Line", description="Line of the list, from 0", min=0, options={'SKIP_SAVE'})
-
-    def run(self, context, take):
-        problems = take.meanvalue.problems
-        if self.index >= len(problems):
-            raise SceneError(f"The list has {wording.counted(len(problems), 'problem')}. Choose one of them")
-        problem = problems[self.index]
-        take.meanvalue.active_problem = self.index
-        whole = math.floor(problem.frame)
-        context.scene.frame_set(whole, subframe=problem.frame - whole)
-        if problem.marker is not None and problem.marker.name in context.view_layer.objects:
-            selection.choose(problem.marker)
-            return problem.text, []
-        return problem.text, ["Its marker is in no collection of this view layer"]
 
 
 def _jumps(recording, are_joints):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The artist shows where on the mesh a marker is."""
+"""The artist shows where on the mesh a marker is, or takes it off the mesh."""
 
 import bpy
 
 from ... import wording
 from ...errors import MeanValueError, SceneError
-from ...scene import subject
+from ...scene import selection, subject
 from ...widgets import under_mouse
 from ...widgets.background import VIEW_EVENTS
 from ...widgets.base import MeshOperator
@@ -16,7 +16,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
     """Click the point of the mesh where the active marker belongs. Match Markers keeps it"""
 
     bl_idname = "meanvalue.pick_marker_point"
-    bl_label = "Pick Point"
+    bl_label = "Pick Marker Point"
 
     marker: bpy.props.StringProperty(
         name="Marker",
@@ -27,8 +27,23 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         name="Vertex", description="Vertex to choose; -1 to click at it", default=-1, min=-1, options={'SKIP_SAVE'}
     )
 
+    remove: bpy.props.BoolProperty(
+        name="Remove Marker",
+        description="Let the mesh go from the marker: its handle and control are deleted, the imported Empty stays. "
+        "Match Markers leaves it out until its box is ticked again",
+        options={'SKIP_SAVE'},
+    )
+
+    @classmethod
+    def description(cls, _context, properties):
+        return cls.bl_rna.properties["remove"].description if properties.remove else cls.__doc__
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or marker_pairs.list_problem(obj)
+
     def invoke(self, context, _event):
-        if self.vertex >= 0 or bpy.app.background or context.window is None:
+        if self.remove or self.vertex >= 0 or bpy.app.background or context.window is None:
             return self.execute(context)
         try:
             obj = subject.of(context)
@@ -67,6 +82,9 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         pair = self._pair(obj)
+        return _removed(obj, pair) if self.remove else self._picked(obj, pair)
+
+    def _picked(self, obj, pair):
         count = len(obj.data.vertices)
         if not 0 <= self.vertex < count:
             raise SceneError(
@@ -93,7 +111,6 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
                 marker_handles.carry(obj, matched, matched.names.index(name))
         pair = obj.meanvalue.capture.pairs[name]
         pair.vertex, pair.is_picked, pair.is_used = self.vertex, True, True
-        obj.meanvalue.capture.active_pair = marker_pairs.index_of(obj, name)
         if pair.control is None:
             return f"'{name}' belongs to vertex {self.vertex}. Match Markers goes by it", []
         return f"'{name}' carries vertex {self.vertex} now, {pair.distance:.3g} from the marker", []
@@ -101,8 +118,6 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
     def _pair(self, obj):
         """@throws SceneError if there is no such marker."""
         capture = obj.meanvalue.capture
-        if not capture.pairs:
-            raise SceneError(f"'{obj.name}' has no markers yet. Choose a take in Motion Capture")
         if self.marker and self.marker not in capture.pairs:
             raise SceneError(f"'{self.marker}' is no marker of the take. Choose one of the list in Motion Capture")
         if self.marker:
@@ -117,3 +132,12 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             context.window.cursor_modal_restore()
         if context.workspace is not None:
             context.workspace.status_text_set(None)
+
+
+def _removed(obj, pair):
+    if bpy.context.object == pair.control:
+        selection.choose(obj)
+    marker_handles.drop(obj, pair)
+    pair.is_used = pair.is_picked = False
+    pair.vertex, pair.distance = -1, -1.0
+    return f"'{pair.name}' moves the mesh no more. Tick it and press Match Markers to have it back", []

@@ -5,7 +5,7 @@ import bpy
 
 from ... import wording
 from ...widgets.base import MeshOperator
-from ..bridge import marker_presets
+from ..bridge import marker_pairs, marker_presets
 
 
 class MEANVALUE_OT_save_marker_set(MeshOperator, bpy.types.Operator):
@@ -16,6 +16,10 @@ class MEANVALUE_OT_save_marker_set(MeshOperator, bpy.types.Operator):
     needs_object_mode = False
 
     name: bpy.props.StringProperty(name="Name", description="Name of the marker set", default="My Markers")
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or marker_pairs.list_problem(obj)
 
     def invoke(self, context, _event):
         return context.window_manager.invoke_props_dialog(self)

@@ -51,7 +51,7 @@ class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
 
     def _take_over(self, take, problems):
         active = take.meanvalue.active_problem
-        problem = problems[active] if active < len(problems) else None
+        problem = problems[active] if 0 <= active < len(problems) else None
         if problem is None or problem.marker is None or problem.other is None:
             raise SceneError(
                 "No swapped pair is chosen. Press Find Problems and choose one of the list, or give the names of two "
@@ -69,4 +69,3 @@ class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
             if is_pair and abs(problem.frame - self.frame) < 0.5 * spacing:
                 problems.remove(index)
                 break
-        take.meanvalue.active_problem = max(0, min(take.meanvalue.active_problem, len(problems) - 1))

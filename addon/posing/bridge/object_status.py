@@ -33,6 +33,9 @@ class Status:
     member_counts: dict = field(default_factory=dict)
 
 
+#: What is to be done next where all is ready and nothing is bound: Live and Bake do that by themselves.
+NOT_SEEN_YET = "To see the mesh follow, press Live, or Bake"
+
 _known = {}  # session key: (stamp of its model, what it was bound as, Status)
 
 
@@ -94,7 +97,7 @@ def _state_and_text(obj):
     except SceneError as problem:
         return State.PROBLEM, wording.sentence(str(problem))
     if bound is None:
-        return State.UNBOUND, "Not bound. Press Bind."
+        return State.UNBOUND, f"{NOT_SEEN_YET}."
     reasons = fingerprint.stale_reasons(bound, now)
     if not reasons:
         return State.BOUND, _bound_text(obj)
