@@ -111,6 +111,10 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         subtype='FACTOR',
         update=tell,
     )
+    size: aside(FloatProperty)(
+        description="How far its surroundings follow, as a share of the mesh's size; 0 if they were not made by size",
+        options={'HIDDEN'},
+    )
     color: aside(FloatVectorProperty)(
         name="Colour",
         description="Colour of the handle in the overlay, and of its control",

@@ -172,7 +172,7 @@ def replace_weights(obj, group, weights):
 
     Blender takes many vertices of one weight at a time.
     """
-    levels = np.ceil(np.clip(weights, 0.0, 1.0) * WEIGHT_STEPS - 1e-6).astype(np.int32)
+    levels = np.ceil(np.clip(weights, 0.0, 1.0) * WEIGHT_STEPS - 1e-3).astype(np.int32)
     order = np.argsort(levels, kind="stable")
     ends = np.searchsorted(levels[order], np.arange(WEIGHT_STEPS + 1), side="right")
     group.remove(range(len(levels)))

@@ -23,17 +23,15 @@ SAME = 1e-4
 
 @dataclass(frozen=True)
 class Pressed:
-    """A vertex of a mesh object that was pressed: its number, the place pressed in the world, and the view.
+    """A vertex of a mesh object that was pressed: its number, and the place pressed in the world.
 
-    handle  name of the handle whose control was pressed instead (the vertex is -1 then), or None
+    handle  name of the handle whose control was pressed instead (the vertex is -1 then), or ""
     turn  3 x 3, what moves of the place in the world are of the vertex: a reflection where the place is on an image
     """
 
     vertex: int
     place: Vector
-    region: object
-    view: object
-    handle: str | None = None
+    handle: str = ""
     turn: Matrix = field(default_factory=lambda: Matrix.Identity(3))
 
 
@@ -49,16 +47,13 @@ def view_under(context, event):
     return None
 
 
-def view_pressed(context, event):
-    """As view_under(), for an operator that the press itself has called.
-
-    Blender has found out then whose press it is: toolbar and sidebar let it through where they are transparent.
-    """
+def view_of(context):
+    """(region, its RegionView3D) of the 3D View that an operator was called in, or None. To be looked up at each event:
+    what was kept of the interface may be gone by the next."""
     region, area = context.region, context.area
-    is_sure = region is not None and area is not None and area.type == 'VIEW_3D' and region.type == 'WINDOW'
-    if not is_sure or not _is_in(region, event) or area.spaces.active.region_quadviews:
-        return view_under(context, event)
-    return region, area.spaces.active.region_3d, (event.mouse_x - region.x, event.mouse_y - region.y)
+    if region is None or region.type != 'WINDOW' or area is None or area.type != 'VIEW_3D':
+        return None
+    return None if area.spaces.active.region_quadviews else (region, area.spaces.active.region_3d)
 
 
 def place_under(obj, region, view, mouse):
@@ -86,7 +81,7 @@ def press(obj, region, view, mouse):
     vertex, turn = found
     to_world = obj.matrix_world.to_3x3()
     turn = to_world @ turn @ to_world.inverted_safe()
-    return Pressed(vertex, obj.matrix_world @ Vector(place), region, view, turn=turn)
+    return Pressed(vertex, obj.matrix_world @ Vector(place), turn=turn)
 
 
 def first_object(context, region, view, mouse):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Grab tool's operators as scripts call them: handles where the mesh is pressed, pins, and Finish."""
 
-
 import bpy
 import numpy as np
 import pytest
@@ -47,7 +46,7 @@ def test_a_fresh_mesh_is_grabbed_and_its_surroundings_follow_less_and_less():
     obj = sheet()
     grab()
     line = obj.meanvalue.handles[0]
-    assert obj.meanvalue.live and line.control == bpy.context.object
+    assert obj.meanvalue.live and bpy.context.object == obj and bpy.context.selected_objects == [line.control]
     assert lift(obj)[MIDDLE] == pytest.approx(2.0, abs=1e-4)
     row = lift(obj)[MIDDLE : MIDDLE + 15]
     assert (np.diff(row) <= 2e-3).all() and row[14] == 0.0
@@ -127,6 +126,76 @@ def test_a_grab_beside_a_posed_handle_begins_from_what_is_seen():
     grab(vertex=MIDDLE + 5, offset=(0.0, 0.0, 0.5))
     assert lift(obj)[MIDDLE + 5] == pytest.approx(before + 0.5, abs=0.05)
     assert lift(obj)[MIDDLE] == pytest.approx(2.0, abs=1e-3)
+
+
+def test_size_of_a_handle_that_is_there_widens_and_narrows_what_follows():
+    obj = sheet()
+    grab(vertex=3 * COLUMNS + 3, size=0.1)
+    corner = region_weights(obj)
+    grab(size=0.1)
+    narrow = region_weights(obj)
+    grab(offset=(0.0, 0.0, 0.0), size=0.3)
+    assert (region_weights(obj) > 0.0).sum() > 2 * (narrow > 0.0).sum()
+    grab(offset=(0.0, 0.0, 0.0), size=0.1)
+    assert np.array_equal(region_weights(obj), narrow)
+    assert (region_weights(obj) >= corner).all(), "the other handle's"
+    assert lift(obj)[MIDDLE] == pytest.approx(2.0, abs=1e-3)
+    grab(offset=(0.0, 0.0, 1.0))
+    assert np.array_equal(region_weights(obj), narrow), "untold, Size stays as it is"
+
+
+def test_size_takes_nothing_of_a_region_that_the_artist_painted():
+    obj = sheet()
+    grab(size=0.3)
+    beside = MIDDLE + 4
+    obj.vertex_groups[obj.meanvalue.roi_group].add([beside], 1.0, 'REPLACE')
+    before = region_weights(obj)
+    grab(offset=(0.0, 0.0, 0.0), size=0.1)
+    assert (region_weights(obj) >= before - 1e-6).all() and region_weights(obj)[beside] == 1.0
+
+
+def test_a_mesh_that_another_live_object_poses_is_refused_before_anything_is_made():
+    obj = sheet()
+    grab()
+    other = bpy.data.objects.new("Other", obj.data)
+    bpy.context.collection.objects.link(other)
+    meshes.activate(other)
+    before = snapshot(other)
+    with steps.refused("'Sheet' has the same mesh and is live"):
+        bpy.ops.meanvalue.grab(vertex=3 * COLUMNS + 3, offset=(0.0, 0.0, 1.0))
+    assert_same(before, snapshot(other))
+    meshes.activate(obj)
+    grab(offset=(0.0, 0.0, 1.0))
+    assert lift(obj)[MIDDLE] == pytest.approx(3.0, abs=1e-3), "the one that poses it goes on"
+
+
+def test_a_control_that_is_linked_is_not_dragged(tmp_path):
+    path = str(tmp_path / "library.blend")
+    bpy.data.libraries.write(path, {bpy.data.objects.new("Far", None)})
+    with bpy.data.libraries.load(path, link=True) as (_source, wanted):
+        wanted.objects = ["Far"]
+    control = wanted.objects[0]
+    bpy.context.collection.objects.link(control)
+    obj = sheet()
+    steps.add_group(obj, "Hand", [MIDDLE])
+    handle = obj.meanvalue.handles.add()
+    handle.name, handle.follows = "Hand", 'CONTROL'
+    handle.control = control
+    before = snapshot(obj)
+    with steps.refused("The control of 'Hand' is linked from another file"):
+        bpy.ops.meanvalue.grab(vertex=MIDDLE, offset=(0.0, 0.0, 1.0))
+    assert_same(before, snapshot(obj))
+    assert control.location.length == 0.0
+
+
+def test_another_object_than_the_active_one_becomes_it():
+    """As Adjust Last Operation calls it, from before the press."""
+    obj, other = sheet(), meshes.grid(5, 5, "Other")
+    meshes.activate(other)
+    grab(object_name="Sheet")
+    assert len(obj.meanvalue.handles) == 1 and bpy.context.object == obj
+    pin(0, object_name="Other")
+    assert len(other.meanvalue.handles) == 1 and bpy.context.object == other
 
 
 def test_pins_stay_and_are_let_go_again():
@@ -299,7 +368,7 @@ def test_a_handle_that_something_else_holds_is_not_said_to_have_moved(capfd, hol
     is_held = holder != "nothing"
     assert is_held == ((control.matrix_world.translation - before.translation).length < 1e-6)
     assert is_held == ("is where it was" in said and "Something else moves its control" in said)
-    assert is_held == ("' moved" not in said)
+    assert is_held == ("Handle moved" not in said)
 
 
 # Finish

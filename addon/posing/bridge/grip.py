@@ -8,21 +8,19 @@ from ... import ids
 from ...errors import SceneError
 from ...live import engine
 from ...scene import key_states, mesh_arrays, shape_keys, vertex_groups
-from ...scene.core import fixed_points
 from . import bound_record, control_places, controls, new_handles, region
+from .region import HANDLE_SHARE, radius
 
-#: Share of Size over which a new handle itself reaches. The mesh turns with its handle where that is more than a point.
-HANDLE_SHARE = 0.15
-
-#: The surroundings reach over so many edges at least, whatever Size says: where nothing is free nothing can follow.
-LEAST_EDGES = 2.5
+#: Sizes closer than this are the same one.
+SAME_SIZE = 1e-6
 
 
 class Grip:
     """Holds no datablock: names and arrays alone. All places are in the object's own space if not said otherwise.
 
-    handle_name, index  of the handle that is held
-    is_new              it was made for this grip
+    handle_name  of the handle that is held
+    is_new       it was made for this grip
+    has_size     whether resize() does anything
     """
 
     def __init__(self, obj, vertex, size, name=""):
@@ -32,29 +30,28 @@ class Grip:
 
         size: how far the surroundings of a new handle follow, as a share of the mesh's size.
         """
-        self.vertex = vertex
         self._before = _Before(obj)
         index = obj.meanvalue.handles.find(name)
         index = handle_at(obj, vertex) if index < 0 else index
         self.is_new = index is None
+        _require_can_be_posed(obj)
         if self.is_new:
-            self._require_can_be_posed(obj)
-            rest = shape_keys.rest_positions(obj.data)
-            self._least = LEAST_EDGES * _edge_length(obj, vertex, rest)  # first, as it may throw
+            _require_edges(obj, vertex)
             members = near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
-            self._takes_region = bool(obj.meanvalue.roi_group) or not _moving_handles(obj)
+            self.has_size = bool(obj.meanvalue.roi_group) or not _moving_handles(obj)
             handle = new_handles.add_handle(obj, members, new_name=ids.HANDLE_GROUP)
             new_handles.make_handle(obj, handle, members)
-            self.index = len(obj.meanvalue.handles) - 1
-            self.resize(obj, size)
+            self._size_before = 0.0
         else:
-            self._require_can_be_posed(obj)
             handle = obj.meanvalue.handles[index]
             _require_control(obj, handle)
-            self.index = index
             obj.meanvalue.active_handle = index
-            self._takes_region = False
+            self.has_size = bool(obj.meanvalue.roi_group)
+            self._size_before = handle.size
         self.handle_name = handle.name
+        self._rest_of_region = None
+        if self.is_new:
+            self.resize(obj, size)
         bpy.context.view_layer.update()  # a control that was just made has its place only after this
         self._start = control_places.world_of(self.handle(obj))
         self._channels = _channels(self.handle(obj))
@@ -67,18 +64,17 @@ class Grip:
             raise SceneError(f"Handle '{self.handle_name}' is gone")
         return obj.meanvalue.handles[self.handle_name]
 
-    @property
-    def has_size(self):
-        """Whether resize() does anything."""
-        return self._takes_region
-
     def resize(self, obj, size):
-        """Has as much follow as `size` says, besides what the region had before."""
-        if not self._takes_region:
-            return
-        outer = max(radius(obj, size), self._least)
-        before = self._before.region_weights(obj)
-        region.add_falloff(obj, np.array([self.vertex]), HANDLE_SHARE * outer, outer, before)
+        """Has as much follow as `size` says, besides what the region has of others. Returns whether it did not yet."""
+        handle = self.handle(obj)
+        if not self.has_size or abs(size - handle.size) < SAME_SIZE:
+            return False
+        if self._rest_of_region is None:
+            before = self._before.region_weights(obj)
+            self._rest_of_region = before if self.is_new else region.without(obj, handle, before)
+        handle.size = size
+        region.write(obj, np.maximum(self._rest_of_region, region.around(obj, handle)))
+        return True
 
     def move(self, obj, offset):
         """Puts the control so far (3, world) from where it was when it was gripped."""
@@ -96,28 +92,22 @@ class Grip:
         """As it was before."""
         if self.is_new:
             self._before.bring_back(obj, self.handle_name)
-        else:
-            mover = controls.mover(self.handle(obj))
-            for channel, value in self._channels.items():
-                setattr(mover, channel, value)
-            self._before.bring_back(obj, "")
+            return
+        handle = self.handle(obj)
+        handle.size = self._size_before
+        mover = controls.mover(handle)
+        for channel, value in self._channels.items():
+            setattr(mover, channel, value)
+        self._before.bring_back(obj, "")
 
     def notes(self, obj):
-        if self.is_new and not self._takes_region:
+        if self.is_new and not self.has_size:
             yield (
                 "No region is set, so all that is not held follows, whatever Size says. Press Grow from Handle to have "
                 "less follow"
             )
         for kind in self._before.others:
             yield f"{kind.LABEL} was turned off: handles and it take turns"
-
-    def _require_can_be_posed(self, obj):
-        if obj.meanvalue.baked.target:
-            raise SceneError(shape_keys.BAKE_PLAYS)
-        problem = shape_keys.result_problem(obj)
-        if problem:
-            raise SceneError(problem)
-        region.require_own_group(obj)
 
 
 class _Before:
@@ -178,11 +168,6 @@ class _Before:
         settings.made_region = made_region  # after the region, which says that the artist chose it
 
 
-def radius(obj, size):
-    """Length of the share `size` of the mesh's size."""
-    return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
-
-
 def handle_at(obj, vertex):
     """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
     has."""
@@ -205,6 +190,28 @@ def _channels(handle):
     return {name: tuple(getattr(mover, name)) for name in names}
 
 
+def _require_can_be_posed(obj):
+    if obj.meanvalue.baked.target:
+        raise SceneError(shape_keys.BAKE_PLAYS)
+    problem = shape_keys.result_problem(obj) or _why_it_waits(obj)
+    if problem:
+        raise SceneError(problem)
+    region.require_own_group(obj)
+
+
+def _why_it_waits(obj):
+    """Why another object with the same mesh would pose it in place of `obj`, or None."""
+    is_in_charge = obj.meanvalue.live and not (engine.status(obj) or ("", False))[1]
+    if obj.data.users == 1 or is_in_charge:
+        return None
+    others = (other for other in bpy.data.objects if other != obj and other.data == obj.data and other.meanvalue.live)
+    other = next(others, None)
+    return other and (
+        f"'{other.name}' has the same mesh and is live. Turn Live off for it, or make the mesh a single user (Object > "
+        "Relations > Make Single User)"
+    )
+
+
 def _require_control(obj, handle):
     if handle.follows == 'REST':
         raise SceneError(
@@ -216,6 +223,8 @@ def _require_control(obj, handle):
             "Active Handle, under Follows"
         )
     problem = controls.problem(obj, handle)
+    if problem is None and handle.control.library is not None:
+        problem = f"The control of '{handle.name}' is linked from another file. Move it there, or make it local"
     if problem:
         raise SceneError(problem)
 
@@ -224,10 +233,6 @@ def _moving_handles(obj):
     return [handle.name for handle in obj.meanvalue.handles if handle.is_enabled and handle.follows != 'REST']
 
 
-def _edge_length(obj, vertex, rest):
-    """Of the longest edge at the vertex."""
-    edges = mesh_arrays.edges(obj.data)
-    own = edges[(edges == vertex).any(axis=1)]
-    if len(own) == 0:
+def _require_edges(obj, vertex):
+    if not (mesh_arrays.edges(obj.data) == vertex).any():
         raise SceneError("The vertex under the mouse has no edges, so nothing can follow it. Press somewhere else")
-    return float(np.linalg.norm(rest[own[:, 0]] - rest[own[:, 1]], axis=1).max())

@@ -6,7 +6,14 @@ import numpy as np
 from ... import ids
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ...scene.core import fixed_points
 from ..core import region_growth, welding
+
+#: Share of Size over which a handle of Grab itself reaches. The mesh turns with it where that is more than a point.
+HANDLE_SHARE = 0.15
+
+#: Surroundings reach over so many edges at least, whatever Size says: where nothing is free nothing can follow.
+LEAST_EDGES = 2.5
 
 
 def require_own_group(obj):
@@ -90,6 +97,11 @@ class _Surface:
             edges = self._first[self.edges]
             self.edges, self.seeds = edges[edges[:, 0] != edges[:, 1]], np.unique(self._first[seeds])
 
+    def longest_edge(self):
+        """At the seeds."""
+        own = self.edges[np.isin(self.edges, self.seeds).any(axis=1)]
+        return np.linalg.norm(self.rest[own[:, 0]] - self.rest[own[:, 1]], axis=1).max(initial=0.0)
+
     def of_mesh(self, values):
         """What was found of the merged vertices, for all copies of each."""
         return values if self._first is None else values[self._first]
@@ -130,13 +142,39 @@ def write(obj, weights):
     obj.meanvalue.roi_invert = False
 
 
-def add_falloff(obj, seeds, inner, outer, before):
-    """The region is `before` (n float, 0 to 1) and the surroundings of `seeds`: all of it within the distance `inner`,
-    less and less up to `outer`; and loose parts that lie whole within that, as eyes in a head, which follow."""
-    weights = region_growth.falloff(distances(obj, seeds, outer), inner, outer)
+def radius(obj, size):
+    """Length of the share `size` of the mesh's size."""
+    return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
+
+
+def around(obj, *handles):
+    """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. The more, the nearer they are; and
+    loose parts that lie whole within that, as eyes in a head, which follow."""
+    found = np.zeros(len(obj.data.vertices))
+    members = vertex_groups.members(obj, [handle.name for handle in handles if handle.size > 0.0])
+    for handle in handles:
+        seeds = members.get(handle.name, ())
+        if len(seeds):
+            found = np.maximum(found, _falloff(obj, seeds, (1.0 - HANDLE_SHARE) * radius(obj, handle.size)))
+    return found
+
+
+def _falloff(obj, seeds, distance):
     surface = _Surface(obj, seeds)
-    loose = surface.of_mesh(region_growth.parts_within(surface.edges, surface.rest, surface.seeds, outer))
-    write(obj, np.maximum(np.maximum(weights, loose), before))
+    distance = max(distance, LEAST_EDGES * surface.longest_edge())
+    weights = region_growth.falloff(distances(obj, seeds, distance), 0.0, distance)
+    loose = region_growth.parts_within(surface.edges, surface.rest, surface.seeds, distance)
+    return np.maximum(weights, surface.of_mesh(loose))
+
+
+def without(obj, handle, weights):
+    """Weights of the region, n float, without the surroundings of one handle. All of them, if they are not what the
+    handles' sizes make of it: what the artist painted there is kept."""
+    own = around(obj, handle)
+    others = around(obj, *(other for other in obj.meanvalue.handles if other != handle))
+    is_own = own > 0.0
+    is_as_made = np.abs(np.maximum(own, others) - weights)[is_own] <= 1.01 / vertex_groups.WEIGHT_STEPS
+    return np.where(is_own, others, weights) if is_as_made.all() else weights
 
 
 def handles_outside(obj, mask):

@@ -10,7 +10,6 @@ from ...scene import rig_space, selection, shape_keys, subject, vertex_groups
 from ...scene.core.finite import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import new_handles, region, scene_input
-from ..bridge.grip import radius
 from .grow_region import notes_on
 
 
@@ -166,7 +165,8 @@ class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
     def equip(self, obj, handle, members):
         control = new_handles.make_handle(obj, handle, members)
         if self.size > 0.0:
-            region.add_falloff(obj, members, 0.0, radius(obj, self.size), region.weights(obj))
+            handle.size = self.size
+            region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
         if self.live and self._was_first and not obj.meanvalue.live:
             obj.meanvalue.live = True
         selection.choose(control)

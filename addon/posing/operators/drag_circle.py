@@ -7,6 +7,8 @@ from bpy_extras import view3d_utils
 from gpu_extras.presets import draw_circle_2d
 from mathutils import Vector
 
+from ...scene import views
+
 COLOR = (1.0, 1.0, 1.0, 0.8)
 
 #: Whether a circle is to be seen: the tool's own cursor stays away then.
@@ -16,19 +18,17 @@ is_shown = False
 class DragCircle:
     """To be removed when the drag ends, however it ends."""
 
-    def __init__(self, context):
+    def __init__(self):
         global is_shown
-        self._area = context.area
-        self._centre, self._radius, self._region = (0.0, 0.0), 0.0, None
+        self._center, self._radius, self._region = (0.0, 0.0), 0.0, 0
         self._handler = bpy.types.SpaceView3D.draw_handler_add(self._draw, (), 'WINDOW', 'POST_PIXEL')
         is_shown = True
 
-    def show(self, pressed, mouse, length):
-        """Around `mouse` (2, pixels in the region), of so much length in the world at the pressed place; 0: none."""
-        self._centre = tuple(mouse)
-        self._radius = pixels(pressed.region, pressed.view, pressed.place, length)
-        self._region = pressed.region
-        self._area.tag_redraw()
+    def show(self, region, view, mouse, place, length):
+        """Around `mouse` (2, pixels in the region), of so much length in the world at `place`; 0: none."""
+        self._center, self._region = tuple(mouse), region.as_pointer()
+        self._radius = pixels(region, view, place, length)
+        views.draw_again('WINDOW')
 
     def remove(self):
         global is_shown
@@ -36,17 +36,17 @@ class DragCircle:
         if self._handler is not None:
             bpy.types.SpaceView3D.draw_handler_remove(self._handler, 'WINDOW')
             self._handler = None
-            self._area.tag_redraw()
+            views.draw_again('WINDOW')
 
     def _draw(self):
-        if bpy.context.region == self._region and self._radius > 0.0:
-            draw(self._centre, COLOR, self._radius)
+        if bpy.context.region.as_pointer() == self._region and self._radius > 0.0:
+            draw(self._center, COLOR, self._radius)
 
 
-def draw(centre, color, radius):
+def draw(center, color, radius):
     """In pixels of the region that is drawn."""
     gpu.state.blend_set('ALPHA')
-    draw_circle_2d(centre, color, radius, segments=64)
+    draw_circle_2d(center, color, radius, segments=64)
     gpu.state.blend_set('NONE')
 
 

@@ -8,12 +8,13 @@ from mathutils import Vector
 from ... import compat, ids
 from ...errors import MeanValueError, SceneError
 from ...live import engine
-from ...scene import subject
-from ..bridge import controls
-from ..bridge.grip import Grip, handle_at, radius
+from ...scene import selection
+from ...widgets import under_mouse
+from ..bridge import controls, region
+from ..bridge.grip import Grip, handle_at
 from . import keyframe_handles
 from .drag_circle import DragCircle
-from .pressing import LEAST_SIZE, MOST_SIZE, ToolOperator, require_vertex, size_property
+from .pressing import LEAST_SIZE, MOST_SIZE, ToolOperator, in_front, require_vertex, size_property
 
 #: What a notch of the wheel makes of Size.
 WHEEL_STEP = 1.15
@@ -43,7 +44,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
     bl_options = {'REGISTER', 'UNDO'}
 
     size: size_property(
-        "How far the surroundings of a new handle follow, as a share of the mesh's size. They follow less the farther "
+        "How far the surroundings of the handle follow, as a share of the mesh's size. They follow less the farther "
         "they are"
     )
     offset: bpy.props.FloatVectorProperty(
@@ -52,10 +53,6 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         subtype='TRANSLATION',
         options={'SKIP_SAVE'},
     )
-    vertex: bpy.props.IntProperty(
-        name="Vertex", description="The vertex to take hold of", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
-    )
-
     handle: bpy.props.StringProperty(
         name="Handle",
         description="Vertex group of the handle to move. If empty: the one that has the vertex, or else a new one",
@@ -65,35 +62,35 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
 
     def execute(self, context):
         """All at once, for scripts and the last-operation panel."""
-        obj = subject.of(context)
         try:
-            problem = subject.object_problem(obj)
-            if problem:
-                raise SceneError(problem)
+            obj = self.find_object(context)
             if self.handle not in obj.meanvalue.handles:
                 require_vertex(obj, self.vertex)
             grip = Grip(obj, self.vertex, self.size, self.handle)
+            if self.properties.is_property_set("size"):
+                grip.resize(obj, self.size)
             grip.move(obj, Vector(self.offset))
+            _select_control(context, obj, grip)
         except MeanValueError as error:
             return self.refuse(error)
-        controls.select(grip.handle(obj))
         return self.tell(*_outcome(obj, grip, Vector(self.offset)))
 
     def invoke(self, context, event):
         try:
-            obj, self._pressed = self.find_pressed(context, event)
+            obj, self._pressed, self._covered = self.find_pressed(context, event)
         except SceneError as error:
             return self.warn(error)
-        self._object_name, self._identity = obj.name, compat.session_key(obj)
+        self.object_name, self._identity = obj.name, compat.session_key(obj)
         self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
         self._grip = None
-        self._size_taken = self.size
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
+        own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
+        self.size = self._size_taken = own_size or self.size
         self._timer = context.window_manager.event_timer_add(TICK_SECONDS, window=context.window)
-        self._circle = DragCircle(context)
+        self._circle = DragCircle()
         _running.append(self)
         try:
-            self._whole = radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
+            self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
             self._show(context, obj)
         except MeanValueError as error:
             self._end(context)
@@ -137,90 +134,94 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         if self._grip is None:
             if (self._mouse - self._start).length < context.preferences.inputs.drag_threshold_mouse:
                 return
+            if self._covered:
+                raise SceneError(in_front(obj, self._covered))
             self._grip = Grip(obj, self.vertex, self.size, self.handle)
-            self._size_taken = self.size
-        self.offset = self._pressed.turn @ (self._on_plane(self._mouse) - self._on_plane(self._start))
+            self._active = context.view_layer.objects.active.name if context.view_layer.objects.active else ""
+            context.view_layer.objects.active = obj  # Properties and overlay show what is posed
+        self.offset = self._pressed.turn @ (self._on_plane(context, self._mouse) - self._on_plane(context, self._start))
         self._grip.move(obj, Vector(self.offset))
 
     def _handle(self, obj):
         """Name of the handle or pin that is pressed on, or ""."""
-        if self._pressed.handle is not None:
-            return self._pressed.handle
-        index = handle_at(obj, self.vertex)
-        return "" if index is None else obj.meanvalue.handles[index].name
+        index = None if self._pressed.handle else handle_at(obj, self.vertex)
+        return self._pressed.handle if index is None else obj.meanvalue.handles[index].name
 
-    def _on_plane(self, mouse):
+    def _on_plane(self, context, mouse):
         """Where the mouse is in the world, in the plane of the view through the place that was pressed."""
-        pressed = self._pressed
-        return view3d_utils.region_2d_to_location_3d(pressed.region, pressed.view, mouse, pressed.place)
+        return view3d_utils.region_2d_to_location_3d(*_view(context), mouse, self._pressed.place)
 
     def _resize(self, context, direction):
         if self._grip is not None and not self._grip.has_size:
             return
         self.size = min(MOST_SIZE, max(LEAST_SIZE, self.size * WHEEL_STEP**direction))
         tool = context.workspace.tools.from_space_view3d_mode('OBJECT', create=False)
-        if tool is not None and tool.idname == MEANVALUE_OT_grab.bl_idname:
+        if not self.handle and tool is not None and tool.idname == MEANVALUE_OT_grab.bl_idname:
             tool.operator_properties(tool.idname).size = self.size
 
     def _take_size(self, obj):
         if self._grip is not None and self.size != self._size_taken:
             self._size_taken = self.size
-            self._grip.resize(obj, self.size)
-            engine.look_again(obj)
+            if self._grip.resize(obj, self.size):
+                engine.look_again(obj)
 
     def _let_go(self, context, obj):
         self._end(context)
         if self._grip is None:
-            return self._click(obj)
+            return self._click(context, obj)
         self._take_size(obj)
         handle = self._grip.handle(obj)
-        controls.select(handle)
+        if not self._grip.is_new and handle.size != self.size:
+            self.properties.property_unset("size")  # or the last-operation panel would give it one
+        _select_control(context, obj, self._grip)
         message, notes = _outcome(obj, self._grip, Vector(self.offset))
         if context.scene.tool_settings.use_keyframe_insert_auto:
             keyframe_handles.insert(controls.mover(handle), notes)
         return self.tell(message, notes)
 
-    def _click(self, obj):
+    def _click(self, context, obj):
+        """Selects what is there, as Blender does: the control of a handle, or a mesh that was not the active one."""
         index = obj.meanvalue.handles.find(self.handle)
-        if index < 0:
+        if index >= 0:
+            obj.meanvalue.active_handle = index
+        handle = obj.meanvalue.handles[index] if index >= 0 else None
+        if handle is not None and handle.follows == 'CONTROL':
+            problem = controls.problem(obj, handle)
+            if problem:
+                raise SceneError(problem)
+            controls.select(handle)
+            return self.tell("Control selected", [])
+        if context.view_layer.objects.active != obj:
+            selection.choose(obj)
+            return self.tell(f"'{obj.name}' is the active object", [])
+        if handle is None:
             self.say('INFO', "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
-        handle = obj.meanvalue.handles[index]
-        obj.meanvalue.active_handle = index
-        if handle.follows != 'CONTROL':
-            return self.tell(f"'{handle.name}' is the active {'pin' if handle.follows == 'REST' else 'handle'}", [])
-        problem = controls.problem(obj, handle)
-        if problem:
-            raise SceneError(problem)
-        controls.select(handle)
-        return self.tell(f"Handle '{handle.name}' is selected: drag it, or move, turn and scale its control", [])
+        return self.tell(f"'{handle.name}' is the active {'pin' if handle.follows == 'REST' else 'handle'}", [])
 
     def _give_up(self, context, obj):
         self._end(context)
         if self._grip is not None:
             self._grip.take_back(obj)
             engine.look_again(obj)
+            context.view_layer.objects.active = bpy.data.objects.get(self._active)
         return {'CANCELLED'}
 
     def _object(self):
-        obj = bpy.data.objects.get(self._object_name)
+        obj = bpy.data.objects.get(self.object_name)
         if obj is None or compat.session_key(obj) != self._identity:
-            raise SceneError(f"'{self._object_name}' is gone")
+            raise SceneError(f"'{self.object_name}' is gone")
         return obj
 
     def _show(self, context, obj):
-        pressed = self._pressed
         length = self.size * self._whole * max(obj.matrix_world.to_scale())
         has_size = self._grip is None or self._grip.has_size
-        self._circle.show(pressed, self._mouse, length if has_size else 0.0)
+        self._circle.show(*_view(context), self._mouse, self._pressed.place, length if has_size else 0.0)
         live = engine.status(obj) if self._grip is not None else None
-        parts = [
-            f"Grab '{obj.name}'",
-            *([f"Size: {self.size:.0%} (Wheel)"] if has_size else []),
-            "Esc: Take Back",
-            *([live[0]] if live else []),
-        ]
-        context.workspace.status_text_set("    ".join(parts))
+        size = f" Size {self.size:.0%} (Wheel)" if has_size else ""
+        parts = [f"Grab:{size}", "R after release turns it", "Esc cancels"]
+        parts += [live[0]] if live is not None and live[1] else []
+        context.workspace.status_text_set("   ".join(parts))
 
     def _end(self, context):
         if self._timer is None:
@@ -233,16 +234,29 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             context.workspace.status_text_set(None)
 
 
+def _view(context):
+    """@throws SceneError where it was closed during the drag."""
+    found = under_mouse.view_of(context)
+    if found is None:
+        raise SceneError("The 3D View of the drag is gone")
+    return found
+
+
+def _select_control(context, obj, grip):
+    """The control is selected, so that G, R and S move it; the mesh is the active object, and Properties show it."""
+    controls.select(grip.handle(obj))
+    context.view_layer.objects.active = obj
+
+
 def _outcome(obj, grip, offset):
     """(message, [notes])."""
-    handle = grip.handle(obj)
     notes = list(grip.notes(obj))
     if grip.is_new:
-        message = f"Handle '{handle.name}' made. Drag it again, or press elsewhere for another one"
+        message = "Handle made"
     elif grip.has_moved(obj, offset):
-        message = f"Handle '{handle.name}' moved. Drag it again, or press elsewhere for another one"
+        message = "Handle moved"
     else:
-        message = f"Handle '{handle.name}' is where it was"
+        message = "The handle is where it was"
         if offset.length > 0.0:
             notes.append("Something else moves its control, such as a constraint or a driver: move that")
     live = engine.status(obj)

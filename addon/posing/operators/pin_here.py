@@ -5,10 +5,10 @@ import bpy
 
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError
-from ...scene import subject, vertex_groups
+from ...scene import selection, subject, vertex_groups
 from ..bridge import controls, new_handles, region
-from ..bridge.grip import HANDLE_SHARE, handle_at, near_vertices, radius
-from .pressing import ToolOperator, require_vertex, size_property
+from ..bridge.grip import handle_at, near_vertices
+from .pressing import ToolOperator, in_front, require_vertex, size_property
 
 
 class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
@@ -19,38 +19,36 @@ class MEANVALUE_OT_pin_here(ToolOperator, bpy.types.Operator):
     bl_options = {'REGISTER', 'UNDO'}
 
     size: size_property("As of Grab: the pin holds as much as a new handle of that size")
-    vertex: bpy.props.IntProperty(
-        name="Vertex", description="The vertex to pin", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
-    )
 
     def invoke(self, context, event):
         try:
-            obj, pressed = self.find_pressed(context, event)
+            obj, pressed, covered = self.find_pressed(context, event)
         except SceneError as error:
             return self.warn(error)
-        if pressed.handle is not None:
+        if covered:
+            return self.warn(SceneError(in_front(obj, covered)))
+        self.object_name, self.vertex = obj.name, pressed.vertex
+        if pressed.handle:
             members = vertex_groups.members(obj, [pressed.handle])[pressed.handle]
             self.vertex = int(members[0]) if len(members) else -1
-        else:
-            self.vertex = pressed.vertex
         return self.execute(context)
 
     def execute(self, context):
-        obj = subject.of(context)
         try:
-            problem = subject.object_problem(obj)
-            if problem:
-                raise SceneError(problem)
+            obj = self.find_object(context)
             require_vertex(obj, self.vertex)
-            return self.tell(*self._toggle(obj))
+            message, notes = self._toggle(obj)
         except MeanValueError as error:
             return self.refuse(error)
+        if obj != subject.of(context):
+            selection.choose(obj)
+        return self.tell(message, notes)
 
     def _toggle(self, obj):
         index = handle_at(obj, self.vertex)
         if index is not None:
             return _let_go(obj, index)
-        members = near_vertices(obj, self.vertex, HANDLE_SHARE * radius(obj, self.size))
+        members = near_vertices(obj, self.vertex, region.HANDLE_SHARE * region.radius(obj, self.size))
         handle = new_handles.add_handle(obj, members, new_name=ids.PIN_GROUP)
         if new_handles.is_posed(obj, members):
             new_handles.make_handle(obj, handle, members, new_handles.PIN_COLOR)

@@ -7,7 +7,7 @@ from mathutils import Vector
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import selection, subject, views
+from ...scene import subject, views
 from ...widgets import under_mouse
 from ...widgets.base import Reporting
 from ..bridge import control_places, controls
@@ -36,6 +36,14 @@ def size_property(description):
 class ToolOperator(Reporting):
     """Mix-in: what is pressed on, for operators of the tool."""
 
+    vertex: bpy.props.IntProperty(
+        name="Vertex", description="The vertex that is pressed", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
+    )
+    #: Adjusting the operator runs it again from before, when another object may have been the active one.
+    object_name: bpy.props.StringProperty(
+        name="Object", description="The mesh object. If empty: the active one", options={'HIDDEN', 'SKIP_SAVE'}
+    )
+
     @classmethod
     def poll(cls, context):
         problem = None
@@ -50,39 +58,40 @@ class ToolOperator(Reporting):
         self.say('WARNING', wording.sentence(str(error)))
         return {'CANCELLED'}
 
-    def find_pressed(self, context, event):
-        """(mesh object, Pressed). @throws SceneError where there is nothing to take hold of.
+    def find_object(self, context):
+        """@throws SceneError if there is none that can be worked on."""
+        obj = bpy.data.objects.get(self.object_name) if self.object_name else subject.of(context)
+        problem = subject.object_problem(obj)
+        if problem:
+            raise SceneError(problem)
+        return obj
 
-        The active mesh counts, and its controls first. What is in front of it, or beside it, becomes the active one
-        instead.
+    def find_pressed(self, context, event):
+        """(mesh object, Pressed, name of the active mesh that it covers or ""). The active mesh's controls come first.
+
+        @throws SceneError where there is nothing to grab.
         """
-        found = under_mouse.view_pressed(context, event)
+        found = under_mouse.view_of(context)
         if found is None:
             raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
-        region, view, mouse = found
-        obj = subject.of(context)
-        at_control = _control_under(context, obj, region, view, mouse)
+        seen = *found, (event.mouse_region_x, event.mouse_region_y)
+        active = subject.of(context)
+        is_usable = subject.object_problem(active) is None
+        at_control = _control_under(context, active, *seen) if is_usable else None
         if at_control is not None:
-            return obj, at_control
-        first = under_mouse.first_object(context, region, view, mouse)
-        if first is None:
+            return active, at_control, ""
+        obj = under_mouse.first_object(context, *seen)
+        if obj is None:
             raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
-        if first != obj:
-            problem = subject.object_problem(first)
-            if problem:
-                raise SceneError(f"'{first.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
-            is_usable = obj is not None and subject.object_problem(obj) is None
-            selection.choose(first)
-            if is_usable and _has_handles(obj):
-                raise SceneError(
-                    f"'{first.name}' is in front here and is the active object now: press again to grab it. To reach "
-                    f"what is behind it, hide it, or look at '{obj.name}' alone (Local View)"
-                )
-            obj = first
-        pressed = under_mouse.press(obj, region, view, mouse)
+        problem = subject.object_problem(obj)
+        if problem:
+            raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
+        pressed = under_mouse.press(obj, *seen)
         if pressed is None:
             raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
-        return obj, pressed
+        is_covering = obj != active and is_usable and len(active.meanvalue.handles) > 0
+        is_covering = is_covering and under_mouse.place_under(active, *seen) is not None
+        return obj, pressed, active.name if is_covering else ""
 
 
 def require_vertex(obj, vertex):
@@ -95,8 +104,6 @@ def require_vertex(obj, vertex):
 
 def _control_under(context, obj, region, view, mouse):
     """The Pressed of a control of `obj` that is to be seen under the mouse, the nearest to it; or None."""
-    if subject.object_problem(obj) is not None:
-        return None
     found, least = None, CONTROL_PIXELS * context.preferences.system.ui_scale
     for handle in obj.meanvalue.handles:
         if not handle.is_enabled or handle.follows != 'CONTROL' or controls.problem(obj, handle) is not None:
@@ -107,9 +114,10 @@ def _control_under(context, obj, region, view, mouse):
         if seen is None or is_hidden or (seen - Vector(mouse)).length > least:
             continue
         least = (seen - Vector(mouse)).length
-        found = under_mouse.Pressed(-1, place, region, view, handle.name)
+        found = under_mouse.Pressed(-1, place, handle.name)
     return found
 
 
-def _has_handles(obj):
-    return len(obj.meanvalue.handles) > 0
+def in_front(obj, covered):
+    """A sentence on a press that may be meant for what is behind."""
+    return f"'{obj.name}' is in front of '{covered}' here. Click it to make it the active object, or hide it"
