@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that baking and farms write and read again, presets and lists of frames: one class for each kind.
+"""Files that baking and farms write and read again, and lists of frames: one class for each kind.
 
 A kind has seeds(), whole contents; damaged(content, random_numbers); and attempt(content, folder), which reads it from
 there as the add-on does: True if it was taken, False if an error of the add-on's own refused it.
 """
 
+import importlib.util
 import json
+import pathlib
 import types
 
-import meanvalue
 import numpy as np
 
-from addon.baking.bridge import baking, bundle, farm
+from addon.baking.bridge import baking
+from addon.baking.bridge.handle_clip import HandleClip
 from addon.baking.bridge.plan import BakePlan
 from addon.baking.core import bake_report, chunk_store, frame_ranges, point_cache
 from addon.capture.core import known_sets, marker_sets
@@ -20,6 +22,13 @@ from addon.posing.core.bind_input import BindInput
 from addon.scene.core import checked_json
 
 from .mutations import mutated, with_odd_values
+
+_SPEC = importlib.util.spec_from_file_location(
+    "meanvalue_farm", pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm" / "meanvalue_farm.py"
+)
+FARM = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(FARM)
+FARM.addon = FARM.parts_of("addon", FARM.PARTS)
 
 
 def is_taken(action):
@@ -62,13 +71,13 @@ def a_plan(**more):
         anchors=np.array([0, 3, 12, 15], np.int32),
         roi=np.ones(16, bool),
         method="fast",
-        pieces=np.array([0, 0, 1, 1], np.int32),
+        handles=np.array([0, 0, 1, 1], np.int32),
         rigidity=15.0,
         **more,
     )
     targets = np.repeat(rest[bind_input.anchors][None].astype(np.float64), 3, axis=0)
     triangles = np.array([[v, v + 1, v + 5] for v in range(10)], np.int32)
-    return BakePlan(bind_input, np.arange(1.0, 4.0), 1.0, targets, None), triangles
+    return BakePlan(HandleClip(bind_input, targets, None), np.arange(1.0, 4.0), 1.0), triangles
 
 
 class Bundles:
@@ -82,7 +91,7 @@ class Bundles:
         border = {"border": np.array([5, 6], np.int32), "border_strengths": np.array([0.1, 0.2])}
         mirror = {"planes": np.array([[1.0, 0, 0, 0]]), "twins": np.full((1, 16), -1, np.int32)}
         for more in ({}, soft, border, mirror):
-            self._digests.append(bundle.save(folder / "seed.npz", *a_plan(**more)))
+            self._digests.append(FARM.save_clip(folder / "seed.npz", *a_plan(**more)))
             self.seeds.append((folder / "seed.npz").read_bytes())
 
     damaged = staticmethod(mutated)
@@ -93,10 +102,10 @@ class Bundles:
         return is_taken(lambda: self._read(path, self._digests[len(content) % len(self._digests)]))
 
     def _read(self, path, digest):
-        plan, triangles = bundle.load(path, digest)
-        plan.bind_input.check()
+        plan, triangles = FARM.load_clip(path, digest)
+        plan.clip.bind_input.check()
         assert plan.header.samples == len(plan.numbers) == plan.chunks()[-1][1] and plan.key
-        assert len(plan.bind_input.solver_mesh.held_rest) > 0 and triangles.shape[1] == 3
+        assert len(plan.clip.bind_input.solver_mesh.held_rest) > 0 and triangles.shape[1] == 3
 
 
 class OfJson:
@@ -113,7 +122,7 @@ class Plans(OfJson):
 
     def __init__(self, folder):
         plan, triangles = a_plan()
-        farm.write_plan(folder, [("Clip", plan, triangles), ("Other", plan, triangles)], 2)
+        FARM.write_plan(folder, [("Clip", plan, triangles), ("Other", plan, triangles)], 2)
         self.seeds = [(folder / "plan" / "plan.json").read_bytes()]
 
     def attempt(self, content, folder):
@@ -123,11 +132,11 @@ class Plans(OfJson):
         return is_taken(lambda: self._read(folder, options))
 
     def _read(self, folder, options):
-        plan = farm.read_plan(folder)
+        plan = FARM.read_plan(folder)
         for clip in plan["clips"]:
             own = set(frame_ranges.parse(clip["frames"]))
             assert {frame for part in clip["chunks"] for frame in frame_ranges.parse(part)} == own
-        _out, clip, frames = farm.task_of(options, "tasks.tsv")
+        _out, clip, frames = FARM.task_of(options, "tasks.tsv")
         assert set(frames) <= set(frame_ranges.parse(clip["frames"]))
 
 
@@ -163,61 +172,8 @@ class Chunks(OfJson):
             except StopIteration as end:
                 columns = end.value
                 break
-        baking.BakeReport.of([1, 2, 3, 4], columns).text()
+        bake_report.BakeReport([1, 2, 3, 4], columns).text()
         assert len(store.rows()[3]) == 5
-
-
-def a_paused_clip():
-    """What is kept of a clip of which some frames are solved; see Sequence.state."""
-    plan, triangles = a_plan()
-    solver_input = plan.bind_input
-    deformer = meanvalue.Deformer(solver_input.rest.astype(np.float64), triangles, solver_input.anchors)
-    targets = np.repeat(plan.targets, 200, axis=0)
-    for _ in range(100):
-        execution = meanvalue.Execution()
-        task = deformer.start_solve_sequence(targets, chunk=2, overlap=1, threads=1, execution=execution)
-        while not task.finished and execution.progress == 0.0:
-            pass
-        execution.pause()
-        paused = task.result()
-        if paused.is_paused and 0 < paused.solved.sum() < len(targets):
-            return paused.state.copy()
-    raise AssertionError("no clip was paused on its way")
-
-
-class Begun(OfJson):
-    """How far a chunk is that was stopped: what is damaged counts as nothing, the rest is what was kept."""
-
-    name = "begun"
-    KEY = "0123abcd"
-    FRAMES, SOLVED = (1, 2, 3, 4, 5, 6), (1, 2, 5)
-
-    def __init__(self, folder):
-        self._state = a_paused_clip()
-        self._store(folder).keep_begun(self.FRAMES, self._state, self.SOLVED)
-        path = next(folder.glob(f"*{chunk_store.BEGUN}"))
-        self._name = path.name
-        self.seeds = [path.read_bytes()]
-
-    def _store(self, folder):
-        return chunk_store.ChunkStore(folder, self.KEY, self.FRAMES, 16)
-
-    def damaged(self, content, random_numbers):
-        head, state = content.split(b"\n", 1)
-        if random_numbers.random() < 0.5:
-            return super().damaged(head, random_numbers) + b"\n" + state
-        return mutated(content, random_numbers)
-
-    def attempt(self, content, folder):
-        (folder / self._name).write_bytes(content)
-        store = self._store(folder)
-        kept = store.kept([self.FRAMES])
-        state, solved = store.begun(self.FRAMES)
-        if state is None:
-            assert solved == []
-            return False
-        assert np.array_equal(state, self._state) and tuple(solved) == self.SOLVED == tuple(kept)
-        return True
 
 
 class Reports(OfJson):
@@ -228,7 +184,7 @@ class Reports(OfJson):
     def __init__(self, folder):
         plan, _ = a_plan()
         columns = {"energies": [0.1, 0.2, 0.3], "distances": [0.0] * 3, "iterations": [3] * 3}
-        report = baking.BakeReport.of(plan.times, {**columns, "converged": [True] * 3, "errors": [""] * 3})
+        report = bake_report.BakeReport(plan.times, {**columns, "converged": [True] * 3, "errors": [""] * 3})
         baking.write_report(folder / "seed.pc2", report, {"key": plan.key, "object": "Cube"})
         self.seeds = [baking.report_path(folder / "seed.pc2").read_bytes()]
         self._frames = report.content()["frames"][:1]
@@ -279,4 +235,4 @@ class FrameRanges:
         assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
 
 
-KINDS = (PointCaches, Bundles, Plans, Chunks, Begun, Reports, MarkerSets, FrameRanges)
+KINDS = (PointCaches, Bundles, Plans, Chunks, Reports, MarkerSets, FrameRanges)

@@ -241,7 +241,7 @@ def test_chunks_that_overlap_and_have_gaps(tmp_path):
     store.write([0, 1, 2, 6, 7], rows[[0, 1, 2, 6, 7]], {"energies": [0, 1, 2, 6, 7]})
     store.write([2, 3, 4, 5, 6], rows[2:7], {"energies": [2, 3, 4, 5, 6]})
     assert store.missing() == [8, 9]
-    with pytest.raises(IncompleteCacheError, match="2 of 10 frames are not baked yet: 8-9"):
+    with pytest.raises(IncompleteCacheError, match="not baked yet: 8-9"):
         exhaust(store.merge(tmp_path / "out.pc2", header(rows)))
     store.write([8, 9], rows[8:], {"energies": [8, 9]})
     assert exhaust(store.merge(tmp_path / "out.pc2", header(rows))) == {"energies": list(range(10))}
@@ -307,8 +307,8 @@ BAKER = """
 import sys, time
 import numpy as np
 sys.path.insert(0, sys.argv[1])
-from addon.core import point_cache
-from addon.core.chunk_store import ChunkStore
+from addon.baking.core import point_cache
+from addon.baking.core.chunk_store import ChunkStore
 
 store = ChunkStore(sys.argv[2] + "/out.chunks", "key", range(1, 61), 2000)
 for begin in range(1, 61, 6):

@@ -33,13 +33,15 @@ DONE, FAILED, BAD_ARGUMENTS, INCOMPLETE, DAMAGED = range(5)
 #: How often a line of progress is printed.
 PROGRESS_SECONDS = 0.5
 
-#: Modules of the add-on, each under the last part of its name.
+#: Modules of the add-on, each under the last part of its name; and those that only plan needs.
 PARTS = (
-    "errors", "live.engine", "posing.core.bind_input", "scene.mesh_arrays", "scene.subject", "scene.core.checked_json",
-    "scene.core.whole_files", "solver.job", "solver.native_loader", "solver.session", "solver.core.fingerprint",
-    "solver.core.steps", "baking.bridge.baking", "baking.bridge.handle_clip", "baking.bridge.handle_source",
-    "baking.bridge.plan", "baking.bridge.sampling", "baking.core.bake_report", "baking.core.bake_times",
-    "baking.core.chunk_store", "baking.core.frame_ranges", "baking.core.point_cache",
+    "errors", "posing.core.bind_input", "scene.core.checked_json", "scene.core.whole_files", "solver.job",
+    "solver.native_loader", "solver.session", "solver.core.steps", "baking.bridge.baking", "baking.bridge.handle_clip",
+    "baking.bridge.plan", "baking.core.bake_report", "baking.core.bake_times", "baking.core.chunk_store",
+    "baking.core.frame_ranges", "baking.core.point_cache",
+)  # fmt: skip
+PLANNING = (
+    "live.engine", "scene.mesh_arrays", "scene.subject", "baking.bridge.handle_source", "baking.bridge.sampling",
 )  # fmt: skip
 addon = None
 
@@ -60,7 +62,7 @@ def installed():
     sys.exit("meanvalue: error: Mean-Value Deform is not installed in this Blender")
 
 
-def parts_of(package, names=PARTS):
+def parts_of(package, names=(*PARTS, *PLANNING)):
     found = {name.rpartition(".")[2]: importlib.import_module(f"{package}.{name}") for name in names}
     return types.SimpleNamespace(**found)
 
@@ -233,9 +235,9 @@ def run_merge(options):
     for begun in (out / clip["name"] / "chunks").glob("*.pc2"):
         addon.whole_files.remove_abandoned(begun)
     columns = addon.steps.result_of(store_of(out, clip, plan, frames).merge(path, header))
-    report = addon.bake_report.BakeReport.of(frames, columns)
+    report = addon.bake_report.BakeReport(frames, columns)
     addon.baking.write_report(path, report, {"key": key, "clip": clip["name"]})
-    say(f"{path}: {report.text()}")
+    say(f"{path}: {len(frames)} frames")
     for note in report.notes():
         say(f"warning: {note}")
 

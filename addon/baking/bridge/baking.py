@@ -104,7 +104,7 @@ class Baking:
         if self._is_part:
             return (yield from self._rewrite_part(about))
         columns = yield from self.store.merge(self.path, self.plan.header)
-        report = BakeReport.of(self.plan.times, columns)
+        report = BakeReport(self.plan.times, columns)
         write_report(self.path, report, {**about, "key": self.plan.key})
         self.store.remove()
         return report
@@ -114,7 +114,7 @@ class Baking:
         rows = self.store.rows()
         point_cache.write_again(self.path, self._part[0], (rows[row][None] for row in range(len(rows))))
         yield len(rows)
-        report = BakeReport.of(self.plan.times[slice(*self._part)], self.store.reports())
+        report = BakeReport(self.plan.times[slice(*self._part)], self.store.reports())
         former = read_json(report_path(self.path)) or {}
         content = {
             **former,
@@ -140,7 +140,7 @@ class Baking:
         for row in kept:
             shapes.append(np.array(rows[row]))
             yield row
-        return kept, shapes, BakeReport.of(self.plan.times, self.store.reports())
+        return kept, shapes, BakeReport(self.plan.times, self.store.reports())
 
 
 def write_report(path, report, about):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Frames of a bake on their way: chunks in a folder, each a point cache with a marker beside it that is written last.
 
-Beside them is how far a chunk is that somebody has stopped; whoever solves it next goes on from there.
-
 A chunk counts only if its marker has the key of what is baked (a digest of all that it depends on), the frames and the
 size. So what was killed goes on where it was, changed settings never mix with old chunks, and several processes may
 work on one folder without knowing of each other.
@@ -10,21 +8,16 @@ work on one folder without knowing of each other.
 
 import contextlib
 import hashlib
-import json
 import pathlib
 
 import numpy as np
 
-from ...errors import DamagedCacheError, IncompleteCacheError, MeanValueError
+from ...errors import DamagedCacheError, IncompleteCacheError
 from ...scene.core import whole_files
-from ...scene.core.checked_json import checked, checksum, read_checked_json, write_checked_json
+from ...scene.core.checked_json import read_checked_json, write_checked_json
 from . import frame_ranges, point_cache
 
 SCHEMA = 2
-
-#: Of files that have how far a chunk is: a line of JSON, then the solver's own state.
-BEGUN = ".begun"
-MOST_HEAD_BYTES = 1 << 20
 
 
 class ChunkStore:
@@ -46,7 +39,8 @@ class ChunkStore:
         """Keeps the rows (f, n, 3) of `frames`, with `report`: {name: list of f values}. @throws CacheError."""
         header = point_cache.Header(self.vertices, float(frames[0]), 1.0, len(frames))
         data = np.ascontiguousarray(rows, "<f4")
-        path = self._path(frames)
+        runs = frame_ranges.runs(frames)  # the name is of the frames alone: who bakes the same writes the same file
+        path = self.folder / (".".join(f"{first:+07d}_{last:+07d}" for first, last in runs) + ".pc2")
         point_cache.write(path, header, [data])
         state = hashlib.sha256(header.packed())
         state.update(memoryview(data).cast("B") if data.size else b"")
@@ -60,53 +54,6 @@ class ChunkStore:
             "report": report,
         }
         write_checked_json(path.with_suffix(".json"), marker)
-        self.forget_begun(frames)
-
-    def keep_begun(self, frames, state, solved):
-        """Keeps how far `frames`, the chunk that is being solved, are, until they are written.
-
-        state: (b,) uint8; solved: those of `frames` that need not be solved again. @throws CacheError.
-        """
-        head = {
-            "schema": SCHEMA,
-            "key": self.key,
-            "frames": frame_ranges.spelled(frames),
-            "vertices": self.vertices,
-            "solved": frame_ranges.spelled(solved),
-            "bytes": len(state),
-            "sha256": hashlib.sha256(state).hexdigest(),
-        }
-        text = json.dumps({**head, "checksum": checksum(head)}).encode() + b"\n"
-        with whole_files.replacing(self._begun_path(frames), len(text) + len(state)) as file:
-            file.write(text)
-            file.write(memoryview(state))
-
-    def begun(self, frames):
-        """(state, frames that need not be solved again) as kept for `frames`; (None, []) where there is nothing."""
-        path = self._begun_path(frames)
-        head = self._read_head(path)
-        with contextlib.suppress(OSError, MemoryError):
-            if head is not None and head["frames"] == frame_ranges.spelled(frames):
-                with path.open("rb") as file:
-                    file.readline(MOST_HEAD_BYTES)
-                    state = np.frombuffer(file.read(), np.uint8)
-                if hashlib.sha256(state).hexdigest() == head["sha256"]:
-                    return state, frame_ranges.parse(head["solved"])
-        return None, []
-
-    def forget_begun(self, frames):
-        with contextlib.suppress(OSError):
-            self._begun_path(frames).unlink(missing_ok=True)
-
-    def kept(self, chunks):
-        """Frames that need not be solved again, ascending: those that are written, and those of `chunks` that are on
-        their way."""
-        found = set(self._where())
-        for frames in chunks:
-            head = self._read_head(self._begun_path(frames))
-            if head is not None and head["frames"] == frame_ranges.spelled(frames):
-                found.update(frame_ranges.parse(head["solved"]))
-        return [frame for frame in self.frames if frame in found]
 
     def has(self, frames):
         """Whether each of `frames` is in a chunk."""
@@ -130,8 +77,7 @@ class ChunkStore:
             done = 0
             for name, frames in self._stretches(where):
                 marker = self._require_marker(name)
-                own = frame_ranges.parse(marker["frames"])
-                begin = own.index(frames[0])
+                begin = frame_ranges.parse(marker["frames"]).index(frames[0])
                 self._copy_checked(name, marker, (begin, begin + len(frames)), file)
                 done += len(frames)
                 yield done
@@ -143,9 +89,8 @@ class ChunkStore:
 
     def reports(self):
         """{name: values of all frames} of the reports. @throws IncompleteCacheError."""
-        where = self._require_all()
         reports = {}
-        for name, frames in self._stretches(where):
+        for name, frames in self._stretches(self._require_all()):
             marker = self._require_marker(name)
             first = frame_ranges.parse(marker["frames"]).index(frames[0])
             for what, values in marker["report"].items():
@@ -156,9 +101,16 @@ class ChunkStore:
         """Takes all chunks away, whatever their key, and the folder if nothing else is in it."""
         with contextlib.suppress(OSError):
             for path in sorted(self.folder.glob("*")):
-                if path.suffix in {".pc2", ".json", BEGUN} or ".tmp." in path.name:
+                if path.suffix in {".pc2", ".json"} or ".tmp." in path.name:
                     path.unlink()
             self.folder.rmdir()
+
+    def chunk_of(self, name):
+        """(frames, (f, n, 3) float32 that stay on the disk) of a chunk. @throws IncompleteCacheError, CacheError."""
+        frames = frame_ranges.parse(self._require_marker(name)["frames"])
+        path = self.folder / f"{name}.pc2"
+        with whole_files.telling(path):
+            return frames, point_cache.mapped(path, len(frames), self.vertices)
 
     def _copy_checked(self, name, marker, rows, file):
         """Appends rows [begin, end) of a chunk, all of which is checked. @throws DamagedCacheError."""
@@ -166,8 +118,7 @@ class ChunkStore:
         state = hashlib.sha256()
         row = 0
         with whole_files.telling(path):
-            header = point_cache.read_header(path)
-            state.update(header.packed())
+            state.update(point_cache.read_header(path).packed())
             for portion in point_cache.portions(path):
                 state.update(memoryview(portion).cast("B"))
                 wanted = portion[max(0, rows[0] - row) : max(0, rows[1] - row)]
@@ -175,24 +126,20 @@ class ChunkStore:
                 if len(wanted):
                     file.write(memoryview(np.ascontiguousarray(wanted)).cast("B"))
         if state.hexdigest() != marker["sha256"]:
-            self._discard(name)
+            for suffix in (".json", ".pc2"):
+                path.with_suffix(suffix).unlink(missing_ok=True)
             raise DamagedCacheError(
                 f"Frames {marker['frames']} in {path} are not what was written (a damaged disk, or another program). "
                 "They were taken out: bake again, which solves only them"
             )
 
-    def _discard(self, name):
-        for suffix in (".json", ".pc2"):
-            (self.folder / f"{name}{suffix}").unlink(missing_ok=True)
-
     def _require_all(self):
         """As _where(). @throws IncompleteCacheError."""
         where = self._where()
-        missing = [frame for frame in self.frames if frame not in where]
+        missing = frame_ranges.spelled([frame for frame in self.frames if frame not in where])
         if missing:
-            raise IncompleteCacheError(
-                f"{len(missing):,} of {len(self.frames):,} frames are not baked yet: {_few(missing)}. Bake them first"
-            )
+            few = missing if len(missing) <= 60 else missing[:60].rsplit(",", 1)[0] + ", ..."
+            raise IncompleteCacheError(f"Frames are not baked yet: {few}. Bake them first")
         return where
 
     def _where(self):
@@ -200,7 +147,7 @@ class ChunkStore:
         wanted = set(self.frames)
         where = {}
         for path in sorted(self.folder.glob("*.json")):
-            marker = self._read_marker(path)  # one that is written at this moment is not there yet
+            marker = _read_marker(path)  # one that is written at this moment is not there yet
             if marker is None or marker["key"] != self.key or marker["vertices"] != self.vertices:
                 continue
             with contextlib.suppress(OSError):
@@ -221,39 +168,15 @@ class ChunkStore:
 
     def _require_marker(self, name):
         """Of a chunk that was there a moment ago. @throws IncompleteCacheError."""
-        marker = self._read_marker(self.folder / f"{name}.json")
+        marker = _read_marker(self.folder / f"{name}.json")
         if marker is None:
             raise IncompleteCacheError(f"A part of the bake, {name}, is gone from {self.folder} meanwhile. Bake again")
         return marker
 
-    def _read_marker(self, path):
-        marker = read_checked_json(path)
-        return marker if marker is not None and marker.get("schema") == SCHEMA else None
 
-    def _read_head(self, path):
-        """Of a chunk on its way; None if it is of something else, or damaged."""
-        try:
-            with path.open("rb") as file:
-                text = file.readline(MOST_HEAD_BYTES)
-                head = checked(json.loads(text))
-                size = len(text) + head["bytes"] if head is not None else -1
-                is_whole = path.stat().st_size == size
-                if head is not None:
-                    frame_ranges.parse(head["solved"])
-        except (OSError, ValueError, KeyError, TypeError, RecursionError, MemoryError, MeanValueError):
-            return None
-        return head if is_whole and (head["schema"], head["key"], head["vertices"]) == self._own() else None
-
-    def _own(self):
-        return SCHEMA, self.key, self.vertices
-
-    def _begun_path(self, frames):
-        return self._path(frames).with_suffix(BEGUN)
-
-    def _path(self, frames):
-        """By the frames alone, so that whoever bakes the same frames writes the same file."""
-        runs = frame_ranges.runs(frames)
-        return self.folder / (".".join(f"{first:+07d}_{last:+07d}" for first, last in runs) + ".pc2")
+def _read_marker(path):
+    marker = read_checked_json(path)
+    return marker if marker is not None and marker.get("schema") == SCHEMA else None
 
 
 class _Rows:
@@ -262,24 +185,13 @@ class _Rows:
     def __init__(self, store, where):
         self._store = store
         self._where = [where[frame] for frame in store.frames]
-        self._name = self._mapped = self._numbers = None
+        self._name = self._frames = self._chunk = None
 
     def __len__(self):
         return len(self._where)
 
     def __getitem__(self, row):
-        name = self._where[row]
-        if name != self._name:
-            marker = self._store._require_marker(name)
-            self._numbers = {frame: k for k, frame in enumerate(frame_ranges.parse(marker["frames"]))}
-            path = self._store.folder / f"{name}.pc2"
-            shape = (len(self._numbers), self._store.vertices, 3)
-            with whole_files.telling(path):
-                self._mapped = np.memmap(path, "<f4", mode="r", offset=32, shape=shape)
-            self._name = name
-        return self._mapped[self._numbers[self._store.frames[row]]]
-
-
-def _few(frames):
-    text = frame_ranges.spelled(frames)
-    return text if len(text) <= 60 else text[:60].rsplit(",", 1)[0] + ", ..."
+        if self._where[row] != self._name:
+            self._name = self._where[row]
+            self._frames, self._chunk = self._store.chunk_of(self._name)
+        return self._chunk[self._frames.index(self._store.frames[row])]

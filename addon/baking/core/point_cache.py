@@ -107,6 +107,11 @@ def read_rows(path, begin, end):
     return values.reshape(end - begin, header.vertices, 3)
 
 
+def mapped(path, samples, vertices):
+    """(samples, vertices, 3) float32 of a cache, which stay on the disk."""
+    return np.memmap(path, "<f4", mode="r", offset=_LAYOUT.size, shape=(samples, vertices, 3))
+
+
 def portions(path):
     """Goes through all rows of a cache, some at a time: arrays (f, n, 3) float32."""
     header = read_header(path)
