@@ -5,7 +5,6 @@ import bpy
 
 from ..scene import subject
 from ..widgets.panels import PanelPart
-from .operators.clear_wrap_pairs import MEANVALUE_OT_clear_wrap_pairs
 from .operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
 from .operators.wrap import MEANVALUE_OT_wrap
 
@@ -26,12 +25,10 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
         column.prop(settings, "tolerance_share")
         row = layout.row(align=True)
         row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, icon='EYEDROPPER')
-        undo = row.row(align=True)
-        undo.enabled = len(settings.pairs) > 0
-        undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon='LOOP_BACK').only_last = True
-        undo.operator(MEANVALUE_OT_clear_wrap_pairs.bl_idname, text="", icon="X").only_last = False
-        row.prop(settings, "show_pairs", text="", icon='OVERLAY')
-        layout.label(text=f"Pairs picked: {len(settings.pairs)}")
+        if settings.pairs:
+            row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, text="", icon='X').clear = 'ALL'
+            row.prop(settings, "show_pairs", text="", icon='OVERLAY')
+            layout.label(text=f"Pairs picked: {len(settings.pairs)}")
         wrap = layout.column()
         wrap.scale_y = 1.4
         wrap.operator(MEANVALUE_OT_wrap.bl_idname, icon='MOD_SHRINKWRAP')

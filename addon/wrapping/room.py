@@ -6,7 +6,7 @@ import bpy
 from ..widgets import menus, overlay
 from . import panel
 from .bridge import wrap_lines
-from .operators import clear_wrap_pairs, pick_wrap_pairs, wrap
+from .operators import pick_wrap_pairs, wrap
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
 
@@ -17,7 +17,6 @@ class MEANVALUE_MT_wrap(menus.OperatorMenu, bpy.types.Menu):
     bl_label = "Wrap"
     operators = (
         pick_wrap_pairs.MEANVALUE_OT_pick_wrap_pairs,
-        clear_wrap_pairs.MEANVALUE_OT_clear_wrap_pairs,
         wrap.MEANVALUE_OT_wrap,
     )
 

@@ -10,8 +10,9 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.baking.bridge import solving
 from addon.baking.bridge.mix_plan import MixPlan
+
+from addon.baking.bridge import solving
 from addon.mixing.core import drivers, grafting, in_betweens, leja
 from addon.mixing.core.mix_input import Layer, MixInput
 

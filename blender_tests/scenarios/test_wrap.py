@@ -39,9 +39,9 @@ def two():
 def pick(obj, other, vertices=tuple(PAIRS)):
     places = np.array([vertex.co for vertex in other.data.vertices])
     meshes.activate(obj)
+    obj.meanvalue.wrap.target = other
     for vertex in vertices:
-        place = tuple(places[vertex])
-        assert bpy.ops.meanvalue.pick_wrap_pairs(target=other.name, vertex=vertex, place=place) == {'FINISHED'}
+        assert bpy.ops.meanvalue.pick_wrap_pairs(vertex=vertex, place=tuple(places[vertex])) == {'FINISHED'}
 
 
 def in_the_world(obj, points):
@@ -109,8 +109,9 @@ def test_a_mirrored_target_and_its_modifiers_count(two):
     picked = [(vertex, {1: 3, 3: 1}.get(vertex, vertex)) for vertex in range(5)]
     places = np.array([vertex.co for vertex in other.data.vertices])
     meshes.activate(obj)
+    obj.meanvalue.wrap.target = other
     for vertex, partner in picked:
-        bpy.ops.meanvalue.pick_wrap_pairs(target=other.name, vertex=vertex, place=tuple(places[partner]))
+        bpy.ops.meanvalue.pick_wrap_pairs(vertex=vertex, place=tuple(places[partner]))
     assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
     evaluated = other.evaluated_get(bpy.context.evaluated_depsgraph_get())
     for point in in_the_world(obj, key_points(obj.data.shape_keys.key_blocks["Egg"]))[5::37]:
@@ -142,7 +143,7 @@ def test_what_is_left_over_is_in_a_group():
     obj.data.vertices[0].co = (0.0, 0.0, 1.9)
     bpy.context.view_layer.update()
     other.select_set(True)
-    assert bpy.ops.meanvalue.wrap(target="Plain") == {'FINISHED'}
+    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
     group = obj.vertex_groups["Wrap Left Over"]
     members = [v.index for v in obj.data.vertices if group.index in [e.group for e in v.groups]]
     assert members == [0]
@@ -151,8 +152,9 @@ def test_what_is_left_over_is_in_a_group():
 @pytest.mark.parametrize(
     "spoil, words",
     [
-        (lambda obj, other: bpy.ops.meanvalue.clear_wrap_pairs(), "do not lie over each other"),
-        (lambda obj, other: [bpy.ops.meanvalue.clear_wrap_pairs(only_last=True) for _ in range(3)], "2 pairs"),
+        (lambda obj, other: bpy.ops.meanvalue.pick_wrap_pairs(clear='ALL'), "do not lie over each other"),
+        (lambda obj, other: [bpy.ops.meanvalue.pick_wrap_pairs(clear='LAST') for _ in range(3)], "2 pairs"),
+        (lambda obj, other: setattr(obj.meanvalue.wrap, "target", None), "0 other meshes are selected"),
         (lambda obj, other: setattr(obj.meanvalue.wrap.pairs[0], "vertex", 10**6), "faces were changed"),
         (lambda obj, other: setattr(obj.meanvalue.wrap.pairs[0], "vertex", 1), "same vertex"),
         (lambda obj, other: other.data.clear_geometry(), "no faces"),
@@ -177,12 +179,6 @@ def test_pairs_are_checked_as_they_are_picked(two):
         bpy.ops.meanvalue.pick_wrap_pairs(vertex=0)
     with pytest.raises(RuntimeError, match="none of the"):
         bpy.ops.meanvalue.pick_wrap_pairs(vertex=10**6)
-    third = ball("Third", 4, 8)
-    meshes.activate(obj)
-    with pytest.raises(RuntimeError, match="were picked on 'Egg'"):
-        bpy.ops.meanvalue.wrap(target=third.name)
-    with pytest.raises(RuntimeError, match="no object 'Nobody'"):
-        bpy.ops.meanvalue.wrap(target="Nobody")
     assert len(obj.meanvalue.wrap.pairs) == 1
 
 

@@ -18,16 +18,18 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     yield from ui.invoke("meanvalue.pick_wrap_pairs")
     assert "'Ball'" in ui.status_text(), ui.status_text()
     for number, place in enumerate(_seen()):
-        yield from ui.click(*ui.project(_on(bpy.data.objects["Ball"], place)))
-        assert "'Egg'" in ui.status_text(), ui.status_text()
-        if number == 1:
-            yield from ui.screenshot("wrap_00_half_a_pair")
-        yield from ui.click(*ui.project(_on(bpy.data.objects["Egg"], place)))
+        yield from _pick(ui, place)
         pairs = bpy.data.objects["Ball"].meanvalue.wrap.pairs
         assert len(pairs) == number + 1
         assert np.linalg.norm(np.array(pairs[number].place) - place) < 0.1
         vertex = bpy.data.objects["Ball"].data.vertices[pairs[number].vertex]
         assert np.linalg.norm(np.array(vertex.co) - place) < 0.1
+    yield from ui.click(*ui.project(_on(bpy.data.objects["Ball"], _front())))
+    yield from ui.key('BACK_SPACE')
+    assert "'Ball'" in ui.status_text(), "half a pair is taken back"
+    yield from ui.key('BACK_SPACE')
+    assert len(bpy.data.objects["Ball"].meanvalue.wrap.pairs) == 2
+    yield from _pick(ui, _seen()[2])
     yield from ui.key('RET')
     assert ui.status_text() is None
     yield from ui.screenshot("wrap_01_picked")
@@ -45,6 +47,12 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     yield from ui.screenshot("wrap_02_fitted")
     ends = installed.part("wrapping.bridge.wrap_lines").lines(obj).ends.reshape(-1, 2, 3)
     assert len(ends) == 3 and np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() < 0.1
+
+
+def _pick(ui, place):
+    yield from ui.click(*ui.project(_on(bpy.data.objects["Ball"], place)))
+    assert "'Egg'" in ui.status_text(), ui.status_text()
+    yield from ui.click(*ui.project(_on(bpy.data.objects["Egg"], place)))
 
 
 def _open_panel(ui):
@@ -91,6 +99,11 @@ def _seen():
     axes = np.array(view.area().spaces.active.region_3d.view_matrix)[:3, :3]
     places = np.array([(0.6, 0.0, 1.0), (-0.5, 0.5, 1.0), (0.0, -0.6, 1.0)]) @ axes
     return places / np.linalg.norm(places, axis=1, keepdims=True)
+
+
+def _front():
+    """The place of a unit ball that is nearest to the eye."""
+    return np.array(view.area().spaces.active.region_3d.view_matrix)[2, :3]
 
 
 def _on(obj, place):

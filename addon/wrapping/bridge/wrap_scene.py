@@ -4,21 +4,34 @@
 import bpy
 import numpy as np
 
-from ... import ids
+from ... import ids, wording
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, subject
-from ..core.wrap_input import WrapInput
+from ..core.wrap_input import LEAST_PAIRS, WrapInput
 
 
-def target_of(context, obj, name=""):
-    """The object that `obj` takes the shape of: the one called `name`, else that of the pairs or of the settings, else
-    the other mesh that is selected. @throws SceneError."""
-    settings = obj.meanvalue.wrap
-    if name:
-        target = named(name)
-    elif settings.target is not None:
-        target = settings.target
-    else:
+def problem(context, obj):
+    """Why `obj` cannot be wrapped now, or None. Cheap enough for drawing."""
+    try:
+        _require_ready(obj, target_of(context, obj))
+    except SceneError as error:
+        return str(error)
+    count = len(obj.meanvalue.wrap.pairs)
+    if 0 < count < LEAST_PAIRS:
+        return (
+            f"{wording.counted(count, 'pair is', 'pairs are')} picked, at least {LEAST_PAIRS} are needed. Pick more, "
+            "or none where both meshes lie over each other already"
+        )
+    return None
+
+
+def target_of(context, obj):
+    """The object that `obj` takes the shape of: that of the settings, else the other mesh that is selected.
+
+    @throws SceneError.
+    """
+    target = obj.meanvalue.wrap.target
+    if target is None:
         others = subject.others(context, obj)
         if len(others) != 1:
             raise SceneError(
@@ -28,28 +41,20 @@ def target_of(context, obj, name=""):
         target = others[0]
     if target.type != 'MESH' or target == obj:
         raise SceneError(f"'{target.name}' is no other mesh. Choose one whose shape '{obj.name}' can take")
-    if settings.pairs and settings.target is not None and settings.target != target:
-        raise SceneError(
-            f"The pairs were picked on '{settings.target.name}', not on '{target.name}'. Clear them, or wrap onto that"
-        )
     return target
 
 
-def named(name):
-    """@throws SceneError if there is no such object."""
-    target = bpy.data.objects.get(name)
-    if target is None:
-        raise SceneError(f"There is no object '{name}'. Choose another one to wrap onto")
-    return target
-
-
-def gather(obj, target):
-    """WrapInput in the world, not checked: the rest shape of `obj`, `target` as it is shown. @throws SceneError."""
+def _require_ready(obj, target):
     if target.data.is_editmode:
         raise SceneError(f"'{target.name}' is in Edit Mode. Leave that first")
     keys = obj.data.shape_keys
     if keys is not None and not keys.use_relative:
         raise SceneError(shape_keys.ABSOLUTE)
+
+
+def gather(obj, target):
+    """WrapInput in the world, not checked: the rest shape of `obj`, `target` as it is shown. @throws SceneError."""
+    _require_ready(obj, target)
     to_world = _to_world(obj)
     rest = shape_keys.rest_positions(obj.data)
     shape, triangles = _shown(target)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Wrap hands to the solver."""
 
+import bpy
 import numpy as np
 
 from ...errors import SceneError, SolverError
@@ -27,7 +28,7 @@ class Wrapping:
         pass
 
     def work(self, execution):
-        """Steps (see workers.job) to a core.mixing.wrapping.Wrapped. @throws MeanValueError."""
+        """Steps (see solver/job.py) to a Wrapped. @throws MeanValueError."""
 
         def bind(rest, triangles, anchors, strengths):
             task = session.call(
@@ -56,8 +57,8 @@ class Wrapping:
 
     def require_unchanged(self, obj, _reading):
         """@throws SceneError if one of both meshes is another by now."""
-        target = wrap_scene.named(self.target_name)
-        if _key(wrap_scene.gather(obj, target)) != _key(self.given):
+        target = bpy.data.objects.get(self.target_name)
+        if target is None or _key(wrap_scene.gather(obj, target)) != _key(self.given):
             raise SceneError(
                 f"'{obj.name}' or '{self.target_name}' was changed meanwhile, so the result is dropped. Try again"
             )

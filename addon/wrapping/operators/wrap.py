@@ -12,24 +12,21 @@ from ..bridge.wrapping import Wrapping
 
 class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.wrap"
-    bl_label = "Wrap"
+    bl_label = "Wrap Mesh"
     bl_description = (
         "Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here. Picked "
         "pairs say what belongs where; without any, both must lie over each other"
     )
     doing = "Wrapping"
 
-    target: bpy.props.StringProperty(
-        name="Onto",
-        description="Object whose shape is taken. Left empty: that of the pairs, else the other mesh that is selected",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
-    )
-
     _prepared = None
 
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or wrap_scene.problem(bpy.context, obj)
+
     def prepare(self, obj, _reading):
-        target = wrap_scene.target_of(bpy.context, obj, self.target)
+        target = wrap_scene.target_of(bpy.context, obj)
         self._prepared = Wrapping(wrap_scene.gather(obj, target), target.name)
         return self._prepared
 
@@ -37,7 +34,7 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
         return "fitting", self._prepared.share
 
     def finish(self, obj, prepared, wrapped):
-        target = wrap_scene.named(prepared.target_name)
+        target = bpy.data.objects[prepared.target_name]
         settings = obj.meanvalue.wrap
         size = prepared.given.diagonal
         name, left_over = wrap_scene.write(obj, target, wrapped, settings.tolerance_share / 100.0 * size)
