@@ -10,9 +10,10 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.capture.core import facing, marker_sets, proportions, readers
+from addon.capture.core.alignment import align_to_mesh
 from addon.capture.core.limb import Limb
 from addon.capture.core.limb_posing import posed_and_actor
-from addon.capture.core.matching import align_to_mesh, match_to_surface, pose_limbs
+from addon.capture.core.matching import match_to_surface
 from addon.capture.core.skin import skin_targets
 from addon.scene.core.surface import Surface, along_from, outward
 from blender_tests.support import body_mesh, mesh_files, walking_figure
@@ -65,7 +66,7 @@ def standing(down, bent, roll):
 @pytest.mark.parametrize("set_name", ARMS)
 def test_palms_look_as_in_the_capture_however_the_reference_holds_its_arms(set_name, roll):
     captured, names = markers_of(set_name, *standing(0.7, 0.8, roll))
-    posed = pose_limbs(captured[0], names, VERTICES, TRIANGLES)
+    posed = posed_and_actor(captured[0], names, VERTICES, TRIANGLES)[0]
     match = match_to_surface(posed, VERTICES, TRIANGLES)
     joints, turns, _ = walking_figure.walking(np.arange(0, 110, 6) / 100.0)
     for side in "LR":  # palms turn while it walks
@@ -135,7 +136,7 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
         joints[f"ankle.{side}"] = joints[f"knee.{side}"] + turns[f"shank.{side}"] @ [0.0, 0.0, -walking_figure.SHANK]
     captured = walking_figure.markers_on(joints, turns)[0]
     names = marker_sets.recognise(walking_figure.LABELS).landmarks
-    posed = pose_limbs(captured, names, VERTICES, TRIANGLES)
+    posed = posed_and_actor(captured, names, VERTICES, TRIANGLES)[0]
     reference = walking_figure.t_pose().clean[0]
     for side in "LR":
         foot = [walking_figure.LABELS.index(label) for label in walking_figure.FOOT_LABELS[side]]
@@ -173,7 +174,7 @@ def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
     names = marker_sets.recognise(still.labels).landmarks
     markers = still.positions[still.frames // 2]
     found = align_to_mesh(markers, still.labels, vertices, triangles).matrix
-    posed = pose_limbs(markers @ found[:3, :3].T + found[:3, 3], names, vertices, triangles)
+    posed = posed_and_actor(markers @ found[:3, :3].T + found[:3, 3], names, vertices, triangles)[0]
     surface = Surface(vertices, triangles)
     for side, sign in (("L", 1.0), ("R", -1.0)):
         triangle, shares, _, _ = surface.nearest(posed[[names.index(f"wrist.{side}")]])
@@ -198,7 +199,7 @@ def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(leg
     aligned = captured @ found[:3, :3].T + found[:3, 3]
     of_trunk = ("neck", "back", "sternum", "shoulder", "pelvis")
     trunk = [k for k, name in enumerate(names) if name.split(".")[0] in of_trunk]
-    posed = pose_limbs(aligned, names, vertices, triangles)
+    posed = posed_and_actor(aligned, names, vertices, triangles)[0]
     off = [np.sqrt(((points - right)[trunk] ** 2).sum(axis=1).mean()) for points in (aligned, posed)]
     assert off[1] < 0.035, "metres"
     assert legs == 1.0 or off[1] < 0.5 * off[0]

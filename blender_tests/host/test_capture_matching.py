@@ -11,7 +11,9 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.capture.core import marker_sets, readers
-from addon.capture.core.matching import align_to_mesh, match_to_surface, one_to_one, pose_limbs, similarity
+from addon.capture.core.alignment import align_to_mesh, similarity
+from addon.capture.core.limb_posing import posed_and_actor
+from addon.capture.core.matching import match_to_surface, one_to_one
 from addon.capture.core.medial import medial_points
 from addon.capture.core.skin import skin_targets
 from addon.scene.core.checks import InvalidMotionError
@@ -148,7 +150,7 @@ def test_real_skeletons_lie_in_the_middle_of_a_real_body(take):
     known = [k for k, name in enumerate(names) if name]
     names = [names[k] for k in known]
     found = align_to_mesh(read.positions[0, known], [read.labels[k] for k in known], vertices, triangles)
-    posed = pose_limbs(moved(read.positions[0, known], found.matrix), names, vertices, triangles)
+    posed = posed_and_actor(moved(read.positions[0, known], found.matrix), names, vertices, triangles)[0]
     height = np.ptp(vertices[np.unique(triangles), 2])
     places = dict(zip(names, posed / height, strict=True))
     across = places["hip.L"] - places["hip.R"]
@@ -183,7 +185,7 @@ def test_hanging_arms_are_brought_to_those_of_the_mesh(down):
     captured = hanging(REFERENCE, down)
     arms = [k for k, name in enumerate(NAMES) if name.split(".")[0] in ("upper_arm", "elbow", "wrist", "hand")]
     assert np.linalg.norm(captured - REFERENCE, axis=1).max() > 0.2
-    posed = pose_limbs(captured, NAMES, VERTICES, TRIANGLES)
+    posed = posed_and_actor(captured, NAMES, VERTICES, TRIANGLES)[0]
     others = np.delete(np.arange(41), arms)
     assert np.abs(posed[others] - captured[others]).max() < 0.06
     assert np.linalg.norm(posed - REFERENCE, axis=1)[arms].max() < 0.07, "but for twists about the arm"
@@ -195,13 +197,13 @@ def test_hanging_arms_are_brought_to_those_of_the_mesh(down):
 
 
 def test_limbs_that_are_right_or_unknown_are_left_alone():
-    posed = pose_limbs(REFERENCE, NAMES, VERTICES, TRIANGLES)
+    posed = posed_and_actor(REFERENCE, NAMES, VERTICES, TRIANGLES)[0]
     assert np.linalg.norm(posed - REFERENCE, axis=1).max() < 0.03
     captured = hanging(REFERENCE)
-    assert np.array_equal(pose_limbs(captured, (None,) * 41, VERTICES, TRIANGLES), captured)
+    assert np.array_equal(posed_and_actor(captured, (None,) * 41, VERTICES, TRIANGLES)[0], captured)
     missing = captured.copy()
     missing[[LABELS.index("LElbowOut"), LABELS.index("RHandOut")]] = np.nan
-    posed = pose_limbs(missing, NAMES, VERTICES, TRIANGLES)
+    posed = posed_and_actor(missing, NAMES, VERTICES, TRIANGLES)[0]
     assert np.array_equal(np.isnan(posed), np.isnan(missing))
     assert np.array_equal(posed[LABELS.index("LWristIn")], captured[LABELS.index("LWristIn")])
 
@@ -228,7 +230,7 @@ def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down)
     truth = placed(1.0, 2.1, [3.0, 1.0, 0.5])
     found = align_to_mesh(captured, labels, moved(VERTICES, truth), TRIANGLES)
     aligned = moved(captured, found.matrix)
-    posed = pose_limbs(aligned, marker_sets.recognise(labels).landmarks, moved(VERTICES, truth), TRIANGLES)
+    posed = posed_and_actor(aligned, marker_sets.recognise(labels).landmarks, moved(VERTICES, truth), TRIANGLES)[0]
     off = np.linalg.norm(posed - moved(rest, truth), axis=1)
     assert off.max() < 0.12, dict(zip(labels, off.round(3), strict=True))
     assert found.certainty > 1.1

@@ -40,87 +40,66 @@ class HierarchyReader:
         self.joints: list[Joint] = []
         self.channel_count = 0
         self._open: list[int] = []  # joints whose braces are open
-        self._waiting: int | None = None  # the joint whose brace is to come
 
     def read(self) -> list[Joint]:
-        line = self._lines.next_filled()
-        if line is None or line.split()[0].upper() != "HIERARCHY":
+        statements = self._statements()
+        first = next(statements, "")
+        if first.partition(" ")[0].upper() != "HIERARCHY":
             self._fail(
-                f"this is no BVH file: it begins with {quoted(line or '')} and should begin with 'HIERARCHY'",
+                f"this is no BVH file: it begins with {quoted(first)} and should begin with 'HIERARCHY'",
                 "Choose the file that was exported as BVH",
             )
-        while True:
-            line = self._lines.next_filled()
-            if line is None:
-                self._fail("the file ends before MOTION")
-            for part in _parts(line):
-                if part.upper() == "MOTION":
-                    return self._finished()
-                self._part(part)
+        for statement in statements:
+            word, _, rest = statement.partition(" ")
+            if word.upper() == "MOTION":
+                return self._finished()
+            if word.upper() in ("ROOT", "JOINT", "END"):
+                self._begin(word.upper(), rest)
+                if next(statements, "") != "{":
+                    self._fail(f"a '{{' is missing after {quoted(self.joints[-1].name)}")
+                self._open.append(len(self.joints) - 1)
+            elif word == "}":
+                self._leave()
+            elif word.upper() in ("OFFSET", "CHANNELS"):
+                if not self._open:
+                    self._fail(f"{word} outside a joint")
+                take = self._offset if word.upper() == "OFFSET" else self._channels
+                take(self.joints[self._open[-1]], rest.split())
+            else:
+                self._fail(f"{quoted(statement)} is not understood")
+        return self._fail("the file ends before MOTION")
 
-    def _part(self, part):
-        word, _, rest = part.partition(" ")
-        word, rest = word.upper(), rest.strip()
-        if part == "{":
-            self._enter()
-        elif part == "}":
-            self._leave()
-        elif word == "ROOT":
-            self._begin(rest, is_root=True)
-        elif word == "JOINT":
-            self._begin(rest)
-        elif word == "END":
-            self._begin_end()
-        elif word == "OFFSET":
-            self._offset(rest.split())
-        elif word == "CHANNELS":
-            self._channels(rest.split())
-        else:
-            self._fail(f"{quoted(part)} is not understood")
+    def _statements(self):
+        """Braces may stand on a line with others."""
+        while (line := self._lines.next_filled()) is not None:
+            for piece in line.replace("{", "\n{\n").replace("}", "\n}\n").split("\n"):
+                if words := piece.split():
+                    yield " ".join(words)
 
-    def _begin(self, name, is_root=False):
-        self._expect_no_brace()
-        if is_root == bool(self._open):
-            self._fail(f"{quoted(name)} is a {'ROOT inside' if is_root else 'JOINT outside'} another joint")
-        if self._open and self.joints[self._open[-1]].is_end:
+    def _begin(self, kind, name):
+        parent = self._open[-1] if self._open else -1
+        if (kind == "ROOT") == bool(self._open):
+            self._fail(f"{quoted(name)} is a {kind} {'inside' if self._open else 'outside'} another joint")
+        if self._open and self.joints[parent].is_end:
             self._fail(f"an end site holds the joint {quoted(name)}")
-        self._append(Joint(name, self._open[-1] if self._open else -1, line=self._lines.number))
-
-    def _begin_end(self):
-        self._expect_no_brace()
-        if not self._open or self.joints[self._open[-1]].is_end:
-            self._fail("an end site is outside a joint")
-        parent = self._open[-1]
-        name = self.joints[parent].name
-        self._append(Joint(f"{name}_end" if name else "", parent, is_end=True, line=self._lines.number))
-
-    def _append(self, joint):
-        self.joints.append(joint)
-        self._waiting = len(self.joints) - 1
-
-    def _enter(self):
-        if self._waiting is None:
-            self._fail("a '{' without a joint before it")
-        self._open.append(self._waiting)
-        self._waiting = None
+        if kind == "END":
+            name = self.joints[parent].name and f"{self.joints[parent].name}_end"
+        self.joints.append(Joint(name, parent, is_end=kind == "END", line=self._lines.number))
 
     def _leave(self):
-        self._expect_no_brace()
         if not self._open:
             self._fail("a '}' too many")
         joint = self.joints[self._open.pop()]
         if joint.offset is None:
             self._fail(f"joint {quoted(joint.name)} (line {joint.line}) has no OFFSET")
 
-    def _offset(self, words):
-        joint = self._current("OFFSET")
+    def _offset(self, joint, words):
         values = [number_in(word) for word in words]
         if len(values) != 3 or not all(value is not None and math.isfinite(value) for value in values):
             self._fail(f"OFFSET needs three numbers, not {quoted(' '.join(words))}")
         joint.offset = tuple(values)
 
-    def _channels(self, words):
-        joint = self._current("CHANNELS")
+    def _channels(self, joint, words):
         if joint.is_end:
             self._fail("an end site has no CHANNELS")
         if joint.channels:
@@ -134,18 +113,7 @@ class HierarchyReader:
         joint.first_channel = self.channel_count
         self.channel_count += len(known)
 
-    def _current(self, what):
-        self._expect_no_brace()
-        if not self._open:
-            self._fail(f"{what} outside a joint")
-        return self.joints[self._open[-1]]
-
-    def _expect_no_brace(self):
-        if self._waiting is not None:
-            self._fail(f"a '{{' is missing after {quoted(self.joints[self._waiting].name)}")
-
     def _finished(self):
-        self._expect_no_brace()
         if self._open:
             joint = self.joints[self._open[-1]]
             self._fail(f"MOTION begins inside joint {quoted(joint.name)} (line {joint.line}): a '}}' is missing")
@@ -155,11 +123,3 @@ class HierarchyReader:
 
     def _fail(self, reason, remedy="Export it again as BVH, or mend the line in a text editor"):
         raise MotionFileError(f"{self._file}, line {self._lines.number}: {reason}. {remedy}")
-
-
-def _parts(line):
-    """A line in its statements: braces may stand on a line with others."""
-    for piece in line.replace("{", "\n{\n").replace("}", "\n}\n").split("\n"):
-        part = " ".join(piece.split())
-        if part:
-            yield part

@@ -25,11 +25,6 @@ BEYOND, HANDS, REACH, ROOT, LEAST_ARM, LEGS = 0.012, 0.35, 0.02, 0.1, 0.25, 0.45
 BETTER = 0.7
 
 
-def pose_limbs(markers, landmarks, vertices, triangles):
-    """(m, 3): the first of `posed_and_actor()`."""
-    return posed_and_actor(markers, landmarks, vertices, triangles)[0]
-
-
 def posed_and_actor(markers, landmarks, vertices, triangles):
     """(posed, actor), (m, 3) each.
 

@@ -7,10 +7,6 @@ import numpy as np
 
 from ...scene.core import checks
 from ...scene.core.surface import Surface
-from .alignment import Alignment, align_to_mesh, similarity
-from .limb_posing import pose_limbs
-
-__all__ = ["Alignment", "Match", "align_to_mesh", "match_to_surface", "one_to_one", "pose_limbs", "similarity"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,8 @@ FARTHEST = 1e4
 PLAUSIBLE = (0.02, 50.0)
 #: Metres that a person may have, in any pose: beyond that a unit that was chosen is in doubt.
 PLAUSIBLE_PERSON = (0.4, 4.0)
+#: Letters of a label that are kept.
+LONGEST_LABEL = 120
 
 
 @dataclass
@@ -141,13 +143,26 @@ class Recording:
 
     def _unique_labels(self):
         """No label is empty, none is there twice; what was changed is noted."""
-        names = _Names(self.labels)
-        labels = tuple(names.unique(label, number) for number, label in enumerate(self.labels, 1))
-        if names.nameless:
-            self.notes.append(f"{names.nameless} markers without a name are called after their number, as 'Point 1'")
-        if names.renamed:
-            self.notes.append(f"{names.renamed} markers had the name of another and got a number, as '{names.example}'")
-        return labels
+        given = [label[:LONGEST_LABEL] for label in self.labels]
+        taken, used, following = set(given), set(), {}  # following: name -> the number to try next: many may be equal
+        nameless, renamed, labels = 0, [], []
+        for number, label in enumerate(given, 1):
+            unique = label or f"Point {number}"
+            if unique in used or (not label and unique in taken):
+                count = following.get(unique, 2)
+                while f"{unique}_{count}" in taken:
+                    count += 1
+                following[unique], unique = count + 1, f"{unique}_{count}"
+                taken.add(unique)
+            nameless += not label
+            renamed += [unique] if label and unique != label else []
+            used.add(unique)
+            labels.append(unique)
+        if nameless:
+            self.notes.append(f"{nameless} markers without a name are called after their number, as 'Point 1'")
+        if renamed:
+            self.notes.append(f"{len(renamed)} markers had the name of another and got a number, as '{renamed[-1]}'")
+        return tuple(labels)
 
     def _seen(self, labels, positions):
         """Without the markers that have no sample at all."""
@@ -162,38 +177,3 @@ class Recording:
             labels = tuple(label for label, keep in zip(labels, seen, strict=True) if keep)
             positions = positions[:, seen]
         return labels, positions
-
-
-class _Names:
-    """Makes names unique, and counts what it changed."""
-
-    LONGEST = 120
-
-    def __init__(self, labels):
-        self._taken = {label[: self.LONGEST] for label in labels}
-        self._used = set()
-        self._next = {}  # name -> the number to try next: many may be equal
-        self.nameless = self.renamed = 0
-        self.example = ""
-
-    def unique(self, label, number):
-        """`label`, or it with a number where another has it; `number` names one that is empty."""
-        label = label[: self.LONGEST]
-        if not label:
-            self.nameless += 1
-            label = f"Point {number}"
-            if label in self._taken:
-                label = self._numbered(label)
-        elif label in self._used:
-            self.renamed += 1
-            label = self.example = self._numbered(label)
-        self._used.add(label)
-        return label
-
-    def _numbered(self, label):
-        number = self._next.get(label, 2)
-        while f"{label}_{number}" in self._taken:
-            number += 1
-        self._next[label] = number + 1
-        self._taken.add(f"{label}_{number}")
-        return f"{label}_{number}"
