@@ -6,6 +6,7 @@ import bpy
 from .. import wording
 from ..errors import SceneError
 from ..scene import subject
+from ..scene.baked import TO_CACHE
 from ..scene.core import whole_files
 from ..widgets.panels import PanelPart
 from ..widgets.text_box import draw_wrapped
@@ -13,7 +14,6 @@ from .bridge import preparing, sampling
 from .core.point_cache import Header
 from .operators.bake import MEANVALUE_OT_bake
 from .operators.unbake import MEANVALUE_OT_unbake
-from .properties import TO_CACHE
 
 
 class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):

@@ -5,9 +5,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .. import compat
+from ..scene.baked import TO_CACHE, TO_KEYS
 from ..scene.declarations import aside
-
-TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
 
 
 def options(flags=frozenset()):

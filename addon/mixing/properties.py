@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..scene.declarations import aside
-from . import mix_follower
+from .bridge import mix_follower
 
 
 class MEANVALUE_PG_mix(bpy.types.PropertyGroup):

@@ -8,7 +8,7 @@ from ..scene import bakeable, new_rest
 from ..widgets import menus
 from . import panel
 from .bridge import baked_mixes, mix_layers, mix_session
-from .mix_follower import MixFollower
+from .bridge.mix_follower import MixFollower
 from .operators import bake_mix, morph, remove_in_betweens
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 

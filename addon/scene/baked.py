@@ -6,6 +6,9 @@ from bpy.props import BoolProperty, StringProperty
 
 from .. import ids
 
+#: What a bake may play from.
+TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
+
 
 class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     """What a bake has made of the object, so that it can be taken back. Lists are JSON"""

@@ -79,9 +79,19 @@ def test_baselines_are_included_by_bindings_tests_and_benchmarks_only():
 
 ADDON = ROOT / "addon"
 
-#: The rooms, each with those that it may use.
+#: The rooms, each with those that it may use. Shared rooms know no feature.
 SHARED = {"solver": set(), "scene": {"solver"}, "widgets": {"scene", "solver"}, "live": {"scene", "solver"}}
-FEATURES = ("posing", "mixing", "wrapping", "capture", "baking")
+FEATURES = {"posing": set(), "mixing": set(), "wrapping": set(), "capture": {"posing"}, "baking": {"posing"}}
+ROOMS = SHARED | {room: set(SHARED) | others for room, others in FEATURES.items()}
+
+#: What every room may use besides.
+EVERYWHERE = {"compat", "errors", "ids", "wording"}
+
+#: Inside a room, from below; a module beside these folders comes above them, but what is kept, which operators read.
+INSIDE = ("core", "bridge", "live", "properties", "operators")
+
+#: Where each feature keeps what is its own in `object.meanvalue`.
+KEPT = {"mix": "mixing", "wrap": "wrapping", "capture": "capture", "bake": "baking"}
 
 
 def imported_names(path):
@@ -95,15 +105,41 @@ def imported_names(path):
                 yield (*base, name.name)
 
 
-@pytest.mark.parametrize("room", (*SHARED, *FEATURES))
+def height(parts):
+    """Of a file, or of a module that is imported, in its room: a number that rises from core/ on."""
+    inner = parts[1].removesuffix(".py").removeprefix("handle_") if len(parts) > 1 else ""
+    return INSIDE.index(inner) if inner in INSIDE else len(INSIDE)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_rooms_know_what_they_may_know(room):
+    wrong = []
+    for path in sources(ADDON / room, ".py"):
+        parts = path.relative_to(ADDON).parts
+        for names in imported_names(path):
+            is_allowed = names[0] in EVERYWHERE | ROOMS[room] | {room}
+            if names[0] == room and room in FEATURES:
+                is_allowed = height(names) <= height(parts)
+            if "core" in parts:
+                is_allowed = names[0] in ("errors", "wording") or (is_allowed and "core" in names)
+            if not is_allowed:
+                wrong.append(f"{path.relative_to(ADDON)} imports {'.'.join(names)}")
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_rooms_read_no_settings_of_others(room):
+    for path in sources(ADDON / room, ".py"):
+        for name in re.findall(r"\b(?:meanvalue|settings)\.(\w+)", path.read_text()):
+            assert KEPT.get(name, room) == room, f"{path} uses meanvalue.{name}"
+
+
+@pytest.mark.parametrize("room", ROOMS)
 def test_a_core_knows_nothing_of_blender(room):
     core = ADDON / room / "core"
     for path in sources(core, ".py") if core.is_dir() else ():
         for module in imported_modules(path):
             assert module.split(".")[0] not in ("bpy", "bmesh", "mathutils"), f"{path} imports {module}"
-        for names in imported_names(path):
-            is_plain = names[0] in ("errors", "wording") or "core" in names
-            assert is_plain, f"{path} imports {'.'.join(names)}, above core/"
 
 
 def test_the_native_module_is_imported_in_one_file():

@@ -8,8 +8,8 @@ import numpy as np
 
 from ... import compat, ids, wording
 from ...scene import actions, bakeable, reference_key, shape_keys
+from ...scene.baked import TO_CACHE, TO_KEYS
 from ..core import bake_times
-from ..properties import TO_CACHE, TO_KEYS
 
 EVAL_TIME = "eval_time"
 

@@ -9,10 +9,10 @@ import bpy
 from ...errors import SceneError
 from ...ids import CACHE_FOLDER
 from ...scene import bakeable
+from ...scene.baked import TO_KEYS
 from ...scene.core import whole_files
 from ...scene.core.checked_json import read_json
 from ..core import bake_times
-from ..properties import TO_KEYS
 from . import baking, handle_source, playing, row_source, sampling
 from .plan import BakePlan
 

@@ -7,11 +7,11 @@ their values alone.
 
 import numpy as np
 
-from ..errors import SceneError
-from ..live import engine
-from ..live.following import Following
-from ..scene import subject
-from .bridge import mix_layers, mix_session
+from ...errors import SceneError
+from ...live import engine
+from ...live.following import Following
+from ...scene import subject
+from . import mix_layers, mix_session
 
 
 def turned(obj):
