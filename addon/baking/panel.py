@@ -11,7 +11,6 @@ from ..scene.core import whole_files
 from ..widgets.panels import PanelPart
 from ..widgets.text_box import draw_wrapped
 from .bridge import preparing, sampling
-from .core.point_cache import Header
 from .operators.bake import MEANVALUE_OT_bake
 from .operators.unbake import MEANVALUE_OT_unbake
 
@@ -75,7 +74,7 @@ def draw_top(layout, context, obj):
     draw_wrapped(layout, context, record.note)
     layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Remove", icon='X')
     if obj.meanvalue.handles:
-        layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Keep the Bake, Remove the Handles").keep_bake = True
+        layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Keep Bake, Remove Handles").keep_bake = True
     return True
 
 
@@ -100,7 +99,7 @@ def _draw_size(layout, context, obj, settings):
         return
     text = f"{times[0]:g} to {times[-1]:g}: {wording.counted(len(times), 'sample')}"
     if settings.target == TO_CACHE:
-        text += f", {whole_files.in_bytes(Header(len(obj.data.vertices), 0.0, 1.0, len(times)).bytes)}"
+        text += f", {whole_files.in_bytes(preparing.cache_bytes(obj, times))}"
     layout.label(text=text)
 
 

@@ -4,7 +4,6 @@
 import json
 
 import bpy
-import numpy as np
 
 from ... import compat, ids, wording
 from ...scene import actions, bakeable, reference_key, shape_keys
@@ -127,31 +126,11 @@ def _forget(obj):
             record.property_unset(prop.identifier)
 
 
-def is_in_place(obj, path, plan):
-    """Whether the modifier plays `path` as play_cache() would set it up."""
-    record = obj.meanvalue.baked
-    modifier = obj.modifiers.get(record.modifier) if record.target == TO_CACHE else None
-    return (
-        modifier is not None
-        and modifier.type == "MESH_CACHE"
-        and modifier.filepath == path
-        and modifier.frame_scale == _single(1.0 / plan.spacing)
-        and modifier.frame_start == _single(plan.times[0] / plan.spacing)
-        and modifier.show_viewport
-        and modifier.show_render
-    )
-
-
 def has_all_keys(obj):
     """Whether the baked shape keys are all there."""
     keys = obj.data.shape_keys
     names = json.loads(obj.meanvalue.baked.keys or "[]")
     return keys is not None and bool(names) and all(name in keys.key_blocks for name in names)
-
-
-def _single(value):
-    """As Blender's float properties keep it."""
-    return float(np.float32(value))
 
 
 def _hide_result(obj):

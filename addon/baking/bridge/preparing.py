@@ -6,15 +6,23 @@ import pathlib
 
 import bpy
 
+from ... import wording
 from ...errors import SceneError
 from ...ids import CACHE_FOLDER
 from ...scene import bakeable
-from ...scene.baked import TO_KEYS
+from ...scene.baked import TO_CACHE, TO_KEYS
 from ...scene.core import whole_files
 from ...scene.core.checked_json import read_json
-from ..core import bake_times
+from ..core import bake_times, point_cache
 from . import baking, handle_source, playing, row_source, sampling
 from .plan import BakePlan
+
+#: What is larger asks first.
+LARGE_BYTES = 1_000_000_000
+MANY_KEYS = 500
+
+#: Memory of a shape key, for each vertex: positions, and the copy that Blender evaluates.
+KEY_BYTES_PER_VERTEX = 24
 
 
 class Preparation:
@@ -71,7 +79,6 @@ class Preparation:
         about = {"object": obj.name, "blend": _blend_name(), "scene": self.scene_name, "target": self.options.target}
         if self.to_keys:
             self.outcome = yield from self._shares(self.baking.choose_keys(self._tolerance(), self.options.key_step))
-            self._require_few_keys(obj)
             if bpy.data.filepath:
                 baking.write_report(self.path, self.outcome[2], {**about, "key": self.plan.key})
         else:
@@ -110,15 +117,6 @@ class Preparation:
                 return end.value
             yield min(1.0, row / count)
 
-    def _require_few_keys(self, obj):
-        """Adaptive keys are known only now. @throws SceneError."""
-        problem = bake_times.size_problem(len(self.times), len(obj.data.vertices), len(self.outcome[0]))
-        if problem and not self.options.confirm_size:
-            raise SceneError(
-                f"{problem}. Raise the tolerance, or bake with confirm_size=True: solved frames are kept, so it is "
-                "quick"
-            )
-
     def _part_rows(self):
         options = self.options
         if not options.use_part:
@@ -131,13 +129,30 @@ class Preparation:
 
 
 def size_problem(obj, times, options):
-    """A sentence if what is chosen would hurt, else None. Adaptive keys are known only when they are chosen."""
-    keys = None
-    if options.target == TO_KEYS:
-        if options.keys == 'ADAPTIVE':
+    """A sentence if what is chosen would hurt, else None."""
+    vertices = len(obj.data.vertices)
+    if options.target == TO_CACHE:
+        size = cache_bytes(obj, times)
+        if size <= LARGE_BYTES:
             return None
-        keys = math.ceil((len(times) - 1) / options.key_step) + 1
-    return bake_times.size_problem(len(times), len(obj.data.vertices), keys)
+        return (
+            f"The point cache of {len(times):,} samples of {wording.vertices(vertices)} will take "
+            f"{whole_files.in_bytes(size)}, and as much again while it is put together"
+        )
+    step = options.key_step if options.keys == 'EVERY' else 1
+    keys = math.ceil((len(times) - 1) / step) + 1
+    size = keys * vertices * KEY_BYTES_PER_VERTEX
+    if keys <= MANY_KEYS and size <= LARGE_BYTES:
+        return None
+    return (
+        f"Up to {wording.counted(keys, 'shape key')} of {wording.vertices(vertices)} will take "
+        f"{whole_files.in_bytes(size)} of memory and slow Blender down. A point cache has no such limits"
+    )
+
+
+def cache_bytes(obj, times):
+    """Of the whole file."""
+    return point_cache.Header(len(obj.data.vertices), 0.0, 1.0, len(times)).bytes
 
 
 def default_path(obj):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which frames of an animated shape to keep, so that blending from one to the next gives the others."""
 
-import itertools
-
 import numpy as np
 
 
@@ -42,15 +40,6 @@ def reduced(rows, times, tolerance):
             yield good
         kept.append(good)
     return kept
-
-
-def farthest(rows, times, kept):
-    """The largest distance of a vertex of any row from where the blend of the rows `kept` has it."""
-    worst = 0.0
-    for begin, end in itertools.pairwise(kept):
-        for row in range(begin + 1, end):
-            worst = max(worst, _distance(rows, times, begin, end, row))
-    return worst
 
 
 def _blend_is_near(rows, times, begin, end, tolerance):

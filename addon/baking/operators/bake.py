@@ -86,8 +86,9 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return super().stopped() if prepared is None or prepared.baking is None else prepared.baking.stopped()
 
     def finish(self, obj, prepared, _outcome):
-        if prepared.is_done and (prepared.to_keys or playing.is_in_place(obj, prepared.shown_path, prepared.plan)):
-            return f"'{obj.name}' is baked already, and nothing has changed since", []
+        done_before = f"'{obj.name}' is baked already, and nothing has changed since"
+        if prepared.is_done and prepared.to_keys:
+            return done_before, []
         problem = playing.keys_problem(obj, prepared.options.use_absolute) if prepared.to_keys else None
         if problem:
             raise SceneError(problem)
@@ -103,7 +104,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if shared:
             notes.append(shared)
         if prepared.is_done:
-            return "The point cache was right still, and plays", notes
+            return done_before, notes
         report = prepared.outcome[2] if prepared.to_keys else prepared.outcome
         what = "frame" if prepared.options.samples == 1 else "sample"
         return f"Baked {wording.counted(len(report.times), what)}", [*report.notes(), *notes]

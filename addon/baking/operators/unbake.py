@@ -25,7 +25,7 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
         options={'SKIP_SAVE'},
     )
     keep_bake: BoolProperty(
-        name="Keep the Bake, Remove the Handles",
+        name="Keep Bake, Remove Handles",
         description="The bake stays and plays without the add-on; handles, pins and what was made for them go",
         options={'SKIP_SAVE'},
     )
