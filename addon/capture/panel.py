@@ -107,7 +107,7 @@ def _draw_options(layout, capture):
     layout.label(text="Fill Gaps up to")
     gaps = _split(layout).column(align=True)
     gaps.prop(capture, "spline_seconds", text="Spline")
-    gaps.prop(capture, "rigid_seconds", text="Neighbours")
+    gaps.prop(capture, "rigid_seconds", text="Neighbors")
     smooth = layout.row(align=True)
     smooth.prop(capture, "use_low_pass")
     cutoff = smooth.row()

@@ -157,8 +157,8 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         unit='TIME_ABSOLUTE',
     )
     rigid_seconds: FloatProperty(
-        name="By Neighbours",
-        description="Gaps up to this long are filled from how neighbouring markers move. Longer ones leave the handle "
+        name="By Neighbors",
+        description="Gaps up to this long are filled from how neighboring markers move. Longer ones leave the handle "
         "free. 0: none",
         default=1.0,
         min=0.0,

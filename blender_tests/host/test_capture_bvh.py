@@ -76,7 +76,7 @@ def test_bvh_joints_are_where_the_chain_of_matrices_puts_them():
     assert np.abs(take.positions - np.stack([x, -z, y], axis=2)).max() < 1e-9
     assert take.labels == LABELS and take.parents == (-1, 0, 1, 0, 3, 4)
     assert take.rate_hz == 120.0 and take.first_frame == 1
-    assert has_note(take, "centimetres are assumed") and has_note(take, "Y is assumed", "Head")
+    assert has_note(take, "centimeters are assumed") and has_note(take, "Y is assumed", "Head")
 
 
 @pytest.mark.parametrize("order", ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"])
@@ -98,7 +98,7 @@ def test_bvh_stands_up_by_its_spine():
 
 @pytest.mark.parametrize(
     "factor, name",
-    [(0.01, "metres"), (0.1, "decimetres"), (0.19, "1/0.45 inches"), (0.4, "inches"), (10.0, "millimetres")],
+    [(0.01, "meters"), (0.1, "decimeters"), (0.19, "1/0.45 inches"), (0.4, "inches"), (10.0, "millimeters")],
 )
 def test_bvh_in_other_units(factor, name):
     figure = ("Hips", (0, 0, 0), MOVES, [("Head", (0, 160 * factor, 0), ("Xrotation",), [])])
@@ -227,6 +227,6 @@ def test_a_real_bvh_stands_on_its_feet():
 @pytest.mark.parametrize("name", ["tpose", "walk1", "dance1"])
 def test_bvh_of_another_program_with_z_up_in_decimetres(name):
     take = read_bvh(content_of(f"makehuman/{name}.bvh"))
-    assert has_note(take, "decimetres") and has_note(take, "Z is assumed")
+    assert has_note(take, "decimeters") and has_note(take, "Z is assumed")
     spread = take.positions[0].max(axis=0) - take.positions[0].min(axis=0)
     assert 1.4 < spread[2] < 2.2

@@ -46,7 +46,7 @@ def test_positions_are_in_metres_whatever_the_unit(unit, metres):
 
 
 @pytest.mark.parametrize(
-    "metres, name", [(0.001, "millimetres"), (0.01, "centimetres"), (1.0, "metres"), (0.0254, "inches")]
+    "metres, name", [(0.001, "millimeters"), (0.01, "centimeters"), (1.0, "meters"), (0.0254, "inches")]
 )
 @pytest.mark.parametrize("unit", [None, "furlong"])
 def test_an_unknown_unit_is_guessed_by_the_size_of_the_subject_and_told(metres, name, unit):

@@ -62,7 +62,7 @@ def test_trc_where_nothing_tells_has_y_up():
 def test_trc_without_a_known_unit(unit):
     take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * Y_UP, keys={"Units": unit, "OrigDataRate": ""}))
     assert np.abs(take.positions - METRES).max() < DECIMALS
-    assert has_note(take, "millimetres are assumed")
+    assert has_note(take, "millimeters are assumed")
 
 
 def test_trc_rate_by_the_times_where_the_header_has_none():

@@ -36,10 +36,12 @@ def rest_top(points):
     return 0.6 * (RINGS - 1)
 
 
-def recorded(obj):
+def recorded():
     """(f, m, 3): markers off the skin of the bending tube. In the first sample it stands as the mesh does."""
-    rest = rest_of(obj)
-    marked = rest[MARKED]
+    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
+    marked = rest_of(obj)[MARKED]
+    bpy.data.objects.remove(obj)
+    bpy.context.view_layer.update()
     outwards = marked * (1.0, 1.0, 0.0)
     markers = marked + OFF_SKIN * outwards / np.linalg.norm(outwards, axis=1, keepdims=True)
     return np.stack([bent(markers, frame / (FRAMES - 1)) for frame in range(FRAMES)])
@@ -47,8 +49,8 @@ def recorded(obj):
 
 def set_up(tmp_path, positions=None, align='NONE', **options):
     """(tube, take) with the take chosen."""
+    positions = recorded() if positions is None else positions
     obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    positions = recorded(obj) if positions is None else positions
     path = take_files.write_trc(tmp_path / "bend.trc", LABELS, positions)
     take = take_files.bring_in(path, unit='METRES', **options)
     capture = obj.meanvalue.capture
@@ -56,11 +58,6 @@ def set_up(tmp_path, positions=None, align='NONE', **options):
     capture.reference_frame = 1.0
     assert capture.take == take
     return obj, take
-
-
-def take_away(obj):
-    bpy.data.objects.remove(obj)
-    bpy.context.view_layer.update()
 
 
 def match():
@@ -105,17 +102,12 @@ def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path):
     assert all(pair.distance == pytest.approx(OFF_SKIN, abs=1e-3) for pair in pairs)
 
 
-def test_solve_at_the_reference_frame_gives_the_rest_shape(tmp_path):
+def test_at_the_reference_frame_the_shape_is_at_rest_and_at_others_the_anchors_follow(tmp_path):
     obj, _take = set_up(tmp_path)
     match()
     at_sample(0)
     assert np.abs(control_places(obj) - rest_of(obj)[MARKED]).max() < 1e-5 * size_of(obj)
     assert np.abs(solved(obj) - rest_of(obj)).max() < 1e-5 * size_of(obj)
-
-
-def test_at_another_frame_the_anchors_follow(tmp_path):
-    obj, _take = set_up(tmp_path)
-    match()
     at_sample(FRAMES - 1)
     goal = bent(rest_of(obj), 1.0)
     off = np.linalg.norm(solved(obj) - goal, axis=1)
@@ -136,11 +128,12 @@ def test_live_follows_at_once_when_the_frame_is_changed(tmp_path):
 
 @pytest.mark.parametrize("scale", [(2.0, 2.0, 2.0), (1.0, 1.5, 0.8)])
 def test_a_moved_turned_and_scaled_object(tmp_path, scale):
+    positions = recorded()
     obj = meshes.tube(RINGS, SEGMENTS, "Tube")
     obj.location, obj.rotation_euler, obj.scale = (1.0, -2.0, 3.0), (0.4, 0.5, 0.6), scale
     bpy.context.view_layer.update()
     world = np.array(obj.matrix_world)
-    positions = recorded(obj) @ world[:3, :3].T + world[:3, 3]
+    positions = positions @ world[:3, :3].T + world[:3, 3]
     take = take_files.bring_in(take_files.write_trc(tmp_path / "bend.trc", LABELS, positions), unit='METRES')
     obj.meanvalue.capture.align = 'NONE'
     obj.meanvalue.capture.reference_frame = 1.0
@@ -153,10 +146,8 @@ def test_a_moved_turned_and_scaled_object(tmp_path, scale):
 
 
 def test_by_picked_pairs_from_anywhere_at_any_size(tmp_path):
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    away = 0.37 * recorded(obj) @ turn.T + (5.0, 6.0, 0.5)
-    take_away(obj)
+    away = 0.37 * recorded() @ turn.T + (5.0, 6.0, 0.5)
     obj, _take = set_up(tmp_path, away, align='PICKED')
     for name, number in (("M0", 0), ("M2", 1)):
         assert bpy.ops.meanvalue.pick_marker_point(marker=name, vertex=MARKED[number]) == {'FINISHED'}
@@ -192,9 +183,7 @@ def test_matching_again_does_not_pile_up(tmp_path):
 
 
 def test_long_gaps_leave_the_handle_free_and_short_ones_are_filled(tmp_path):
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    positions = recorded(obj)
-    take_away(obj)
+    positions = recorded()
     positions[20:24, 3] = np.nan
     positions[30:50, 7] = np.nan
     obj, _take = set_up(tmp_path, positions)
@@ -218,9 +207,7 @@ def test_long_gaps_leave_the_handle_free_and_short_ones_are_filled(tmp_path):
 
 
 def test_the_low_pass_takes_off_noise(tmp_path):
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    clean = recorded(obj)
-    take_away(obj)
+    clean = recorded()
     noisy = clean + 0.02 * np.random.default_rng(5).standard_normal(clean.shape)
     obj, _take = set_up(tmp_path, noisy)
 
@@ -235,10 +222,8 @@ def test_the_low_pass_takes_off_noise(tmp_path):
 
 
 def test_a_reference_from_another_take(tmp_path):
-    obj, take = set_up(tmp_path)
-    positions = recorded(obj)
-    take_away(obj)
-    obj, take = set_up(tmp_path, positions[20:])
+    positions = recorded()
+    obj, _take = set_up(tmp_path, positions[20:])
     path = take_files.write_trc(tmp_path / "standing.trc", LABELS, positions[:3])
     standing = take_files.bring_in(path, unit='METRES')
     capture = obj.meanvalue.capture
@@ -248,7 +233,6 @@ def test_a_reference_from_another_take(tmp_path):
     at_sample(FRAMES - 21)
     goal = bent(rest_of(obj), 1.0)
     assert np.linalg.norm(control_places(obj) - goal[MARKED], axis=1).max() < 0.06
-    assert take.name == "bend.001"
 
 
 def test_a_picked_point_is_kept_and_one_marker_has_one_vertex(tmp_path):
@@ -371,9 +355,9 @@ def test_wrong_input_is_refused_and_changes_nothing(tmp_path):
         bpy.ops.meanvalue.match_markers()
     with steps.refused("has no markers yet"):
         bpy.ops.meanvalue.pick_marker_point(vertex=3)
-    positions = recorded(obj)
-    take_away(obj)
-    obj, take = set_up(tmp_path, positions)
+    bpy.data.objects.remove(obj)
+    bpy.context.view_layer.update()
+    obj, take = set_up(tmp_path)
     before = snapshot(obj)
     with steps.refused("none of the 136 vertices"):
         bpy.ops.meanvalue.pick_marker_point(marker="M0", vertex=136)
@@ -396,25 +380,8 @@ def test_wrong_input_is_refused_and_changes_nothing(tmp_path):
         bpy.ops.meanvalue.match_markers()
 
 
-def test_a_method_without_soft_handles_is_told(tmp_path, capfd):
-    obj, _take = set_up(tmp_path)
-    obj.meanvalue.method = 'paper'
-    match()
-    assert "Soft handles need the method Fast" in capfd.readouterr().out
-
-
-def test_a_vertex_of_another_handle_is_told(tmp_path, capfd):
-    obj, _take = set_up(tmp_path)
-    steps.add_group(obj, "Foot", [0, 1, 2])
-    assert bpy.ops.meanvalue.add_pin(group="Foot") == {'FINISHED'}
-    match()
-    assert "'M0' and 'M2' belong to vertices that 'Foot' has too" in capfd.readouterr().out
-
-
 def test_problems_are_listed_and_shown(tmp_path):
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    positions = recorded(obj)
-    take_away(obj)
+    positions = recorded()
     positions[25:, 4] += (0.0, 0.0, 3.0)
     positions[10:50, 9] = np.nan
     obj, take = set_up(tmp_path, positions)
@@ -441,9 +408,7 @@ def seen(take):
 
 
 def test_a_swapped_pair_is_found_and_mended(tmp_path):
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    right = recorded(obj)
-    take_away(obj)
+    right = recorded()
     right[30:34, 4] = np.nan
     positions = right.copy()
     positions[25:, [4, 9]] = right[25:, [9, 4]]
@@ -506,68 +471,49 @@ def test_lines_go_from_each_marker_to_its_point(tmp_path, part):
     assert len(lines.lines(obj).ends) == 0
 
 
-def said(capfd):
+def told(capfd, **settings):
+    """What Match says with these settings of Motion Capture."""
+    for name, value in settings.items():
+        setattr(bpy.context.object.meanvalue.capture, name, value)
+    capfd.readouterr()
+    match()
     return capfd.readouterr().out
 
 
-def test_the_report_has_distances_over_the_size_names_and_what_to_press(tmp_path, capfd):
-    set_up(tmp_path)
-    match()
-    text = said(capfd)
-    for part_of_it in ("% of the mesh's size)", "None of the 20 names is of a known marker set", "press Live, or Bake"):
-        assert part_of_it in text, text
-
-
-def test_names_that_tell_no_limbs_are_warned_of(tmp_path, capfd):
-    obj, _take = set_up(tmp_path, align='AUTO')
-    match()
-    text = said(capfd)
-    assert "20 markers the place on the body is known of 0" in text and "how arms and legs lie" in text, text
-    obj.meanvalue.capture.align = 'NONE'
-    match()
-    assert "how arms and legs lie" not in said(capfd)
-
-
-def test_a_match_while_a_bake_plays_says_that_it_is_not_seen(tmp_path, capfd):
+def test_what_is_to_be_done_next_is_what_the_panel_says(tmp_path, capfd, part):
     obj, _take = set_up(tmp_path)
+    text = told(capfd)
+    assert part("posing.bridge.object_status").status(obj).text in text, text
+    obj.meanvalue.live = True
+    assert "press Live" not in told(capfd)
+    obj.meanvalue.live = False
     obj.meanvalue.baked.target = 'POINT_CACHE'
-    match()
-    text = said(capfd)
-    assert ". A bake plays in place of the pose" in text and "press Live" not in text, text
+    text = told(capfd)
+    assert "A bake plays" in text and "press Live" not in text, text
+
+
+def test_what_could_be_better_is_told(tmp_path, capfd):
+    obj, _take = set_up(tmp_path)
+    assert "is known of 0" in told(capfd, align='AUTO')
+    assert "is known of 0" not in told(capfd, align='NONE')
+    assert "lengths are as captured" in told(capfd, mode='RETARGET')
+    assert bpy.ops.meanvalue.pick_marker_point(marker="M4", vertex=5) == {'FINISHED'}
+    meshes.activate(obj)
+    assert "lengths are as captured" not in told(capfd)
+    steps.add_group(obj, "Foot", [0, 1, 2])
+    assert bpy.ops.meanvalue.add_pin(group="Foot") == {'FINISHED'}
+    assert "'M0' and 'M2' belong to vertices that 'Foot' has too" in told(capfd, mode='AS_CAPTURED')
+    obj.meanvalue.method = 'paper'
+    assert "need the method Fast" in told(capfd)
 
 
 @pytest.mark.parametrize(("frame", "is_told"), [(5000.0, True), (-40.0, True), (1.0, False), (7.3, False)])
 def test_a_reference_frame_that_the_take_has_not_is_told(tmp_path, capfd, frame, is_told):
     obj, _take = set_up(tmp_path)
-    obj.meanvalue.capture.reference_frame = frame
-    match()
-    text = said(capfd)
+    text = told(capfd, reference_frame=frame)
     assert (f"has no frame {frame:g}" in text) == is_told, text
     if is_told:
         assert f"Frame {obj.meanvalue.capture.reference_frame:g} was taken" in text, text
-
-
-def test_retarget_without_picked_points_says_that_lengths_are_as_captured(tmp_path, capfd):
-    obj, _take = set_up(tmp_path)
-    obj.meanvalue.capture.mode = 'RETARGET'
-    match()
-    assert "none are picked, so lengths are as captured" in said(capfd)
-    assert bpy.ops.meanvalue.pick_marker_point(marker="M4", vertex=5) == {'FINISHED'}
-    said(capfd)
-    match()
-    assert "none are picked" not in said(capfd)
-
-
-def test_the_first_problem_is_quoted(tmp_path, capfd):
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    positions = recorded(obj)
-    take_away(obj)
-    positions[25:, 4] += (0.0, 0.0, 3.0)
-    _obj, take = set_up(tmp_path, positions)
-    said(capfd)
-    assert bpy.ops.meanvalue.find_marker_problems() == {'FINISHED'}
-    text = said(capfd)
-    assert take.meanvalue.problems[0].text.rstrip(".") in text and LABELS[4] in text and "frame 7" in text, text
 
 
 #: Where joints of a tube that stands for a body are, of its height: sideways, to the front, up.
@@ -585,9 +531,7 @@ def test_of_a_skeleton_joints_without_a_place_get_no_handle(tmp_path, capfd):
     obj = meshes.tube(RINGS, SEGMENTS, "Tube")
     path = take_files.write_trc(tmp_path / "walk.trc", tuple(SKELETON), np.repeat(places[None], 5, axis=0))
     take_files.bring_in(path, unit='METRES')
-    obj.meanvalue.capture.align = 'NONE'
-    match()
-    text = said(capfd)
+    text = told(capfd, align='NONE')
     assert [line.name for line in obj.meanvalue.handles] == [name for name in SKELETON if name != "Jaw"]
     assert "1 joint of the skeleton, 'Jaw', has no known place" in text and "15 of 16 names known" in text, text
     assert bpy.ops.meanvalue.pick_marker_point(marker="Jaw", vertex=100) == {'FINISHED'}

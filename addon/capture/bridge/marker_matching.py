@@ -278,5 +278,5 @@ def _apply(matrix, points):
 
 
 def _filled(how):
-    words = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbours", gaps.MISSING: "left free"}
+    words = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbors", gaps.MISSING: "left free"}
     return {text: float(np.mean(how == kind)) for kind, text in words.items()}

@@ -71,7 +71,7 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
     both ends are met is ours. Raises InvalidMotionError for wrong shapes and negative lengths.
     """
     measured = checks.motion(positions)
-    for length, filler in ((longest_spline, "splines"), (longest_rigid, "neighbours")):
+    for length, filler in ((longest_spline, "splines"), (longest_rigid, "neighbors")):
         if not length >= 0:
             raise checks.InvalidMotionError(f"The longest gap for {filler} is {length} samples, but must be 0 or more.")
     filled = measured.copy()

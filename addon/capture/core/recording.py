@@ -79,7 +79,7 @@ class Recording:
     def _in_metres(self, positions, chosen):
         if chosen is not None:
             if not (np.isfinite(chosen) and chosen > 0.0):
-                raise MotionFileError(f"The unit must be metres for one unit of the file, above 0, and is {chosen}")
+                raise MotionFileError(f"The unit must be meters for one unit of the file, above 0, and is {chosen}")
             metres = float(chosen)
             extent = metres * self.spread(positions)
             if extent > 0.0 and not PLAUSIBLE_PERSON[0] <= extent <= PLAUSIBLE_PERSON[1]:

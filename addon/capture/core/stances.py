@@ -51,17 +51,3 @@ def find_stances(positions, rate_hz, height, slow=STILL):
 def _stretches(flags, surely):
     """Begin and end of the runs of flags (f,) in which something of surely (f,) is."""
     return [(begin, end) for begin, end in runs(flags) if surely[begin:end].any()]
-
-
-def foot_slide(positions, stands):
-    """List of (marker, begin, end, metres): how far each stance travels on the ground, from where it begins at most.
-
-    positions  (f, k, 3), Z up; stands  (f, k) bool, of `find_stances()`.
-    """
-    result = []
-    for marker in range(positions.shape[1]):
-        for begin, end in runs(stands[:, marker]):
-            path = positions[begin:end, marker, :2]
-            travel = np.linalg.norm(path - path[0], axis=1)
-            result.append((marker, int(begin), int(end), float(np.nanmax(travel)) if len(travel) else 0.0))
-    return result

@@ -20,12 +20,12 @@ METRES = {
 #: (extent of a person from, to, in units; metres for one; what it is called). The CMU motions as BVH count in 1/0.45
 #: inches.
 _SIZES_OF_PEOPLE = (
-    (0.5, 2.5, 1.0, "metres"),
-    (5.0, 25.0, 0.1, "decimetres"),
+    (0.5, 2.5, 1.0, "meters"),
+    (5.0, 25.0, 0.1, "decimeters"),
     (25.0, 40.0, 0.0254 / 0.45, "1/0.45 inches, as in the CMU motions,"),
     (40.0, 95.0, 0.0254, "inches"),
-    (95.0, 400.0, 0.01, "centimetres"),
-    (400.0, 4000.0, 0.001, "millimetres"),
+    (95.0, 400.0, 0.01, "centimeters"),
+    (400.0, 4000.0, 0.001, "millimeters"),
 )
 
 #: Rows that turn each axis up without mirroring.
@@ -81,7 +81,7 @@ def guess_unit(extent: float) -> tuple[float, str]:
     for smallest, largest, metres, name in _SIZES_OF_PEOPLE:
         if smallest <= extent < largest:
             return metres, f"{name} are assumed, which makes the subject {extent * metres:.2f} m large"
-    return 0.01, f"centimetres are assumed (the subject is {extent:.4g} units large, which fits a person in no unit)"
+    return 0.01, f"centimeters are assumed (the subject is {extent:.4g} units large, which fits a person in no unit)"
 
 
 def length(metres: float) -> str:

@@ -44,9 +44,9 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         description="What the file counts lengths in",
         items=(
             (FROM_FILE, "From File", "As the file says"),
-            ('METRES', "Metres", "The file counts in metres"),
-            ('CENTIMETRES', "Centimetres", "The file counts in centimetres"),
-            ('MILLIMETRES', "Millimetres", "The file counts in millimetres"),
+            ('METRES', "Meters", "The file counts in meters"),
+            ('CENTIMETRES', "Centimeters", "The file counts in centimeters"),
+            ('MILLIMETRES', "Millimeters", "The file counts in millimeters"),
             ('INCHES', "Inches", "The file counts in inches"),
             ('FEET', "Feet", "The file counts in feet"),
         ),
@@ -66,13 +66,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
     )
     start_frame: bpy.props.IntProperty(name="Start Frame", description="Frame of the first sample", default=1)
     extend_range: bpy.props.BoolProperty(
-        name="Extend Range", description="Move the end of the scene so that the whole take is played", default=True
-    )
-
-    trim: bpy.props.BoolProperty(
-        name="Trim Empty Ends",
-        description="Leave frames at the ends of the take that show no marker at all out of the range of the scene",
-        default=True,
+        name="Extend Range", description="Have the scene play all frames of the take that show a marker", default=True
     )
 
     def invoke(self, context, event):
@@ -92,14 +86,14 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
         for line in lines[:-1]:
             self.say('INFO', wording.sentence(line))
-        empty = [note for pair in zip(read, frames, strict=True) for note in self._empty_ends(*pair)]
+        empty = [note for pair in zip(read, frames, strict=True) for note in _empty_ends(*pair)]
         return self.tell(lines[-1], [*empty, *_notes(context.scene, read, self.time)])
 
     def draw(self, _context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in ("up_axis", "unit", "scale", "time", "start_frame", "extend_range", "trim"):
+        for name in ("up_axis", "unit", "scale", "time", "start_frame", "extend_range"):
             layout.prop(self, name)
 
     def _paths(self):
@@ -146,30 +140,30 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
 
     def _extend(self, scene, read, frames):
         """Lets the scene play all takes: its end moves out, its start past what is empty at the start of all."""
-        spans = [_seen_span(take) if self.trim else (0, take.frames - 1) for take in read]
+        spans = [_seen_span(take) for take in read]
         begin = min(each[span[0]] for each, span in zip(frames, spans, strict=True))
         end = max(each[span[1]] for each, span in zip(frames, spans, strict=True))
         scene.frame_end = max(scene.frame_end, math.ceil(end))
         if scene.frame_start == self.start_frame < begin:
             scene.frame_start = math.ceil(begin)
 
-    def _empty_ends(self, take, frames):
-        """Says where a take shows nothing at its ends."""
-        first, last = _seen_span(take)
-        ends = [(first, "first"), (take.frames - 1 - last, "last")]
-        told = [f"the {which} {wording.counted(count, 'sample')}" for count, which in ends if count]
-        if not told:
-            return
-        text = f"No marker is seen in {wording.listed(told)} of '{take.name}': markers are at frames "
-        text += f"{frames[first]:g} to {frames[last]:g}"
-        if self.extend_range and self.trim:
-            text += ", and only these were made sure to be in the scene's range. Untick Trim Empty Ends to play all"
-        yield text
-
     def _frames(self, scene, take, first_rate):
         # In place of the scene's own figure, which is rounded to single precision.
         rate = first_rate if self.time == 'CAPTURE' else scene.render.fps / scene.render.fps_base
         return sample_times.sample_frames(take.frames, take.rate_hz, rate, self.start_frame)
+
+
+def _empty_ends(take, frames):
+    """Says where a take shows nothing at its ends."""
+    first, last = _seen_span(take)
+    ends = [(first, "first"), (take.frames - 1 - last, "last")]
+    told = [f"the {which} {wording.counted(count, 'sample')}" for count, which in ends if count]
+    if not told:
+        return
+    yield (
+        f"No marker is seen in {wording.listed(told)} of '{take.name}': markers are at frames {frames[first]:g} to "
+        f"{frames[last]:g}"
+    )
 
 
 def _seen_span(take):
