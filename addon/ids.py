@@ -9,7 +9,6 @@ SIDEBAR_TAB = "Mean-Value"
 
 #: Shape keys that the add-on makes.
 BASIS_KEY = "Basis"
-POSE_KEY = "Pose"
 KEPT_KEY = "Kept Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
 MIX_KEY = "Rotation-Aware Mix"

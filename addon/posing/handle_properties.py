@@ -41,7 +41,7 @@ def _paint(handle, _context):
 
 
 class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
-    """One vertex group whose vertices are anchors: a handle, a pin, or vertices moved in Edit Mode"""
+    """One vertex group whose vertices are anchors: a handle or a pin"""
 
     name: StringProperty(
         name="Vertex Group",
@@ -59,11 +59,10 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         name="Follows",
         description="What these vertices follow",
         items=(
-            ('SHAPE', "Shape Key", "The active shape key: move the vertices in Edit Mode", 'SHAPEKEY_DATA', 0),
             ('CONTROL', "Control", "An object or a bone: move, turn or scale it", 'EMPTY_AXIS', 1),
             ('REST', "Nothing", "A pin: the vertices stay where the rest shape has them", 'PINNED', 2),
         ),
-        default='SHAPE',
+        default='CONTROL',
         update=tell,
     )
     control: aside(PointerProperty)(

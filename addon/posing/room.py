@@ -6,9 +6,7 @@ from ..scene import subject
 from .bridge import controls, moved_meshes, object_status, overlay_data
 from .live.follower import Follower
 from .operators import (
-    add_anchor_group,
     add_handle,
-    add_pose_key,
     apply_pose,
     bind,
     copy_system_info,
@@ -26,6 +24,7 @@ from .operators import (
     select_problems,
     select_unpaired,
     solve,
+    solve_from_key,
     toggle_live,
     unbind,
 )
@@ -33,7 +32,6 @@ from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 from .ui import grab_tool, handle_list, keymap, menus, overlay, panel, symmetry_panel
 
 CLASSES = (
-    add_anchor_group.MEANVALUE_OT_add_anchor_group,
     grab.MEANVALUE_OT_grab,
     pin_here.MEANVALUE_OT_pin_here,
     add_handle.MEANVALUE_OT_add_handle,
@@ -48,10 +46,10 @@ CLASSES = (
     keyframe_handles.MEANVALUE_OT_keyframe_handles,
     finish.MEANVALUE_OT_finish,
     apply_pose.MEANVALUE_OT_apply_pose,
-    add_pose_key.MEANVALUE_OT_add_pose_key,
     bind.MEANVALUE_OT_bind,
     unbind.MEANVALUE_OT_unbind,
     solve.MEANVALUE_OT_solve,
+    solve_from_key.MEANVALUE_OT_solve_from_key,
     toggle_live.MEANVALUE_OT_toggle_live,
     grow_region.MEANVALUE_OT_grow_region,
     paint_region.MEANVALUE_OT_paint_region,

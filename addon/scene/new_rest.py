@@ -10,10 +10,9 @@ from . import shape_keys
 made_of_rest = []
 
 
-def become(obj, pose_key=""):
+def become(obj):
     """The result becomes the reference key. Keys that add to that move along by as much, so that they add the same.
 
-    pose_key: name of the key that anchors were moved in; it begins again from the new rest shape.
     Returns notes, as sentences. @throws SceneError if there is no result.
     """
     shape = shape_keys.result_positions(obj)
@@ -28,9 +27,7 @@ def become(obj, pose_key=""):
     result_key = mesh.shape_keys.key_blocks[obj.meanvalue.result_key]
     carried = []
     for key in mesh.shape_keys.key_blocks:
-        if key.name == pose_key and key != result_key:
-            shape_keys.write_positions(mesh, key, shape)
-        elif _adds_to(key, reference, result_key):
+        if _adds_to(key, reference, result_key):
             shape_keys.write_positions(mesh, key, shape_keys.positions(key) + offset)
             carried.append(key.name)
     shape_keys.write_positions(mesh, reference, shape)

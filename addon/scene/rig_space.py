@@ -266,11 +266,9 @@ def _counts(obj, key):
 
 
 def _pose_keys(obj):
-    """Names of the keys that are not beside the pose: what holds it, held it, gives the targets, or plays a bake."""
+    """Names of the keys that are not beside the pose: what holds it, held it, or plays a bake."""
     settings = obj.meanvalue
     names = {settings.result_key, settings.former_result}
-    if obj.active_shape_key is not None and any(handle.follows == 'SHAPE' for handle in settings.handles):
-        names.add(obj.active_shape_key.name)
     if settings.baked.target and settings.baked.keys:
         names.update(json.loads(settings.baked.keys))
     return names

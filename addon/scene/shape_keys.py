@@ -5,9 +5,8 @@ import bmesh
 import bpy
 import numpy as np
 
-from .. import compat, ids
+from .. import compat
 from ..errors import SceneError
-from ..scene.core.finite import require_finite
 from . import mesh_arrays, reference_key
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
@@ -44,25 +43,6 @@ def rest_positions(mesh):
     return rest
 
 
-def pose_problem(obj):
-    """Why the active shape key cannot give the targets, or None. Cheap enough for drawing."""
-    keys = obj.data.shape_keys
-    if keys is None:
-        return (
-            "There is no shape key to take the targets from. Press Add Pose Key and move the vertices of handles in "
-            "that key, in Edit Mode"
-        )
-    if not keys.use_relative:
-        return ABSOLUTE
-    active = obj.active_shape_key
-    if active is None or active == keys.reference_key:
-        return (
-            "The active shape key is the rest shape itself, so nothing is posed. Press Add Pose Key and move the "
-            "vertices of handles in that key, in Edit Mode, or choose the key that poses them"
-        )
-    return None
-
-
 def result_problem(obj):
     """Why the result cannot go to the shape key that the settings name, or None. Cheap enough for drawing."""
     name = obj.meanvalue.result_key
@@ -76,23 +56,9 @@ def result_problem(obj):
     return None
 
 
-def pose_positions(obj):
-    """n x 3 float32 of the active shape key, which holds the targets.
-
-    @throws SceneError if there is none, or the result has nowhere to go.
-    """
-    problem = pose_problem(obj) or result_problem(obj)
-    if problem:
-        raise SceneError(problem)
-    pose = positions(obj.active_shape_key)
-    require_finite(pose[:], f"shape key '{obj.active_shape_key.name}'")
-    return pose
-
-
-def ensure_result_key(obj, pose_key=""):
+def ensure_result_key(obj):
     """The result key, shown fully; made if it is missing, with the Basis. The active key stays active.
 
-    pose_key: name of the key that anchors were moved in, which is muted so that it is not added.
     Returns (name, notes): notes on what else had to change, as sentences.
     """
     mesh = obj.data
@@ -110,11 +76,10 @@ def ensure_result_key(obj, pose_key=""):
     if obj.meanvalue.baked.target:
         key.mute = True  # else the mesh would be moved twice
         notes.append(why_result_is_hidden(obj))
-    former = "" if is_result_of_another(obj, settings.former_result) else settings.former_result
-    for other in (keys.key_blocks.get(pose_key), keys.key_blocks.get(former)):
-        if other not in {None, key, keys.reference_key} and not other.mute:
-            other.mute = True
-            notes.append(f"Shape key '{other.name}' is muted, so that it is not added to '{name}'")
+    former = keys.key_blocks.get(settings.former_result)
+    if former not in {None, key, keys.reference_key} and not (former.mute or is_result_of_another(obj, former.name)):
+        former.mute = True
+        notes.append(f"Shape key '{former.name}' is muted, so that it is not added to '{name}'")
     settings.former_result = name
     obj.active_shape_key_index = active_index
     active = obj.active_shape_key
@@ -143,9 +108,9 @@ def write_positions(mesh, key, shape):
     mesh.shape_keys.update_tag()
 
 
-def write_result(obj, result, pose_key=""):
+def write_result(obj, result):
     """Writes n x 3 float32 `result` to the result key and shows it. Returns notes as ensure_result_key()."""
-    name, notes = ensure_result_key(obj, pose_key)
+    name, notes = ensure_result_key(obj)
     write_positions(obj.data, obj.data.shape_keys.key_blocks[name], result)
     return notes
 
@@ -206,20 +171,6 @@ def _remove_from_edit_mode(mesh, name):
     layers = bmesh.from_edit_mesh(mesh).verts.layers.shape
     if name in layers:
         layers.remove(layers[name])
-
-
-def add_pose_key(obj):
-    """A new key in the rest shape, active and shown, for the artist to move anchors in; the Basis too if missing."""
-    mesh = obj.data
-    if mesh.shape_keys is None:
-        reference_key.make(obj)
-    keys = mesh.shape_keys
-    if not keys.use_relative:
-        raise SceneError(ABSOLUTE)
-    key = _rest_key(obj, ids.POSE_KEY)
-    key.value = 1.0
-    obj.active_shape_key_index = len(keys.key_blocks) - 1
-    return key.name
 
 
 def keep(obj, name):

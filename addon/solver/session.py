@@ -162,7 +162,7 @@ def _held(mesh, bind_input):
         handles = np.concatenate([handles, np.full(len(border), handles.max(initial=-1) + 1, np.int32)])
         anchors = np.concatenate([anchors, border])
     return anchors, {
-        "handles": handles if bind_input.rigid_handles else None,
+        "handles": handles,
         "rigidity": bind_input.rigidity,
         **({} if strengths is None else {"strengths": strengths}),
         **({} if border is None else {"border": len(border)}),

@@ -62,7 +62,7 @@ def pose_by_operators(subject):
     bpy.context.view_layer.objects.active = obj
     obj.meanvalue.handles.clear()
     for name in subject.handles:
-        call(bpy.ops.meanvalue.add_anchor_group, group=name, follows='SHAPE')
+        call(bpy.ops.meanvalue.add_pin, group=name)
     obj.meanvalue.roi_group = subject.roi_group
 
     start = time.perf_counter()
@@ -73,7 +73,7 @@ def pose_by_operators(subject):
         write_pose_key(obj, subject)
     teleported = teleported_positions(obj, subject)
     start = time.perf_counter()
-    call(bpy.ops.meanvalue.solve)
+    call(bpy.ops.meanvalue.solve_from_key)
     solve_seconds = time.perf_counter() - start
     return figures(obj, teleported, bind_seconds, solve_seconds)
 
@@ -94,10 +94,13 @@ def operator_message(error):
 
 
 def write_pose_key(obj, subject):
-    """A new pose key with the anchors on their targets, as moving them in Edit Mode would leave it."""
-    call(bpy.ops.meanvalue.add_pose_key)
+    """A new shape key with the anchors on their targets, as moving them in Edit Mode would leave it."""
     anchors = anchor_indices(obj, subject.handles)
     pose = positions(obj)
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis", from_mix=False)
+    key = obj.shape_key_add(name="Pose", from_mix=False)
+    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(key.name)
     pose[anchors] = subject.targets[anchors]
     obj.active_shape_key.data.foreach_set("co", pose.astype(np.float32).ravel())
     obj.data.update_tag()

@@ -53,7 +53,7 @@ def test_changed_mesh_asks_for_bind(grid, status, edit, texts):
     steps.edit_mesh(grid, edit)
     before = snapshot(grid)
     with steps.refused("binding is stale", *texts, "press Bind"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
     assert_same(before, snapshot(grid))
     told = status(grid)
     assert told.state.name == "STALE"
@@ -74,7 +74,7 @@ def test_edited_rest_shape_asks_for_bind(grid, status):
     bpy.context.view_layer.update()
     before = snapshot(grid)
     with steps.refused("rest shape was edited", "press Bind"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
     assert_same(before, snapshot(grid))
     assert "rest shape was edited" in status(grid).text
 
@@ -82,9 +82,9 @@ def test_edited_rest_shape_asks_for_bind(grid, status):
 def test_moved_vertices_of_a_mesh_without_keys_are_an_edited_rest_shape():
     obj = steps.bound_grid(meshes.grid())
     obj.data.vertices[7].co.z += 0.25
-    bpy.ops.meanvalue.add_pose_key()
+    steps.add_pose_key(obj)
     with steps.refused("rest shape was edited"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
 
 
 def test_rest_shape_put_back_is_bound_again(grid, status):
@@ -169,4 +169,4 @@ def test_reordered_vertices_are_noticed(grid):
 
     steps.edit_mesh(grid, reverse)
     with steps.refused("binding is stale", "press Bind"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()

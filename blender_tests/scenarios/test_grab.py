@@ -557,14 +557,6 @@ def test_add_handle_gives_the_region_a_size():
     assert (np.diff(weights[MIDDLE + 1 : MIDDLE + 14]) <= 0.0).all() and weights[MIDDLE + 14] == 0.0
 
 
-def test_a_line_made_of_a_group_follows_a_control():
-    obj = sheet()
-    steps.add_group(obj, "Top", [MIDDLE])
-    assert bpy.ops.meanvalue.add_anchor_group() == {'FINISHED'}
-    line = obj.meanvalue.handles["Top"]
-    assert line.follows == 'CONTROL' and line.control.parent == obj and not line.made_group
-
-
 # On rigs
 
 

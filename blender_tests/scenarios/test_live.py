@@ -174,26 +174,6 @@ def test_a_handle_that_is_off_holds_nothing():
     assert np.abs(shown(obj)[64:72] - rest(obj)[64:72]).max() > 0.3
 
 
-def test_vertices_moved_in_edit_mode_are_followed_when_it_is_left():
-    obj, _control = handles.tube()
-    steps.add_group(obj, "Middle", range(64, 72))
-    meshes.activate(obj)
-    bpy.ops.meanvalue.add_anchor_group(group="Middle", follows='SHAPE')
-    bpy.ops.meanvalue.add_pose_key()
-    update()
-
-    def push(edited):
-        edited.verts.ensure_lookup_table()
-        for index in range(64, 72):
-            edited.verts[index].co.y += 1.5
-
-    steps.edit_mesh(obj, push)
-    update()
-    assert np.abs(shown(obj)[64:72, 1] - rest(obj)[64:72, 1] - 1.5).max() < 1e-5
-    assert np.array_equal(shown(obj)[TOP], rest(obj)[TOP])
-    assert obj.data.shape_keys.key_blocks["Pose"].mute
-
-
 def test_two_objects_are_live_at_once():
     first, first_control = handles.tube("First")
     second, second_control = handles.tube("Second")

@@ -119,27 +119,6 @@ def test_leaving_sculpt_mode():
     assert follows(obj, (2, 0, 0))
 
 
-@pytest.mark.parametrize("live", [True, False])
-def test_applying_a_pose_of_a_shape_key_does_not_pose_it_twice(live):
-    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
-    steps.list_anchors(obj, Bottom=BOTTOM, Top=TOP)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
-    steps.move(obj, TOP, (2.0, 0.0, 0.0))
-    obj.meanvalue.live = live
-    update()
-    if not live:
-        steps.solve()
-    posed = shown(obj)
-    assert np.abs(posed - rest(obj)).max() > 1.0
-    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
-    update()
-    if not live:
-        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-        steps.solve()
-    assert np.abs(shown(obj) - posed).max() < 1e-3, np.abs(shown(obj) - posed).max()
-
-
 def test_apply_on_an_object_scaled_to_nothing_changes_nothing():
     obj, control = handles.tube()
     move(control, (2.0, 0.0, 0.0))

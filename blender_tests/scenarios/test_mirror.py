@@ -314,12 +314,10 @@ def test_soft_handles_and_a_region(part):
 
 def test_a_shape_key_as_the_pose():
     obj, _control = halves.half(live=False)
-    obj.meanvalue.handles[1].follows = 'SHAPE'
-    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    steps.add_pose_key(obj)
     top = [vertex.index for vertex in obj.data.vertices if any(g.group == 1 for g in vertex.groups)]
     steps.move(obj, top, (0.1, 0.4, 0.1))
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    steps.solve()
+    assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
     assert opening(obj) < CLOSED
     assert np.abs(shown(obj) - rest(obj)).max() > 0.3
 

@@ -21,7 +21,7 @@ def test_two_objects_are_independent():
     second = meshes.tube(name="Second")
     steps.list_anchors(second, Bottom=range(8), Top=range(64, 72))
     bpy.ops.meanvalue.bind()
-    bpy.ops.meanvalue.add_pose_key()
+    steps.add_pose_key(second)
     steps.move(second, range(64, 72), (1.0, 0.0, 0.0))
     before = snapshot(first, without=("datablocks",))
     steps.solve()
@@ -94,12 +94,12 @@ def test_names_with_odd_characters():
     steps.list_anchors(obj, **{"50% {x}": [0, 4, 20], "\u00e9paule": [24]})
     obj.meanvalue.result_key = "R\u00e9sultat %d"
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    bpy.ops.meanvalue.add_pose_key()
+    steps.add_pose_key(obj)
     steps.solve()
     assert "R\u00e9sultat %d" in obj.data.shape_keys.key_blocks
     bpy.ops.object.mode_set(mode='EDIT')
     with steps.refused("'100%s {0} \u00e4\u4e2d' is in Edit Mode"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
 
 
 @pytest.mark.parametrize("loose_parts", ["follow", "stay"])

@@ -164,26 +164,6 @@ def test_the_object_behind_an_active_control_is_found_without_going_through_all(
     steps.add_group(obj, "Middle", range(64, 72))
 
 
-def test_a_shape_key_that_live_posing_mutes_is_told(status):
-    """Selecting a key makes it the one whose vertices are followed."""
-    obj, _control = handles.tube()
-    smile = obj.shape_key_add(name="Smile", from_mix=False)
-    smile.value = 1.0
-    pose = obj.shape_key_add(name="Pose", from_mix=False)
-    pose.value = 1.0
-    steps.move(obj, TOP, (0.5, 0.0, 0.0), smile)
-    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Pose")
-    obj.meanvalue.handles["Bottom"].follows = 'SHAPE'
-    obj.meanvalue.handles["Top"].follows = 'SHAPE'
-    update()
-    assert not smile.mute
-    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("Smile")
-    update()
-    assert smile.mute
-    text, is_problem = status(obj)
-    assert "'Smile'" in text and "muted" in text and not is_problem
-
-
 def render_scene(tmp_path, last=3):
     scene = bpy.context.scene
     scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))

@@ -74,11 +74,11 @@ class Posed:
 
     def pose(self, subject):
         for name in subject.handles:
-            assert bpy.ops.meanvalue.add_anchor_group(group=name, follows='SHAPE') == {'FINISHED'}
+            assert bpy.ops.meanvalue.add_pin(group=name) == {'FINISHED'}
         self.obj.meanvalue.roi_group = subject.roi_group
         with timed(self.seconds, "bind"):
             assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-        assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+        steps.add_pose_key(self.obj)
         for index in np.flatnonzero(self.anchors):
             self.obj.active_shape_key.data[index].co = self.targets[index]
         with timed(self.seconds, "solve"):

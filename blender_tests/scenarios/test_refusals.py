@@ -22,7 +22,7 @@ def refused_unchanged(obj, *texts):
 
 
 def operators():
-    names = ("bind", "unbind", "solve", "add_pose_key", "add_anchor_group", "remove_handle")
+    names = ("bind", "unbind", "solve", "solve_from_key", "add_pin", "remove_handle")
     return [getattr(bpy.ops.meanvalue, name) for name in names]
 
 
@@ -47,7 +47,7 @@ def test_not_a_mesh():
 def test_wrong_mode(mode, called):
     obj = steps.posed_grid(meshes.grid())
     bpy.ops.object.mode_set(mode=mode)
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve, bpy.ops.meanvalue.add_pose_key):
+    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve, bpy.ops.meanvalue.solve_from_key):
         with refused_unchanged(obj, f"is in {called}", "Object Mode"):
             operator()
 
@@ -62,7 +62,7 @@ def test_linked_object(tmp_path):
     linked = wanted.objects[0]
     bpy.context.collection.objects.link(linked)
     meshes.activate(linked)
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve, bpy.ops.meanvalue.add_pose_key):
+    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve, bpy.ops.meanvalue.solve_from_key):
         with refused_unchanged(linked, "linked from another file", "Make it local"):
             operator()
 
@@ -93,7 +93,7 @@ def test_no_anchors_listed():
 def test_anchor_group_deleted():
     obj = steps.posed_grid(meshes.grid())
     obj.vertex_groups.remove(obj.vertex_groups["Tip"])
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
+    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
         with refused_unchanged(obj, "no vertex group 'Tip'", "on the list of handles", "remove the handle"):
             operator()
 
@@ -102,7 +102,7 @@ def test_anchor_group_renamed():
     obj = steps.posed_grid(meshes.grid())
     obj.vertex_groups["Tip"].name = "Finger"
     with refused_unchanged(obj, "no vertex group 'Tip'", "Choose another group in Active Handle"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
     obj.meanvalue.handles[1].name = "Finger"
     steps.solve()
 
@@ -123,7 +123,9 @@ def test_no_faces():
 
 def test_no_vertices():
     obj = meshes.make_object([], [])
-    steps.list_anchors(obj, A=[])
+    obj.vertex_groups.new(name="A")
+    handle = obj.meanvalue.handles.add()
+    handle.name, handle.follows = "A", 'REST'
     with refused_unchanged(obj, "no vertices"):
         bpy.ops.meanvalue.bind()
 
@@ -186,37 +188,30 @@ def test_no_part_is_held():
 def test_solve_before_bind():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0, 4, 20])
-    bpy.ops.meanvalue.add_pose_key()
+    steps.add_pose_key(obj)
     with refused_unchanged(obj, "not bound yet", "Press Bind"):
-        bpy.ops.meanvalue.solve()
-
-
-def test_no_shape_key():
-    obj = steps.bound_grid(meshes.grid())
-    with refused_unchanged(obj, "no shape key to take the targets from", "Add Pose Key"):
         bpy.ops.meanvalue.solve()
 
 
 def test_active_key_is_the_basis():
     obj = steps.posed_grid(meshes.grid())
     obj.active_shape_key_index = 0
-    with refused_unchanged(obj, "is the rest shape itself", "Add Pose Key"):
-        bpy.ops.meanvalue.solve()
+    with refused_unchanged(obj, "active shape key is the rest shape", "Add a shape key"):
+        bpy.ops.meanvalue.solve_from_key()
 
 
 def test_absolute_shape_keys():
     obj = steps.posed_grid(meshes.grid())
     obj.data.shape_keys.use_relative = False
-    for operator in (bpy.ops.meanvalue.solve, bpy.ops.meanvalue.add_pose_key):
-        with refused_unchanged(obj, "absolute", "Turn on Relative"):
-            operator()
+    with refused_unchanged(obj, "absolute", "Turn on Relative"):
+        bpy.ops.meanvalue.solve_from_key()
 
 
 def test_result_would_overwrite_the_basis():
     obj = steps.posed_grid(meshes.grid())
     obj.meanvalue.result_key = "Basis"
     with refused_unchanged(obj, "'Basis' is the rest shape", "another name"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
 
 
 @pytest.mark.parametrize("name", ["", "  "])
@@ -224,7 +219,7 @@ def test_result_without_a_name(name):
     obj = steps.posed_grid(meshes.grid())
     obj.meanvalue.result_key = name
     with refused_unchanged(obj, "has no name", "Fill in Result"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
 
 
 # -- numbers ---------------------------------------------------------------------------------------------------------
@@ -244,7 +239,7 @@ def test_infinity_in_the_pose():
     coordinates[24, 1] = float("inf")
     obj.active_shape_key.data.foreach_set("co", coordinates.ravel())  # single values are clamped
     with refused_unchanged(obj, "shape key 'Pose'", "the first is 24", "not numbers"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
 
 
 # -- the compiled module ---------------------------------------------------------------------------------------------
@@ -257,7 +252,7 @@ def test_native_module_missing(part, monkeypatch):
     loader.forget()
     part("solver.session").clear()
     try:
-        for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
+        for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
             with refused_unchanged(obj, "solver", "Python 3.", "Install the add-on zip"):
                 operator()
     finally:
@@ -292,7 +287,7 @@ def test_errors_of_the_native_module(native, part, monkeypatch, kind, texts):
     part("solver.session").clear()
     error = MemoryError() if kind == "MemoryError" else getattr(native, kind)("edge 3 has 5 faces")
     monkeypatch.setattr(native, "start_bind", failing_task(native, failing(error)))
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
+    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
         with refused_unchanged(obj, *texts):
             operator()
 
@@ -302,7 +297,7 @@ def test_what_was_cancelled_changes_nothing(native, part, monkeypatch):
     part("solver.session").clear()
     monkeypatch.setattr(native, "start_bind", failing_task(native, failing(native.Cancelled("stopped"))))
     before = snapshot(obj)
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve):
+    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
         assert operator() == {'CANCELLED'}
     assert_same(before, snapshot(obj))
 
@@ -347,16 +342,16 @@ def test_answer_that_is_not_a_number(answer_with):
     obj = steps.posed_grid(meshes.grid())
     answer_with(lambda solution: Answer(solution, vertices=solution.vertices * float("nan")))
     with refused_unchanged(obj, "not numbers", "closer to the rest shape"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
 
 
 def test_failure_in_solve_after_the_anchors_changed_keeps_the_old_binding(answer_with, native):
     obj = steps.posed_grid(meshes.grid())
     steps.add_group(obj, "More", [22])
-    bpy.ops.meanvalue.add_anchor_group(group="More", follows='SHAPE')
+    bpy.ops.meanvalue.add_pin(group="More")
     answer_with(failing(native.SolverFailure("no descent")))
     with refused_unchanged(obj, "The solver failed", "no descent"):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.solve_from_key()
 
 
 def test_not_converged_is_a_warning_and_the_result_is_written(answer_with, capfd):
@@ -379,7 +374,7 @@ def test_a_part_without_enough_fixed_points_is_a_warning(capfd):
     told = capfd.readouterr().out
     assert "warning" in told.lower()
     assert "1 part of the mesh has fewer than three fixed points" in told
-    bpy.ops.meanvalue.add_pose_key()
+    steps.add_pose_key(obj)
     steps.move(obj, [15], (0.0, 0.0, 1.0))
     steps.solve()
     assert "1 part of the mesh has fewer" in capfd.readouterr().out
@@ -392,46 +387,23 @@ def test_a_part_without_enough_fixed_points_is_a_warning(capfd):
 # -- the list of anchors ---------------------------------------------------------------------------------------------
 
 
-def test_add_group_without_any():
-    obj = meshes.grid()
-    with refused_unchanged(obj, "has no vertex groups", "Object Data Properties"):
-        bpy.ops.meanvalue.add_anchor_group(follows='SHAPE')
-
-
 def test_add_group_that_is_not_there():
     obj = meshes.grid()
     steps.add_group(obj, "A", [0])
     with refused_unchanged(obj, "no vertex group 'B'", "Choose one"):
-        bpy.ops.meanvalue.add_anchor_group(group="B", follows='SHAPE')
+        bpy.ops.meanvalue.add_pin(group="B")
 
 
 def test_add_group_twice():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0])
-    with refused_unchanged(obj, "'A' is on the list already", "Choose another"):
-        bpy.ops.meanvalue.add_anchor_group(group="A", follows='SHAPE')
-
-
-def test_add_group_when_all_are_listed():
-    obj = meshes.grid()
-    steps.list_anchors(obj, A=[0])
-    with refused_unchanged(obj, "All vertex groups of 'Grid' are on the list already", "Make another"):
-        bpy.ops.meanvalue.add_anchor_group(follows='SHAPE')
-
-
-def test_add_takes_the_active_group_and_then_the_next_that_is_not_listed():
-    obj = meshes.grid()
-    for name in ("A", "B", "C"):
-        obj.vertex_groups.new(name=name)
-    obj.vertex_groups.active_index = 1
-    for _ in range(3):
-        assert bpy.ops.meanvalue.add_anchor_group(follows='SHAPE') == {'FINISHED'}
-    assert [group.name for group in obj.meanvalue.handles] == ["B", "A", "C"]
+    with refused_unchanged(obj, "'A' is on the list already", "choose another"):
+        bpy.ops.meanvalue.add_pin(group="A")
 
 
 def test_remove_from_an_empty_list():
     obj = meshes.grid()
-    with refused_unchanged(obj, "No line of the list is selected"):
+    with refused_unchanged(obj, "No handle or pin is active"):
         bpy.ops.meanvalue.remove_handle()
 
 

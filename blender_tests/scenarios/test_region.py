@@ -17,7 +17,7 @@ def pose_with_region(group, invert=False, anchors=(12,)):
     obj.meanvalue.roi_group = "Region"
     obj.meanvalue.roi_invert = invert
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    bpy.ops.meanvalue.add_pose_key()
+    steps.add_pose_key(obj)
     steps.move(obj, anchors, (0.0, 0.0, 0.8))
     steps.solve()
     return obj

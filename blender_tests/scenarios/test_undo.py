@@ -42,20 +42,20 @@ def undo_and_redo(operator):
 
 def test_solve():
     steps.posed_grid(meshes.grid())
-    undo_and_redo(bpy.ops.meanvalue.solve)
+    undo_and_redo(bpy.ops.meanvalue.solve_from_key)
 
 
 def test_second_solve():
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
     steps.move(obj, [24], (0.0, 0.0, 1.0))
-    undo_and_redo(bpy.ops.meanvalue.solve)
+    undo_and_redo(bpy.ops.meanvalue.solve_from_key)
 
 
 def test_solve_that_binds_again():
     obj = steps.posed_grid(meshes.grid())
     obj.vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
-    undo_and_redo(bpy.ops.meanvalue.solve)
+    undo_and_redo(bpy.ops.meanvalue.solve_from_key)
 
 
 def test_bind():
@@ -66,16 +66,6 @@ def test_bind():
 def test_unbind():
     steps.bound_grid(meshes.grid())
     undo_and_redo(bpy.ops.meanvalue.unbind)
-
-
-def test_add_pose_key():
-    steps.bound_grid(meshes.grid())
-    undo_and_redo(bpy.ops.meanvalue.add_pose_key)
-
-
-def test_add_anchor_group():
-    steps.add_group(meshes.grid(), "A", [0])
-    undo_and_redo(bpy.ops.meanvalue.add_anchor_group)
 
 
 def test_remove_handle():
@@ -102,7 +92,7 @@ def test_a_group_that_is_added_in_edit_mode():
     steps.add_group(obj, "A", [12])
     bpy.ops.object.mode_set(mode='EDIT')
     remember()
-    press(bpy.ops.meanvalue.add_anchor_group)
+    press(lambda *how: bpy.ops.meanvalue.add_handle(*how, group="A"))
     assert current().mode == 'OBJECT' and [line.name for line in current().meanvalue.handles] == ["A"]
     bpy.ops.ed.undo()
     assert len(current().meanvalue.handles) == 0 and len(bpy.data.objects) == 1
@@ -111,7 +101,7 @@ def test_a_group_that_is_added_in_edit_mode():
 def test_keyframes_that_are_inserted_in_edit_mode():
     obj = meshes.grid()
     steps.add_group(obj, "A", [12])
-    bpy.ops.meanvalue.add_anchor_group()
+    bpy.ops.meanvalue.add_handle()
     meshes.activate(current())
     bpy.ops.object.mode_set(mode='EDIT')
     remember()
@@ -134,7 +124,10 @@ def test_finish_region():
 
 def test_toggle_live():
     """The shape is compared elsewhere: while Live is on the mesh is posed, which no step of the operator holds."""
-    steps.posed_grid(meshes.grid())
+    steps.list_anchors(meshes.grid(), A=[0, 4, 20])
+    steps.add_group(current(), "Tip", [24])
+    bpy.ops.meanvalue.add_handle(group="Tip", live=False)
+    meshes.activate(current())
     remember()
     for turned_on in (True, False):
         press(bpy.ops.meanvalue.toggle_live)
@@ -160,8 +153,8 @@ def test_the_status_follows_undo(part):
 def test_solve_after_undo_and_redo_is_the_same():
     steps.posed_grid(meshes.grid())
     remember()
-    press(bpy.ops.meanvalue.solve)
+    press(bpy.ops.meanvalue.solve_from_key)
     first = steps.key_positions(current(), "Mean-Value").tobytes()
     bpy.ops.ed.undo()
-    press(bpy.ops.meanvalue.solve)
+    press(bpy.ops.meanvalue.solve_from_key)
     assert steps.key_positions(current(), "Mean-Value").tobytes() == first

@@ -15,10 +15,25 @@ def add_group(obj, name, indices, weight=1.0):
 
 
 def list_anchors(obj, **groups):
-    """list_anchors(obj, Hand=[1, 2]) makes the vertex groups and lists them as anchors, by the operator."""
+    """list_anchors(obj, Hand=[1, 2]) makes the vertex groups and pins them, by the operator."""
     for name, indices in groups.items():
-        add_group(obj, name, indices)
-        assert bpy.ops.meanvalue.add_anchor_group(group=name, follows='SHAPE') == {'FINISHED'}
+        add_group(obj, name, indices or [0])
+        assert bpy.ops.meanvalue.add_pin(group=name) == {'FINISHED'}
+        if not indices:
+            obj.vertex_groups[name].remove([0])
+
+
+def add_pose_key(obj):
+    """A shape key in the rest shape, active and shown, to move vertices in."""
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis", from_mix=False)
+    key = obj.shape_key_add(name="Pose", from_mix=False)
+    reference = obj.data.shape_keys.reference_key
+    for point, rest in zip(key.data, reference.data, strict=True):
+        point.co = rest.co
+    key.value = 1.0
+    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(key.name)
+    return key
 
 
 def move(obj, indices, offset, key=None):
@@ -39,13 +54,17 @@ def bound_grid(obj):
 def posed_grid(obj, offset=(0.0, 0.5, 1.0)):
     """bound_grid with a pose key in which the tip was moved."""
     bound_grid(obj)
-    assert bpy.ops.meanvalue.add_pose_key() == {'FINISHED'}
+    add_pose_key(obj)
     move(obj, [24], offset)
     return obj
 
 
 def solve():
-    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    """As the mesh is posed: by its controls, or by the active shape key where it has none."""
+    handles = bpy.context.object.meanvalue.handles
+    has_controls = any(handle.follows == 'CONTROL' for handle in handles) or bpy.context.object.type != 'MESH'
+    operator = bpy.ops.meanvalue.solve if has_controls else bpy.ops.meanvalue.solve_from_key
+    assert operator() == {'FINISHED'}
 
 
 def key_positions(obj, name):

@@ -30,11 +30,11 @@ def bind_and_solve(ui):
     assert _tube().meanvalue.bound.is_bound
     bound = snapshot(_tube())
 
-    yield from ui.invoke("meanvalue.add_pose_key")
+    steps.add_pose_key(_tube())
     steps.move(_tube(), range(64, 72), (1.0, 0.0, -0.5))
     ui.remember()
     posed = snapshot(_tube())
-    yield from ui.invoke("meanvalue.solve")
+    yield from ui.invoke("meanvalue.solve_from_key")
     solved = snapshot(_tube())
     rest = np.array([tuple(vertex.co) for vertex in _tube().data.vertices])
     moved = np.abs(_evaluated(_tube()) - rest).max(axis=1)
@@ -57,7 +57,7 @@ def bind_and_solve(ui):
 def solve_without_binding(ui):
     steps.list_anchors(meshes.tube(), Bottom=range(8), Top=range(64, 72))
     ui.remember()
-    yield from ui.invoke("meanvalue.solve")
+    yield from ui.invoke("meanvalue.solve_from_key")
     assert any("is not bound yet" in line for line in ui.reports()), ui.reports()
     yield from ui.screenshot("refused")
     assert not _tube().meanvalue.bound.is_bound

@@ -34,10 +34,10 @@ def from_nothing_to_solved(ui):
     yield from ui.screenshot("panel_02_not_bound")
     _press(bpy.ops.meanvalue.bind)
     yield from ui.screenshot("panel_03_bound_without_pose")
-    _press(bpy.ops.meanvalue.add_pose_key)
+    steps.add_pose_key(tube)
     steps.move(tube, TOP, (3.0, 0.0, -2.0))
     yield from ui.screenshot("panel_04_posed")
-    _press(bpy.ops.meanvalue.solve)
+    _press(bpy.ops.meanvalue.solve_from_key)
     yield from ui.screenshot("panel_05_solved")
 
 

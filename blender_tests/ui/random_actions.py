@@ -146,7 +146,7 @@ class Artist:
 
     def press(self):
         self.activate_mesh()
-        names = ("bind", "unbind", "solve", "keep_pose", "apply_pose", "reset_handles", "own_controls", "add_pose_key")
+        names = ("bind", "unbind", "solve", "keep_pose", "apply_pose", "reset_handles", "own_controls")
         yield from ()
         _operate(getattr(bpy.ops.meanvalue, self.chance.choice(names)))
 
@@ -280,7 +280,7 @@ def _check_anchors(obj, keys):
             if vertex.index not in taken and any(each.group == group and each.weight > 0.0 for each in vertex.groups)
         ]
         taken.update(members)
-        if not members or line.is_soft or line.follows == 'SHAPE':
+        if not members or line.is_soft:
             continue
         move = np.eye(4) if line.follows == 'REST' else controls.move(obj, line)
         wanted = rest[members] @ move[:3, :3].T + move[:3, 3]

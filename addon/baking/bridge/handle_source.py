@@ -32,7 +32,7 @@ class Source:
             raise SceneError(problem)
         bind_input = self.posing.bind_input
         try:
-            self._targets[row] = targets.positions(obj, bind_input, None, rig_space.measure(obj))
+            self._targets[row] = targets.positions(obj, bind_input, rig_space.measure(obj))
         except np.linalg.LinAlgError as error:
             raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
         self._weights[row] = targets.influences(obj, bind_input)

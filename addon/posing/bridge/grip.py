@@ -217,11 +217,6 @@ def _require_control(obj, handle):
         raise SceneError(
             f"'{handle.name}' is pinned here, so it stays. Shift-click it to let go, or press where nothing is pinned"
         )
-    if handle.follows == 'SHAPE':
-        raise SceneError(
-            f"'{handle.name}' follows the active shape key, so it has no control to drag. Choose Control for it in "
-            "Active Handle, under Follows"
-        )
     problem = controls.problem(obj, handle)
     if problem is None and handle.control.library is not None:
         problem = f"The control of '{handle.name}' is linked from another file. Move it there, or make it local"

@@ -18,9 +18,11 @@ class Posing:
     changes     what changed since the binding on record, in words, "" if nothing
     """
 
-    def __init__(self, bind_input, goal=None, changes="", start=None):
+    def __init__(self, bind_input, goal=None, changes="", start=None, key=""):
+        """key: name of the shape key that the targets were read from; "" for the controls."""
         self.bind_input = bind_input
         self.targets = goal
+        self._key = key
         self.changes = changes
         self._start = start
         self.binding = session.cached(bind_input)
@@ -45,11 +47,17 @@ class Posing:
         return cls(bind_input, targets.gather(obj, bind_input), changes)
 
     @classmethod
+    def to_solve_from_key(cls, obj, key, reading=None):
+        """As to_solve(), by the shape key `key`; binds if need be. @throws likewise."""
+        bind_input = scene_input.gather(obj, reading)
+        changes = _what_changed_since_bound(obj, bind_input)
+        return cls(bind_input, targets.gather_from_key(obj, bind_input, key), changes, key=key)
+
+    @classmethod
     def to_bake(cls, obj, reading=None):
         """As to_bind(), which it may be the first time. @throws SceneError; StaleBindingError as to_solve()."""
         bind_input = scene_input.gather(obj, reading)
-        is_bound = obj.meanvalue.bound.is_bound
-        return cls(bind_input, changes=_what_changed(obj, bind_input) if is_bound else "it was not bound")
+        return cls(bind_input, changes=_what_changed_since_bound(obj, bind_input))
 
     @classmethod
     def to_settle(cls, obj, reading=None):
@@ -97,10 +105,16 @@ class Posing:
             now = scene_input.gather(obj, reading)
             is_same = now.fingerprint == self.bind_input.fingerprint
             if is_same and self.targets is not None:
-                is_same = targets.gather(obj, now).is_near(self.targets, 0.0)
+                goal = targets.gather_from_key(obj, now, self._key) if self._key else targets.gather(obj, now)
+                is_same = goal.is_near(self.targets, 0.0)
             if is_same:
                 return
         raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+
+
+def _what_changed_since_bound(obj, bind_input):
+    """As _what_changed(), where it may not be bound yet."""
+    return _what_changed(obj, bind_input) if obj.meanvalue.bound.is_bound else "it was not bound"
 
 
 def _what_changed(obj, bind_input):

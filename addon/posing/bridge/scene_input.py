@@ -80,7 +80,6 @@ def gather(obj, reading=None):
         roi=roi,
         method=settings.method,
         handles=handle_numbers,
-        rigid_handles=any(handle.follows != 'SHAPE' for handle in handles),
         rigidity=rigidity,
         strengths=springs.strengths(handle_numbers, soft, rigidity, int(roi.sum())),
         planes=planes,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the anchors go: from controls, from the shape key that the artist edits, or from the rest shape."""
+"""Where the anchors go: to their controls, or, once, to where a shape key has them."""
 
 from dataclasses import dataclass
 
@@ -9,6 +9,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene import rig_space, shape_keys
 from ...scene.core import motion
+from ...scene.core.finite import require_finite
 from . import control_places, controls
 
 
@@ -17,15 +18,10 @@ class Targets:
     """positions: k x 3 float64, object space, in the order of the anchors.
 
     weights: k float64, how much each counts, 0 to 1; None where all count fully.
-
-    pose: n x 3 float32 of the shape key that anchors were moved in, or None if no handle follows it.
-    pose_key: its name, or "".
     """
 
     positions: np.ndarray
     weights: np.ndarray | None
-    pose: np.ndarray | None
-    pose_key: str
 
     def is_near(self, other, distance):
         """Whether no anchor is farther than `distance` from where `other` has it, and each counts the same."""
@@ -54,13 +50,12 @@ def handles_problem(obj):
             found = controls.problem(obj, handle)
             if found:
                 return found
-    return shape_keys.pose_problem(obj) if _needs_pose(handles) else None
-
-
-def pose_key(obj):
-    """Name of the shape key that anchors are moved in, or "" if none follows one."""
-    follows_shape = any(handle.follows == 'SHAPE' for handle in enabled_handles(obj))
-    return obj.active_shape_key.name if follows_shape and shape_keys.pose_problem(obj) is None else ""
+    if all(handle.follows == 'REST' for handle in handles):
+        return (
+            "Only pins hold the mesh, so nothing is posed. Add a handle or grab the mesh, or move vertices of the pins "
+            "in a shape key and choose Solve from Shape Key"
+        )
+    return None
 
 
 def gather(obj, bind_input):
@@ -81,29 +76,37 @@ def gather_behind(obj, bind_input, space, known=None):
 
     @throws SceneError.
     """
-    moved_in = pose_key(obj)
-    pose = shape_keys.pose_positions(obj) if moved_in else None
-    counts = influences(obj, bind_input)
-    weights = None if (counts == 1.0).all() else counts
-    return Targets(positions(obj, bind_input, pose, space, known), weights, pose, moved_in)
+    return Targets(positions(obj, bind_input, space, known), _weights(obj, bind_input))
 
 
-def positions(obj, bind_input, pose, space, known=None):
+def gather_from_key(obj, bind_input, name):
+    """The Targets of all handles and pins where the shape key `name` has their vertices. @throws SceneError."""
+    require_key(obj, name)
+    shape = shape_keys.positions(obj.data.shape_keys.key_blocks[name])
+    require_finite(shape, f"shape key '{name}'")
+    return Targets(shape[bind_input.anchors].astype(np.float64), _weights(obj, bind_input))
+
+
+def require_key(obj, name):
+    """@throws SceneError if the object has no shape key `name`."""
+    keys = obj.data.shape_keys
+    if keys is None or name not in keys.key_blocks:
+        raise SceneError(f"'{obj.name}' has no shape key '{name}'. Choose one that it has")
+
+
+def positions(obj, bind_input, space, known=None):
     """k x 3 float64: where the key has to have the anchors now, for them to be seen where their controls have them.
 
-    pose: as in Targets; space: the SeenSpace of now, None where what is seen is the key. For what has no problem().
+    space: the SeenSpace of now, None where what is seen is the key. For what has no problem().
     known: {name of a handle: (its move in the key's space, its targets)}: those that have not moved since keep their
     targets, whatever the rig does; brought up to date.
 
     @throws SceneError.
     """
     placed = bind_input.anchor_rest.copy()
-    if pose is not None:
-        for members, _ in _members(obj, bind_input, 'SHAPE'):
-            placed[members] = pose[bind_input.anchors][members]
     is_moved = np.zeros(len(placed), bool)  # those that `placed` has where they are to be seen, so far
     moves = []
-    for members, handle in _members(obj, bind_input, 'CONTROL'):
+    for members, handle in _moving(obj, bind_input):
         transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
         move = controls.move(obj, handle, transform)
         former = known.get(handle.name) if known is not None else None
@@ -127,16 +130,16 @@ def positions(obj, bind_input, pose, space, known=None):
 
 def follow_rig(obj, bind_input, space):
     """Puts the controls that go along with the rig to where it has their handles."""
-    for members, handle in _members(obj, bind_input, 'CONTROL'):
+    for members, handle in _moving(obj, bind_input):
         if handle.control is not None:
             transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
             control_places.follow_rig(obj, handle, transform)
 
 
-def _members(obj, bind_input, follows):
-    """(k bool, handle) of the handles that take part and follow that."""
+def _moving(obj, bind_input):
+    """(k bool, handle) of the handles that take part and follow a control."""
     for number, handle in enumerate(enabled_handles(obj)):
-        if handle.follows == follows:
+        if handle.follows == 'CONTROL':
             yield bind_input.handles == number, handle
 
 
@@ -155,7 +158,7 @@ def _in_key(obj, bind_input, space, is_moved, wanted):
 
 def _require_depth(obj, bind_input, space, is_moved):
     """@throws SceneError if the rig squeezes anchors, so that no key can bring them to where they are wanted."""
-    for members, handle in _members(obj, bind_input, 'CONTROL'):
+    for members, handle in _moving(obj, bind_input):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
             raise SceneError(
@@ -172,6 +175,11 @@ def _require_numbers(handle, points):
         )
 
 
+def _weights(obj, bind_input):
+    counts = influences(obj, bind_input)
+    return None if (counts == 1.0).all() else counts
+
+
 def influences(obj, bind_input):
     """k float64, 0 to 1: how much each anchor counts now. Below 1 only for soft handles, by their controls."""
     counts = np.ones(len(bind_input.anchors))
@@ -179,8 +187,3 @@ def influences(obj, bind_input):
         if handle.is_soft and handle.follows == 'CONTROL' and handle.control is not None:
             counts[bind_input.handles == number] = handle.control.meanvalue.influence
     return counts
-
-
-def _needs_pose(handles):
-    """Without controls it is the shape key alone that can pose anything; beside controls it is welcome."""
-    return all(handle.follows != 'CONTROL' for handle in handles)

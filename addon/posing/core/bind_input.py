@@ -32,7 +32,6 @@ class BindInput:
     method        the solver's, see ids
     rigidity      how much lengths count; None for methods that do not know it
     handles       k int32, number of the enabled handle that each anchor belongs to
-    rigid_handles whether the anchors of a handle move as one; else the solver finds out what belongs together
     strengths     k float64, stiffness of the springs of soft anchors, infinite for hard ones; None if all are hard
     border        b vertex indices, int32, ascending: what moves freely in part, where the region is soft; no anchors
     border_strengths  b float64, stiffness of the springs that hold them to the rest shape. None, both: no soft border
@@ -51,7 +50,6 @@ class BindInput:
     roi: np.ndarray
     method: str
     handles: np.ndarray
-    rigid_handles: bool = False
     rigidity: float | None = None
     strengths: np.ndarray | None = None
     border: np.ndarray | None = None
@@ -70,7 +68,7 @@ class BindInput:
             rest_shape=digest(self.rest),
             anchors=digest(
                 self.anchors,
-                *([self.handles] if self.rigid_handles or self.planes is not None else []),
+                self.handles,
                 *([] if self.strengths is None else [self.strengths]),
             ),
             roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),

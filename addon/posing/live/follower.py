@@ -130,9 +130,6 @@ class Follower(Following):
 
     def _solve_work(self, obj, _is_quiet):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
-        pose_key = wanted.pose_key and obj.data.shape_keys.key_blocks[wanted.pose_key]
-        if pose_key and pose_key.name != obj.meanvalue.result_key and not pose_key.mute:
-            pose_key.mute = True  # the key that anchors were moved in must not be added to the result
         written = self._model(obj).written
         is_first = written is None
         shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
@@ -177,4 +174,4 @@ class Follower(Following):
         return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)
 
     def _make_key(self, obj):
-        shape_keys.ensure_result_key(obj, self._wanted.pose_key)
+        shape_keys.ensure_result_key(obj)

@@ -5,7 +5,7 @@ import bpy
 
 from ...live import engine
 from ...scene import new_rest, subject
-from ..bridge import bound_record, controls, targets
+from ..bridge import bound_record, controls
 from .settled import SettledOperator
 
 
@@ -19,7 +19,7 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
         placements = controls.placements(obj, handles)
         engine.look_again(obj)
-        notes = new_rest.become(obj, targets.pose_key(obj))
+        notes = new_rest.become(obj)
         bound_record.clear(obj.meanvalue.bound)
         controls.attach_at_rest(obj, handles, placements)
         if subject.sharing_note(obj):

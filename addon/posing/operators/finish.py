@@ -8,7 +8,7 @@ from ...errors import SceneError
 from ...live import engine
 from ...scene import new_rest, reference_key, selection, shape_keys, subject
 from ...solver import session
-from ..bridge import bound_record, controls, region, targets
+from ..bridge import bound_record, controls, region
 from .settled import SettledOperator
 
 
@@ -61,7 +61,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             settings.live = False
             return "Nothing was posed, so the mesh is as it was", []
         if self.keep == 'REST':
-            notes = new_rest.become(obj, targets.pose_key(obj))
+            notes = new_rest.become(obj)
             settings.live = False
             shape_keys.remove(obj, [settings.result_key])
             reference_key.remove_lone(obj)

@@ -27,7 +27,7 @@ class SettledOperator(BackgroundOperator):
             prepared.keep()
             goal = prepared.targets
             composed = result.compose(prepared.bind_input, goal.positions, solved)
-            shape_keys.write_result(obj, composed, goal.pose_key)
+            shape_keys.write_result(obj, composed)
         return self.use(obj)
 
 

@@ -7,7 +7,7 @@ from ...scene import subject
 from ..bridge import controls
 from ..operators.select_handle import MEANVALUE_OT_select_handle
 
-FOLLOWS_ICONS = {'SHAPE': 'SHAPEKEY_DATA', 'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
+FOLLOWS_ICONS = {'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 
 
 class MEANVALUE_UL_handles(bpy.types.UIList):

@@ -6,9 +6,7 @@ import bpy
 from ... import ids
 from ...scene import subject
 from ...widgets import menus
-from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
-from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
@@ -24,6 +22,7 @@ from ..operators.select_handle import MEANVALUE_OT_select_handle
 from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.select_unpaired import MEANVALUE_OT_select_unpaired
 from ..operators.solve import MEANVALUE_OT_solve
+from ..operators.solve_from_key import MEANVALUE_OT_solve_from_key
 from ..operators.toggle_live import MEANVALUE_OT_toggle_live
 from ..operators.unbind import MEANVALUE_OT_unbind
 
@@ -34,7 +33,6 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_add_handle,
     MEANVALUE_OT_add_pin,
-    MEANVALUE_OT_add_anchor_group,
     MEANVALUE_OT_select_handle,
     MEANVALUE_OT_select_problems,
     MEANVALUE_OT_select_unpaired,
@@ -46,8 +44,8 @@ _OBJECT_OPERATORS = (
     None,
     MEANVALUE_OT_bind,
     MEANVALUE_OT_unbind,
-    MEANVALUE_OT_add_pose_key,
     MEANVALUE_OT_solve,
+    MEANVALUE_OT_solve_from_key,
     None,
     MEANVALUE_OT_keep_pose,
     MEANVALUE_OT_apply_pose,

@@ -12,9 +12,7 @@ from ...widgets.panels import PanelPart, SidebarPanel
 from ...widgets.text_box import draw_wrapped
 from ..bridge import bound_record, controls, object_status, targets
 from ..bridge.object_status import State
-from ..operators.add_anchor_group import MEANVALUE_OT_add_anchor_group
 from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
-from ..operators.add_pose_key import MEANVALUE_OT_add_pose_key
 from ..operators.apply_pose import MEANVALUE_OT_apply_pose
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
@@ -29,6 +27,7 @@ from ..operators.remove_handle import MEANVALUE_OT_remove_handle
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.select_problems import MEANVALUE_OT_select_problems
 from ..operators.solve import MEANVALUE_OT_solve
+from ..operators.solve_from_key import MEANVALUE_OT_solve_from_key
 from ..operators.unbind import MEANVALUE_OT_unbind
 from .handle_list import MEANVALUE_UL_handles
 
@@ -136,6 +135,7 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         solve = layout.column()
         solve.scale_y = 1.4
         solve.operator(MEANVALUE_OT_solve.bl_idname)
+        solve.operator(MEANVALUE_OT_solve_from_key.bl_idname)
         layout.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
 
 
@@ -157,20 +157,6 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
         layout.prop(settings, "loose_parts")
         layout.prop(settings, "merge_distance")
         layout.operator_menu_enum(MEANVALUE_OT_select_problems.bl_idname, "kind", icon='RESTRICT_SELECT_OFF')
-
-
-class MEANVALUE_PT_shape_key(PanelPart, bpy.types.Panel):
-    """Posing vertex by vertex, in a shape key"""
-
-    bl_label = "Posing in a Shape Key"
-    bl_parent_id = "MEANVALUE_PT_advanced"
-
-    def draw(self, _context):
-        button = self.layout.operator(
-            MEANVALUE_OT_add_anchor_group.bl_idname, text="Add Group that Follows It", icon='GROUP_VERTEX'
-        )
-        button.follows = 'SHAPE'
-        self.layout.operator(MEANVALUE_OT_add_pose_key.bl_idname, icon='SHAPEKEY_DATA')
 
 
 def _active_handle(obj):
@@ -204,7 +190,6 @@ def _draw_handles(layout, obj):
     row = layout.row()
     row.template_list(MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", rows=3)
     buttons = row.column(align=True)
-    buttons.operator(MEANVALUE_OT_add_anchor_group.bl_idname, icon='ADD', text="")
     buttons.operator(MEANVALUE_OT_remove_handle.bl_idname, icon='REMOVE', text="")
     row = layout.row(align=True)
     row.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK', text="Reset")
@@ -254,5 +239,4 @@ CLASSES = (
     MEANVALUE_PT_region,
     MEANVALUE_PT_advanced,
     MEANVALUE_PT_solver,
-    MEANVALUE_PT_shape_key,
 )

@@ -25,22 +25,12 @@ def compose(bind_input, targets, solved):
 VISIBLE_MISS = 1e-4
 
 
-def pose_warnings(bind_input, targets, pose=None):
-    """Sentences on k x 3 `targets` that cannot give what the artist may expect of them.
-
-    pose: n x 3 float32 of the shape key in which anchors were moved, if there is one of its own.
-    """
+def pose_warnings(bind_input, targets):
+    """Sentences on k x 3 `targets` that cannot give what the artist may expect of them."""
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     if not moved.any():
-        yield "No handle has been moved, so the result is the rest shape. Move a control, or vertices of the shape key"
+        yield "No handle has been moved, so the result is the rest shape"
     yield from torn_notes(bind_input, targets)
-    if pose is None:
-        return
-    others = np.ones(len(pose), bool)
-    others[bind_input.anchors] = False
-    ignored = np.count_nonzero((pose != bind_input.rest).any(axis=1) & others)
-    if ignored:
-        yield f"{wording.counted(ignored, 'vertex', 'vertices')} moved in the pose belong to no handle and are ignored"
 
 
 def torn_notes(bind_input, targets):

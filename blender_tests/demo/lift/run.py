@@ -70,7 +70,7 @@ def solve_steps(obj, lift):
         obj.active_shape_key_index = keys.find(pose_key.name)
         pose_key.data.foreach_set("co", goal.astype(np.float32).ravel())
         obj.data.update_tag()
-        pose.call(bpy.ops.meanvalue.solve)
+        pose.call(bpy.ops.meanvalue.solve_from_key)
         places.append(photograph.posed_points(obj, 1.0))
     return places
 
