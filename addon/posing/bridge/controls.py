@@ -14,12 +14,12 @@ from . import control_places
 #: Whether choose() is at work: the update of the property then leaves the place at rest alone.
 is_choosing = False
 
-#: A control is this much larger than the part that it moves, so that it can be seen and clicked.
-SIZE_OVER_PART = 1.25
+#: A control is this much of the part that it moves: it is seen and clicked, and hides little of what it poses.
+SIZE_OVER_PART = 0.8
 
 #: Sizes of controls, as shares of the mesh's bounding-box diagonal: for a single vertex, and for a part that is long.
-SMALLEST_SIZE = 0.02
-LARGEST_SIZE = 0.15
+SMALLEST_SIZE = 0.008
+LARGEST_SIZE = 0.1
 
 
 def problem(obj, handle):

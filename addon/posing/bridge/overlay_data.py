@@ -22,8 +22,8 @@ class Look:
     """Points and faces to draw, in object space.
 
     points  k x 3 float32, colors  k x 4 float32: the anchors of all enabled handles, with Symmetric on both sides
-    tint    p x 3 float32, freedom p float32, corners q x 3 int32 into them: the region's faces, and how freely their
-            vertices move, 0 to 1; none if no region is set
+    tint    p x 3 float32, freedom p float32, corners q x 3 int32 into them: the region's faces, as Subdivision shows
+            them, and how freely their vertices move, 0 to 1; none if no region is set
     """
 
     points: np.ndarray
@@ -46,7 +46,7 @@ NOTHING = Look(
 @dataclass(eq=False)
 class _Known:
     stamp: object_model.Stamp
-    vertex_count: int
+    vertex_count: int  # as shown
     anchors: np.ndarray  # k int32
     handles: np.ndarray  # k int32: number of the enabled handle
     tint_vertices: np.ndarray  # p int32
@@ -69,16 +69,16 @@ def look(obj):
     key = compat.session_key(obj)
     model = scene_input.model(obj)
     model.is_watched = True
-    known = _known.get(key)
-    if known is None or not model.is_current(obj, known.stamp, object_model.QUIET_SECONDS):
+    known, positions = _known.get(key), shown_shape.all_positions(obj)
+    is_same_mesh = known is not None and known.vertex_count == len(positions)
+    if not is_same_mesh or not model.is_current(obj, known.stamp, object_model.QUIET_SECONDS):
         reading = shared_readings.finished(obj, scene_input.HandleReading)
         if reading is not None:
-            known = _known[key] = _read(obj, model.stamp(obj), reading)
-        elif known is None or known.look is None or known.vertex_count != len(obj.data.vertices):
+            known = _known[key] = _read(obj, model.stamp(obj), reading, positions)
+        elif not is_same_mesh or known.look is None:
             return NOTHING
         elif known.stamp.signature != model.stamp(obj).signature:
             return known.look  # its handles may be others than those that there are now
-    positions = shown_shape.positions(obj)
     colors = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
     if known.look is None or known.look_colors != colors or not np.array_equal(known.look_positions, positions):
         known.look = _look(known, positions, colors)
@@ -86,7 +86,7 @@ def look(obj):
     return known.look
 
 
-def _read(obj, stamp, reading):
+def _read(obj, stamp, reading, positions):
     names = [handle.name for handle in targets.enabled_handles(obj)]
     region = obj.meanvalue.roi_group
     members = reading.members
@@ -100,11 +100,21 @@ def _read(obj, stamp, reading):
             len(obj.data.vertices), members[region], reading.region_weights, obj.meanvalue.roi_invert
         )
         freedom = scene_input.effective_region(obj, freedom, rest, None if twins is None else twins[None])
+        vertices, corners, freedom = _tint(obj, reading.faces, freedom, positions)
+    return _Known(stamp, len(positions), anchors, handles, vertices, freedom.astype(np.float32), corners)
+
+
+def _tint(obj, faces, freedom, positions):
+    """(vertices, corners, freedom of these vertices) of the mesh that is shown."""
+    subdivided = shown_shape.subdivided(obj)
+    if subdivided is None:
         triangles = mesh_arrays.shown_triangles(obj.data)
-        vertices, corners = tinted_faces.tinted_faces(triangles, *reading.faces, freedom > 0.0)
-    return _Known(
-        stamp, len(obj.data.vertices), anchors, handles, vertices, freedom[vertices].astype(np.float32), corners
-    )
+        vertices, corners = tinted_faces.tinted_faces(triangles, *faces, freedom > 0.0)
+        return vertices, corners, freedom[vertices]
+    quads, _starts = mesh_arrays.faces(subdivided)
+    triangles, pieces = mesh_arrays.shown_triangles(subdivided), len(quads) // (4 * len(faces[0]))
+    vertices, corners = tinted_faces.tinted_faces(triangles, *faces, freedom > 0.0, pieces)
+    return vertices, corners, tinted_faces.freedom_of_pieces(freedom, vertices, positions, quads, *faces)
 
 
 def _on_both_sides(anchors, handles, twins):
