@@ -10,9 +10,6 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
-from addon.baking.bridge.mix_plan import MixPlan
-
-from addon.baking.bridge import solving
 from addon.mixing.core import drivers, grafting, in_betweens, leja
 from addon.mixing.core.mix_input import Layer, MixInput
 
@@ -168,16 +165,6 @@ def test_weights_sum_to_one_and_the_linear_mix_is_blenders():
     masks = np.array([(0.0, 0.5, 1.0), (1.0, 1.0, 1.0)])
     np.testing.assert_allclose(mix(masks).weights([1.0, 0.5]).sum(axis=0), 1.0)
     np.testing.assert_allclose(mix(masks).linear([1.0, 0.5])[:, 0], [0.0, 0.5, 1.0])
-
-
-def test_the_key_of_a_baked_mix_knows_that_solving_was_changed(monkeypatch):
-    def key():
-        return MixPlan(mix(), np.arange(2.0), 1.0, np.zeros((2, 2))).key
-
-    before = key()
-    assert key() == before
-    monkeypatch.setattr(solving, "REVISION", solving.REVISION + 1)
-    assert key() != before
 
 
 def test_the_key_knows_the_shapes_and_the_revision_the_masks():

@@ -274,17 +274,6 @@ def test_an_animated_mirror_object_is_told(part):
     assert "'Plane'" in note and "where it is when the bake begins" in note
 
 
-def test_a_farm_gets_the_planes_too(part, tmp_path):
-    obj, _control = halves.half((0, 1), live=False)
-    bind_input = part("posing.bridge.scene_input").gather(obj)
-    targets = bind_input.anchor_rest[None]
-    plan = part("baking.bridge.plan").BakePlan(bind_input, np.array([1.0]), 1.0, targets, None)
-    triangles = part("scene.mesh_arrays").triangles(obj.data, bind_input.rest)
-    digest = part("baking.bridge.bundle").save(tmp_path / "clip.npz", plan, triangles)
-    loaded, _triangles = part("baking.bridge.bundle").load(tmp_path / "clip.npz", digest)
-    assert loaded.key == plan.key and loaded.bind_input.planes.shape == (2, 4)
-
-
 def test_a_region_that_leaves_the_seam_alone_costs_nothing(part):
     obj, _control = halves.half(live=False)
     gather = part("posing.bridge.scene_input").gather

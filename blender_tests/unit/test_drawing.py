@@ -146,7 +146,6 @@ def test_menus():
         "MEANVALUE_OT_finish_region",
         "MEANVALUE_OT_grab",  # by the tool
         "MEANVALUE_OT_pin_here",
-        "MEANVALUE_OT_show_baked_frame",
         "MEANVALUE_OT_use_preset",  # for preset files
     }
     for name in every - in_sidebar_only:

@@ -10,6 +10,7 @@ from ...errors import SolverError
 from ...solver import native_loader
 from ...solver.core.fingerprint import digest
 from ..core.bake_report import REPORTED
+from .handle_clip import REVISION
 
 
 class Source:
@@ -45,7 +46,7 @@ class RowClip:
 
     @cached_property
     def key(self):
-        return digest(self.bind_input.revision, self.rows, native_loader.module().__version__)
+        return digest(self.bind_input.revision, self.rows, f"{native_loader.module().__version__} {REVISION}")
 
     @property
     def vertices(self):

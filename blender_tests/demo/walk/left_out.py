@@ -32,7 +32,7 @@ def rows(subject, carried):
                 frame_start=frames[0],
                 frame_end=frames[-1],
                 step=STEP,
-                overwrite="ANY",
+                overwrite_any=True,
                 confirm_size=True,
             )
         places = []
