@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What posing adds to Blender, for registration.py."""
 
+import bpy
+
 from ..live import engine
 from ..scene import subject
+from . import old_files, properties
 from .bridge import controls, moved_meshes, object_status, overlay_data
 from .live.follower import Follower
 from .operators import (
@@ -28,8 +31,10 @@ from .operators import (
     toggle_live,
     unbind,
 )
-from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 from .ui import grab_tool, handle_list, keymap, menus, overlay, panel, symmetry_panel
+
+PROPERTY_GROUPS = (*properties.PROPERTY_GROUPS, old_files.MEANVALUE_PG_anchor_group)
+SETTINGS = {**properties.SETTINGS, **old_files.SETTINGS}
 
 CLASSES = (
     grab.MEANVALUE_OT_grab,
@@ -83,11 +88,17 @@ def unregister():
 
 def scene_updated(depsgraph):
     moved_meshes.note(depsgraph)
+    updated = (update.id.original for update in depsgraph.updates)
+    old_files.carry_over(datablock for datablock in updated if isinstance(datablock, bpy.types.Object))
 
 
 def chosen(active):
     """The artist made an Empty the active object."""
     controls.note_active(active)
+
+
+def another_file():
+    old_files.carry_over(bpy.data.objects)
 
 
 def forget():

@@ -35,7 +35,6 @@ def given(vertices, triangles, anchors, pieces=None, **options):
         roi=np.ones(len(vertices), bool) if roi is None else roi,
         method="fast",
         handles=np.zeros(len(anchors), np.int32) if pieces is None else np.asarray(pieces, np.int32),
-        rigid_handles=pieces is not None,
         rigidity=15.0,
         **options,
     )
@@ -48,7 +47,7 @@ def bound(bind_input, triangles):
         whole.triangles(triangles),
         whole.anchors,
         roi=None if whole.roi.all() else whole.roi,
-        handles=whole.handles if bind_input.rigid_handles else None,
+        handles=whole.handles,
         rigidity=bind_input.rigidity,
         loose=bind_input.loose,
     )

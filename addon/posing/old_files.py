@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files of version 0.1.0, where handles were `object.meanvalue.anchor_groups`: carried over when they are opened, and
+when their objects are appended. To be deleted once nobody has such files."""
+
+import bpy
+from bpy.props import CollectionProperty, EnumProperty, IntProperty
+
+from .. import wording
+from ..scene import views
+from ..scene.declarations import aside
+from ..widgets.core import last_message
+from .bridge import control_places, controls
+from .handle_properties import MEANVALUE_PG_handle
+
+#: What choosing another group or control clears: to be set last.
+_CLEARED = ("made_group", "made_control")
+
+
+class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
+    """A handle as version 0.1.0 stored it"""
+
+    __annotations__ = {
+        **MEANVALUE_PG_handle.__annotations__,
+        "follows": EnumProperty(
+            items=(('SHAPE', "", "", 0), ('CONTROL', "", "", 1), ('REST', "", "", 2)), default='SHAPE'
+        ),
+    }
+
+
+SETTINGS = {
+    "anchor_groups": aside(CollectionProperty)(type=MEANVALUE_PG_anchor_group, options={'HIDDEN'}),
+    "active_anchor_group": aside(IntProperty)(options={'HIDDEN'}),
+}
+
+
+def carry_over(objects):
+    """Makes handles of what version 0.1.0 left in the settings of `objects`."""
+    for obj in objects:
+        if obj.library is None and len(obj.meanvalue.anchor_groups):
+            _carry_over(obj)
+
+
+def _carry_over(obj):
+    settings = obj.meanvalue
+    followed_key = []
+    for old in settings.anchor_groups:
+        handle = settings.handles.add()
+        for name in MEANVALUE_PG_handle.__annotations__:
+            if name not in {"follows", "control", "rest_relation", *_CLEARED}:
+                setattr(handle, name, getattr(old, name))
+        handle.follows = 'REST' if old.follows == 'SHAPE' else old.follows
+        controls.choose(handle, old.control, control_places.at_rest(old))
+        for name in _CLEARED:
+            setattr(handle, name, getattr(old, name))
+        if old.follows == 'SHAPE':
+            followed_key.append(old.name)
+    settings.active_handle = settings.active_anchor_group
+    settings.anchor_groups.clear()
+    settings.property_unset("active_anchor_group")
+    if followed_key:
+        _tell(obj, followed_key)
+
+
+def _tell(obj, names):
+    pins = "is a pin" if len(names) == 1 else "are pins"
+    text = wording.sentence(
+        f"{wording.quoted(names)} of '{obj.name}' followed a shape key and {pins} now."
+        " The mesh goes on showing its pose. To pose by a key again, choose it and press Solve from Shape Key"
+    )
+    last_message.remember(text)
+    print("Mean-Value:", text)
+    if not bpy.app.background:
+        bpy.app.timers.register(lambda: views.pop_up("Mean-Value", text), first_interval=0.1)

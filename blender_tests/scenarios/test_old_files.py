@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A file that version 0.1.0 saved opens, shows what it showed, and goes on living. files/version_0_1.json says what."""
+
+import json
+import pathlib
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+
+FILES = pathlib.Path(__file__).parent.parent / "files"
+RECORDED = json.loads((FILES / "version_0_1.json").read_text())["objects"]
+FOLLOWED_A_KEY = ("Shaped", "Scripted")
+KEPT = ("name", "is_enabled", "is_soft", "is_pin", "bone", "marker", "cuff", "made_group", "made_control")
+SETTINGS = ("live", "roi_group", "roi_invert", "made_region", "symmetric", "method", "result_key", "show_overlay")
+
+
+@pytest.fixture
+def opened(tmp_path, capfd):
+    """Opens a copy, and gives what the add-on said."""
+    path = tmp_path / "old.blend"
+    path.write_bytes((FILES / "version_0_1.blend").read_bytes())
+    capfd.readouterr()
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    bpy.context.view_layer.update()
+    return capfd.readouterr().out
+
+
+def objects():
+    return [(bpy.data.objects[name], recorded) for name, recorded in RECORDED.items()]
+
+
+def evaluated(obj):
+    bpy.context.view_layer.update()
+    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+    shown = np.array([tuple(vertex.co) for vertex in mesh.vertices])
+    obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh_clear()
+    return shown
+
+
+def require_shown(obj, recorded):
+    size = np.linalg.norm(np.ptp([tuple(vertex.co) for vertex in obj.data.vertices], axis=0))
+    off = np.abs(evaluated(obj)[recorded["vertices"]] - recorded["positions"]).max()
+    assert off < 1e-3 * size, (obj.name, off)
+
+
+def require_settings(obj, recorded):
+    settings = obj.meanvalue
+    assert len(settings.handles) == len(recorded["handles"])
+    for handle, expected in zip(settings.handles, recorded["handles"], strict=True):
+        for name in KEPT:
+            assert getattr(handle, name) == expected[name], (obj.name, name)
+        assert (handle.control.name if handle.control else None) == expected["control"]
+        assert handle.follows == ('REST' if expected["follows"] == 'SHAPE' else expected["follows"])
+        assert handle.strength == pytest.approx(expected["strength"])
+    for name in SETTINGS:
+        assert getattr(settings, name) == recorded[name], (obj.name, name)
+    assert settings.bound.is_bound == recorded["is_bound"]
+    assert settings.mix.is_on == recorded["mix_is_on"]
+    assert obj.vertex_groups.keys() == recorded["vertex_groups"]
+    keys = obj.data.shape_keys
+    assert [key.name for key in (keys.key_blocks if keys else ())] == [key["name"] for key in recorded["shape_keys"]]
+
+
+def test_all_is_there_and_shown_as_before(opened):
+    for obj, recorded in objects():
+        require_settings(obj, recorded)
+        require_shown(obj, recorded["shown"])
+
+
+def test_handles_that_followed_a_key_are_pins_and_it_is_told_how_to_go_on(opened):
+    for name in FOLLOWED_A_KEY:
+        assert f"of '{name}' followed a shape key and are pins now" in opened
+    assert "Solve from Shape Key" in opened
+    obj = bpy.data.objects["Shaped"]
+    meshes.activate(obj)
+    before = evaluated(obj)
+    assert bpy.ops.meanvalue.solve_from_key(key="Pose") == {'FINISHED'}
+    assert np.abs(evaluated(obj) - before).max() < 1e-2
+
+
+def test_saved_and_opened_again_nothing_is_lost_nor_told_again(opened, tmp_path, capfd):
+    path = str(tmp_path / "again.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    capfd.readouterr()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert "followed a shape key" not in capfd.readouterr().out
+    for obj, recorded in objects():
+        require_settings(obj, recorded)
+        require_shown(obj, recorded["shown"])
+
+
+@pytest.mark.parametrize("name", [name for name, recorded in RECORDED.items() if "moved" in recorded])
+def test_the_mesh_follows_its_controls(opened, name):
+    obj, moved = bpy.data.objects[name], RECORDED[name]["moved"]
+    control = bpy.data.objects[moved["control"]]
+    mover = control.pose.bones[moved["bone"]] if moved["bone"] else control
+    for axis in range(3):
+        mover.location[axis] += moved["offset"][axis]
+    bpy.context.view_layer.update()
+    if moved["by"] != "live":
+        meshes.activate(obj)
+        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        steps.solve()
+    require_shown(obj, moved)
+
+
+@pytest.mark.parametrize("name", [name for name, recorded in RECORDED.items() if "at_sliders" in recorded])
+def test_mixes_follow_their_sliders(opened, name):
+    obj = bpy.data.objects[name]
+    for recorded in RECORDED[name]["at_sliders"]:
+        for key, value in recorded["sliders"].items():
+            obj.data.shape_keys.key_blocks[key].value = value
+        bpy.context.view_layer.update()
+        require_shown(obj, recorded)
+
+
+@pytest.mark.parametrize("name", [name for name, recorded in RECORDED.items() if "at_frames" in recorded])
+def test_bakes_play_and_captures_are_solved(opened, name):
+    obj = bpy.data.objects[name]
+    meshes.activate(obj)
+    for recorded in RECORDED[name]["at_frames"]:
+        bpy.context.scene.frame_set(recorded["frame"])
+        if not obj.meanvalue.baked.target:
+            steps.solve()
+        require_shown(obj, recorded)
+
+
+def test_appended_objects_are_carried_over():
+    with bpy.data.libraries.load(str(FILES / "version_0_1.blend")) as (_source, wanted):
+        wanted.objects = ["Kept"]
+    obj = bpy.data.objects["Kept"]
+    bpy.context.collection.objects.link(obj)
+    bpy.context.view_layer.update()
+    assert [handle.name for handle in obj.meanvalue.handles] == [each["name"] for each in RECORDED["Kept"]["handles"]]
