@@ -336,4 +336,4 @@ def _draw_status_again():
     saying = [follower.status(obj) for obj, follower in _live_objects()]
     if saying != _said:
         _said = saying
-        views.draw_again('UI')
+        views.draw_panels_again()

@@ -1,85 +1,74 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of the sidebar about mixing shape keys."""
+"""Rotation-Aware Keys below Blender's own list of shape keys, in Properties."""
 
 import bpy
 
 from .. import wording
 from ..live import engine
 from ..scene import subject
-from ..widgets.panels import PanelPart
 from ..widgets.text_box import draw_wrapped
-from .bridge import in_between_keys, mix_layers
+from .bridge import in_between_keys, mixed_keys
+from .operators import morph
 from .operators.bake_mix import MEANVALUE_OT_bake_mix
-from .operators.morph import MEANVALUE_OT_blend_part, MEANVALUE_OT_morph
 from .operators.remove_in_betweens import MEANVALUE_OT_remove_in_betweens
 
-#: Sliders that are listed; a face may have hundreds, which Blender's own list has room for.
-MOST_SLIDERS = 20
+
+class _ShapeKeysPanel:
+    bl_space_type = 'PROPERTIES'
+    bl_region_type = 'WINDOW'
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context):
+        return subject.object_problem(context.object) is None
 
 
-class MEANVALUE_PT_mix(PanelPart, bpy.types.Panel):
+class MEANVALUE_PT_mix(_ShapeKeysPanel, bpy.types.Panel):
     """Shape keys that turn instead of shrinking along straight lines"""
 
-    bl_label = "Shape Mix"
+    bl_parent_id = "DATA_PT_shape_keys"
+    bl_label = "Rotation-Aware Keys"
+
+    def draw_header(self, context):
+        self.layout.prop(context.object.meanvalue.mix, "is_on", text="")
+
+    def draw(self, context):
+        problem = _problem(context.object)
+        if problem:
+            draw_wrapped(self.layout, context, wording.sentence(problem), icon='ERROR')
+        morph.draw_buttons(self.layout.column(align=True), context)
+
+
+class MEANVALUE_PT_in_betweens(_ShapeKeysPanel, bpy.types.Panel):
+    """Shape keys that stand for the mix, so that it plays without the add-on"""
+
+    bl_parent_id = "MEANVALUE_PT_mix"
+    bl_label = "In-Between Keys"
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
-        layout = self.layout
-        obj = subject.of(context)
+        layout, obj = self.layout, context.object
         settings = obj.meanvalue.mix
-        switch = layout.row()
-        switch.scale_y = 1.4
-        switch.prop(settings, "is_on", toggle=True, icon='MOD_SIMPLEDEFORM')
-        row = layout.row(align=True)
-        row.operator(MEANVALUE_OT_morph.bl_idname, icon='ADD')
-        row.operator(MEANVALUE_OT_blend_part.bl_idname, icon='GROUP_VERTEX')
-        problem = mix_layers.problem(obj)
-        if problem:
-            draw_wrapped(layout, context, wording.sentence(problem), icon='INFO')
-        else:
-            _draw_mixing(layout, context, obj)
-        _draw_in_betweens(layout, context, obj)
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(settings, "tolerance_share")
+        column.prop(settings, "most_keys")
+        layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
+        made = mixed_keys.in_between_names(obj)
+        if made:
+            text = settings.note or wording.counted(len(made), "in-between key")
+            draw_wrapped(layout, context, wording.sentence(text), icon='CHECKMARK')
+        layout.operator(MEANVALUE_OT_remove_in_betweens.bl_idname, icon='X')
 
 
-def _draw_mixing(layout, context, obj):
-    settings = obj.meanvalue.mix
-    _draw_sliders(layout, obj)
-    if settings.is_on:
-        _draw_status(layout, context, obj)
-    column = layout.column(align=True)
-    column.use_property_split = True
-    column.use_property_decorate = False
-    column.prop(settings, "tolerance_share")
-    column.prop(settings, "most_keys")
-    bake = layout.column()
-    bake.scale_y = 1.4
-    bake.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
-
-
-def _draw_in_betweens(layout, context, obj):
-    made = mix_layers.made_names(obj)
-    if not made:
-        return
+def _problem(obj):
+    """Why what is to be seen is not the mix that was asked for, or None."""
     problem = in_between_keys.problem(obj)
-    text = problem or obj.meanvalue.mix.note or wording.counted(len(made), "in-between key")
-    draw_wrapped(layout, context, wording.sentence(text), icon='ERROR' if problem else 'CHECKMARK')
-    layout.operator(MEANVALUE_OT_remove_in_betweens.bl_idname, icon='X')
+    if problem is None and obj.meanvalue.mix.is_on:
+        text, is_problem = engine.status(obj) or ("", False)
+        problem = text if is_problem else None
+    return problem
 
 
-def _draw_sliders(layout, obj):
-    column = layout.column(align=True)
-    layers = mix_layers.taking_part(obj)
-    for key in layers[:MOST_SLIDERS]:
-        column.prop(key, "value", text=key.name, translate=False, slider=True)
-    if len(layers) > MOST_SLIDERS:
-        column.label(text=f"and {len(layers) - MOST_SLIDERS} more in Object Data Properties > Shape Keys")
-
-
-def _draw_status(layout, context, obj):
-    status = engine.status(obj)
-    if status:
-        text, is_problem = status
-        draw_wrapped(layout.box(), context, text, icon='ERROR' if is_problem else 'PLAY')
-
-
-CLASSES = (MEANVALUE_PT_mix,)
+CLASSES = (MEANVALUE_PT_mix, MEANVALUE_PT_in_betweens)

@@ -7,46 +7,40 @@ from ..live import engine
 from ..scene import bakeable, new_rest
 from ..widgets import menus
 from . import panel
-from .bridge import baked_mixes, mix_layers, mix_session
+from .bridge import baked_mixes, mixed_keys
 from .bridge.mix_follower import MixFollower
 from .operators import bake_mix, morph, remove_in_betweens
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
 
-class MEANVALUE_MT_mix(menus.OperatorMenu, bpy.types.Menu):
+class MEANVALUE_MT_mix(bpy.types.Menu):
     """Mix shape keys so that parts turn"""
 
     bl_idname = "MEANVALUE_MT_mix"
     bl_label = "Shape Mix"
-    operators = (
-        morph.MEANVALUE_OT_morph,
-        morph.MEANVALUE_OT_blend_part,
-        bake_mix.MEANVALUE_OT_bake_mix,
-        remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
-    )
+
+    def draw(self, context):
+        morph.draw_buttons(self.layout, context)
+        menus.draw_operators(self.layout, (None, *OPERATORS[1:]))
 
 
-CLASSES = (
-    *MEANVALUE_MT_mix.operators,
-    MEANVALUE_MT_mix,
-    *panel.CLASSES,
+OPERATORS = (
+    morph.MEANVALUE_OT_morph,
+    bake_mix.MEANVALUE_OT_bake_mix,
+    remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
 )
+CLASSES = (*OPERATORS, MEANVALUE_MT_mix, *panel.CLASSES)
 
 
 def register():
     menus.of_rooms.append(MEANVALUE_MT_mix.bl_idname)
     engine.add_kind(MixFollower)
     bakeable.kinds.append(baked_mixes)
-    new_rest.made_of_rest.append(mix_layers.made_of_rest)
+    new_rest.made_of_rest.append(mixed_keys.made_of_rest)
 
 
 def unregister():
     menus.of_rooms.remove(MEANVALUE_MT_mix.bl_idname)
-    new_rest.made_of_rest.remove(mix_layers.made_of_rest)
+    new_rest.made_of_rest.remove(mixed_keys.made_of_rest)
     bakeable.kinds.remove(baked_mixes)
     engine.remove_kind(MixFollower)
-    mix_session.clear()
-
-
-def another_file():
-    mix_session.clear()

@@ -7,10 +7,20 @@ import bpy
 
 
 def draw_again(region_type=None):
-    """All 3D Views, or their regions of one type: 'UI' is the sidebar."""
+    """All 3D Views, or their regions of one type."""
+    _tag_regions('VIEW_3D', region_type)
+
+
+def draw_panels_again():
+    """In sidebars of 3D Views and in Properties."""
+    _tag_regions('VIEW_3D', 'UI')
+    _tag_regions('PROPERTIES', 'WINDOW')
+
+
+def _tag_regions(area_type, region_type):
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == 'VIEW_3D':
+            if area.type == area_type:
                 for region in area.regions:
                     if region_type in {None, region.type}:
                         region.tag_redraw()

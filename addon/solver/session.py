@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compiled deformers of this session and the calls into them.
+"""The compiled deformers of this session, and what else is compiled, and the calls into them.
 
 Deformers are a cache of what the scene already says: nothing is lost when one is dropped, and nothing here holds
 a Blender object.
@@ -184,6 +184,15 @@ def _weights(mesh, weights):
     if weights is None or mesh.border is None:
         return weights
     return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(mesh.border)))], axis=-1)
+
+
+def kept(key):
+    """What was kept by that digest if it is at hand, else None: what rooms bind besides handles."""
+    return _cache.get(key)
+
+
+def keep(key, bound, byte_count):
+    _cache.put(key, bound, byte_count)
 
 
 def forget(fingerprint):

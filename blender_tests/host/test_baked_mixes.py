@@ -10,7 +10,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.mixing.core import in_betweens, leja
-from addon.mixing.core.mix_input import Layer, MixInput
+from addon.mixing.core.mix_input import MixInput, Slider
 from blender_tests.support import bent_limb
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
@@ -48,7 +48,7 @@ MIXES = {
 def mix_of(sliders):
     masks = [np.ones(len(REST)) if mask is None else mask for _, mask, _, _ in sliders]
     return MixInput(
-        layers=tuple(Layer(f"Slider {k}", low, high) for k, (_, _, low, high) in enumerate(sliders)),
+        sliders=tuple(Slider(f"Slider {k}", low, high) for k, (_, _, low, high) in enumerate(sliders)),
         rest=REST.astype(np.float32),
         shapes=np.array([shape for shape, _, _, _ in sliders], np.float32),
         masks=np.array(masks) if any(mask is not None for _, mask, _, _ in sliders) else None,
@@ -69,7 +69,7 @@ def farthest(offset):
 
 
 def search(mix, correction, tolerance, most):
-    ranges = [(layer.low, layer.high) for layer in mix.layers]
+    ranges = [(slider.low, slider.high) for slider in mix.sliders]
     steps, answer = in_betweens.found(ranges, mix.rest.shape, tolerance, most, mix.overlap), None
     while True:
         try:
@@ -89,7 +89,7 @@ def test_in_betweens_are_within_the_tolerance_at_50_random_settings(name, share)
     correction, tolerance = corrections(mix), share * mix.diagonal
     found, total = search(mix, correction, tolerance, 60)
     assert found.error <= tolerance
-    low, high = np.array([(layer.low, layer.high) for layer in mix.layers]).T
+    low, high = np.array([(slider.low, slider.high) for slider in mix.sliders]).T
     settings = np.random.default_rng(3).uniform(low, high, (50, len(low)))
     wanted = [correction(values) for values in settings]
     assert max(farthest(each) for each in wanted) > 5.0 * tolerance, "else there is nothing to be met"
@@ -106,8 +106,8 @@ def test_a_masked_slider_does_not_make_others_jump(name):
         shapes = np.array([correction(values_of(share)) for share in np.linspace(0.0, 1.0, steps + 1)])
         return np.linalg.norm(np.diff(shapes, 2, axis=0), axis=2).max()
 
-    for slider in range(len(mix.layers)):
-        values = np.full(len(mix.layers), 0.6)
+    for slider in range(len(mix.sliders)):
+        values = np.full(len(mix.sliders), 0.6)
         for others in (0.6, 0.0):
             values_of = lambda share: np.where(np.arange(len(values)) == slider, share, others)  # noqa: B023, E731
             coarse, fine = (second_difference(steps, values_of) for steps in (20, 40))

@@ -11,7 +11,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.mixing.core import drivers, grafting, in_betweens, leja
-from addon.mixing.core.mix_input import Layer, MixInput
+from addon.mixing.core.mix_input import MixInput, Slider
 
 ARM = np.array([(0.5, 0.0, 0.0), (0.25, 0.0, 0.0), (0.0, 0.1, 0.0)])
 
@@ -154,8 +154,8 @@ def test_labels_tell_the_sliders():
 def mix(masks=None):
     rest = np.zeros((3, 3), np.float32)
     shapes = np.array([np.tile((1.0, 0.0, 0.0), (3, 1)), np.tile((0.0, 2.0, 0.0), (3, 1))], np.float32)
-    layers = (Layer("A", 0.0, 1.0), Layer("B", 0.0, 1.0))
-    return MixInput(layers, rest, shapes, masks, np.array([(0, 1, 2)], np.int32), 15.0)
+    sliders = (Slider("A", 0.0, 1.0), Slider("B", 0.0, 1.0))
+    return MixInput(sliders, rest, shapes, masks, np.array([(0, 1, 2)], np.int32), 15.0)
 
 
 def test_weights_sum_to_one_and_the_linear_mix_is_blenders():

@@ -67,31 +67,13 @@ def test_a_mixed_bend_follows_the_arc(share):
     assert miss(obj, bent_limb.bent(rest(), share * 140.0)) <= 0.25 * linear_miss(140.0, share)
 
 
-def test_a_dragged_slider_settles_to_what_its_value_alone_says(monkeypatch, part):
+def test_a_mix_depends_on_the_values_alone():
     obj = bending()
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Bend", 0.52)
     expected = shown(obj)
-    set_value(obj, "Bend", 0.2)
-    now = [0.0]
-    monkeypatch.setattr(part("live.states"), "clock", lambda: now[0])
-    follower = part("live.engine").follower_of(obj)
-    drafts = []
-    key = obj.data.shape_keys.key_blocks["Bend"]
-    monkeypatch.setattr(part("live.engine"), "follow_all", lambda: None)
-    for value in np.linspace(0.24, 0.52, 8):  # no time passes: it is dragged
-        key.value = value
-        follower.tick(obj)
-        while follower.is_working:
-            follower.tick(obj)
-        drafts.append(shown(obj))
-    assert not follower.is_caught_up and not part("live.engine").is_settled(obj)
-    assert np.abs(drafts[-1] - expected).max() <= 2e-3 * DIAGONAL
-    now[0] += 10.0
-    while not follower.is_caught_up:
-        follower.tick(obj)
-    assert part("live.engine").is_settled(obj)
-    assert np.abs(drafts[-1] - shown(obj)).max() > 0.0
+    for value in (0.2, 0.4, 0.52):
+        set_value(obj, "Bend", value)
     assert np.array_equal(shown(obj), expected)
 
 
@@ -284,7 +266,7 @@ def test_a_part_of_another_object_keeps_its_shape_and_meets_the_border():
     for index, weight in enumerate(np.clip((shape[:, 0] - 3.5) / 0.5, 0.0, 1.0)):
         if weight > 0.0:
             group.add([index], float(weight), 'REPLACE')
-    assert bpy.ops.meanvalue.blend_part(source="Thick", group="End") == {'FINISHED'}
+    assert bpy.ops.meanvalue.morph(source="Thick", part="End") == {'FINISHED'}
     placed = shown(obj)
     radii = np.linalg.norm(placed[:, 1:] - placed[:, 1:].mean(axis=0), axis=1)
     end, start = shape[:, 0] > 5.0, shape[:, 0] < 2.5
@@ -322,6 +304,23 @@ def relate_to_another(obj):
 
 def put_nan(obj):
     obj.data.shape_keys.key_blocks["Bend"].data[3].co.x = float("nan")
+
+
+def test_the_shape_is_that_of_the_other_selected_mesh():
+    other = limb("Other")
+    third = limb("Third")
+    obj = limb("Straight")
+    with steps.refused("0 other meshes"):
+        bpy.ops.meanvalue.morph()
+    other.select_set(True)
+    third.select_set(True)
+    with steps.refused("2 other meshes"):
+        bpy.ops.meanvalue.morph()
+    third.select_set(False)
+    with steps.refused("'Nowhere'"):
+        bpy.ops.meanvalue.morph(part="Nowhere")
+    assert bpy.ops.meanvalue.morph() == {'FINISHED'}
+    assert obj.data.shape_keys.key_blocks[-1].name == other.name
 
 
 def test_another_number_of_vertices_is_told_with_both():

@@ -43,7 +43,7 @@ def test_in_betweens_are_those_of_all_objects_with_the_mesh(part, status):
     made = in_betweens_of(obj)
     twin = bpy.data.objects.new("Twin", obj.data)
     bpy.context.collection.objects.link(twin)
-    layers = part("mixing.bridge.mix_layers").taking_part(twin)
+    layers = part("mixing.bridge.mixed_keys").mixed(twin)
     assert [key.name for key in layers] == ["Bend"]
     twin.meanvalue.mix.is_on = True
     set_value(twin, "Bend", 0.5)
@@ -98,7 +98,7 @@ def test_renamed_in_betweens_are_still_known(part):
     bake(obj)
     made = in_betweens_of(obj)
     keys_of(obj)[made[0]].name = "Elbow half"
-    assert [key.name for key in part("mixing.bridge.mix_layers").taking_part(obj)] == ["Bend"]
+    assert [key.name for key in part("mixing.bridge.mixed_keys").mixed(obj)] == ["Bend"]
     assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
     assert len(keys_of(obj)) == 2
 

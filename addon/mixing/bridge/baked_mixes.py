@@ -4,34 +4,35 @@
 import numpy as np
 
 from ...errors import SceneError
-from . import mix_layers, mix_session
+from . import mixed_keys, morphers
+from .mix_reading import gather
 from .mixing import Mixing
 
-solve_steps = mix_session.solve_steps
+solve_steps = morphers.solve_steps
 
 
 def is_meant(obj):
-    return is_on(obj) or mix_layers.is_baked(obj)
+    return is_on(obj) or mixed_keys.is_baked(obj)
 
 
 def bind(obj):
-    return Mixing(mix_layers.gather(obj))
+    return Mixing(gather(obj))
 
 
 def row(obj, mix_input):
     blocks = obj.data.shape_keys.key_blocks if obj.data.shape_keys else {}
-    lost = next((layer.name for layer in mix_input.layers if layer.name not in blocks), None)
+    lost = next((slider.name for slider in mix_input.sliders if slider.name not in blocks), None)
     if lost is not None:
         raise SceneError(f"there is no shape key '{lost}' any more")
-    return np.array([blocks[layer.name].value for layer in mix_input.layers], np.float64)
+    return np.array([blocks[slider.name].value for slider in mix_input.sliders], np.float64)
 
 
 def shown_keys(obj):
     """The sliders, and the in-between keys that stand for the mix already."""
     keys = obj.data.shape_keys
-    made = mix_layers.made_names(obj) if keys is not None and keys.use_relative else ()
+    made = mixed_keys.in_between_names(obj) if keys is not None and keys.use_relative else ()
     in_betweens = [keys.key_blocks[name] for name in made]
-    return [*mix_layers.taking_part(obj), *(key for key in in_betweens if key.value and not key.mute)]
+    return [*mixed_keys.mixed(obj), *(key for key in in_betweens if key.value and not key.mute)]
 
 
 def animated(obj):

@@ -7,18 +7,18 @@ import numpy as np
 from ... import ids, wording
 from ...scene import shape_keys
 from ..core import drivers, leja
-from . import mix_layers
+from . import mixed_keys
 
 #: A polynomial may go below 0 and above 1 between the places of its sliders.
 FARTHEST = 10.0
 
 
 def make(obj, mix_input, found):
-    """Keys with their drivers for a core.mixing.in_betweens.Found, in place of what stood for a mix before."""
+    """Keys with their drivers for a Found, in place of what stood for a mix before."""
     remove(obj)
-    mix_layers.remove(obj)
-    names = [layer.name for layer in mix_input.layers]
-    knots = [leja.places(layer.low, layer.high) for layer in mix_input.layers]
+    mixed_keys.remove(obj)
+    names = [slider.name for slider in mix_input.sliders]
+    knots = [leja.places(slider.low, slider.high) for slider in mix_input.sliders]
     made = []
     for node in found.nodes:
         shape = (mix_input.rest + node.offset).astype(np.float32)
@@ -32,7 +32,7 @@ def make(obj, mix_input, found):
 
 def remove(obj):
     """Takes away what make() has made. Returns how many keys there were."""
-    names = mix_layers.made_names(obj)
+    names = mixed_keys.in_between_names(obj)
     shape_keys.remove(obj, names)
     obj.meanvalue.mix.note = ""
     return len(names)
@@ -42,11 +42,11 @@ def problem(obj):
     """Why the keys that make() has made do not fit the sliders any more, or None. Cheap enough for drawing."""
     driving = {
         target.data_path
-        for curve in mix_layers.marked_drivers(obj)
+        for curve in mixed_keys.marked_drivers(obj)
         for variable in curve.driver.variables
         for target in variable.targets
     }
-    lost = sorted(driving - {mix_layers.value_path(key.name) for key in mix_layers.taking_part(obj)})
+    lost = sorted(driving - {mixed_keys.value_path(key.name) for key in mixed_keys.mixed(obj)})
     if not lost:
         return None
     names = [bpy.utils.unescape_identifier(path.partition('"')[2].rpartition('"')[0]) for path in lost]
@@ -69,7 +69,7 @@ def _drive(keys, key, text, sliders):
         variable.type = 'SINGLE_PROP'
         target = variable.targets[0]
         target.id_type, target.id = 'KEY', keys
-        target.data_path = mix_layers.value_path(slider)
+        target.data_path = mixed_keys.value_path(slider)
     driver.expression = text
 
 

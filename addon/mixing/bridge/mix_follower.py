@@ -11,22 +11,23 @@ from ...errors import SceneError
 from ...live import engine
 from ...live.following import Following
 from ...scene import subject
-from . import mix_layers, mix_session
+from . import mixed_keys, morphers
+from .mix_reading import MixReading
 
 
 def turned(obj):
     """Rotation-Aware Keys were turned on or off. Without the key that turns the mix, keys add in straight lines."""
     if obj.meanvalue.mix.is_on:
         engine.turn_others_off(obj, MixFollower)
-    elif subject.object_problem(obj) is None and not mix_layers.is_mixed_by_another(obj):
-        mix_layers.remove(obj)
+    elif subject.object_problem(obj) is None and not mixed_keys.is_mixed_by_another(obj):
+        mixed_keys.remove(obj)
     obj.update_tag()
 
 
 class MixFollower(Following):
     """What is read is a MixInput, what is wanted the values of the sliders; what is shown is a draft until settled."""
 
-    READS = mix_layers.MixReading
+    READS = MixReading
     READS_AT_REST = True
     FOLLOWS = "shape keys"
     LABEL = "Rotation-Aware Keys"
@@ -43,12 +44,12 @@ class MixFollower(Following):
     def places(obj, depsgraph):
         """Where the sliders are, as numbers to be compared."""
         keys = obj.data.shape_keys.evaluated_get(depsgraph) if obj.data.shape_keys else None
-        names = {key.name for key in mix_layers.taking_part(obj)} if keys else ()
+        names = {key.name for key in mixed_keys.mixed(obj)} if keys else ()
         return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
 
     @staticmethod
     def why_hidden(obj):
-        return mix_layers.why_hidden(obj)
+        return mixed_keys.why_hidden(obj)
 
     @staticmethod
     def why_it_gives_way(other_name):
@@ -66,17 +67,17 @@ class MixFollower(Following):
             raise SceneError(f"'{obj.name}' is in {mode}. It goes on when you leave that")
         if obj.meanvalue.baked.target:
             raise SceneError("A bake plays in place of the mix. Press Remove Bake to mix live, or bake it anew")
-        if mix_layers.made_names(obj):
+        if mixed_keys.in_between_names(obj):
             raise SceneError(
                 "In-between keys stand for the mix already. Press Remove In-Betweens to mix live, or turn "
                 "Rotation-Aware Keys off"
             )
 
     def _cached_binding(self, mix_input):
-        return mix_session.cached(mix_input)
+        return morphers.cached(mix_input)
 
     def _read_targets(self, obj):
-        return mix_layers.values(obj)
+        return mixed_keys.values(obj)
 
     def _is_same_target(self, first, second):
         return np.array_equal(first, second)
@@ -85,11 +86,11 @@ class MixFollower(Following):
         mix_input = self._input
 
         def collect(morpher):
-            mix_session.remember(mix_input, morpher)
+            morphers.remember(mix_input, morpher)
             self._binding = morpher
 
         def work(execution):
-            morpher = yield from mix_session.bind_steps(mix_input, execution)
+            morpher = yield from morphers.bind_steps(mix_input, execution)
             return lambda _obj: collect(morpher)
 
         return work
@@ -110,11 +111,11 @@ class MixFollower(Following):
             self._write(obj, shape)
 
         def work(execution):
-            mix = yield from mix_session.solve_steps(morpher, mix_input, wanted, execution, is_draft)
+            mix = yield from morphers.solve_steps(morpher, mix_input, wanted, execution, is_draft)
             shape = (mix_input.rest + (mix.positions - mix_input.linear(wanted))).astype(np.float32)
             return lambda obj: collect(obj, shape, mix.seconds)
 
         return work
 
     def _make_key(self, obj):
-        mix_layers.ensure_key(obj)
+        mixed_keys.ensure_key(obj)

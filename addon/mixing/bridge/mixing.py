@@ -3,30 +3,31 @@
 
 from ...errors import SceneError
 from ..core import in_betweens
-from . import mix_layers, mix_session
+from . import mixed_keys, morphers
+from .mix_reading import gather
 
 
 class Mixing:
-    """In place of a workers.posing.Posing: binds what is mixed. bind_input: the MixInput; binding: the Morpher."""
+    """As widgets/background.py wants it: binds what is mixed. bind_input: the MixInput; binding: the Morpher."""
 
     changes = ""
 
     def __init__(self, mix_input):
         self.bind_input = mix_input
-        self.binding = mix_session.cached(mix_input)
+        self.binding = morphers.cached(mix_input)
 
     def read_triangles(self, _obj):
         pass
 
     def work(self, execution):
-        """Steps (see workers.job) that bind. @throws MeanValueError."""
+        """Steps (see solver/job.py) that bind. @throws MeanValueError."""
         if self.binding is None:
-            self.binding = yield from mix_session.bind_steps(self.bind_input, execution)
-            mix_session.remember(self.bind_input, self.binding)
+            self.binding = yield from morphers.bind_steps(self.bind_input, execution)
+            morphers.remember(self.bind_input, self.binding)
 
     def require_unchanged(self, obj, _reading):
         """@throws SceneError if the shape keys are others by now."""
-        if mix_layers.problem(obj) is None and mix_layers.gather(obj).revision == self.bind_input.revision:
+        if mixed_keys.problem(obj) is None and gather(obj).revision == self.bind_input.revision:
             return
         raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
 
@@ -41,10 +42,10 @@ class InBetweenSearch(Mixing):
         self._most = most
 
     def work(self, execution):
-        """Steps (see workers.job) to a core.mixing.in_betweens.Found. @throws MeanValueError."""
+        """Steps (see solver/job.py) to a Found. @throws MeanValueError."""
         yield from super().work(execution)
         mix_input = self.bind_input
-        ranges = [(layer.low, layer.high) for layer in mix_input.layers]
+        ranges = [(slider.low, slider.high) for slider in mix_input.sliders]
         search = in_betweens.found(ranges, mix_input.rest.shape, self.tolerance, self._most, mix_input.overlap)
         correction = None
         while True:
@@ -52,6 +53,6 @@ class InBetweenSearch(Mixing):
                 values = search.send(correction)
             except StopIteration as end:
                 return end.value
-            mix = yield from mix_session.solve_steps(self.binding, mix_input, values, execution)
+            mix = yield from morphers.solve_steps(self.binding, mix_input, values, execution)
             self.solved += 1
             correction = mix.positions - mix_input.linear(values)

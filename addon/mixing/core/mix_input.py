@@ -10,8 +10,8 @@ from ...solver.core.fingerprint import digest
 
 
 @dataclass(frozen=True)
-class Layer:
-    """One shape key that takes part. low, high: how far its slider goes."""
+class Slider:
+    """That of a shape key. low, high: how far it goes."""
 
     name: str
     low: float
@@ -20,14 +20,14 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class MixInput:
-    """k layers on a mesh of n vertices.
+    """The shapes of k shape keys of a mesh of n vertices.
 
-    rest: n x 3 float32; shapes: k x n x 3 float32, of the layers with their sliders at 1
-    masks: k x n float64, how much each layer counts at each vertex, or None where all count fully
+    rest: n x 3 float32; shapes: k x n x 3 float32, with one slider at 1 each
+    masks: k x n float64, how much each shape counts at each vertex, or None where all count fully
     triangles: m x 3 int32
     """
 
-    layers: tuple
+    sliders: tuple
     rest: np.ndarray
     shapes: np.ndarray
     masks: np.ndarray | None
@@ -43,7 +43,7 @@ class MixInput:
     def revision(self):
         """Digest of all that a mix depends on but the sliders."""
         masks = "all count" if self.masks is None else self.masks
-        return digest(self.key, repr(self.layers), masks)
+        return digest(self.key, repr(self.sliders), masks)
 
     @cached_property
     def diagonal(self):
@@ -51,7 +51,7 @@ class MixInput:
         return float(np.linalg.norm(np.ptp(self.rest, axis=0))) if len(self.rest) else 0.0
 
     def weights(self, values):
-        """(k + 1,) or, where a layer counts here more than there, (k + 1, n) float64, the rest shape first: they sum to
+        """(k + 1,) or, where a shape counts here more than there, (k + 1, n) float64, the rest shape first: they sum to
         1 at each vertex.
 
         values: (k,) of the sliders.
@@ -70,20 +70,20 @@ class MixInput:
     @cached_property
     def _is_part(self):
         if self.masks is None:
-            return np.zeros(len(self.layers), bool)
+            return np.zeros(len(self.sliders), bool)
         return (self.masks != self.masks[:, :1]).any(axis=1)
 
     def linear(self, values):
         """n x 3 float64: the mix in straight lines, as Blender makes it."""
         rest = self.rest.astype(np.float64)
         result = rest.copy()
-        for layer in np.flatnonzero(values):  # of many sliders few are moved
-            offset = values[layer] * (self.shapes[layer] - rest)
-            result += offset if self.masks is None else self.masks[layer][:, None] * offset
+        for slider in np.flatnonzero(values):  # of many sliders few are moved
+            offset = values[slider] * (self.shapes[slider] - rest)
+            result += offset if self.masks is None else self.masks[slider][:, None] * offset
         return result
 
     def overlap(self, first, second):
-        """Whether two layers move a vertex in common."""
+        """Whether two sliders move a vertex in common."""
         return bool((self._moved[first] & self._moved[second]).any())
 
     @cached_property

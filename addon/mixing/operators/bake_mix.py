@@ -6,7 +6,8 @@ import bpy
 from ... import wording
 from ...errors import SceneError
 from ...widgets.background import BackgroundOperator
-from ..bridge import in_between_keys, mix_layers
+from ..bridge import in_between_keys, mixed_keys
+from ..bridge.mix_reading import gather
 from ..bridge.mixing import InBetweenSearch
 from ..core import leja
 
@@ -27,11 +28,11 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         problem = super().problem(obj)
         if problem is None and obj.meanvalue.baked.target:
             problem = f"A bake of '{obj.name}' plays already. Press Remove Bake first"
-        return problem or mix_layers.problem(obj)
+        return problem or mixed_keys.problem(obj)
 
     def prepare(self, obj, _reading):
         settings = obj.meanvalue.mix
-        mix_input = mix_layers.gather(obj)
+        mix_input = gather(obj)
         tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
         self._prepared = InBetweenSearch(mix_input, tolerance, settings.most_keys)
         return self._prepared
@@ -68,7 +69,7 @@ def _advice(mix_input, found):
     """What helps where the tolerance is not reached."""
     others = "raise the tolerance, or bake the animation to a point cache"
     if found.used_up:
-        names = wording.listed([f"'{mix_input.layers[slider].name}'" for slider in found.used_up])
+        names = wording.listed([f"'{mix_input.sliders[slider].name}'" for slider in found.used_up])
         return (
             f"all {leja.MOST} places along {names} are used up, since the mix goes unevenly there. More keys would not "
             f"help; narrow the slider's range, {others}"

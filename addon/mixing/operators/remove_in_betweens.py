@@ -5,7 +5,7 @@ import bpy
 
 from ... import wording
 from ...widgets.base import MeshOperator
-from ..bridge import in_between_keys, mix_layers
+from ..bridge import in_between_keys, mixed_keys
 
 
 class MEANVALUE_OT_remove_in_betweens(MeshOperator, bpy.types.Operator):
@@ -17,7 +17,7 @@ class MEANVALUE_OT_remove_in_betweens(MeshOperator, bpy.types.Operator):
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
-        if problem is None and not mix_layers.made_names(obj):
+        if problem is None and not mixed_keys.in_between_names(obj):
             problem = f"'{obj.name}' has no in-between keys of Bake Mix"
         return problem
 

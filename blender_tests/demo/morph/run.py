@@ -75,7 +75,7 @@ def mixed(subject, obj):
     if subject.mask is None:
         pose.call(bpy.ops.meanvalue.morph, source="Other", name="Mix", value=0.0)
     else:
-        pose.call(bpy.ops.meanvalue.blend_part, source="Other", name="Mix", value=0.0, group="Part")
+        pose.call(bpy.ops.meanvalue.morph, source="Other", name="Mix", value=0.0, part="Part")
     key = obj.data.shape_keys.key_blocks["Mix"]
     obj.meanvalue.mix.is_on = False
     straight = [shown(obj, key, value) for value in subject.values]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compiled morphers of this session and the calls into them, as session.py for deformers."""
+"""The calls into compiled morphers, which solver/session.py keeps."""
 
 import re
 from dataclasses import dataclass
@@ -9,14 +9,8 @@ import numpy as np
 from ...errors import SolverError
 from ...solver import native_loader, session
 from ...solver.core import result
-from ...solver.core.deformer_cache import DeformerCache
 
 REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
-
-CACHE_ENTRIES = 2
-CACHE_BYTES = 2 << 30
-
-_cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +26,15 @@ class Mix:
 
 def cached(mix_input):
     """The native Morpher of `mix_input` if it is at hand, else None."""
-    return _cache.get(mix_input.key)
+    return session.kept(mix_input.key)
 
 
 def remember(mix_input, morpher):
-    _cache.put(mix_input.key, morpher, int(morpher.report.bytes))
+    session.keep(mix_input.key, morpher, int(morpher.report.bytes))
 
 
 def bind_steps(mix_input, execution):
-    """Steps (see workers.job) to a native Morpher. @throws NativeModuleError, SolverError, CancelledError."""
+    """Steps (see solver/job.py) to a native Morpher. @throws NativeModuleError, SolverError, CancelledError."""
     shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
     try:
         task = session.call(
@@ -59,7 +53,7 @@ def bind_steps(mix_input, execution):
 
 def _with_names(text, mix_input):
     """What the solver says of shapes[k], said of the shape keys."""
-    names = ["the rest shape", *(f"'{layer.name}'" for layer in mix_input.layers)]
+    names = ["the rest shape", *(f"'{slider.name}'" for slider in mix_input.sliders)]
     return re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], text)
 
 
@@ -94,7 +88,3 @@ def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
         converged=bool(solution.converged),
         seconds=float(solution.timings["total"]),
     )
-
-
-def clear():
-    _cache.clear()

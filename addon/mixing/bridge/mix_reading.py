@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the shape keys that are mixed."""
+
+import math
+import time
+
+import numpy as np
+
+from ... import ids, wording
+from ...errors import SceneError
+from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ...scene.core.finite import require_finite
+from ..core.mix_input import MixInput, Slider
+from . import mixed_keys
+
+
+class MixReading:
+    """Reads the shapes one after the other, so that nobody has to wait for many of a big mesh: a kind of reading as
+    scene/object_model.py wants it.
+
+    Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
+    """
+
+    @staticmethod
+    def signature(obj):
+        keys = tuple((key.name, key.slider_min, key.slider_max, key.vertex_group) for key in mixed_keys.mixed(obj))
+        return len(obj.data.vertices), obj.meanvalue.rigidity, keys
+
+    @staticmethod
+    def shapes(mix_input):
+        named = ((slider.name, shape) for slider, shape in zip(mix_input.sliders, mix_input.shapes, strict=True))
+        return [("", mix_input.rest), *named]
+
+    @staticmethod
+    def written_key(_obj):
+        return ids.MIX_KEY
+
+    def fits(self, obj):
+        return self._signature == self.signature(obj)
+
+    def __init__(self, obj):
+        found = mixed_keys.problem(obj)
+        if found:
+            raise SceneError(found)
+        self._signature = self.signature(obj)
+        keys = mixed_keys.mixed(obj)
+        self._sliders = tuple(Slider(key.name, key.slider_min, key.slider_max) for key in keys)
+        self._groups = [key.vertex_group for key in keys]
+        self._shapes = []
+        self._masks = None
+        self._weights = vertex_groups.WeightReading(obj, set(filter(None, self._groups)))
+
+    @property
+    def share(self):
+        return len(self._shapes) / (len(self._sliders) + 1)
+
+    def go_on(self, obj, seconds=math.inf):
+        """Reads for about so long. Returns whether all is read. @throws SceneError."""
+        until = time.monotonic() + seconds
+        while len(self._shapes) < len(self._sliders):
+            self._shapes.append(_shape(obj, self._sliders[len(self._shapes)].name))
+            if time.monotonic() >= until:
+                return False
+        return self._weights.go_on(obj, until - time.monotonic())
+
+    def result(self, obj):
+        """The MixInput, once all is read; after that the shapes are to be read again. @throws SceneError."""
+        rest = shape_keys.rest_positions(obj.data)
+        require_finite(rest, "the rest shape")
+        shapes, self._shapes = np.array(self._shapes), []
+        _require_extent(obj.data.shape_keys.reference_key.name, rest)
+        for slider, shape in zip(self._sliders, shapes, strict=True):
+            _require_extent(slider.name, shape)
+        return MixInput(
+            sliders=self._sliders,
+            rest=rest,
+            shapes=shapes,
+            masks=self._masks_of(len(rest)),
+            triangles=mesh_arrays.triangles(obj.data, rest),
+            rigidity=obj.meanvalue.rigidity,
+        )
+
+    def _masks_of(self, count):
+        if not any(self._groups):
+            return None
+        weights = self._weights.weights
+        return np.array([weights[group] if group else np.ones(count) for group in self._groups])
+
+
+def gather(obj):
+    """The MixInput of `obj`, read in one go. @throws SceneError."""
+    reading = MixReading(obj)
+    reading.go_on(obj)
+    return reading.result(obj)
+
+
+def _shape(obj, name):
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(name) if keys else None
+    if key is None:
+        raise SceneError(f"Shape key '{name}' was deleted meanwhile. Try again")
+    shape = shape_keys.positions(key)
+    if len(shape) != len(obj.data.vertices):
+        raise SceneError(
+            f"Shape key '{name}' has {len(shape):,} points, the mesh has {len(obj.data.vertices):,} vertices. Enter "
+            "and leave Edit Mode once, so that Blender makes them agree"
+        )
+    require_finite(shape, f"shape key '{name}'")
+    return shape
+
+
+def _require_extent(name, shape):
+    if len(shape) == 0 or (shape == shape[0]).all():
+        raise SceneError(
+            f"Shape key '{name}' has {wording.vertices(len(shape))}, all in one place, so nothing can turn. Mute it, "
+            "or give it a shape"
+        )

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own."""
+
+import json
+
+import bpy
+import numpy as np
+
+from ... import ids, wording
+from ...scene import shape_keys
+
+
+def mixed(obj):
+    """The shape keys that are mixed, in their order: all that are shown but the rest shape and what the add-on makes
+    of them."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return []
+    baked = obj.meanvalue.baked
+    made = {ids.MIX_KEY, *in_between_names(obj), *(json.loads(baked.keys) if baked.keys else ())}
+    muted_by_bake = set(json.loads(baked.muted)) if baked.was_mixed and baked.muted else ()
+    return [
+        key
+        for key in keys.key_blocks
+        if key != keys.reference_key and key.name not in made and (not key.mute or key.name in muted_by_bake)
+    ]
+
+
+def is_baked(obj):
+    """Whether a bake of the mix plays in its place."""
+    return bool(obj.meanvalue.baked.target) and obj.meanvalue.baked.was_mixed
+
+
+def is_mixed_by_another(obj):
+    """Whether another object with the same mesh has Rotation-Aware Keys on."""
+    return obj.data.users > 1 and any(
+        other != obj and other.data == obj.data and other.meanvalue.mix.is_on for other in bpy.data.objects
+    )
+
+
+def marked_drivers(obj):
+    """The driver curves of the in-between keys that stand for a mix."""
+    keys = obj.data.shape_keys
+    if keys is None or keys.animation_data is None:
+        return []
+    return [curve for curve in keys.animation_data.drivers if ids.MIX_MARK in curve.driver.variables]
+
+
+def in_between_names(obj):
+    """Of the in-between keys that stand for a mix, which all objects with the mesh share."""
+    paths = {curve.data_path for curve in marked_drivers(obj)}
+    if not paths:
+        return []
+    return [key.name for key in obj.data.shape_keys.key_blocks if value_path(key.name) in paths]
+
+
+def made_of_rest(obj):
+    """(names of what stands for the mix as it was with this rest shape, what is to be done when that is another)."""
+    made = in_between_names(obj)
+    keys = wording.counted(len(made), "in-between key")
+    note = f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew" if made else ""
+    return [ids.MIX_KEY, *made], note
+
+
+def value_path(name):
+    """From a mesh's shape keys to the slider of one."""
+    return f'key_blocks["{bpy.utils.escape_identifier(name)}"].value'
+
+
+def problem(obj):
+    """Why the keys cannot be mixed, or None. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return (
+            "There are no shape keys to mix. Add some in Object Data Properties > Shape Keys, or take the shape of "
+            "another object by Morph"
+        )
+    if not keys.use_relative:
+        return shape_keys.ABSOLUTE
+    taking_part = mixed(obj)
+    if not taking_part:
+        return (
+            "There is no shape key but the rest shape, or all others are muted. Add one, or turn on one that is to be "
+            "mixed"
+        )
+    others = [key.name for key in taking_part if key.relative_key != keys.reference_key]
+    if others:
+        are = "is" if len(others) == 1 else "are"
+        return (
+            f"Shape {'key' if are == 'is' else 'keys'} {wording.quoted(others)} {are} relative to another key than "
+            f"'{keys.reference_key.name}'. Choose that in Relative To, or mute "
+            f"{'it' if are == 'is' else 'them'}"
+        )
+    lost = [key.name for key in taking_part if key.vertex_group and key.vertex_group not in obj.vertex_groups]
+    if lost:
+        return f"The vertex group of shape key {wording.quoted(lost)} is gone. Choose another, or clear the field"
+    return None
+
+
+def values(obj):
+    """(k,) float64: the sliders."""
+    return np.array([key.value for key in mixed(obj)], np.float64)
+
+
+def ensure_key(obj):
+    """The key that turns the mix, shown fully; made if it is missing, in the rest shape: it adds nothing then."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(ids.MIX_KEY)
+    if key is None:
+        key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
+        shape_keys.show_fully(keys, key)
+    return key
+
+
+def remove(obj):
+    """Takes the key away, so that the mix goes in straight lines again."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(ids.MIX_KEY) if keys else None
+    if key is not None:
+        shape_keys.remove(obj, [key.name])
+
+
+def why_hidden(obj):
+    """Why the mix is not to be seen as it should, in words, or None."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(ids.MIX_KEY) if keys else None
+    if key is not None and (key.mute or key.value != 1.0 or key.vertex_group):
+        return f"Shape key '{key.name}', which turns the mix, is not shown fully. Delete it: it is made again"
+    if obj.show_only_shape_key:
+        return "A shape key is pinned. Turn off Shape Key Lock to see the mix"
+    if obj.meanvalue.baked.target:
+        return shape_keys.BAKE_PLAYS
+    return None
