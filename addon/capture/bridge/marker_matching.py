@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene.core import fixed_points
+from ...scene.core import fixed_points, motion
 from ...scene.core.surface import Surface
 from ...solver.core.steps import result_of
 from ..core import alignment, filtering, gaps, landmarks, marker_sets, matching, retargeting, skin
@@ -99,7 +99,9 @@ def steps(given, only=None):
     notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
     yield "aligning", 0.3
     to_mesh, words = _alignment(given, markers)
-    aligned = replace(markers, path=_apply(to_mesh, markers.path), reference=_apply(to_mesh, markers.reference))
+    aligned = replace(
+        markers, path=motion.apply(to_mesh, markers.path), reference=motion.apply(to_mesh, markers.reference)
+    )
     if given.pose_limbs:
         yield "posing limbs", 0.4
         surface = given.surface
@@ -257,9 +259,9 @@ def _matched(given, markers, to_mesh, match, targets, frame, notes):
         names=markers.labels,
         vertices=match.vertex,
         rest=rest,
-        offsets=_apply(to_object, markers.reference) - rest,
+        offsets=motion.apply(to_object, markers.reference) - rest,
         distance=match.distance,
-        targets=_apply(to_object, targets),
+        targets=motion.apply(to_object, targets),
         frames=given.recording.frames,
         frame=frame,
         alignment=to_object @ to_mesh,
@@ -270,11 +272,6 @@ def _matched(given, markers, to_mesh, match, targets, frame, notes):
         filled=_filled(markers.how),
         notes=notes,
     )
-
-
-def _apply(matrix, points):
-    """(..., 3) points, NaN kept."""
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _filled(how):

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...scene.core import checks
-from ...scene.core.surface import Surface
+from ...scene.core.surface import Surface, outward
 from . import facing, marker_sets
 from . import landmarks as places
 from .medial import medial_points
 
 #: Share of the markers that must lie on the mesh; the others may be anywhere (arms in another pose, mislabelled ones).
 TRIMMED = 0.65
+#: Metres from a marker's centre to the skin.
+MARKER_RADIUS = 0.007
 #: How much each joint of the hips counts beside all others together.
 HIPS = 0.5
 #: How much markers of arms count: nobody holds them alike.
@@ -46,7 +48,7 @@ class Alignment:
     words: str
 
 
-def similarity(source, target, with_scale=True):
+def similarity(source, target):
     """(4, 4): the scale, rotation and shift that take points closest to others (Umeyama 1991).
 
     source, target  (k, 3), rows with NaN in either left out. At least 3 that are not on a line must be left.
@@ -67,11 +69,11 @@ def similarity(source, target, with_scale=True):
     left, values, right = np.linalg.svd(after.T @ before)
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
     turn = (left * signs) @ right
-    scale = (values * signs).sum() / (before**2).sum() if with_scale else 1.0
+    scale = (values * signs).sum() / (before**2).sum()
     return _matrix(turn, scale, to_centre - scale * turn @ from_centre)
 
 
-def align_to_mesh(markers, labels, vertices, faces, normals=None, marker_radius=0.007, more_sets=()):
+def align_to_mesh(markers, labels, vertices, faces, more_sets=()):
     """The `Alignment` of markers with a mesh, without picked pairs. Both stand upright, +Z up, in about the same pose.
 
     Scale and height come from the heights of known landmarks over the ground (landmarks.py), else from the extent. From
@@ -80,8 +82,7 @@ def align_to_mesh(markers, labels, vertices, faces, normals=None, marker_radius=
     et al. 2005). Markers of known places look for skin that looks their way, and their heights count a little. A
     marker's centre is its radius off the skin.
 
-    markers  (m, 3) metres, NaN where missing; labels  m names; vertices  (n, 3) any unit; faces  (t, 3) triangles;
-    normals  (n, 3) outward, or None: from the faces; marker_radius  metres.
+    markers  (m, 3) metres, NaN where missing; labels  m names; vertices  (n, 3) any unit; faces  (t, 3) triangles.
     Raises InvalidMotionError for less than 6 markers and for meshes without surface or height.
     """
     markers = checks.points(markers, "the markers")
@@ -94,7 +95,7 @@ def align_to_mesh(markers, labels, vertices, faces, normals=None, marker_radius=
             "pairs of markers and points."
         )
     surface = Surface(vertices, faces)
-    body = _Body(surface, np.asarray(surface.normals() if normals is None else normals, float))
+    body = _Body(surface)
     if not body.height > 0.0:
         raise checks.InvalidMotionError("The mesh is flat: it has no height along Z. Stand it up, +Z is up.")
     if not np.ptp(markers[known, 2]) > 0.0:
@@ -102,8 +103,7 @@ def align_to_mesh(markers, labels, vertices, faces, normals=None, marker_radius=
     names = np.array(marker_sets.recognise(labels, more_sets).landmarks, object)[known]
     if places.has_joints(names):
         body.few, body.many = ((medial_points(*some), some[1]) for some in (body.few, body.many))
-        marker_radius = 0.0
-    fit = _Fit(body, markers[known], names, marker_radius)
+    fit = _Fit(body, markers[known], names)
     candidates = sorted((fit.settled(start, body.few, ROUNDS) for start in fit.starts()), key=_residual)
     best = min((fit.settled(matrix, body.many, FINER_ROUNDS) for _, matrix in candidates[:3]), key=_residual)
     others = [one for one in candidates if _angle_between(one[1], best[1]) > np.radians(45.0)]
@@ -124,19 +124,12 @@ def _residual(candidate):
 class _Body:
     """What the search needs to know of a mesh: samples of it, its height, and where its feet point."""
 
-    def __init__(self, surface, normals):
+    def __init__(self, surface):
         self.surface = surface
         used = surface.vertices[np.unique(surface.triangles)]
         self.ground, self.height = used[:, 2].min(), np.ptp(used[:, 2])
-        self.few, self.many = (
-            (points, found) for points, found in (surface.samples(count) for count in (SAMPLES, FINER_SAMPLES))
-        )
-        # The surface's own normals may look inward; those of the vertices are the caller's.
-        triangles = surface.triangles
-        corners = surface.vertices[triangles]
-        own = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        if (own * normals[triangles].mean(axis=1)).sum() < 0.0:
-            self.few, self.many = ((points, -found) for points, found in (self.few, self.many))
+        samples = (surface.samples(count) for count in (SAMPLES, FINER_SAMPLES))
+        self.few, self.many = ((points, outward(points, normals)) for points, normals in samples)
         points = self.many[0]
         above = (points[:, 2] - self.ground) / max(self.height, 1e-300)
         trunk = points[(above > 0.5) & (above < 0.62)]
@@ -162,8 +155,9 @@ class _Body:
 class _Fit:
     """Iterated closest points, upright."""
 
-    def __init__(self, body, markers, names, radius):
-        self._body, self._markers, self._radius = body, markers, radius
+    def __init__(self, body, markers, names):
+        self._body, self._markers = body, markers
+        self._radius = 0.0 if places.has_joints(names) else MARKER_RADIUS
         arms = ("upper_arm", "elbow", "forearm", "wrist", "hand")
         self._weights = np.array([ARMS if name and name.split(".")[0] in arms else 1.0 for name in names])
         self._heights = np.array([(place.height if place else None) or np.nan for place in map(places.place_of, names)])

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from ...scene.core import checks
-from .gaps import runs
+from ...scene.core.sample_times import runs
 
 
 def low_pass(positions, rate_hz, cutoff_hz):

@@ -5,8 +5,9 @@ import itertools
 
 import numpy as np
 
+from ...scene.core.sample_times import runs
 from . import landmarks as places
-from .gaps import distance_variation, runs
+from .gaps import distance_variation
 from .stances import ROLLING, find_stances
 
 #: Shares of the body's height: how low markers of feet are, and how much their distances vary.
@@ -15,7 +16,7 @@ LOWEST, RIGID = 0.08, 0.01
 LEGS = 0.5
 
 
-def planted(shape, root, markers, reference, character, landmarks, rate, graph, plant_feet=True):
+def planted(shape, root, markers, reference, character, landmarks, rate, graph):
     """(f, m, 3): `shape`, each frame put where it belongs.
 
     The root goes the captured way, scaled: up and down by the height of the root over the ground in character and
@@ -36,7 +37,7 @@ def planted(shape, root, markers, reference, character, landmarks, rate, graph, 
     ratio = heights[0] / heights[1] if min(heights) > 0.1 * min(sizes) else sizes[0] / max(sizes[1], 1e-12)
     body_height = np.ptp(reference[:, 2])
     stands = []
-    if plant_feet and feet:
+    if feet:
         all_stand = np.zeros(markers.shape[:2], bool)
         all_stand[:, ground] = find_stances(markers[:, ground], rate, body_height, ROLLING)
         for numbers in (numbers for numbers in feet if all_stand[:, numbers].any()):

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...scene.core import checks
 from ...scene.core.rigid import fit_rotations
+from ...scene.core.sample_times import runs
 
 MEASURED, SPLINE, RIGID, MISSING = 0, 1, 2, 3
 
@@ -41,12 +42,6 @@ class Gap:
     @property
     def length(self):
         return self.end - self.begin
-
-
-def runs(flags):
-    """(r, 2) begin and end of each run of True in (f,) bool."""
-    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8))
-    return np.stack([np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)], axis=1)
 
 
 def find_gaps(positions):
@@ -85,13 +80,13 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
     return filled, how
 
 
-def distance_variation(positions, most_frames=2000):
+def distance_variation(positions):
     """(m, m) metres: standard deviation of the distance of markers i and j over the frames where both are seen.
 
     Infinite on the diagonal, where it is more than LARGEST_VARIATION of the mean distance, and where they are seen
-    together in less than LEAST_TOGETHER frames. Of long takes, `most_frames` are looked at. positions (f, m, 3).
+    together in less than LEAST_TOGETHER frames. Of long takes, some frames are looked at. positions (f, m, 3).
     """
-    positions = positions[:: max(1, len(positions) // most_frames)]
+    positions = positions[:: max(1, len(positions) // 2000)]
     seen = ~np.isnan(positions[..., 0])
     result = np.full((positions.shape[1],) * 2, np.inf)
     points = np.where(seen[..., None], positions, 0.0)

@@ -25,21 +25,18 @@ class Match:
     frame: np.ndarray
 
 
-def match_to_surface(markers, vertices, triangles, normals=None):
+def match_to_surface(markers, vertices, triangles):
     """The `Match` of markers with the surface nearest to them.
 
     Anchor vertices are those nearest to the surface points; where markers compete for one, they are given so that the
     sum of the distances from surface points to anchor vertices is least (Hungarian method, Kuhn 1955).
 
-    markers  (m, 3) in the mesh's space, aligned, NaN where missing; vertices  (n, 3); triangles  (t, 3); normals
-    (n, 3) unit, outward, or None: from the faces.
+    markers  (m, 3) in the mesh's space, aligned, NaN where missing; vertices  (n, 3); triangles  (t, 3).
     Raises InvalidMotionError for meshes without surface or with less used vertices than markers.
     """
     markers = checks.points(markers, "the markers")
     surface = Surface(vertices, triangles)
-    normals = surface.normals() if normals is None else np.asarray(normals, float)
-    if normals.shape != surface.vertices.shape:
-        raise checks.InvalidMotionError(f"There are normals {normals.shape} for vertices {surface.vertices.shape}.")
+    normals = surface.normals()
     known = np.flatnonzero(~np.isnan(markers[:, 0]))
     used = np.unique(surface.triangles)
     if len(used) < len(known):

@@ -29,10 +29,8 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
     if not os.fspath(path):
         raise MotionFileError(f"No file is chosen. Choose one of {', '.join(SUFFIXES)}")
     path = pathlib.Path(path)
-    if path.suffix.lower() not in _READERS and _is_folder(path):
-        raise MotionFileError(f"{path}: this is a folder. Choose a file in it: one of {', '.join(SUFFIXES)}")
     reader = _READERS.get(path.suffix.lower())
-    if reader is None:
+    if reader is None and not _is_folder(path):
         raise MotionFileError(
             f"{path.name}: what ends in '{path.suffix}' is not read. Export the motion as {', '.join(SUFFIXES)}"
         )
@@ -55,7 +53,7 @@ def _is_folder(path):
 def _content(path):
     try:
         if path.is_dir():
-            raise MotionFileError(f"{path}: this is a folder. Choose a motion capture file")
+            raise MotionFileError(f"{path}: this is a folder. Choose a file in it: one of {', '.join(SUFFIXES)}")
         if not path.is_file():  # a pipe or a device would never end
             raise MotionFileError(f"{path}: there is no such file. Choose a motion capture file")
         return path.read_bytes()

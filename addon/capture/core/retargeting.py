@@ -16,7 +16,7 @@ BENDING = 0.05
 MOST_TURNED = 60.0
 
 
-def retarget(markers, reference, character, rate_hz, landmarks=None, plant_feet=True):
+def retarget(markers, reference, character, rate_hz, landmarks=None):
     """(f, m, 3) float64: where the markers would go on a character of other proportions.
 
     Edges between neighbouring markers (of one segment of the body) turn as in the capture, by the rotation of their
@@ -53,7 +53,7 @@ def retarget(markers, reference, character, rate_hz, landmarks=None, plant_feet=
     root = [k for k, landmark in enumerate(landmarks) if "pelvis" in places.segments_of(landmark)]
     root = root or list(range(len(reference)))
     shape -= shape[:, root].mean(axis=1, keepdims=True)
-    result = planted(shape, root, completed, reference, character, landmarks, rate, graph, plant_feet)[:, :count]
+    result = planted(shape, root, completed, reference, character, landmarks, rate, graph)[:, :count]
     result[np.isnan(markers)] = np.nan
     return result
 

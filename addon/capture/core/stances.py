@@ -4,8 +4,8 @@
 import numpy as np
 
 from ...scene.core import checks
+from ...scene.core.sample_times import runs
 from .filtering import low_pass
-from .gaps import runs
 
 #: Body heights a second, and body heights above the ground: below the first of each a stance begins, above the second
 #: it is over.

@@ -52,7 +52,10 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
 
     def run(self, context, take):
         recording = takes.read(take)
-        found = [*self._gaps(context, take, recording), *_jumps(recording, take.meanvalue.is_skeleton)]
+        is_skeleton = take.meanvalue.is_skeleton
+        found = jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, is_skeleton)
+        found = [(each.sample, each.marker, each.words, each.other) for each in found]
+        found += self._gaps(context, take, recording)
         settings = take.meanvalue
         settings.problems.clear()
         settings.is_searched = True
@@ -80,11 +83,6 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
                 seconds = (end - begin) / recording.rate_hz
                 if seconds > self.longest_gap:
                     yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
-
-
-def _jumps(recording, are_joints):
-    for finding in jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, are_joints):
-        yield finding.sample, finding.marker, finding.words, finding.other
 
 
 def _threshold(context, take):
