@@ -11,8 +11,6 @@ import contextlib
 import math
 import time
 
-import numpy as np
-
 from .. import wording
 from ..errors import CancelledError, MeanValueError
 from ..scene import object_model, shape_keys
@@ -35,10 +33,6 @@ QUIET_SECONDS = 0.25
 
 #: What takes longer is told of while it goes on.
 SLOW_SECONDS = 1.0
-
-#: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
-#: own tolerance is 1e-4).
-SAME_SHAPE = 2e-4
 
 clock = time.monotonic
 
@@ -248,7 +242,8 @@ class Following:
         def fail(obj, error):
             if not is_bound:
                 self._model(obj).refuse(error)  # the same input would fail again
-            elif wanted is self._wanted:
+                raise error
+            if wanted is self._wanted:
                 self._shown, self._is_settled = wanted, True
                 self.problem = str(error)
 
@@ -278,12 +273,8 @@ class Following:
         return keys is not None and self.READS.written_key(obj) in keys.key_blocks
 
     def _write(self, obj, shape):
-        """Writes n x 3 float32 to the key, made where it is missing and there is something to show."""
+        """Writes n x 3 float32 to the key, made where it is missing."""
         if not self._has_key(obj):
-            rest = self._input.rest
-            if np.abs(shape - rest).max(initial=0.0) <= SAME_SHAPE * self._input.diagonal:
-                self._model(obj).wrote(rest)
-                return
             self._make_key(obj)
         shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[self.READS.written_key(obj)], shape)
         self._model(obj).wrote(shape)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support import armatures, handles, meshes, steps
 from support.handles import TOP, move, rest, shown, update
+from support.interface import interface
 
 
 @pytest.fixture
@@ -214,29 +215,20 @@ def test_rendering_animated_sliders_of_a_live_mix_is_told(status, tmp_path):
     assert is_problem and "shape keys of 'Tube'" in text
 
 
-def test_a_render_right_after_a_drag_is_told(part, monkeypatch, status):
+def test_a_render_right_after_a_drag_is_told(part, status):
     """It shows a draft of a mix, or a pose that is not settled."""
-    obj, control = handles.tube()
-    engine, states = part("live.engine"), part("live.states")
-    now = [0.0]
-    monkeypatch.setattr(states, "clock", lambda: now[0])
-    follower = part("posing.live.follower").Follower(obj, hears_itself=True)
-    monkeypatch.setitem(engine._followers, part("posing.live.follower").identity(obj), follower)
-    monkeypatch.setattr(engine, "follow_all", lambda: None)
-    while not follower.is_resting:
-        now[0] += 1.0
-        follower.tick(obj)
-    engine.render_started()
-    assert not status(obj)[1]
-    move(control, (1.0, 0.0, 0.0))
-    follower.follow(obj)
-    while not follower.is_caught_up:
-        follower.tick(obj)
-    assert not engine.is_settled(obj)
-    engine.render_started()
-    engine.render_ended()
-    text, is_problem = status(obj)
-    assert is_problem and "render again" in text
+    engine = part("live.engine")
+    with interface() as timers:
+        obj, control = handles.tube()
+        timers.run(0.1)
+        engine.render_started()
+        assert not status(obj)[1]
+        engine.render_ended()
+        move(control, (1.0, 0.0, 0.0))
+        engine.render_started()
+        engine.render_ended()
+        text, is_problem = status(obj)
+        assert is_problem and "render again" in text
 
 
 def test_polls_with_another_object_active_go_through_the_scene_once(part, monkeypatch):

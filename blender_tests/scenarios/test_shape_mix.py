@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from support import bent_limb, installed, meshes, steps
+from support.interface import interface, is_settled
 from support.snapshot import assert_same, snapshot
 
 DIAGONAL = float(np.hypot(bent_limb.LENGTH, 2.0 * bent_limb.RADIUS))
@@ -67,14 +68,19 @@ def test_a_mixed_bend_follows_the_arc(share):
     assert miss(obj, bent_limb.bent(rest(), share * 140.0)) <= 0.25 * linear_miss(140.0, share)
 
 
-def test_a_mix_depends_on_the_values_alone():
+def test_a_dragged_slider_settles_to_what_its_value_alone_says():
     obj = bending()
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Bend", 0.52)
     expected = shown(obj)
-    for value in (0.2, 0.4, 0.52):
-        set_value(obj, "Bend", value)
-    assert np.array_equal(shown(obj), expected)
+    set_value(obj, "Bend", 0.2)
+    with interface() as timers:
+        for value in np.linspace(0.24, 0.52, 8):  # no time passes: it is dragged
+            set_value(obj, "Bend", value)
+        assert np.abs(shown(obj) - expected).max() <= 2e-3 * DIAGONAL
+        timers.run(0.1)
+        assert is_settled(obj)
+        np.testing.assert_array_equal(shown(obj), expected)
 
 
 def test_the_ends_are_the_keys_themselves():

@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 from harness import view
-from support import installed, meshes, steps
+from support import meshes, steps
+from support.interface import is_settled
 
 TOOL = "meanvalue.grab"
 
@@ -19,9 +20,7 @@ def handles():
 
 
 def _settled():
-    engine = installed.part("live.engine")
-    follower = engine.follower_of(ball())
-    return follower is not None and follower.tick(ball()) is None and follower.is_caught_up
+    return is_settled(ball())
 
 
 def _seen():

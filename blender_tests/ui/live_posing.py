@@ -4,8 +4,9 @@
 
 import bpy
 import numpy as np
-from support import handles, installed, meshes
+from support import handles, meshes
 from support.handles import SEGMENTS, TOP, is_at_rest, rest, shown
+from support.interface import is_settled
 
 
 def tube():
@@ -17,14 +18,8 @@ def control():
     return tube().meanvalue.handles["Top"].control
 
 
-def _engine():
-    return installed.part("live.engine")
-
-
 def settled():
-    """Nothing is running, and the mesh shows the answer."""
-    follower = _engine().follower_of(tube())
-    return follower is not None and follower.tick(tube()) is None and follower.is_caught_up
+    return is_settled(tube())
 
 
 def _evaluated():
@@ -146,7 +141,7 @@ def two_objects_live(ui):
         meshes.activate(bpy.data.objects[name])
         yield from ui.drag_by_keys('G', 60, -30)
     yield from ui.wait_until(
-        lambda: all(follower.is_caught_up for follower in _engine()._followers.values()), "both have followed"
+        lambda: all(is_settled(bpy.data.objects[name]) for name in ("First", "Second")), "both have followed"
     )
     for name in ("First", "Second"):
         assert np.abs(shown(bpy.data.objects[name]) - rest(bpy.data.objects[name])).max() > 0.2

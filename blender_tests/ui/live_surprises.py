@@ -314,7 +314,7 @@ def deleted_during_a_solve(ui):
         yield from ui.pause(0.2)
         bpy.data.objects.remove(obj)
         yield from ui.pause(1.5)
-    assert _engine()._followers == {}
+    assert "Tube" not in bpy.data.objects
 
 
 def the_result_key_removed_during_a_solve(ui):
@@ -324,8 +324,7 @@ def the_result_key_removed_during_a_solve(ui):
         yield from ui.pause(0.2)
         obj.shape_key_remove(obj.data.shape_keys.key_blocks["Mean-Value"])
         yield from ui.pause(2.0)
-    text, is_problem = _engine().status(obj)
-    assert is_problem and "missing" in text, text
+    assert abs(_offset(obj)[0] - 1.0) < 1e-3, "it is made again"
 
 
 def a_group_edited_during_a_drag(ui):
@@ -339,5 +338,4 @@ def a_group_edited_during_a_drag(ui):
     yield from ui.pause(2.0)
     off = handles.shown(obj) - handles.rest(obj)
     assert abs(off[handles.TOP[1], 0] - 1.1) < 1e-3
-    follower = _engine().follower_of(bpy.data.objects["Tube"])
-    assert len(follower._input.anchors) == 15, len(follower._input.anchors)
+    assert abs(off[handles.TOP[0], 0] - 1.1) > 1e-6, "it is held no more"

@@ -6,6 +6,7 @@ import contextlib
 import bpy
 import numpy as np
 from support import installed, steps, tasks
+from support.interface import is_settled
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 300  # and as many rows: 90,000 vertices bind for seconds
@@ -32,10 +33,6 @@ def sheet():
 
 def control():
     return sheet().meanvalue.handles["High"].control
-
-
-def _follower():
-    return installed.part("live.engine").follower_of(sheet())
 
 
 def escape_during_a_bind(ui):
@@ -140,12 +137,12 @@ def another_file_during_a_bind(ui):
 
 def a_slow_drag_ends_with_the_answer(ui):
     yield from _sheet(ui, live=True)
-    yield from ui.wait_until(lambda: _follower().is_caught_up, "it is bound")
+    yield from ui.wait_until(lambda: is_settled(sheet()), "it is bound")
     yield from ui.drag_by_keys('G', 80, 120, steps=8, end=None)
     yield from ui.screenshot("long_2_slow_drag", amid_work=True)
     yield from ui.key('RET')
     yield from ui.wait_until(
-        lambda: _follower().state.name == "SETTLED",
+        lambda: is_settled(sheet()),
         "the drag is settled by Blender's own timer",
     )
     keys = sheet().data.shape_keys.key_blocks

@@ -5,6 +5,7 @@
 import bpy
 import numpy as np
 from support import bent_limb, installed, meshes
+from support.interface import is_settled
 from support.snapshot import assert_same, snapshot
 
 MIX = "Rotation-Aware Mix"
@@ -20,8 +21,7 @@ def keys():
 
 
 def settled():
-    follower = installed.part("live.engine").follower_of(limb())
-    return follower is not None and follower.tick(limb()) is None and follower.is_caught_up
+    return is_settled(limb())
 
 
 def _length():

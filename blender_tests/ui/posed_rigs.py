@@ -5,6 +5,7 @@
 import bpy
 import numpy as np
 from support import installed, rigs
+from support.interface import is_settled
 from support.rigs import BOTTOM, MIDDLE, TOP
 
 
@@ -17,9 +18,7 @@ def control(name):
 
 
 def _settled():
-    engine = installed.part("live.engine")
-    follower = engine.follower_of(arm())
-    return follower is not None and follower.tick(arm()) is None and follower.is_caught_up
+    return is_settled(arm())
 
 
 def _is_where_seen(name, indices):

@@ -248,8 +248,7 @@ class Artist:
 def _is_quiet():
     """Nothing runs and nothing is to come."""
     for obj in bpy.data.objects:
-        follower = _engine().follower_of(obj)
-        if follower is not None and obj.meanvalue.live and follower.tick(obj) is not None:
+        if obj.meanvalue.live and not _engine().is_settled(obj):
             return False
     return True
 
@@ -261,7 +260,7 @@ def _check_consistency():
             continue
         assert all(len(key.data) == len(obj.data.vertices) for key in keys.key_blocks), obj.name
         live = _engine().status(obj)
-        if obj.meanvalue.live and live is not None and not live[1] and obj.mode == 'OBJECT':
+        if obj.meanvalue.live and (live is None or not live[1]) and obj.mode == 'OBJECT' and keys:
             _check_anchors(obj, keys)
 
 

@@ -7,9 +7,9 @@ import threading
 import time
 import weakref
 
-import bpy
 import pytest
 from support import handles, tasks
+from support.interface import interface
 
 
 @pytest.fixture
@@ -114,21 +114,15 @@ def test_a_job_that_was_dropped_holds_nothing(part, job):
 
 
 def test_live_drops_its_job_when_it_looks_again(part, job, monkeypatch):
-    obj, control = handles.tube(live=False)
-    part("posing.bridge.targets").prepare_result(obj)
-    follower = part("posing.live.follower").Follower(obj, hears_itself=True)
-
     def never(*_arguments, **_options):
         yield tasks.Until(lambda: False)
 
     monkeypatch.setattr(part("solver.session"), "bind_steps", never)
-    control.location.x += 1.0
-    bpy.context.view_layer.update()
-    follower.follow(obj)
-    follower.tick(obj)
-    assert len(job._running) == 1
-    follower.look_again()
-    assert not job._running
+    with interface():
+        obj, _control = handles.tube()
+        assert len(job._running) == 1
+        part("live.engine").look_again(obj)
+        assert not job._running
 
 
 def test_an_interrupt_is_not_taken_for_a_result(job):

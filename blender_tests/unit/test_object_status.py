@@ -188,7 +188,7 @@ def test_an_edit_has_the_panel_drawn_again_by_one_timer(object_status, part, mon
     assert handlers._draw_again() is None
     handlers.unregister()
     assert not bpy.app.timers.is_registered(handlers._draw_again)
-    handlers.register()
+    handlers.register(part("registration").ROOMS)
 
 
 def test_no_timer_without_windows(object_status, part):

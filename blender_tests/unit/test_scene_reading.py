@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reading an object bit by bit gives what reading it in one go gives, and never what it was before an edit."""
 
-import time
-import types
-
 import bpy
 import numpy as np
 import pytest
 from support import handles, meshes, steps
+from support.interface import interface
 
 
 @pytest.fixture
 def scene_reading(part):
-    return part("scene.scene_reading")
+    return part("posing.bridge.scene_reading")
 
 
 @pytest.fixture
@@ -36,7 +34,6 @@ def test_in_slices_as_in_one_go(scene_reading, small_slices):
     while not sliced.go_on(obj, 0.0):
         shares.append(sliced.share)
     assert len(shares) >= 6 and shares == sorted(shares) and 0.0 < shares[0] < shares[-1] <= 1.0
-    assert sliced.is_finished
     assert {name: list(found) for name, found in sliced.members.items()} == {
         "A": [0, 4, 20],
         "B": [23, 24],
@@ -61,21 +58,6 @@ def test_what_does_not_fit_any_more_is_read_again(part, scene_reading, small_sli
     assert gather(obj, reading).roi.all()
 
 
-def test_one_reading_for_panel_and_overlay(part, monkeypatch):
-    obj = grid_with_region()
-    bpy.context.view_layer.update()
-    module = part("scene.scene_reading")
-    made, real = [], module.SceneReading
-    monkeypatch.setattr(module, "SceneReading", lambda obj: made.append(obj.name) or real(obj))
-    part("posing.bridge.object_status").status(obj)
-    part("posing.bridge.overlay_data").look(obj)
-    assert made == ["Grid"]
-    obj.vertex_groups["A"].add([1], 1.0, 'REPLACE')
-    bpy.context.view_layer.update()
-    assert part("posing.bridge.object_status").status(obj).member_counts["A"] == 4
-    assert made == ["Grid", "Grid"]
-
-
 @pytest.fixture
 def unread(part, monkeypatch):
     """As if the mesh were big: called with True, all readings begin, and none is finished, until called with False."""
@@ -83,7 +65,7 @@ def unread(part, monkeypatch):
     finished = readings.finished
 
     def switch(is_unread):
-        monkeypatch.setattr(readings, "finished", (lambda _obj: None) if is_unread else finished)
+        monkeypatch.setattr(readings, "finished", (lambda *_: None) if is_unread else finished)
 
     return switch
 
@@ -124,180 +106,45 @@ def test_the_overlay_of_a_big_mesh_with_a_handle_less(part, unread, is_removed):
 
 
 @pytest.fixture
-def slow_readings(part, small_slices, monkeypatch):
-    """(shared_readings as where something is drawn, a slice at a time; a list that grows with calls for drawing)."""
+def finished(part, small_slices, monkeypatch):
+    """(finished(obj) as where something is drawn, a slice at a time; the timers; a list that grows with drawing)."""
     readings, drawn = part("scene.shared_readings"), []
     part("scene.object_model").clear()
-    timers = types.SimpleNamespace(is_registered=lambda _: False, register=lambda *_, **__: None)
-    app = types.SimpleNamespace(background=False, timers=timers)
     monkeypatch.setattr(readings, "SLICE_SECONDS", 0.0)
-    monkeypatch.setattr(readings, "bpy", types.SimpleNamespace(data=bpy.data, app=app))
-    monkeypatch.setattr(readings.views, "draw_again", lambda: drawn.append(1))
-    return readings, drawn
+    monkeypatch.setattr(readings.views, "draw_again", lambda *_: drawn.append(1))
+    kind = part("posing.bridge.scene_input").HandleReading
+    with interface() as timers:
+        yield (lambda obj: readings.finished(obj, kind)), timers, drawn
 
 
-def test_the_timer_reads_on_and_has_the_views_drawn(slow_readings):
-    readings, drawn = slow_readings
+def test_the_timer_reads_on_and_has_the_views_drawn(finished):
+    finished, timers, drawn = finished
     obj = grid_with_region()
-    assert readings.finished(obj) is None
-    while readings._go_on() is not None:
-        assert drawn == []
+    drawn.clear()
+    assert finished(obj) is None and drawn == []
+    assert timers.run() > 5
     assert drawn == [1]
-    assert readings.finished(obj).is_finished
-    assert readings._go_on() is None and drawn == [1], "nobody waits any more"
+    assert finished(obj).faces is not None
+    assert timers.run() == 0 and drawn == [1], "nobody waits any more"
 
 
-def test_who_was_told_to_wait_is_drawn_again_when_another_has_finished_the_reading(slow_readings):
-    readings, drawn = slow_readings
-    obj = grid_with_region()
-    assert readings.finished(obj) is None
-    readings.known(obj).go_on(obj)
-    assert readings._go_on() is None
-    assert drawn == [1]
-
-
-def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(slow_readings, part):
-    readings, _drawn = slow_readings
+def test_a_mesh_that_is_edited_with_every_frame_is_read_all_the_same(finished, part):
+    finished, _timers, _drawn = finished
     obj = grid_with_region()
     frames = 0
-    while readings.finished(obj) is None:
+    while finished(obj) is None:
         part("scene.object_model").edited(obj)
         frames += 1
         assert frames < 20
 
 
 def test_only_so_many_objects_are_kept(part):
-    readings, models = part("scene.shared_readings"), part("scene.object_model")
+    scene_input, models = part("posing.bridge.scene_input"), part("scene.object_model")
     models.clear()
     for number in range(models.MOST + 2):
-        readings.finished(meshes.grid(name=f"Grid {number}"))
+        scene_input.model(meshes.grid(name=f"Grid {number}")).read_on(bpy.context.object)
     kept = [model for _key, model in models.known_models() if model.reading is not None]
     assert len(kept) == models.MOST
-
-
-@pytest.fixture
-def slow_follower(part, small_slices, monkeypatch):
-    """make(obj): a Follower as the interface has it, that reads a slice of four vertices at a time."""
-    module = part("posing.live.follower")
-    monkeypatch.setattr(part("live.states"), "SLICE_SECONDS", 0.0)
-    made = []
-
-    def make(obj):
-        part("posing.bridge.targets").prepare_result(obj)
-        made.append(module.Follower(obj, hears_itself=True))
-        return made[-1]
-
-    yield make
-    for follower in made:
-        follower.stop()
-
-
-def catch_up(follower, obj):
-    """Ticks until it is caught up. Returns how often."""
-    for ticks in range(100_000):
-        if follower.is_caught_up:
-            return ticks
-        assert follower.tick(obj) is not None
-        assert follower.problem is None
-    raise AssertionError(follower.text)
-
-
-def test_live_reads_in_slices_and_then_follows(slow_follower):
-    """As the interface does it: a handler, then the timer."""
-    obj, control = handles.tube(live=False)
-    follower = slow_follower(obj)
-    control.location.x += 1.0
-    bpy.context.view_layer.update()
-    follower.follow(obj)
-    assert follower.text == "Live: reading the mesh" and not follower.is_caught_up
-    assert catch_up(follower, obj) > len(obj.data.vertices) // 4
-    assert np.abs(handles.shown(obj)[handles.TOP, 0] - handles.rest(obj)[handles.TOP, 0] - 1.0).max() < 1e-3
-
-
-@pytest.fixture
-def model_of(part):
-    return part("scene.object_model").of
-
-
-def test_an_edit_begins_the_reading_anew(slow_follower, model_of):
-    obj, _control = handles.tube(live=False)
-    follower = slow_follower(obj)
-    follower.tick(obj)
-    first = model_of(obj).reading
-    follower.tick(obj)
-    assert model_of(obj).reading is first
-    obj.data.update_tag()
-    bpy.context.view_layer.update()
-    follower.tick(obj)
-    assert model_of(obj).reading is not first
-
-
-def test_live_follows_a_mesh_that_is_edited_with_every_frame(slow_follower, model_of):
-    obj, control = handles.tube(live=False)
-    follower = slow_follower(obj)
-    control.location.x += 1.0
-    bpy.context.view_layer.update()
-    for _frame in range(20):
-        model_of(obj).edited()
-        follower.follow(obj)
-    assert not follower.is_reading
-
-
-def test_after_a_problem_the_mesh_is_read_without_pauses(slow_follower, part):
-    obj, _control = handles.tube(live=False)
-    follower = slow_follower(obj)
-    meshes.activate(obj)
-    bpy.ops.object.mode_set(mode='EDIT')
-    follower.follow(obj)
-    assert "Edit Mode" in follower.text
-    bpy.ops.object.mode_set(mode='OBJECT')
-    follower.follow(obj)
-    assert follower.text == "Live: reading the mesh"
-    assert follower.tick(obj) == part("live.states").TICK_SECONDS
-
-
-def test_an_edit_that_an_echo_hides_is_found(slow_follower, model_of, part, monkeypatch):
-    """And panel and overlay do not go on with what was read before it."""
-    obj, control = handles.tube(live=False)
-    follower = slow_follower(obj)
-    control.location.x += 1.0
-    bpy.context.view_layer.update()
-    catch_up(follower, obj)
-    status = part("posing.bridge.object_status").status
-    assert status(obj).member_counts["Top"] == 8
-    look = part("posing.bridge.overlay_data").look
-    assert len(look(obj).points) == 16
-    model = model_of(obj)
-    before = model.stamp
-    obj.vertex_groups["Top"].remove([handles.TOP[0], handles.TOP[1]])
-    assert model.told(obj, part("scene.object_model").Change.KEYS) is False
-    assert model.stamp == before and model.reading is None
-    while follower.tick(obj) is not None:
-        pass
-    assert model.stamp != before
-    assert "solve" in follower.text and follower.problem is None
-    monkeypatch.setattr(part("scene.object_model"), "clock", lambda: time.monotonic() + 1.0)
-    assert len(look(obj).points) == 14
-    assert status(obj).member_counts["Top"] == 6
-
-
-def test_what_somebody_else_wrote_is_written_again_by_a_check(slow_follower, model_of, part):
-    """An echo hid that the result was written to, and nothing that is bound is another."""
-    obj, control = handles.tube(live=False)
-    follower = slow_follower(obj)
-    control.location.x += 1.0
-    bpy.context.view_layer.update()
-    while follower.tick(obj) is not None:
-        pass
-    shown = handles.shown(obj)
-    part("scene.shape_keys").write_positions(
-        obj.data, obj.data.shape_keys.key_blocks[obj.meanvalue.result_key], (shown + 0.5).astype(np.float32)
-    )
-    model_of(obj).doubt()
-    while follower.tick(obj) is not None:
-        pass
-    assert follower.is_resting
-    assert np.abs(handles.shown(obj) - shown).max() < 1e-3
 
 
 def test_esc_at_the_moment_when_a_job_ends(part, monkeypatch):

@@ -5,12 +5,16 @@ import numpy as np
 
 from ...errors import SceneError, StaleBindingError
 from ...live import engine
-from ...live.following import SAME_SHAPE, Following
+from ...live.following import Following
 from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
 from ...solver.core import fingerprint, result
 from ..bridge import bound_record, controls, scene_input, targets
 from .live_targets import LiveTargets
+
+#: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
+#: own tolerance is 1e-4): a shape that was reopened or undone is not written again.
+SAME_SHAPE = 2e-4
 
 #: Targets closer than this are the same: noise of float32 matrices.
 SAME_TARGETS = 1e-6
@@ -137,8 +141,8 @@ class Follower(Following):
 
         def collect(owner, composed, seconds):
             self.solve_seconds, self._shown = seconds, wanted
-            if is_first and start is not None and self._near(composed, shown, SAME_SHAPE):
-                self._model(owner).wrote(shown)  # it was reopened or undone: a shape that is the same for the eye
+            if is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
+                self._model(owner).wrote(shown)
             else:
                 self._write(owner, composed)
 

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live by handlers and timers: what was written or edited, and by whom, is told by comparing."""
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, rigged
+from support.handles import TOP, move, rest, shown, update
+from support.interface import interface, is_settled
+
+
+@pytest.fixture
+def timers():
+    with interface() as timers:
+        yield timers
+
+
+@pytest.fixture
+def reads(part, monkeypatch):
+    """A list that grows with every slice of vertex weights that is read, and every gathering of the scene."""
+    counted = []
+    reading, module = part("scene.vertex_groups").Reading, part("posing.bridge.scene_input")
+    go_on, gather = reading.go_on, module.gather
+    monkeypatch.setattr(reading, "go_on", lambda *arguments: counted.append("weights") or go_on(*arguments))
+    monkeypatch.setattr(module, "gather", lambda *arguments: counted.append("scene") or gather(*arguments))
+    return counted
+
+
+def posed(timers):
+    obj, control = handles.tube()
+    timers.run(0.1)
+    move(control, (1.0, 0.0, 0.0))
+    timers.run(0.1)
+    update()
+    timers.run(0.1)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 1.0).max() < 1e-4
+    return obj, control
+
+
+def test_the_timer_ends_when_all_is_settled(timers):
+    obj, _control = posed(timers)
+    assert is_settled(obj)
+    update()  # Blender tells of what was written
+    assert timers.run(0.1) < 5 and is_settled(obj)
+
+
+def test_without_live_no_timer_runs(timers):
+    _obj, control = handles.tube(live=False)
+    move(control, (1.0, 0.0, 0.0))
+    assert timers.run() == 0
+
+
+def test_our_own_writing_is_not_read(timers, reads):
+    obj, control = posed(timers)
+    reads.clear()
+    for _step in range(5):
+        move(control, (0.1, 0.0, 0.0))
+        timers.run(0.1)
+        update()
+        timers.run(0.1)
+    assert reads == [] and is_settled(obj)
+
+
+def test_keys_are_made_by_timers_alone(timers):
+    """What a handler makes is no part of any undo step."""
+    obj, control = handles.tube()
+    for _step in range(5):
+        move(control, (0.2, 0.0, 0.0))
+        assert obj.data.shape_keys is None
+    timers.run(0.1)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 1.0).max() < 1e-4
+
+
+def edit_group(obj, _write):
+    obj.vertex_groups["Top"].remove([TOP[0]])
+
+
+def edit_points(obj, _write):
+    for point in obj.data.shape_keys.key_blocks[handles.RESULT].data:
+        point.co.z += 3.0
+
+
+def write_result(obj, write):
+    write(obj.data, obj.data.shape_keys.key_blocks[handles.RESULT], shown(obj) + np.float32(0.5))
+
+
+@pytest.mark.parametrize("edit", [edit_group, edit_points, write_result])
+@pytest.mark.parametrize("is_dragged", [False, True], ids=["at rest", "in a drag"])
+def test_an_edit_is_noticed_beside_our_own_writing(timers, part, edit, is_dragged):
+    obj, control = posed(timers)
+    if is_dragged:
+        move(control, (0.5, 0.0, 0.0))
+        timers.step()
+        control.location.x -= 0.5
+    edit(obj, part("scene.shape_keys").write_positions)
+    update()
+    timers.run(0.1)
+    update()
+    timers.run(0.1)
+    off = shown(obj) - rest(obj)
+    if edit is edit_group:
+        assert part("posing.bridge.object_status").status(obj).member_counts["Top"] == 7
+        assert abs(off[TOP[1], 0] - 1.0) < 1e-3 and abs(off[TOP[0], 0] - 1.0) > 1e-6
+    else:
+        assert np.abs(off[TOP] - (1.0, 0.0, 0.0)).max() < 1e-3
+
+
+def test_another_rest_shape_of_a_script_is_told(timers, part):
+    """Later Blenders tell of it as of a driven slider."""
+    obj, _control = posed(timers)
+    basis = obj.data.shape_keys.reference_key
+    store, attribute = part("compat").key_store(basis)
+    shape = np.empty(3 * len(store), np.float32)
+    store.foreach_get(attribute, shape)
+    store.foreach_set(attribute, 1.5 * shape)
+    if not part("compat").points_tell_as_sliders(basis):
+        obj.data.shape_keys.update_tag()
+    update()
+    timers.run(0.1)
+    text, is_problem = part("live.engine").status(obj)
+    assert is_problem and "rest shape" in text
+    assert part("posing.bridge.object_status").status(obj).state.name == "STALE"
+
+
+def test_a_rig_that_moves_is_no_edit(timers, part, reads):
+    obj, rig = rigged.tube(live=True)
+    timers.run(0.1)
+    reads.clear()
+    for step in range(10):
+        rigged.bend(rig, 5.0 * step + 5.0)
+        update()
+        part("posing.bridge.object_status").status(obj)
+    timers.run(0.1)
+    obj.location.x += 1.0
+    update()
+    timers.run(0.1)
+    assert reads == [] and is_settled(obj)
+
+
+def test_what_is_edited_beside_a_bone_step_is_found(timers, part):
+    obj, rig = rigged.tube(live=True)
+    timers.run(0.1)
+    obj.vertex_groups["Top"].remove([TOP[0], TOP[1]])
+    rigged.bend(rig, 20.0)
+    update()
+    timers.run(0.1)
+    assert part("posing.bridge.object_status").status(obj).member_counts["Top"] == 6
+    obj.data.shape_keys.reference_key.data[TOP[2]].co.x += 0.25
+    rigged.bend(rig, 40.0)
+    update()
+    timers.run(0.1)
+    assert "rest shape" in part("live.engine").status(obj)[0]
+
+
+def test_a_big_mesh_is_read_in_slices(timers, part, monkeypatch):
+    """And, edited with every frame, in one go after a while."""
+    monkeypatch.setattr(part("scene.vertex_groups"), "SLICE", 4)
+    monkeypatch.setattr(part("live.following"), "SLICE_SECONDS", 0.0)
+    obj, control = handles.tube()
+    control.location.x += 1.0
+    update()
+    assert not is_settled(obj) or obj.data.shape_keys is None
+    for _frame in range(20):
+        obj.data.update_tag()
+        update()
+    timers.run(0.1)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 1.0).max() < 1e-3
+
+
+def test_it_goes_on_when_edit_mode_is_left(timers, part):
+    obj, control = posed(timers)
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode='EDIT')
+    move(control, (1.0, 0.0, 0.0))
+    assert timers.run(0.1) < 3 and "Edit Mode" in part("live.engine").status(obj)[0]
+    bpy.ops.object.mode_set(mode='OBJECT')
+    update()
+    timers.run(0.1)
+    assert part("live.engine").status(obj) is None
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-3
+
+
+def test_a_slow_preparation_is_told_with_its_share(timers, part, monkeypatch):
+    session = part("solver.session")
+    bind_steps, gate = session.bind_steps, []
+
+    class Gate:
+        finished = property(lambda _self: bool(gate))
+
+        def wait(self, _seconds=None):
+            return bool(gate)
+
+    def late(*arguments, **options):
+        yield Gate()
+        return (yield from bind_steps(*arguments, **options))
+
+    monkeypatch.setattr(session, "bind_steps", late)
+    obj, _control = handles.tube()
+    timers.passed += 10.0
+    text, is_problem = part("live.engine").status(obj)
+    assert text.startswith("Preparing") and not is_problem
+    gate.append(1)
+    timers.run(0.1)
+    assert part("live.engine").status(obj) is None
+
+
+def test_a_follower_holds_little(timers, part):
+    obj, _control = posed(timers)
+    follower = part("live.engine").follower_of(obj)
+    fields = [*vars(follower), *vars(vars(follower)["_targets"])]
+    assert len(fields) <= 15, fields
