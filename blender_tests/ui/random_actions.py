@@ -247,10 +247,7 @@ class Artist:
 
 def _is_quiet():
     """Nothing runs and nothing is to come."""
-    for obj in bpy.data.objects:
-        if obj.meanvalue.live and not _engine().is_settled(obj):
-            return False
-    return True
+    return all(_engine().is_settled(obj) for obj in bpy.data.objects if obj.meanvalue.live)
 
 
 def _check_consistency():
