@@ -26,7 +26,8 @@ def _have_heard(name, *arguments):
 @persistent
 def meanvalue_scene_updated(_scene, depsgraph):
     _have_heard("scene_updated", depsgraph)
-    _note_active_object()
+    if depsgraph.mode != 'RENDER':
+        _note_active_object(depsgraph)
     if engine.scene_updated(depsgraph):
         _draw_again_when_quiet()
 
@@ -80,16 +81,19 @@ _HANDLERS = (
 )
 
 
-_last_active = None  # name of the active object that the handler saw last
+_last_active = {}  # (scene, view layer): name of its active object when the handler saw it last
 
 
-def _note_active_object():
-    """The active handle is that of the control that was clicked, and then is the artist's to change."""
-    global _last_active
-    active = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
+def _note_active_object(depsgraph):
+    """The active handle is that of the control that was clicked, and then is the artist's to change.
+
+    Each window may have a view layer of its own.
+    """
+    active = depsgraph.view_layer.objects.active
     name = active.name if active is not None else None
-    if name != _last_active:
-        _last_active = name
+    layer = depsgraph.scene.name, depsgraph.view_layer.name
+    if name != _last_active.get(layer):
+        _last_active[layer] = name
         if active is not None and active.type == 'EMPTY':
             _have_heard("chosen", active)
 

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a bake has made of an object: `object.meanvalue.baked`. All rooms leave alone what a bake plays."""
 
+import functools
+import json
+
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
@@ -23,3 +26,9 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     was_mixed: BoolProperty()
     was_relative: BoolProperty()
     note: StringProperty()  # what it is, for the panel
+
+
+@functools.lru_cache(maxsize=16)
+def names_in(text):
+    """Names of a list in MEANVALUE_PG_baked. Remembered, since all that is drawn asks."""
+    return tuple(json.loads(text or "[]"))

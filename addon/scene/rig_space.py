@@ -8,7 +8,6 @@ Modifiers that make vertices are left out: what deforms does the same to the ver
 
 import contextlib
 import dataclasses
-import json
 
 import bpy
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from .. import compat, wording
 from ..errors import SceneError
 from . import mesh_arrays, shape_keys
+from .baked import names_in
 from .core.seen_space import SeenSpace
 
 #: Modifiers that only move vertices. Simulations are not asked: that would disturb their caches.
@@ -270,5 +270,5 @@ def _pose_keys(obj):
     settings = obj.meanvalue
     names = {settings.result_key, settings.former_result}
     if settings.baked.target and settings.baked.keys:
-        names.update(json.loads(settings.baked.keys))
+        names.update(names_in(settings.baked.keys))
     return names

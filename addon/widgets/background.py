@@ -8,6 +8,7 @@ import bpy
 from .. import compat, wording
 from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import subject
+from ..solver.core.steps import result_of
 from ..solver.job import Job, run
 from .base import MeshOperator
 
@@ -38,9 +39,9 @@ def end_all():
 class BackgroundOperator(MeshOperator):
     """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
 
-    prepare() reads the scene and returns an object as workers.posing.Posing: with read_triangles(obj), which is called
-    next, work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading), which
-    raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
+    prepare() reads the scene and returns an object as posing/bridge/posing.py has it: read_triangles(obj), which is
+    called next, work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading),
+    which raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
     MeanValueError before they have changed anything. before() and after() are for what has to be done on the main
     thread before and after the job, in slices. Without a window, or called to execute, all is done before the
     operator returns.
@@ -81,14 +82,7 @@ class BackgroundOperator(MeshOperator):
 
     def run(self, obj):
         self._remember_object(obj)
-        prepared = self.prepare(obj, None)
-        for _ in self.before(prepared):
-            pass
-        prepared.read_triangles(obj)
-        outcome = run(prepared.work(None))
-        for _ in self.after(prepared):
-            pass
-        return self.finish(obj, prepared, outcome)
+        return result_of(self._all_steps())
 
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:
@@ -148,18 +142,25 @@ class BackgroundOperator(MeshOperator):
         yield "reading the mesh", 1.0
         yield from _in_slices(self.before(prepared))
         prepared.read_triangles(self._object())
-        self._job = Job(prepared.work)
-        while not self._job.is_finished:
-            yield self.job_progress()
-        outcome = self._job.result()
-        if self._job.is_cancelled:  # at the very moment when it was ready
-            raise CancelledError(self.stopped())
+        if self._steps is None:  # called to execute
+            outcome = run(prepared.work(None))
+        else:
+            outcome = yield from self._beside_the_interface(prepared)
         if self._timer is not None:  # Blender went on since the scene was read
             reading = self.start_reading(self._object())
             yield from self._read(reading)
             prepared.require_unchanged(self._object(), reading)
         yield from _in_slices(self.after(prepared))
         return self.finish(self._object(), prepared, outcome)
+
+    def _beside_the_interface(self, prepared):
+        self._job = Job(prepared.work)
+        while not self._job.is_finished:
+            yield self.job_progress()
+        outcome = self._job.result()
+        if self._job.is_cancelled:  # at the very moment when it was ready
+            raise CancelledError(self.stopped())
+        return outcome
 
     def _read(self, reading):
         while reading is not None and not reading.go_on(self._object(), SLICE_SECONDS):

@@ -256,3 +256,25 @@ def test_polls_with_another_object_active_go_through_the_scene_once(part, monkey
     bpy.data.objects.remove(obj)
     update()
     assert subject(bpy.context) == lone
+
+
+def test_a_control_chosen_in_another_view_layer_makes_its_handle_the_active_one():
+    """As in a second window, whose choice is told once."""
+    obj, control = handles.tube(live=False)
+    settings, top = obj.meanvalue, obj.meanvalue.handles.find("Top")
+    other = bpy.context.scene.view_layers.new("Second")
+
+    def moved_in(*layers):
+        control.location.x += 0.1
+        for layer in layers:
+            layer.update()
+
+    meshes.activate(obj)
+    moved_in(bpy.context.view_layer, other)
+    settings.active_handle = 1 - top
+    other.objects.active = other.objects[control.name]
+    moved_in(bpy.context.view_layer, other)
+    assert settings.active_handle == top
+    settings.active_handle = 1 - top
+    moved_in(bpy.context.view_layer, other)
+    assert settings.active_handle == 1 - top, "the artist's to change"

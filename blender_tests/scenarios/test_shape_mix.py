@@ -259,6 +259,16 @@ def test_the_shape_of_another_object_becomes_a_slider():
     np.testing.assert_allclose(steps.key_positions(obj, "Limb"), bent_limb.bent(rest(), 140.0), atol=1e-5)
 
 
+def test_the_other_selected_mesh_is_the_source():
+    other = bending()
+    obj = limb("Straight")
+    with steps.refused("0 other meshes are selected"):
+        bpy.ops.meanvalue.morph()
+    other.select_set(True)
+    assert bpy.ops.meanvalue.morph(use_mix=False) == {'FINISHED'}
+    assert "Limb" in obj.data.shape_keys.key_blocks
+
+
 def test_a_part_of_another_object_keeps_its_shape_and_meets_the_border():
     """A thicker end, elsewhere and turned, is put on the limb's own."""
     shape = rest()

@@ -158,7 +158,8 @@ def test_esc_at_the_moment_when_a_job_ends(part, monkeypatch):
 
     class Operator:
         _object_name, _object_identity = obj.name, compat.session_key(obj)
-        _timer, _job = object(), None
+        _timer, _job, _steps = object(), None, object()
+        _beside_the_interface = background.BackgroundOperator._beside_the_interface
         start_reading = module.MEANVALUE_OT_bind.start_reading
         _read = module.MEANVALUE_OT_bind._read
         before, after = module.MEANVALUE_OT_bind.before, module.MEANVALUE_OT_bind.after

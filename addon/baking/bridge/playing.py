@@ -7,7 +7,7 @@ import bpy
 
 from ... import compat, ids, wording
 from ...scene import actions, bakeable, reference_key, shape_keys
-from ...scene.baked import TO_CACHE, TO_KEYS
+from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ..core import bake_times
 
 EVAL_TIME = "eval_time"
@@ -94,10 +94,10 @@ def take_back(obj):
         obj.modifiers.remove(modifier)
     said = f"the modifier '{record.modifier}'" if record.modifier else ""
     if record.target == TO_KEYS:
-        said = wording.counted(_remove_keys(obj, json.loads(record.keys or "[]"), record.was_relative), "shape key")
+        said = wording.counted(_remove_keys(obj, names_in(record.keys), record.was_relative), "shape key")
         reference_key.remove_lone(obj)
     keys = obj.data.shape_keys
-    for name in json.loads(record.muted or "[]"):
+    for name in names_in(record.muted):
         if keys is not None and name in keys.key_blocks:
             keys.key_blocks[name].mute = False
     was_live, was_mixed, kind = record.was_live, record.was_mixed, bakeable.of(obj)
@@ -113,7 +113,7 @@ def keep(obj):
     """What the last bake has made stays, and is the add-on's no more."""
     record, keys = obj.meanvalue.baked, obj.data.shape_keys
     obj.meanvalue.live = False
-    if obj.meanvalue.result_key in json.loads(record.muted or "[]") and keys.use_relative:
+    if obj.meanvalue.result_key in names_in(record.muted) and keys.use_relative:
         shape_keys.remove(obj, [obj.meanvalue.result_key])
         reference_key.remove_lone(obj)
     _forget(obj)
@@ -129,7 +129,7 @@ def _forget(obj):
 def has_all_keys(obj):
     """Whether the baked shape keys are all there."""
     keys = obj.data.shape_keys
-    names = json.loads(obj.meanvalue.baked.keys or "[]")
+    names = names_in(obj.meanvalue.baked.keys)
     return keys is not None and bool(names) and all(name in keys.key_blocks for name in names)
 
 
@@ -145,7 +145,7 @@ def _hide_result(obj):
     key = keys.key_blocks.get(settings.result_key) if keys else None
     if key is not None and key != keys.reference_key and key not in shown:
         shown.append(key)
-    baked = set(json.loads(record.keys or "[]"))
+    baked = set(names_in(record.keys))
     muted = [key.name for key in shown if not key.mute and key.name not in baked]
     for name in muted:
         keys.key_blocks[name].mute = True

@@ -22,9 +22,6 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
     def problem(cls, obj):
         return super().problem(obj) or match_input.problem(obj)
 
-    def run(self, obj):
-        return self._write(obj, marker_matching.find(match_input.read(obj)))
-
     def _all_steps(self):
         """In place of a job: numpy's work goes on between looks at the interface, so that Esc is heard."""
         matched = yield from marker_matching.steps(match_input.read(self._object()))

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own."""
 
-import json
-
 import bpy
 import numpy as np
 
 from ... import ids, wording
 from ...scene import shape_keys
+from ...scene.baked import names_in
 
 
 def mixed(obj):
@@ -17,8 +16,8 @@ def mixed(obj):
     if keys is None:
         return []
     baked = obj.meanvalue.baked
-    made = {ids.MIX_KEY, *in_between_names(obj), *(json.loads(baked.keys) if baked.keys else ())}
-    muted_by_bake = set(json.loads(baked.muted)) if baked.was_mixed and baked.muted else ()
+    made = {ids.MIX_KEY, *in_between_names(obj), *names_in(baked.keys)}
+    muted_by_bake = names_in(baked.muted) if baked.was_mixed else ()
     return [
         key
         for key in keys.key_blocks
