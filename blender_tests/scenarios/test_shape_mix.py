@@ -265,7 +265,7 @@ def test_the_other_selected_mesh_is_the_source():
     with steps.refused("0 other meshes are selected"):
         bpy.ops.meanvalue.morph()
     other.select_set(True)
-    assert bpy.ops.meanvalue.morph(use_mix=False) == {'FINISHED'}
+    assert bpy.ops.meanvalue.morph() == {'FINISHED'}
     assert "Limb" in obj.data.shape_keys.key_blocks
 
 
