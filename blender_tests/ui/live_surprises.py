@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 from harness import view
 from support import handles, installed, meshes, steps, tasks
+from support.interface import is_settled
 
 
 def _engine():
@@ -58,7 +59,10 @@ def disabled_during_a_bind(ui):
 
 
 def a_control_that_follows_its_own_mesh_comes_to_rest(ui):
-    obj, _control = handles.tube()
+    obj, control = handles.tube()
+    control.location.x += 0.5
+    ui.frame_all()
+    yield from ui.wait_until(lambda: is_settled(obj), "it has followed")
     own = handles.hang_control_on_top(obj)
     ui.frame_all()
     yield from ui.pause(1.0)
@@ -232,7 +236,7 @@ def _begin(ui):
     _obj, _control = handles.tube()
     ui.remember()
     ui.frame_all()
-    yield from ui.pause(1.0)
+    yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "it is at rest")
     return bpy.data.objects["Tube"], bpy.data.objects["Tube Top"]
 
 

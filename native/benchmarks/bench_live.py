@@ -59,9 +59,8 @@ class Scene:
         bpy.ops.preferences.addon_enable(module=PACKAGE)
         names = [
             "live.engine",
-            "live.states",
+            "live.following",
             "posing.live.follower",
-            "posing.bridge.targets",
             "scene.object_model",
             "scene.shape_keys",
             "solver.session",
@@ -79,11 +78,10 @@ class Scene:
             bpy.context.view_layer.objects.active = self.obj
             operator(group=name)
         self.rig = self._armature() if is_rigged else None
-        self.parts["posing.bridge.targets"].prepare_result(self.obj)  # as turning Live on does
         bpy.context.view_layer.update()
         self.control = self.obj.meanvalue.handles["Handle"].control
         self.start = np.array(self.control.matrix_world)
-        self.follower = self.parts["posing.live.follower"].Follower(self.obj, hears_itself=True)
+        self.follower = self.parts["posing.live.follower"].Follower(self.obj)
         self.transfer = self.native = 0.0
         self._watch()
         # In the interface our handlers are told of what a timer wrote alone; follow() tells them as that does.
@@ -144,8 +142,9 @@ class Scene:
 
     def settle(self):
         """Goes on as Blender's timer does until there is nothing left to do."""
-        while self.follower.tick(self.obj) is not None:
-            time.sleep(self.parts["live.states"].TICK_SECONDS)
+        while self.follower.wait(self.obj) is not None:
+            time.sleep(self.parts["live.following"].TICK_SECONDS)
+            self.follower.tick(self.obj)
 
     def _watch(self):
         """Stopwatches around the calls that write and solve."""
@@ -175,10 +174,10 @@ class Scene:
         Returns whether the timer wrote it: only of that Blender tells the follower.
         """
         self.follower.follow(self.obj)
-        if self.follower.is_caught_up:
+        if self.follower.is_caught_up(self.obj):
             return False
-        while not self.follower.is_caught_up:
-            time.sleep(self.parts["live.states"].TICK_SECONDS)
+        while not self.follower.is_caught_up(self.obj):
+            time.sleep(self.parts["live.following"].TICK_SECONDS)
             self.follower.tick(self.obj)
         return True
 
@@ -204,7 +203,8 @@ class Scene:
         evaluated = time.perf_counter()
         if is_told:
             models = self.parts["scene.object_model"]
-            models.of(self.obj).told(self.obj, models.Change.KEYS)
+            for _key, model in models.known_models(self.obj):
+                model.told(self.obj, models.Change.KEYS)
         ended = time.perf_counter()
         blender = (moved - began) + (evaluated - followed)
         addon = (followed - moved) + (ended - evaluated) - self.native - self.transfer
