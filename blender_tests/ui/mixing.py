@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shape keys that turn, in the sidebar: switched on, dragged, baked to in-between keys, stopped by Esc, undone."""
+"""Shape keys that turn, in Properties: switched on, dragged, baked to in-between keys, stopped by Esc, undone."""
 
 
 import bpy
 import numpy as np
-from support import bent_limb, installed, meshes
+from harness import view
+from support import bent_limb, meshes
 from support.interface import is_settled
 from support.snapshot import assert_same, snapshot
 
@@ -22,6 +23,11 @@ def keys():
 
 def settled():
     return is_settled(limb())
+
+
+def shape():
+    """n x 3: what turns the mix."""
+    return np.array([point.co for point in keys()[MIX].data])
 
 
 def _length():
@@ -43,21 +49,20 @@ def _set_up(ui, along=36, twist=False):
         key = obj.shape_key_add(name=name, from_mix=False)
         key.data.foreach_set("co", shape.astype(np.float32).ravel())
     ui.remember()
-    _put_on_top()
-    yield from ui.open_tab("Mean-Value")
+    yield from _show_shape_keys(ui)
     yield from ui.key('NUMPAD_1')
     ui.frame_all()
 
 
-def _put_on_top():
-    """The part about mixing, open, before the others, so that pictures show it."""
-    parts = installed.part("widgets.panels").PanelPart.__subclasses__()
-    shown = [part for part in parts if hasattr(bpy.types, part.__name__)]
-    for part in shown:
-        bpy.utils.unregister_class(part)
-        part.bl_options = set() if part.__name__ == "MEANVALUE_PT_mix" else {'DEFAULT_CLOSED'}
-    for part in sorted(shown, key=lambda part: part.__name__ != "MEANVALUE_PT_mix"):
-        bpy.utils.register_class(part)
+def _show_shape_keys(ui):
+    """Object Data Properties, as high as the window, so that pictures show the panel below the list of keys."""
+    areas = {area.type: area for area in view.window().screen.areas}
+    with bpy.context.temp_override(window=view.window(), area=areas['OUTLINER']):
+        bpy.ops.screen.area_close()
+    view.redraw()
+    yield from ui.pause(0.2)  # it finds out that there is a mesh as it is drawn
+    next(area for area in view.window().screen.areas if area.type == 'PROPERTIES').spaces.active.context = 'DATA'
+    yield
 
 
 def _drag(ui, value):
@@ -84,6 +89,13 @@ def sliders_turn_and_are_baked(ui):
     half = keys()[MIX].data[-1].co.copy()
     yield from _drag(ui, 0.8)
     yield from ui.screenshot("mix_3_dragged")
+    settled_at_once = shape()
+    for value in (0.1, 0.3, 0.5, 0.7):  # without rest between
+        keys()["Bend"].value = value
+        yield from ui.pause(0.05)
+    keys()["Bend"].value = 0.8
+    yield from ui.wait_until(settled, "the mix is shown at 0.8 again")
+    assert np.array_equal(shape(), settled_at_once), "it depends on the sliders' values alone"
     yield from ui.undo()
     yield from ui.wait_until(settled, "the undo is shown")
     assert abs(keys()["Bend"].value - 0.5) < 1e-6
