@@ -5,6 +5,7 @@
 import bpy
 import numpy as np
 import pytest
+import test_match_markers
 from mathutils import Vector
 from support import armatures, bent_limb, handles, installed, meshes, steps
 from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, rows, save, saved_tube, shown
@@ -121,6 +122,15 @@ def test_what_is_animated_is_baked_and_no_more(saved):
     curves(control)[0].modifiers.new('CYCLES')  # more than keyframes tell
     bake()
     assert len(rows(path)) == 247
+
+
+def test_of_a_take_its_frames_are_baked(tmp_path):
+    _obj, take = test_match_markers.set_up(tmp_path)
+    test_match_markers.match()
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 250
+    bake(path=str(tmp_path / "take.pc2"))
+    last = max(curve.range()[1] for marker in take.objects for curve in curves(marker))
+    assert len(rows(tmp_path / "take.pc2")) == int(np.ceil(last)) < 100
 
 
 def test_between_samples_it_is_blended(saved):

@@ -11,6 +11,7 @@ import types
 import bpy
 import pytest
 from support import installed, meshes, steps
+from support.baking import animated_tube
 from support.snapshot import assert_same, snapshot
 
 
@@ -106,6 +107,15 @@ def test_states(draw):
     assert "Stale: the handles changed. Solve will bind again" in draw(obj).labels
     obj.meanvalue.result_key = "Basis"
     assert "must not be overwritten" in draw(obj).labels
+
+
+def test_a_bake_that_plays_is_on_top_of_all(draw, tmp_path):
+    animated_tube()
+    assert bpy.ops.meanvalue.bake(path=str(tmp_path / "tube.pc2")) == {'FINISHED'}
+    text = draw(bpy.context.object).text
+    assert text.index("A bake plays") < text.index("operator meanvalue.unbake")
+    assert text.count("operator meanvalue.unbake") == 2
+    assert "operator meanvalue.keep_pose" not in text
 
 
 def test_edit_mode(draw):

@@ -36,7 +36,7 @@ def shown_keys(obj):
 
 
 def animated(obj):
-    return [obj.data.shape_keys]
+    return [obj.data.shape_keys] if obj.data.shape_keys else []
 
 
 def is_on(obj):
