@@ -25,7 +25,7 @@ QUICK = {
         "test_shape_mix.py::test_live_posing_and_mixing_take_turns",
     ),
     "wrapping": ("test_wrap.py::test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space",),
-    "capture": ("test_match_markers.py::test_at_another_frame_the_anchors_follow",),
+    "capture": ("test_match_markers.py::test_live_follows_at_once_when_the_frame_is_changed",),
     "baking": ("test_bake_keys.py::test_a_key_for_every_frame_plays_what_was_solved",),
 }
 
