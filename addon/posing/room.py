@@ -13,25 +13,23 @@ from .operators import (
     apply_pose,
     bind,
     copy_system_info,
+    drive_by_bone,
     finish,
     grab,
     grow_region,
     keep_pose,
     keyframe_handles,
-    own_controls,
     paint_region,
     pin_here,
     remove_handle,
     reset_handles,
     select_handle,
     select_problems,
-    select_unpaired,
     solve,
     solve_from_key,
-    toggle_live,
     unbind,
 )
-from .ui import grab_tool, handle_list, keymap, menus, overlay, panel, symmetry_panel
+from .ui import grab_tool, handle_list, keymap, menus, overlay, panel
 
 PROPERTY_GROUPS = (*properties.PROPERTY_GROUPS, old_files.MEANVALUE_PG_anchor_group)
 SETTINGS = {**properties.SETTINGS, **old_files.SETTINGS}
@@ -40,14 +38,12 @@ CLASSES = (
     grab.MEANVALUE_OT_grab,
     pin_here.MEANVALUE_OT_pin_here,
     add_handle.MEANVALUE_OT_add_handle,
-    add_handle.MEANVALUE_OT_add_pin,
     remove_handle.MEANVALUE_OT_remove_handle,
     select_handle.MEANVALUE_OT_select_handle,
     reset_handles.MEANVALUE_OT_reset_handles,
     select_problems.MEANVALUE_OT_select_problems,
-    select_unpaired.MEANVALUE_OT_select_unpaired,
-    own_controls.MEANVALUE_OT_own_controls,
     keep_pose.MEANVALUE_OT_keep_pose,
+    drive_by_bone.MEANVALUE_OT_drive_by_bone,
     keyframe_handles.MEANVALUE_OT_keyframe_handles,
     finish.MEANVALUE_OT_finish,
     apply_pose.MEANVALUE_OT_apply_pose,
@@ -55,14 +51,11 @@ CLASSES = (
     unbind.MEANVALUE_OT_unbind,
     solve.MEANVALUE_OT_solve,
     solve_from_key.MEANVALUE_OT_solve_from_key,
-    toggle_live.MEANVALUE_OT_toggle_live,
     grow_region.MEANVALUE_OT_grow_region,
     paint_region.MEANVALUE_OT_paint_region,
-    paint_region.MEANVALUE_OT_finish_region,
     copy_system_info.MEANVALUE_OT_copy_system_info,
     handle_list.MEANVALUE_UL_handles,
     *panel.CLASSES,
-    *symmetry_panel.CLASSES,
     *menus.CLASSES,
 )
 

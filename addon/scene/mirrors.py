@@ -186,6 +186,7 @@ def _twins(obj, rest, corners, starts, row):
         raise SceneError(
             f"{len(missing):,} of {wording.vertices(len(rest))} (the first is {missing[0]}) have no mirror image "
             f"across {obj.meanvalue.symmetric}, within {twins.TOLERANCES[-1]:.1%} of the size. Press "
-            "Select Unpaired to see them, use Mesh > Snap to Symmetry or Symmetrize in Edit Mode, or turn Symmetric off"
+            "Select Problem Vertices > Unpaired to see them, use Mesh > Snap to Symmetry or Symmetrize in Edit Mode, "
+            "or turn Symmetric off"
         )
     return partners

@@ -125,6 +125,19 @@ def result_positions(obj):
     return shape if len(shape) == len(obj.data.vertices) else None
 
 
+def has_result(obj):
+    """Whether there is a result key. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    return keys is not None and obj.meanvalue.result_key in keys.key_blocks
+
+
+def kept(obj):
+    """The active shape key, if it is none that posing writes or reads: the pose that was kept last; or None."""
+    key = obj.active_shape_key
+    is_own = key is not None and key.name != obj.meanvalue.result_key and key != obj.data.shape_keys.reference_key
+    return key if is_own else None
+
+
 def show_fully(keys, key):
     """So that the object takes exactly the key's positions, whatever was set on it before."""
     key.relative_key = keys.reference_key

@@ -21,7 +21,7 @@ def to_be_tried(subject):
         members = pose.group_indices(obj, name)
         view_layer.objects.active = obj  # Add Handle makes its control the active one
         if np.allclose(rest[members], shown[members]):
-            pose.call(bpy.ops.meanvalue.add_pin, group=name)
+            pose.call(bpy.ops.meanvalue.add_handle, pin=True, group=name)
         else:
             pose.call(bpy.ops.meanvalue.add_handle, group=name)
     kept = (obj.data.shape_keys.reference_key, pose.result_key(obj))

@@ -39,7 +39,7 @@ def swinging_limb():
     obj = meshes.make_object(vertices.tolist(), faces, "Limb")
     steps.add_group(obj, "Start", np.flatnonzero(vertices[:, 0] < 0.3).tolist())
     steps.add_group(obj, "End", np.flatnonzero(vertices[:, 0] > bent_limb.LENGTH - 0.3).tolist())
-    assert bpy.ops.meanvalue.add_pin(group="Start") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Start") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="End", live=False) == {'FINISHED'}
     control, base = bpy.context.object, bpy.context.object.location.copy()
     for frame in range(1, 41):

@@ -118,7 +118,7 @@ def test_a_mesh_without_keys_is_without_keys_again(tmp_path):
     obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
     steps.add_group(obj, "Bottom", handles.BOTTOM)
     steps.add_group(obj, "Top", handles.TOP)
-    bpy.ops.meanvalue.add_pin(group="Bottom")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Bottom")
     bpy.ops.meanvalue.add_handle(group="Top", live=False)
     meshes.activate(obj)
     had_keys = obj.data.shape_keys is not None
@@ -156,7 +156,7 @@ def test_a_shared_mesh_takes_the_keys_of_one_object(solved):
     bpy.ops.object.duplicate(linked=True)
     copy = bpy.context.object
     copy.meanvalue.baked.property_unset("target")
-    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     meshes.activate(copy)
     with steps.refused(f"shared with '{obj.name}'", "Single User"):
         bpy.ops.meanvalue.bake(target='SHAPE_KEYS')

@@ -90,7 +90,7 @@ def test_files_of_others_are_not_overwritten(saved):
     bpy.ops.object.duplicate()
     copy = bpy.context.object
     assert copy != obj
-    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     with steps.refused("the bake of 'Tube'"):
         bpy.ops.meanvalue.bake(path=str(path))
 
@@ -153,7 +153,7 @@ def test_a_copy_with_the_same_mesh_has_a_cache_of_its_own(saved, tmp_path):
     bpy.ops.object.duplicate(linked=True)
     copy = bpy.context.object
     assert copy.data == obj.data
-    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     bpy.context.scene.frame_set(1)
     meshes.activate(copy)
     bake()

@@ -302,7 +302,7 @@ def test_taken_back_the_region_is_as_before(name, is_inverted):
     assert obj.meanvalue.made_region == ""
     steps.add_group(obj, "Region", [1])
     obj.meanvalue.roi_group = "Region"
-    bpy.ops.meanvalue.add_pin(group="Painted")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Painted")
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
     assert "Region" in obj.vertex_groups
 
@@ -418,7 +418,7 @@ def test_finish_leaves_the_artists_own_groups_and_objects():
     steps.add_group(obj, "Painted", range(COLUMNS * COLUMNS))
     obj.meanvalue.roi_group = "Painted"
     steps.add_group(obj, "Feet", range(COLUMNS))
-    bpy.ops.meanvalue.add_pin(group="Feet")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Feet")
     line = obj.meanvalue.handles.add()
     line.name, line.follows = "Hand", 'CONTROL'
     line.control = own

@@ -123,7 +123,7 @@ def test_from_the_control_of_the_handle():
 def test_handles_that_reach_out_of_it_are_told_and_pins_are_not(capfd):
     obj = grid_with_handle()
     steps.add_group(obj, "Foot", [0])
-    bpy.ops.meanvalue.add_pin(group="Foot")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Foot")
     steps.list_anchors(obj, Far=[24], Off=[20])
     obj.meanvalue.handles["Far"].follows = obj.meanvalue.handles["Off"].follows = 'CONTROL'
     obj.meanvalue.handles["Off"].is_enabled = False
@@ -174,7 +174,7 @@ def test_painting_makes_the_group_and_goes_back():
     assert obj.mode == 'WEIGHT_PAINT'
     assert obj.vertex_groups.active.name == obj.meanvalue.roi_group == "Region"
     obj.vertex_groups["Region"].add(AROUND, 0.4, 'REPLACE')
-    assert bpy.ops.meanvalue.finish_region() == {'FINISHED'}
+    assert bpy.ops.meanvalue.paint_region() == {'FINISHED'}
     assert obj.mode == 'OBJECT'
     assert members(obj, "Region") == AROUND
 
@@ -221,7 +221,7 @@ def test_painting_a_handles_group_is_refused():
 def test_done_only_while_painting():
     grid_with_handle()
     with steps.refused("is in Object Mode", "nothing is being painted"):
-        bpy.ops.meanvalue.finish_region()
+        bpy.ops.meanvalue.paint_region()
     bpy.ops.meanvalue.paint_region()
     with steps.refused("is in Weight Paint Mode"):
         bpy.ops.meanvalue.paint_region()

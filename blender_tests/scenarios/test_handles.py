@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Handles, pins and what becomes of a pose: the operators, each by its synchronous way."""
 
+import functools
+
 import bpy
 import numpy as np
 import pytest
@@ -51,7 +53,7 @@ def test_a_pin_of_selected_vertices_with_a_control_active():
     obj, control = handles.tube()
     meshes.activate(obj)
     select_in_edit_mode(obj, [64, 65])
-    assert bpy.ops.meanvalue.add_pin() == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True) == {'FINISHED'}
     line = obj.meanvalue.handles[-1]
     assert (line.name, line.follows, line.control) == ("Pin", 'REST', None)
     meshes.activate(control)
@@ -72,12 +74,13 @@ def test_a_handle_on_a_posed_mesh_does_not_move_it():
     assert np.abs(before[64:72] - rest(obj)[64:72]).max() > 0.5
 
 
-@pytest.mark.parametrize("operator", ["add_handle", "add_pin"])
-def test_what_cannot_be_a_handle_is_refused(operator):
+@pytest.mark.parametrize("pin", [False, True])
+def test_what_cannot_be_a_handle_is_refused(pin):
     obj = meshes.tube()
-    call = getattr(bpy.ops.meanvalue, operator)
-    with steps.refused("nothing to take", "select vertices in Edit Mode"):
+    call = functools.partial(bpy.ops.meanvalue.add_handle, pin=pin)
+    with steps.refused("Select vertices in Edit Mode first"):
         call()
+    steps.add_group(obj, "Other", [0])
     with steps.refused("no vertex group 'Nowhere'"):
         call(group="Nowhere")
     steps.add_group(obj, "Empty", [])

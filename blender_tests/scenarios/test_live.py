@@ -166,7 +166,7 @@ def test_a_handle_that_is_off_holds_nothing():
     obj, control = handles.tube()
     steps.add_group(obj, "Middle", range(64, 72))
     meshes.activate(obj)
-    bpy.ops.meanvalue.add_pin(group="Middle")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Middle")
     move(control, (3.0, 0.0, 0.0))
     assert np.array_equal(shown(obj)[64:72], rest(obj)[64:72])
     obj.meanvalue.handles["Middle"].is_enabled = False
@@ -238,7 +238,7 @@ def test_a_deleted_control_is_told_and_can_be_made_again(status):
     assert "was deleted" in status(obj)[0]
     assert np.array_equal(shown(obj), before)
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     update()
     assert status(obj)[1] is False
     assert np.abs(shown(obj) - before).max() < SAME
@@ -291,7 +291,7 @@ def test_a_duplicate_asks_for_controls_of_its_own(status):
     update()
     assert f"belongs to '{obj.name}'" in status(copy)[0]
     before = shown(obj)
-    assert bpy.ops.meanvalue.own_controls() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     update()
     assert status(copy)[1] is False
     move(copy.meanvalue.handles["Top"].control, (0.0, 0.0, 1.0))

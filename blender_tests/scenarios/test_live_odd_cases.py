@@ -38,7 +38,7 @@ def test_a_control_in_a_huge_objects_space(status):
     empty = bpy.data.objects.new("Empty", None)
     bpy.context.collection.objects.link(empty)
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Top") == {'FINISHED'}
     obj.meanvalue.handles["Top"].control = empty
     update()
@@ -61,7 +61,7 @@ def test_odd_names(name, status):
     steps.add_group(obj, "Bottom", BOTTOM)
     group = steps.add_group(obj, name, TOP)
     obj.name = name
-    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group=group.name) == {'FINISHED'}
     update()
     control = bpy.context.object

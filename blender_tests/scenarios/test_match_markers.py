@@ -166,7 +166,7 @@ def test_by_picked_pairs_from_anywhere_at_any_size(tmp_path):
 def test_matching_again_does_not_pile_up(tmp_path):
     obj, take = set_up(tmp_path)
     steps.add_group(obj, "Own", [3, 5])
-    assert bpy.ops.meanvalue.add_pin(group="Own") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Own") == {'FINISHED'}
     curves = [take_files.keys(empty, "location", 1).tobytes() for empty in take.objects]
     match()
     obj.meanvalue.handles["M0"].strength = 0.25
@@ -501,7 +501,7 @@ def test_what_could_be_better_is_told(tmp_path, capfd):
     meshes.activate(obj)
     assert "lengths are as captured" not in told(capfd)
     steps.add_group(obj, "Foot", [0, 1, 2])
-    assert bpy.ops.meanvalue.add_pin(group="Foot") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Foot") == {'FINISHED'}
     assert "'M0' and 'M2' belong to vertices that 'Foot' has too" in told(capfd, mode='AS_CAPTURED')
     obj.meanvalue.method = 'paper'
     assert "need the method Fast" in told(capfd)

@@ -137,7 +137,7 @@ def bound(obj, seam_rows, region, is_soft=False, invert=False):
     steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
     steps.add_group(obj, "Handle", [int(at(obj, 0, y)[0]) for y in seam_rows])
     steps.add_group(obj, "Region", region)
-    assert bpy.ops.meanvalue.add_pin(group="Pin") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Pin") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
     control = bpy.context.object
     meshes.activate(obj)
@@ -204,7 +204,7 @@ def two_handles_on_the_seam():
     steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
     for name, copy in (("Upper", 0), ("Lower", 1)):
         steps.add_group(obj, name, [int(at(obj, 0, y)[copy]) for y in (6, 7, 8)])
-    assert bpy.ops.meanvalue.add_pin(group="Pin") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Pin") == {'FINISHED'}
     controls = []
     for name in ("Upper", "Lower"):
         meshes.activate(obj)
@@ -229,7 +229,7 @@ def test_merged_doubles_are_no_problem_any_more(capfd):
     obj = open_seam()
     steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
     steps.add_group(obj, "Handle", over(obj, lambda x, y: x == SIDE))
-    assert bpy.ops.meanvalue.add_pin(group="Pin") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Pin") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
     for distance, is_told in ((MERGE, False), (0.0, True)):
         meshes.activate(obj)

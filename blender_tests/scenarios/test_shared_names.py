@@ -42,15 +42,15 @@ def test_groups_that_grab_makes_are_no_skin_of_bones_called_the_same():
     assert made and made.isdisjoint({"Handle", "Region", "Pin"})
 
 
-@pytest.mark.parametrize("operator", ["add_handle", "add_pin"])
-def test_a_handle_named_as_a_bone_without_a_group_gets_another_name(operator):
+@pytest.mark.parametrize("pin", [False, True])
+def test_a_handle_named_as_a_bone_without_a_group_gets_another_name(pin):
     obj = skinned("Tip")
     before = seen(obj)
     selected = np.zeros(len(obj.data.vertices), bool)
     selected[list(TOP)] = True
     obj.data.vertices.foreach_set("select", selected)
     bpy.ops.object.mode_set(mode='EDIT')
-    assert getattr(bpy.ops.meanvalue, operator)(name="Tip") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=pin, name="Tip") == {'FINISHED'}
     bpy.ops.object.mode_set(mode='OBJECT')
     update()
     assert np.abs(seen(obj) - before).max() < 1e-5

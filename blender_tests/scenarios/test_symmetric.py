@@ -59,7 +59,7 @@ def test_other_axes(axis):
     obj.meanvalue.handles[0].is_enabled = axis == 1  # a pin at the bottom would be one at the top too
     middle = (np.abs(rest(obj)[:, 0]) < 0.2) & (np.abs(rest(obj)[:, 2]) < 0.1)
     steps.add_group(obj, "Middle", np.flatnonzero(middle).tolist())
-    assert bpy.ops.meanvalue.add_pin(group="Middle") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Middle") == {'FINISHED'}
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     move(control, (0.3, 0.2, 0.2))
     steps.solve()
@@ -94,7 +94,7 @@ def test_a_mesh_that_is_not_symmetric_is_told_in_numbers_and_shown():
     meshes.activate(obj)
     with steps.refused("have no mirror image across X", f"of {len(obj.data.vertices):,} vertices", "Select Unpaired"):
         bpy.ops.meanvalue.bind()
-    assert bpy.ops.meanvalue.select_unpaired() == {'FINISHED'}
+    assert bpy.ops.meanvalue.select_problems(kind='UNPAIRED') == {'FINISHED'}
     assert obj.mode == 'EDIT'
     bpy.ops.object.mode_set(mode='OBJECT')
     flags = np.zeros(len(obj.data.vertices), bool)
@@ -106,9 +106,9 @@ def test_all_paired():
     obj, _control = halves.whole(live=False)
     meshes.activate(obj)
     with steps.refused("Symmetric is off"):
-        bpy.ops.meanvalue.select_unpaired()
+        bpy.ops.meanvalue.select_problems(kind='UNPAIRED')
     obj.meanvalue.symmetric = 'X'
-    assert bpy.ops.meanvalue.select_unpaired() == {'FINISHED'}
+    assert bpy.ops.meanvalue.select_problems(kind='UNPAIRED') == {'FINISHED'}
     assert obj.mode == 'OBJECT'
 
 

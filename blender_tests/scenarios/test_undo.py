@@ -116,10 +116,10 @@ def test_paint_region():
     undo_and_redo(bpy.ops.meanvalue.paint_region)
 
 
-def test_finish_region():
+def test_painting_ends():
     steps.list_anchors(meshes.grid(), A=[12])
     bpy.ops.meanvalue.paint_region()
-    undo_and_redo(bpy.ops.meanvalue.finish_region)
+    undo_and_redo(bpy.ops.meanvalue.paint_region)
 
 
 def test_toggle_live():
@@ -130,7 +130,7 @@ def test_toggle_live():
     meshes.activate(current())
     remember()
     for turned_on in (True, False):
-        press(bpy.ops.meanvalue.toggle_live)
+        bpy.ops.wm.context_toggle('EXEC_DEFAULT', True, data_path="scene.meanvalue_live")
         assert current().meanvalue.live == turned_on
         bpy.ops.ed.undo()
         assert current().meanvalue.live != turned_on

@@ -41,7 +41,7 @@ def add_handles(obj, live=True, handle=None):
     holds = bottom if len(bottom) else middle
     steps.add_group(obj, "Bottom", holds.tolist())
     steps.add_group(obj, "Top", (top if handle is None else handle).tolist())
-    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
     update()
     return bpy.context.object

@@ -17,7 +17,7 @@ def tube(name="Tube", live=True):
     obj = meshes.tube(RINGS, SEGMENTS, name)
     steps.add_group(obj, "Bottom", BOTTOM)
     steps.add_group(obj, "Top", TOP)
-    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
     update()
     return obj, bpy.context.object
@@ -29,8 +29,8 @@ def three_lines(live=True):
     middle = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
     for name, members in (("Bottom", BOTTOM), ("Middle", middle), ("Top", TOP)):
         steps.add_group(obj, name, members)
-    assert bpy.ops.meanvalue.add_pin(group="Bottom") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_pin(group="Middle") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Middle") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
     update()
     return obj, bpy.context.object, middle

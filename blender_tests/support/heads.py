@@ -35,7 +35,7 @@ def head(segments=32, live=True):
     skin = [vertex for vertex in mesh.vertices if vertex.index not in loose]
     steps.add_group(obj, "Chest", [vertex.index for vertex in skin if vertex.co.z < -2.2])
     steps.add_group(obj, "Crown", [vertex.index for vertex in skin if vertex.co.z > 0.6])
-    assert bpy.ops.meanvalue.add_pin(group="Chest") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="Chest") == {'FINISHED'}
     assert bpy.ops.meanvalue.add_handle(group="Crown", live=live) == {'FINISHED'}
     handles.update()
     return obj, bpy.context.object, parts

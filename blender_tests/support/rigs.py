@@ -100,7 +100,7 @@ def handle(obj, name, indices, live=True):
 def pin(obj, name, indices):
     steps.add_group(obj, name, indices)
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.add_pin(group=name) == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True, group=name) == {'FINISHED'}
     update()
 
 

@@ -50,7 +50,7 @@ def _set_up(ui):
     ui.remember()
     yield from ui.open_tab("Mean-Value")
     yield from _select(ui, set(handles.BOTTOM))
-    yield from ui.invoke("meanvalue.add_pin")
+    yield from ui.invoke("meanvalue.add_handle", pin=True)
     yield from _select(ui, set(TOP))
     yield from ui.screenshot("live_1_selected_in_edit_mode")
     yield from ui.invoke("meanvalue.add_handle", name="Top")

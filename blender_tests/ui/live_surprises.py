@@ -46,7 +46,7 @@ def disabled_during_a_bind(ui):
     obj.name = "Sheet"
     steps.add_group(obj, "Low", range(300))
     steps.add_group(obj, "High", range(len(obj.data.vertices) - 300, len(obj.data.vertices)))
-    bpy.ops.meanvalue.add_pin(group="Low")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Low")
     bpy.ops.meanvalue.add_handle(group="High", live=False)
     ui.remember()
     yield from ui.invoke("meanvalue.bind")

@@ -20,7 +20,7 @@ def _sheet(ui, live):
     count = len(obj.data.vertices)
     steps.add_group(obj, "Low", range(COLUMNS))
     steps.add_group(obj, "High", range(count - COLUMNS, count))
-    bpy.ops.meanvalue.add_pin(group="Low")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Low")
     bpy.ops.meanvalue.add_handle(group="High", live=live)
     ui.remember()
     ui.frame_all()

@@ -122,7 +122,7 @@ def the_mesh_follows_while_it_is_played(ui):
     meshes.activate(_tube())
     yield from ui.invoke("meanvalue.match_markers")
     yield from ui.open_tab("Mean-Value")
-    yield from ui.invoke("meanvalue.toggle_live")
+    _tube().meanvalue.live = True
     assert _tube().meanvalue.live
     bpy.context.scene.frame_set(9)
 
@@ -153,7 +153,7 @@ def a_body_in_the_walk(ui):
     yield from ui.wait_until(lambda: len(_handles_of_body()) == WITH_CUFFS, "all are matched")
     view.area().spaces.active.overlay.show_relationship_lines = False
     yield from ui.screenshot("capture_08_body")
-    yield from ui.invoke("meanvalue.toggle_live")
+    bpy.context.object.meanvalue.live = True
     bpy.context.scene.frame_set(20)
     yield from ui.pause(3.0)
     yield from ui.screenshot("capture_09_body_walks")

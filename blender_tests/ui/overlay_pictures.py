@@ -23,7 +23,7 @@ def _set_up(ui):
     steps.add_group(obj, "Bottom", range(SEGMENTS))
     steps.add_group(obj, "Top", range(24 * SEGMENTS, 25 * SEGMENTS))
     steps.add_group(obj, "Middle", [12 * SEGMENTS + 6 * k for k in range(4)])
-    bpy.ops.meanvalue.add_pin(group="Bottom")
+    bpy.ops.meanvalue.add_handle(pin=True, group="Bottom")
     bpy.ops.meanvalue.add_handle(group="Middle")
     meshes.activate(obj)
     bpy.ops.meanvalue.add_handle(group="Top")
@@ -58,7 +58,7 @@ def overlay_on_views(ui):
     meshes.activate(tube())
     bpy.ops.meanvalue.paint_region()
     yield from ui.screenshot("overlay_05_weight_paint")
-    bpy.ops.meanvalue.finish_region()
+    bpy.ops.meanvalue.paint_region()
     view.area().spaces.active.overlay.show_overlays = False
     yield from ui.screenshot("overlay_06_off")
     view.area().spaces.active.overlay.show_overlays = True

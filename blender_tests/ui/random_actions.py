@@ -38,7 +38,6 @@ EXPECTED = [
         r"Solved into ",
         r"Every handle has a control of its own already",
         r"The binding is stale: .* press Bind\.",
-        r"'.*' is not bound yet\. Press Bind first\.",
         r"No handle has a control\. Press Add Handle",
         r"There is no (result to keep|pose to apply): ",
         r"Handle '.*' has no control",
@@ -134,7 +133,7 @@ class Artist:
             element.select = False
         _operate(bpy.ops.object.mode_set, mode='EDIT')
         yield
-        _operate(self.chance.choice([bpy.ops.meanvalue.add_handle, bpy.ops.meanvalue.add_pin]))
+        _operate(bpy.ops.meanvalue.add_handle, pin=self.chance.choice([False, True]))
         yield
 
     def remove(self):
@@ -146,7 +145,7 @@ class Artist:
 
     def press(self):
         self.activate_mesh()
-        names = ("bind", "unbind", "solve", "keep_pose", "apply_pose", "reset_handles", "own_controls")
+        names = ("bind", "unbind", "solve", "keep_pose", "apply_pose", "reset_handles")
         yield from ()
         _operate(getattr(bpy.ops.meanvalue, self.chance.choice(names)))
 

@@ -132,7 +132,7 @@ def test_the_region_while_it_is_painted(draw):
     assert "finish_region" not in draw(obj).text
     bpy.ops.meanvalue.paint_region()
     text = draw(obj).text
-    assert "operator meanvalue.finish_region" in text
+    assert "operator meanvalue.paint_region" in text
     assert "paint_region" not in text
 
 

@@ -27,18 +27,18 @@ def problem(obj, handle):
     control = handle.control
     if control is None:
         return (
-            f"Handle '{handle.name}' has no control. Press Make Own Controls, choose an object or a bone for it, or "
+            f"Handle '{handle.name}' has no control. Press Update, choose an object or a bone for it, or "
             "remove the handle"
         )
     if not _is_in_a_scene(control):
         return (
-            f"The control of handle '{handle.name}' was deleted. Press Make Own Controls, choose another one for it, "
+            f"The control of handle '{handle.name}' was deleted. Press Update, choose another one for it, "
             "or remove the handle"
         )
     owner = owner_of(control)
     if owner is not None and owner != obj:
         return (
-            f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Make Own Controls to give "
+            f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Update to give "
             f"'{obj.name}' controls of its own"
         )
     if control.type == 'ARMATURE' and handle.bone and handle.bone not in control.pose.bones:
@@ -51,6 +51,19 @@ def problem(obj, handle):
             "what it moves. Parent it to the object instead, or remove the constraint"
         )
     return None
+
+
+def wants_own_control(obj, handle):
+    """Whether the control is missing or another object's."""
+    control = handle.control
+    return control is None or not _is_in_a_scene(control) or owner_of(control) not in {None, obj}
+
+
+def none_to_move(obj):
+    """Why there is no control to move, in words, or None."""
+    if any(handle.follows == 'CONTROL' for handle in obj.meanvalue.handles):
+        return None
+    return "There are no handles yet. Press on the mesh with Grab, or press Add Handle"
 
 
 def _is_in_a_scene(control):

@@ -103,8 +103,8 @@ def _state_and_text(obj):
         return State.BOUND, _bound_text(obj)
     changes = fingerprint.describe(reasons, bound, now)
     if fingerprint.needs_bind(reasons):
-        return State.STALE, f"Stale: {changes}. Check the handles and press Bind."
-    return State.STALE, f"Stale: {changes}. Solve will bind again."
+        return State.STALE, wording.sentence(f"{changes}. Check the handles and press Update")
+    return State.BOUND, wording.sentence(f"{changes}, which the next pose takes in")
 
 
 def _bound_text(obj):

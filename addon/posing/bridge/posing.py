@@ -43,21 +43,20 @@ class Posing:
     def to_solve(cls, obj, reading=None):
         """@throws SceneError; StaleBindingError if the artist has to look first."""
         bind_input = scene_input.gather(obj, reading)
-        changes = _what_changed(obj, bind_input)
-        return cls(bind_input, targets.gather(obj, bind_input), changes)
+        return cls(bind_input, targets.gather(obj, bind_input), _what_changed(obj, bind_input))
 
     @classmethod
     def to_solve_from_key(cls, obj, key, reading=None):
         """As to_solve(), by the shape key `key`; binds if need be. @throws likewise."""
         bind_input = scene_input.gather(obj, reading)
-        changes = _what_changed_since_bound(obj, bind_input)
+        changes = _what_changed(obj, bind_input)
         return cls(bind_input, targets.gather_from_key(obj, bind_input, key), changes, key=key)
 
     @classmethod
     def to_bake(cls, obj, reading=None):
         """As to_bind(), which it may be the first time. @throws SceneError; StaleBindingError as to_solve()."""
         bind_input = scene_input.gather(obj, reading)
-        return cls(bind_input, changes=_what_changed_since_bound(obj, bind_input))
+        return cls(bind_input, changes=_what_changed(obj, bind_input))
 
     @classmethod
     def to_settle(cls, obj, reading=None):
@@ -112,19 +111,16 @@ class Posing:
         raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
 
 
-def _what_changed_since_bound(obj, bind_input):
-    """As _what_changed(), where it may not be bound yet."""
-    return _what_changed(obj, bind_input) if obj.meanvalue.bound.is_bound else "it was not bound"
-
-
 def _what_changed(obj, bind_input):
     """What changed since the binding on record that need not stop us, in words; "" if nothing.
 
     @throws StaleBindingError if the artist has to look first.
     """
     bound = bound_record.read_fingerprint(obj.meanvalue.bound)
+    if bound is None:
+        return "it is posed for the first time"
     reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
     changes = fingerprint.describe(reasons, bound, bind_input.fingerprint)
     if fingerprint.needs_bind(reasons):
-        raise StaleBindingError(f"The binding is stale: {changes}. Check the handles and press Bind")
+        raise StaleBindingError(f"{changes}. Check the handles and press Update")
     return changes

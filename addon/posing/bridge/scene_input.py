@@ -101,17 +101,25 @@ def effective_region(obj, freedom, rest, twins):
     return welding.spread(mirrors.on_both_sides(obj, freedom, twins), first, invert)
 
 
+def unheld_problem(obj):
+    """Why there is nothing to pose by, in words, or None. Cheap enough for drawing."""
+    if not obj.meanvalue.handles:
+        return (
+            "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and "
+            "press Add Handle"
+        )
+    if not targets.enabled_handles(obj):
+        return "All handles are turned off. Tick at least one in the list"
+    return None
+
+
 def require_handles(obj):
     """@throws SceneError if a group that the settings name is missing, or none is named."""
+    problem = unheld_problem(obj)
+    if problem:
+        raise SceneError(problem)
     names = [handle.name for handle in targets.enabled_handles(obj)]
     region_name = obj.meanvalue.roi_group
-    if not obj.meanvalue.handles:
-        raise SceneError(
-            "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and "
-            "press Add Handle. For recorded motion choose a take in Motion Capture and press Match Markers"
-        )
-    if not names:
-        raise SceneError("All handles are turned off. Tick at least one in the list")
     for name in names:
         vertex_groups.require_listed(obj, name)
     if region_name:

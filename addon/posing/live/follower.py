@@ -100,7 +100,7 @@ class Follower(Following):
         reasons = fingerprint.stale_reasons(bound, self._input.fingerprint)
         if fingerprint.needs_bind(reasons):
             changes = fingerprint.describe(reasons, bound, self._input.fingerprint)
-            raise StaleBindingError(f"{changes}. Check the handles and press Bind")
+            raise StaleBindingError(f"{changes}. Check the handles and press Update")
 
     # Posing
 

@@ -13,12 +13,18 @@ from ..bridge import new_handles, region, scene_input
 from .grow_region import notes_on
 
 
-class NewAnchors(MeshOperator):
-    """Mix-in: anchors from the vertices selected in Edit Mode, or from a vertex group in Object Mode."""
+class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
+    """Make a handle of the selected vertices (Edit Mode) or the active vertex group, with a control to drag"""
 
+    bl_idname = "meanvalue.add_handle"
+    bl_label = "Add Handle"
     needs_object_mode = False
-    new_group_name = ""
 
+    pin: bpy.props.BoolProperty(
+        name="Pin",
+        description="Pin the selected vertices (Edit Mode) or the active vertex group where they are at rest",
+        options={'SKIP_SAVE'},
+    )
     group: bpy.props.StringProperty(
         name="Vertex Group",
         description="Vertex group to use. If empty: the selected vertices in Edit Mode; scripts get the active group "
@@ -30,6 +36,20 @@ class NewAnchors(MeshOperator):
         name="Name",
         description="Name of the vertex group that is made of selected vertices",
         maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    live: bpy.props.BoolProperty(
+        name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
+    )
+    size: bpy.props.FloatProperty(
+        name="Size",
+        description="How far the surroundings follow, as a share of the mesh's size, less the farther they are. The "
+        "region gets them; at 0 it stays as it is",
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        max=3.0,
+        subtype='FACTOR',
         options={'SKIP_SAVE'},
     )
     # Adjusting the operator runs it again in Object Mode, where the vertices are still selected.
@@ -52,16 +72,23 @@ class NewAnchors(MeshOperator):
             layout.prop(self, "name")
         else:
             layout.prop_search(self, "group", obj, "vertex_groups")
-        self.draw_more(layout)
+        if not self.pin:
+            layout.prop(self, "size")
+            layout.prop(self, "live")
 
-    def draw_more(self, layout):
-        """What a subclass asks for besides."""
+    @classmethod
+    def description(cls, _context, properties):
+        return cls.bl_rna.properties["pin"].description if properties.pin else cls.__doc__
 
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
         if problem is None and obj.mode not in {'EDIT', 'OBJECT'}:
             problem = f"{subject.mode_problem(obj)}, or to Edit Mode"
+        if problem is None and obj.mode == 'EDIT' and obj.data.total_vert_sel == 0:
+            problem = "No vertices are selected. Select the ones to hold"
+        if problem is None and obj.mode == 'OBJECT' and len(obj.vertex_groups) == 0:
+            problem = "Select vertices in Edit Mode first, or make a vertex group"
         return problem
 
     def run(self, obj):
@@ -70,27 +97,45 @@ class NewAnchors(MeshOperator):
             obj.update_from_editmode()
         self.from_selection = self.from_selection or (is_editing and not self.group)
         name, members = self._members(obj)
-        self.require_usable(obj, members)
+        if not self.pin:
+            self._require_usable(obj, members)
         selection.leave_edit_mode(obj)
-        self.require_seen(obj)
-        handle = new_handles.add_handle(obj, members, group=name, new_name=self.name or self.new_group_name)
-        message = self.equip(obj, handle, members)
-        notes = self.notes(obj)
+        if not self.pin:
+            rig_space.measure(obj)  # throws before anything is changed
+        new_name = self.name or (ids.PIN_GROUP if self.pin else ids.HANDLE_GROUP)
+        handle = new_handles.add_handle(obj, members, group=name, new_name=new_name)
+        count, notes = wording.vertices(len(np.unique(members))), []
+        if self.pin:
+            new_handles.make_pin(handle)
+            message = f"Pin '{handle.name}' holds {count}"
+        else:
+            self._equip(obj, handle, members)
+            message = f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
+            if self.size > 0.0:
+                notes = notes_on(obj, region.current_mask(obj))
         try:
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed
             return message, [*notes, str(problem)]
         return message, notes
 
-    def notes(self, _obj):
-        """Sentences on what the artist may not expect."""
-        return []
-
-    def require_usable(self, obj, members):
+    def _require_usable(self, obj, members):
         """@throws SceneError before anything is changed."""
+        if self.size > 0.0:
+            region.require_own_group(obj)
+        require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
+        shown = shape_keys.result_positions(obj)
+        if shown is not None:
+            require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
 
-    def require_seen(self, obj):
-        """As require_usable(), in Object Mode."""
+    def _equip(self, obj, handle, members):
+        is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)
+        control = new_handles.make_handle(obj, handle, members)
+        if self.size > 0.0:
+            region.add_falloff(obj, members, 0.0, region.radius(obj, self.size), region.weights(obj))
+        if self.live and is_first and not obj.meanvalue.live:
+            obj.meanvalue.live = True
+        selection.choose(control)
 
     def _members(self, obj):
         """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
@@ -115,73 +160,3 @@ class NewAnchors(MeshOperator):
         if len(members) == 0:
             raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
         return name, members
-
-
-class MEANVALUE_OT_add_handle(NewAnchors, bpy.types.Operator):
-    """Make a handle of the selected vertices (Edit Mode) or the active vertex group, with a control to drag"""
-
-    bl_idname = "meanvalue.add_handle"
-    bl_label = "Add Handle"
-    new_group_name = ids.HANDLE_GROUP
-
-    live: bpy.props.BoolProperty(
-        name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
-    )
-
-    size: bpy.props.FloatProperty(
-        name="Size",
-        description="How far the surroundings follow, as a share of the mesh's size, less the farther they are. The "
-        "region gets them; at 0 it stays as it is",
-        default=0.0,
-        min=0.0,
-        soft_max=1.0,
-        max=3.0,
-        subtype='FACTOR',
-        options={'SKIP_SAVE'},
-    )
-
-    def draw_more(self, layout):
-        layout.prop(self, "size")
-        layout.prop(self, "live")
-
-    def run(self, obj):
-        self._was_first = all(handle.follows != 'CONTROL' for handle in obj.meanvalue.handles)
-        return super().run(obj)
-
-    def require_usable(self, obj, members):
-        if self.size > 0.0:
-            region.require_own_group(obj)
-        require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
-        shown = shape_keys.result_positions(obj)
-        if shown is not None:
-            require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
-
-    def require_seen(self, obj):
-        rig_space.measure(obj)
-
-    def notes(self, obj):
-        return notes_on(obj, region.current_mask(obj)) if self.size > 0.0 else []
-
-    def equip(self, obj, handle, members):
-        control = new_handles.make_handle(obj, handle, members)
-        if self.size > 0.0:
-            handle.size = self.size
-            region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
-        if self.live and self._was_first and not obj.meanvalue.live:
-            obj.meanvalue.live = True
-        selection.choose(control)
-        count = wording.vertices(len(np.unique(members)))
-        return f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
-
-
-class MEANVALUE_OT_add_pin(NewAnchors, bpy.types.Operator):
-    """Pin the selected vertices (Edit Mode) or the active vertex group: they stay where they are at rest"""
-
-    bl_idname = "meanvalue.add_pin"
-    bl_label = "Add Pin"
-    new_group_name = ids.PIN_GROUP
-
-    def equip(self, _obj, handle, members):
-        new_handles.make_pin(handle)
-        count = wording.vertices(len(members))
-        return f"Pin '{handle.name}' holds {count}"

@@ -6,7 +6,7 @@ import bpy
 from ...live import engine
 from ...scene import new_rest, subject
 from ..bridge import bound_record, controls
-from .settled import SettledOperator
+from .settled import SettledOperator, unposed_problem
 
 
 class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
@@ -14,6 +14,10 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.apply_pose"
     bl_label = "Apply as Rest"
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or unposed_problem(obj)
 
     def use(self, obj):
         handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
@@ -24,4 +28,4 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         controls.attach_at_rest(obj, handles, placements)
         if subject.sharing_note(obj):
             notes.append(subject.sharing_note(obj))
-        return "The pose is the rest shape now. The mesh is bound again when it is posed", notes
+        return "The pose is the rest shape now", notes

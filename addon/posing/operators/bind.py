@@ -3,7 +3,8 @@
 
 import bpy
 
-from ...scene import mesh_arrays
+from ... import wording
+from ...scene import mesh_arrays, shape_keys, vertex_groups
 from ...solver.core import fingerprint, result
 from ...widgets.background import BackgroundOperator
 from ..bridge import bound_record, controls, scene_input, targets
@@ -12,11 +13,15 @@ from ..core import mesh_problems
 
 
 class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
-    """Encode the rest shape for its handles and region. Do it once, then pose as often as you like"""
+    """Take the mesh as it was edited for the rest shape, and give handles without a control one of their own"""
 
     bl_idname = "meanvalue.bind"
-    bl_label = "Bind"
-    doing = "Binding"
+    bl_label = "Update"
+    doing = "Updating"
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or scene_input.unheld_problem(obj)
 
     def start_reading(self, obj):
         return scene_input.start_reading(obj)
@@ -44,13 +49,27 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
             for handle in targets.enabled_handles(obj):
                 if handle.follows == 'CONTROL' and controls.problem(obj, handle) is None:
                     controls.attach_as_shown(obj, handle, controls.shown_move(obj, handle))
+        made = _make_own_controls(obj)
         posing.record(obj)
         report = posing.binding.deformer.report
         guarded = result.guarded_notes(report, posing.bind_input.solver_mesh.places)
         notes = [*mesh_problems.text(self._problems), *guarded, *result.size_notes(report)]
-        bound = f"Bound {posing.binding.summary.text()}"
-        message = ". ".join([bound, *notes])
+        if made:
+            notes.insert(0, f"{wording.counted(made, 'control')} made")
+        message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
+
+
+def _make_own_controls(obj):
+    """For handles whose control is missing or belongs to another object, as after duplicating. Returns how many."""
+    handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
+    handles = [handle for handle in handles if controls.wants_own_control(obj, handle)]
+    rest, shown = shape_keys.rest_positions(obj.data), shape_keys.result_positions(obj)
+    members = vertex_groups.members(obj, [handle.name for handle in handles])
+    for handle in handles:
+        own = members[handle.name]
+        controls.add_control(obj, handle, rest[own], (rest if shown is None else shown)[own])
+    return len(handles)
 
 
 def _has_other_rest_shape(obj, posing):

@@ -2,6 +2,7 @@
 """Ends posing: keeps the mesh as posed, and takes away what the add-on made for it."""
 
 import bpy
+import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
@@ -9,11 +10,11 @@ from ...live import engine
 from ...scene import new_rest, reference_key, selection, shape_keys, subject
 from ...solver import session
 from ..bridge import bound_record, controls, region
-from .settled import SettledOperator
+from .settled import NothingToDo, SettledOperator
 
 
 class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
-    """Keep the mesh as it is posed, and remove handles, pins, controls and vertex groups that were made for posing"""
+    """Remove handles, pins and what was made for them, and keep the pose, or take it back"""
 
     bl_idname = "meanvalue.finish"
     bl_label = "Finish"
@@ -24,6 +25,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         items=(
             ('SHAPE_KEY', "As Shape Key", "A shape key of its own, fully on: the rest shape stays", 'SHAPEKEY_DATA', 0),
             ('REST', "As Rest Shape", "The mesh itself: other shape keys are carried along", 'MESH_DATA', 1),
+            ('NOTHING', "Nothing", "The pose goes: the mesh is as it was before", 'X', 2),
         ),
         default='SHAPE_KEY',
     )
@@ -34,13 +36,27 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.handles and shape_keys.result_positions(obj) is None:
+        if problem is None and not obj.meanvalue.handles and not shape_keys.has_result(obj):
             problem = f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
         if problem is None and obj.meanvalue.baked.target:
             problem = shape_keys.BAKE_PLAYS
         return problem or _posed_by_another(obj)
 
+    @classmethod
+    def description(cls, _context, properties):
+        does = {
+            'SHAPE_KEY': "Keep the pose as a shape key",
+            'REST': "Make the pose the rest shape",
+            'NOTHING': "Take the pose back",
+        }
+        return f"{does[properties.keep]}, and remove handles, pins and what was made for them"
+
+    def start_reading(self, obj):
+        return None if self.keep == 'NOTHING' else super().start_reading(obj)
+
     def prepare(self, obj, reading):
+        if self.keep == 'NOTHING':
+            return NothingToDo()
         if self.keep == 'SHAPE_KEY' and shape_keys.result_positions(obj) is not None:
             _kept_name(obj, self.name)  # throws before anything is changed
         return super().prepare(obj, reading)
@@ -53,13 +69,23 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         sharing = subject.sharing_note(obj)
         if sharing:
             notes.append(sharing)
-        return f"{kept}. Removed: {removed}", notes
+        return f"{kept}. {removed} removed", notes
 
     def _keep(self, obj):
         settings = obj.meanvalue
-        if shape_keys.result_positions(obj) is None:
+        shape = shape_keys.result_positions(obj)
+        kept = None if self.keep == 'REST' or shape is None else _key_with(obj, shape)
+        is_rest = kept is not None and kept == obj.data.shape_keys.reference_key
+        if shape is None or is_rest or self.keep == 'NOTHING':
             settings.live = False
-            return "Nothing was posed, so the mesh is as it was", []
+            shape_keys.remove(obj, [settings.result_key])
+            reference_key.remove_lone(obj)
+            return "The mesh is as it was" if self.keep == 'NOTHING' else "Nothing was posed: the mesh is as it was", []
+        if kept is not None:
+            settings.live = False
+            shape_keys.remove(obj, [settings.result_key])
+            shape_keys.show_fully(obj.data.shape_keys, kept)
+            return f"The pose is shape key '{kept.name}'", []
         if self.keep == 'REST':
             notes = new_rest.become(obj)
             settings.live = False
@@ -107,6 +133,14 @@ def _is_copy(other, obj):
     ours, theirs = ({(handle.name, handle.control) for handle in each.meanvalue.handles} for each in (obj, other))
     mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
     return theirs <= ours and not mine and any(control is not None for _, control in theirs)
+
+
+def _key_with(obj, shape):
+    """The key, but for the one that posing writes, that has n x 3 `shape` already: the rest shape or a kept pose."""
+    for key in obj.data.shape_keys.key_blocks:
+        if key.name != obj.meanvalue.result_key and np.allclose(shape_keys.positions(key), shape, rtol=0.0, atol=1e-6):
+            return key
+    return None
 
 
 def _kept_name(obj, wanted):

@@ -12,7 +12,7 @@ from ...scene import selection
 from ...widgets import under_mouse
 from ..bridge import controls, region
 from ..bridge.grip import Grip, handle_at
-from . import keyframe_handles
+from . import keyframe_handles, tool_choice
 from .drag_circle import DragCircle
 from .pressing import LEAST_SIZE, MOST_SIZE, ToolOperator, in_front, require_vertex, size_property
 
@@ -60,9 +60,21 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         options={'HIDDEN', 'SKIP_SAVE'},
     )
 
+    choose_tool: bpy.props.BoolProperty(
+        name="Choose Tool",
+        description="Only make Grab the active tool, in Object Mode",
+        options={'HIDDEN', 'SKIP_SAVE'},
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return context.mode != 'OBJECT' or super().poll(context)  # choosing the tool leaves other modes
+
     def execute(self, context):
         """All at once, for scripts and the last-operation panel."""
         try:
+            if context.mode != 'OBJECT':
+                raise SceneError("Grab works in Object Mode. Go back to Object Mode")
             obj = self.find_object(context)
             if self.handle not in obj.meanvalue.handles:
                 require_vertex(obj, self.vertex)
@@ -76,6 +88,9 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         return self.tell(*_outcome(obj, grip, Vector(self.offset)))
 
     def invoke(self, context, event):
+        if self.choose_tool or context.mode != 'OBJECT':
+            tool_choice.choose(context)
+            return {'CANCELLED'}  # there is nothing to undo or to adjust
         try:
             obj, self._pressed, self._covered = self.find_pressed(context, event)
         except SceneError as error:

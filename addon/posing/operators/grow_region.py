@@ -5,7 +5,6 @@ import bpy
 import numpy as np
 
 from ... import wording
-from ...errors import SceneError
 from ...scene import shape_keys
 from ...scene.core import fixed_points
 from ...widgets.base import MeshOperator
@@ -16,10 +15,10 @@ FIRST_DISTANCE = 0.2
 
 
 class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
-    """Make the region of influence by growing it over the surface from the active handle"""
+    """Make the region by growing it over the surface from the active handle"""
 
     bl_idname = "meanvalue.grow_region"
-    bl_label = "Grow from Handle"
+    bl_label = "Grow Region from Handle"
 
     mode: bpy.props.EnumProperty(
         name="Grow by",
@@ -46,10 +45,15 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         name="Extend", description="Add to the region that is there, in place of replacing it", default=False
     )
 
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and obj.meanvalue.active_handle >= len(obj.meanvalue.handles):
+            problem = "There is no handle to grow from. Press Add Handle, or click one in the list"
+        return problem
+
     def run(self, obj):
         settings = obj.meanvalue
-        if settings.active_handle >= len(settings.handles):
-            raise SceneError("There is no handle to grow from. Press Add Handle, or click one in the list")
         region.require_own_group(obj)
         name = settings.handles[settings.active_handle].name
         weights = self._grown(obj, region.handle_members(obj, name)).astype(float)

@@ -5,11 +5,11 @@ import bpy
 
 from ... import ids
 from ...scene import shape_keys
-from .settled import SettledOperator
+from .settled import SettledOperator, unposed_problem
 
 
 class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
-    """Store the pose as a new shape key. Posing goes on in the result's own key"""
+    """Store the pose as a new shape key, at value 0, and go on posing"""
 
     bl_idname = "meanvalue.keep_pose"
     bl_label = "Keep Pose"
@@ -18,6 +18,11 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         name="Name", description="Name of the new shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
     )
 
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or unposed_problem(obj)
+
     def use(self, obj):
         name = shape_keys.keep(obj, self.name.strip() or ids.KEPT_KEY)
-        return f"The pose is kept as shape key '{name}', with value 0", []
+        obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
+        return f"The pose is kept as shape key '{name}'", []

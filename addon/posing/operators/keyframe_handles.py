@@ -27,10 +27,12 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
         options={'SKIP_SAVE'},
     )
 
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or controls.none_to_move(obj)
+
     def run(self, obj):
         handles = [handle for handle in obj.meanvalue.handles if handle.follows == 'CONTROL']
-        if not handles:
-            raise SceneError("No handle has a control. Press Add Handle, or use the Grab tool, to make one")
         usable = [handle for handle in handles if controls.problem(obj, handle) is None]
         notes = [controls.problem(obj, handle) for handle in handles if handle not in usable]
         chosen = [handle for handle in usable if not self.selected or controls.is_selected(handle)]

@@ -3,7 +3,6 @@
 
 import bpy
 
-from ...errors import SceneError
 from ...scene import selection
 from ...widgets.base import MeshOperator
 from ..bridge import controls
@@ -13,14 +12,19 @@ class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
     """Remove the active handle or pin, with the control and vertex group that were made for it"""
 
     bl_idname = "meanvalue.remove_handle"
-    bl_label = "Remove"
+    bl_label = "Remove Handle"
     needs_object_mode = False
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and obj.meanvalue.active_handle >= len(obj.meanvalue.handles):
+            problem = "No handle or pin is active. Click the one to remove in the list"
+        return problem
 
     def run(self, obj):
         settings = obj.meanvalue
         index = settings.active_handle
-        if index >= len(settings.handles):
-            raise SceneError("No handle or pin is active. Click the one to remove in the list")
         selection.leave_edit_mode(obj)
         name = settings.handles[index].name
         controls.remove_handle(obj, index)

@@ -4,7 +4,6 @@
 import bpy
 
 from ... import wording
-from ...errors import SceneError
 from ...live import engine
 from ...widgets.base import MeshOperator
 from ..bridge import controls, resets
@@ -16,10 +15,12 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.reset_handles"
     bl_label = "Reset Handles"
 
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or controls.none_to_move(obj)
+
     def run(self, obj):
         handles = [handle for handle in obj.meanvalue.handles if handle.follows == 'CONTROL']
-        if not handles:
-            raise SceneError("No handle has a control. Press Add Handle to make one")
         usable = [handle for handle in handles if controls.problem(obj, handle) is None]
         with engine.held():  # the mesh follows once, when all are where they belong
             held = [handle.name for handle in resets.reset(obj, usable)]

@@ -24,6 +24,13 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
         options={'SKIP_SAVE'},
     )
 
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and not obj.meanvalue.handles:
+            problem = "There are no handles yet. Press on the mesh with Grab, or press Add Handle"
+        return problem
+
     def run(self, obj):
         settings = obj.meanvalue
         index = settings.active_handle if self.index < 0 else self.index

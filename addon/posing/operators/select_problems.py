@@ -7,17 +7,18 @@ from bpy.props import EnumProperty
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, selection, shape_keys
+from ...scene import mesh_arrays, mirrors, selection, shape_keys
 from ...solver import session
 from ...widgets.base import MeshOperator
 from ..bridge import scene_input
 from ..core import mesh_problems
 
 ALL = 'ALL'
+UNPAIRED = 'UNPAIRED'
 
 
 class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
-    """Select the vertices that a binding found something unusual about, in Edit Mode. All of it is solved"""
+    """Select vertices of the mesh that are unusual, in Edit Mode. None of it stops posing"""
 
     bl_idname = "meanvalue.select_problems"
     bl_label = "Select Problem Vertices"
@@ -25,11 +26,17 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
     kind: EnumProperty(
         name="Kind",
         description="What to select",
-        items=((ALL, "All", "Whatever is unusual"), *mesh_problems.KINDS),
+        items=(
+            (ALL, "All", "Whatever is unusual"),
+            *mesh_problems.KINDS,
+            (UNPAIRED, "Unpaired", "Vertices without a mirror image across the axis of Symmetric"),
+        ),
         default=ALL,
     )
 
     def run(self, obj):
+        if self.kind == UNPAIRED:
+            return _select_unpaired(obj)
         found = [each for each in problems(obj) if self.kind in {ALL, each.kind}]
         if not found:
             what = "Nothing unusual" if self.kind == ALL else f"Nothing of the kind '{_name(self.kind)}'"
@@ -53,6 +60,19 @@ def problems(obj):
     if binding is None:
         return mesh_problems.find(rest, triangles, places=bind_input.solver_mesh.places)
     return mesh_problems.find(rest, triangles, binding.deformer.report, bind_input.solver_mesh.places)
+
+
+def _select_unpaired(obj):
+    axis = obj.meanvalue.symmetric
+    if axis == 'NONE':
+        return "Symmetric is off: choose an axis first", []
+    unpaired = mirrors.unpaired(obj, shape_keys.rest_positions(obj.data), *mesh_arrays.faces(obj.data))
+    count = len(obj.data.vertices)
+    if len(unpaired) == 0:
+        return f"All {wording.vertices(count)} have a mirror image across {axis}", []
+    selection.choose(obj)
+    notes = selection.edit_with_selected(obj, unpaired)
+    return f"{len(unpaired):,} of {wording.vertices(count)} have no mirror image across {axis}: selected", notes
 
 
 def _name(kind):

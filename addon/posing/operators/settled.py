@@ -19,7 +19,7 @@ class SettledOperator(BackgroundOperator):
         return None if _is_settled(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        return _NothingToDo() if _is_settled(obj) else Posing.to_settle(obj, reading)
+        return NothingToDo() if _is_settled(obj) else Posing.to_settle(obj, reading)
 
     def finish(self, obj, prepared, outcome):
         if outcome is not None:
@@ -31,7 +31,14 @@ class SettledOperator(BackgroundOperator):
         return self.use(obj)
 
 
-class _NothingToDo:
+def unposed_problem(obj):
+    """Why there is no pose to use, in words, or None."""
+    if shape_keys.has_result(obj):
+        return None
+    return "Nothing is posed yet. Press on the mesh with Grab and drag"
+
+
+class NothingToDo:
     """In place of a Posing where the answer is there."""
 
     def read_triangles(self, _obj):

@@ -3,8 +3,7 @@
 
 import bpy
 
-from ...errors import SceneError
-from ..bridge import scene_input
+from ..bridge import scene_input, targets
 from ..bridge.posing import Posing
 from .solving import SolvingOperator
 
@@ -15,15 +14,12 @@ class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
     bl_idname = "meanvalue.solve"
     bl_label = "Solve"
 
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or scene_input.unheld_problem(obj) or targets.problem(obj)
+
     def start_reading(self, obj):
-        _require_bound(obj)
         return scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        _require_bound(obj)
         return Posing.to_solve(obj, reading)
-
-
-def _require_bound(obj):
-    if not obj.meanvalue.bound.is_bound:
-        raise SceneError(f"'{obj.name}' is not bound yet. Press Bind first")

@@ -6,17 +6,41 @@ Blender keeps what the artist changed beside what is registered here, so that it
 
 import bpy
 
-from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
+from ...scene import subject
+from ..operators.add_handle import MEANVALUE_OT_add_handle
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
-from ..operators.toggle_live import MEANVALUE_OT_toggle_live
 
-#: (keymap, operator, key, modifiers)
+#: For wm.context_toggle: Live of the mesh that is worked on, also while one of its controls is the active object.
+LIVE = "meanvalue_live"
+
+#: (keymap, operator, its properties, key, modifiers)
 SHORTCUTS = (
-    ("Object Mode", MEANVALUE_OT_toggle_live.bl_idname, 'L', {"alt": True}),
-    ("Object Mode", MEANVALUE_OT_reset_handles.bl_idname, 'L', {"alt": True, "shift": True}),
-    ("Mesh", MEANVALUE_OT_add_handle.bl_idname, 'H', {"ctrl": True, "alt": True}),
-    ("Mesh", MEANVALUE_OT_add_pin.bl_idname, 'P', {"ctrl": True, "alt": True}),
+    ("Object Mode", "wm.context_toggle", {"data_path": f"scene.{LIVE}"}, 'L', {"alt": True}),
+    ("Object Mode", MEANVALUE_OT_reset_handles.bl_idname, {}, 'L', {"alt": True, "shift": True}),
+    ("Mesh", MEANVALUE_OT_add_handle.bl_idname, {}, 'H', {"ctrl": True, "alt": True}),
+    ("Mesh", MEANVALUE_OT_add_handle.bl_idname, {"pin": True}, 'P', {"ctrl": True, "alt": True}),
 )
+
+
+def _is_live(_scene):
+    obj = subject.of(bpy.context)
+    return subject.object_problem(obj) is None and obj.meanvalue.live
+
+
+def _turn_live(_scene, is_on):
+    obj = subject.of(bpy.context)
+    if subject.object_problem(obj) is None and (obj.meanvalue.handles or not is_on):
+        obj.meanvalue.live = is_on
+
+
+def _items(keyconfig):
+    """(keymap, its item) of all shortcuts that `keyconfig` has."""
+    for name, operator, properties, _key, _modifiers in SHORTCUTS:
+        keymap = keyconfig.keymaps.get(name) if keyconfig else None
+        for item in keymap.keymap_items if keymap else ():
+            if item.idname == operator and all(getattr(item.properties, key) == properties[key] for key in properties):
+                yield keymap, item
+                break
 
 
 def draw(layout):
@@ -24,28 +48,23 @@ def draw(layout):
     import rna_keymap_ui
 
     keyconfig = bpy.context.window_manager.keyconfigs.user
-    for keymap_name, operator, _key, _modifiers in SHORTCUTS:
-        keymap = keyconfig.keymaps.get(keymap_name) if keyconfig else None
-        item = keymap.keymap_items.find_from_operator(operator) if keymap else None
-        if item is not None:
-            layout.context_pointer_set("keymap", keymap)
-            rna_keymap_ui.draw_kmi([], keyconfig, keymap, item, layout, 0)
+    for keymap, item in _items(keyconfig):
+        layout.context_pointer_set("keymap", keymap)
+        rna_keymap_ui.draw_kmi([], keyconfig, keymap, item, layout, 0)
 
 
 def register():
+    setattr(bpy.types.Scene, LIVE, bpy.props.BoolProperty(name="Live", get=_is_live, set=_turn_live))
     keyconfig = bpy.context.window_manager.keyconfigs.addon
     if keyconfig is None:  # in the background
         return
-    for keymap_name, operator, key, modifiers in SHORTCUTS:
-        keymap = keyconfig.keymaps.new(name=keymap_name)
-        keymap.keymap_items.new(operator, key, 'PRESS', **modifiers)
+    for name, operator, properties, key, modifiers in SHORTCUTS:
+        item = keyconfig.keymaps.new(name=name).keymap_items.new(operator, key, 'PRESS', **modifiers)
+        for each, value in properties.items():
+            setattr(item.properties, each, value)
 
 
 def unregister():
-    keyconfig = bpy.context.window_manager.keyconfigs.addon
-    if keyconfig is None:
-        return
-    for keymap_name, operator, _key, _modifiers in SHORTCUTS:
-        keymap = keyconfig.keymaps.get(keymap_name)
-        for item in [item for item in keymap.keymap_items if item.idname == operator] if keymap else []:
-            keymap.keymap_items.remove(item)
+    delattr(bpy.types.Scene, LIVE)
+    for keymap, item in list(_items(bpy.context.window_manager.keyconfigs.addon)):
+        keymap.keymap_items.remove(item)

@@ -5,24 +5,22 @@ import bpy
 
 from ... import ids, wording
 from ...live import engine
-from ...scene import shape_keys, subject
+from ...scene import mirrors, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay, panels
 from ...widgets.panels import PanelPart, SidebarPanel
 from ...widgets.text_box import draw_wrapped
-from ..bridge import bound_record, controls, object_status, targets
+from ..bridge import controls, object_status, targets
 from ..bridge.object_status import State
-from ..operators.add_handle import MEANVALUE_OT_add_handle, MEANVALUE_OT_add_pin
-from ..operators.apply_pose import MEANVALUE_OT_apply_pose
+from ..operators import tool_choice
 from ..operators.bind import MEANVALUE_OT_bind
 from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
-from ..operators.finish import MEANVALUE_OT_finish
+from ..operators.drive_by_bone import MEANVALUE_OT_drive_by_bone
 from ..operators.grab import MEANVALUE_OT_grab
 from ..operators.grow_region import MEANVALUE_OT_grow_region
 from ..operators.keep_pose import MEANVALUE_OT_keep_pose
 from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
-from ..operators.own_controls import MEANVALUE_OT_own_controls
-from ..operators.paint_region import MEANVALUE_OT_finish_region, MEANVALUE_OT_paint_region
+from ..operators.paint_region import MEANVALUE_OT_paint_region
 from ..operators.remove_handle import MEANVALUE_OT_remove_handle
 from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 from ..operators.select_problems import MEANVALUE_OT_select_problems
@@ -30,13 +28,9 @@ from ..operators.solve import MEANVALUE_OT_solve
 from ..operators.solve_from_key import MEANVALUE_OT_solve_from_key
 from ..operators.unbind import MEANVALUE_OT_unbind
 from .handle_list import MEANVALUE_UL_handles
+from .menus import MEANVALUE_MT_apply, draw_add
 
-STATE_ICONS = {
-    State.UNBOUND: 'RADIOBUT_OFF',
-    State.BOUND: 'CHECKMARK',
-    State.STALE: 'FILE_REFRESH',
-    State.PROBLEM: 'ERROR',
-}
+HINT = "Press on the mesh and drag. Shift-click holds a place. The wheel says how much follows."
 
 
 class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
@@ -59,13 +53,36 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
             draw_wrapped(layout, context, wording.sentence(overlay.problem), icon='ERROR')
         if any(draw_top(layout, context, obj) for draw_top in panels.tops):
             return
-        status = object_status.status(obj, object_status.QUIET_SECONDS)
-        _draw_live(layout, obj)
-        _draw_handles(layout, obj)
-        _draw_status(layout, context, obj, status)
+        is_new = not (obj.meanvalue.handles or shape_keys.has_result(obj))
+        if is_new:
+            draw_wrapped(layout, context, HINT, icon='INFO')
+        _draw_grab(layout, context, obj)
+        if not is_new:
+            _draw_handles(layout, obj)
+            _draw_pose(layout, obj)
+        _draw_status(layout, context, obj)
 
 
-class MEANVALUE_PT_active_handle(PanelPart, bpy.types.Panel):
+class PosingPart(PanelPart):
+    """Mix-in: not while a bake plays in place of the pose."""
+
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and not subject.of(context).meanvalue.baked.target
+
+
+class MEANVALUE_PT_selection(PosingPart, bpy.types.Panel):
+    """Handles and pins of selected vertices or of vertex groups"""
+
+    bl_label = "From Selection"
+
+    def draw(self, _context):
+        draw_add(self.layout.column(align=True))
+
+
+class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
     """What the active handle holds and follows"""
 
     bl_label = "Active Handle"
@@ -93,14 +110,14 @@ class MEANVALUE_PT_active_handle(PanelPart, bpy.types.Panel):
             problem = controls.problem(obj, handle)
             if problem:
                 draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
-                layout.operator(MEANVALUE_OT_own_controls.bl_idname)
+                layout.operator(MEANVALUE_OT_bind.bl_idname, icon='FILE_REFRESH')
         layout.prop(handle, "is_soft")
         strength = layout.row()
         strength.active = handle.is_soft
         strength.prop(handle, "strength")
 
 
-class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
+class MEANVALUE_PT_region(PosingPart, bpy.types.Panel):
     """Which part of the mesh may move"""
 
     bl_label = "Region"
@@ -112,10 +129,8 @@ class MEANVALUE_PT_region(PanelPart, bpy.types.Panel):
         row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
         buttons = self.layout.column(align=True)
         buttons.operator(MEANVALUE_OT_grow_region.bl_idname, icon='EMPTY_AXIS')
-        if subject.of(context).mode == 'WEIGHT_PAINT':
-            buttons.operator(MEANVALUE_OT_finish_region.bl_idname, icon='CHECKMARK')
-        else:
-            buttons.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA')
+        is_painting = subject.of(context).mode == 'WEIGHT_PAINT'
+        buttons.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA', depress=is_painting)
 
 
 class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
@@ -128,25 +143,6 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        layout.prop(subject.of(context).meanvalue, "result_key", icon='SHAPEKEY_DATA')
-        row = layout.row(align=True)
-        row.operator(MEANVALUE_OT_bind.bl_idname)
-        row.operator(MEANVALUE_OT_unbind.bl_idname)
-        solve = layout.column()
-        solve.scale_y = 1.4
-        solve.operator(MEANVALUE_OT_solve.bl_idname)
-        solve.operator(MEANVALUE_OT_solve_from_key.bl_idname)
-        layout.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
-
-
-class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
-    """How the shape is found"""
-
-    bl_label = "Solver"
-    bl_parent_id = "MEANVALUE_PT_advanced"
-
-    def draw(self, context):
-        layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         settings = subject.of(context).meanvalue
@@ -156,7 +152,15 @@ class MEANVALUE_PT_solver(PanelPart, bpy.types.Panel):
         rigidity.prop(settings, "rigidity")
         layout.prop(settings, "loose_parts")
         layout.prop(settings, "merge_distance")
+        layout.prop(settings, "result_key")
+        row = layout.row(align=True)
+        row.operator(MEANVALUE_OT_bind.bl_idname)
+        row.operator(MEANVALUE_OT_unbind.bl_idname)
+        solve = layout.column(align=True)
+        solve.operator(MEANVALUE_OT_solve.bl_idname)
+        solve.operator(MEANVALUE_OT_solve_from_key.bl_idname)
         layout.operator_menu_enum(MEANVALUE_OT_select_problems.bl_idname, "kind", icon='RESTRICT_SELECT_OFF')
+        layout.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
 
 
 def _active_handle(obj):
@@ -166,77 +170,84 @@ def _active_handle(obj):
     return None
 
 
-def _draw_live(layout, obj):
-    row = layout.row()
-    row.scale_y = 1.4
-    row.prop(obj.meanvalue, "live", toggle=True, icon='PLAY')
-    row.prop(obj.meanvalue, "show_overlay", text="", toggle=True, icon='OVERLAY')
-    split = layout.split(factor=0.4)
-    split.label(text="Symmetric")
-    row = split.row(align=True)
-    row.prop_enum(obj.meanvalue, "symmetric", 'NONE')
-    axes = row.row(align=True)
-    axes.scale_x = 0.5
-    for axis in ('X', 'Y', 'Z'):
-        axes.prop_enum(obj.meanvalue, "symmetric", axis)
+def _draw_grab(layout, context, obj):
+    grab = layout.row()
+    grab.scale_y = 1.8
+    is_active = tool_choice.is_active(context)
+    button = grab.operator(MEANVALUE_OT_grab.bl_idname, text="Grab", icon='VIEW_PAN', depress=is_active)
+    button.choose_tool = True
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    tool = tool_choice.settings(context)
+    if tool is not None:
+        column.prop(tool, "size")
+    column.prop(obj.meanvalue, "symmetric")
 
 
 def _draw_handles(layout, obj):
     settings = obj.meanvalue
-    layout.operator("wm.tool_set_by_id", text="Grab Tool", icon='VIEW_PAN').name = MEANVALUE_OT_grab.bl_idname
-    row = layout.row(align=True)
-    row.operator(MEANVALUE_OT_add_handle.bl_idname, icon='EMPTY_AXIS')
-    row.operator(MEANVALUE_OT_add_pin.bl_idname, icon='PINNED')
     row = layout.row()
     row.template_list(MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", rows=3)
     buttons = row.column(align=True)
     buttons.operator(MEANVALUE_OT_remove_handle.bl_idname, icon='REMOVE', text="")
+    buttons.prop(settings, "show_overlay", text="", toggle=True, icon='OVERLAY')
+    layout.prop(settings, "live", toggle=True, icon='PLAY')
     row = layout.row(align=True)
     row.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK', text="Reset")
     row.operator(MEANVALUE_OT_keyframe_handles.bl_idname, icon='KEY_HLT', text="Keyframe")
-    row = layout.row(align=True)
-    row.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='SHAPEKEY_DATA')
-    row.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='MESH_DATA', text="As Rest")
-    layout.operator(MEANVALUE_OT_finish.bl_idname, icon='CHECKMARK')
 
 
-def _draw_status(layout, context, obj, status):
-    """One thing at a time: what live posing waits for, or what there is to do, with the button that does it."""
-    if not obj.meanvalue.handles and not obj.meanvalue.live:
-        if not engine.kinds_on(obj):
-            hint = (
-                "Choose the Grab tool, press on the mesh and drag. Or select vertices in Edit Mode and press "
-                "Add Handle."
-            )
-            draw_wrapped(layout.box(), context, hint, icon='INFO')
+def _draw_pose(layout, obj):
+    column = layout.column(align=True)
+    column.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='SHAPEKEY_DATA')
+    key = shape_keys.kept(obj)
+    row = column.row(align=True)
+    if key is None:  # the place of the slider: nothing moves when there is one
+        row.enabled = False
+        row.label(text="No pose is kept yet")
+    else:
+        row.prop(key, "name", text="")
+        row.prop(key, "value", text="", slider=True)
+        row.operator(MEANVALUE_OT_drive_by_bone.bl_idname, text="", icon='DRIVER')
+    layout.menu(MEANVALUE_MT_apply.bl_idname, icon='CHECKMARK')
+
+
+def _draw_status(layout, context, obj):
+    """One thing at a time, only what is wrong, slow or to be decided, with the button that does it."""
+    found = _status(obj)
+    if found is None:
         return
-    box = layout.box()
+    text, is_problem, wants_update = found
+    draw_wrapped(layout, context, wording.sentence(text), icon='ERROR' if is_problem else 'INFO')
+    if wants_update:
+        layout.operator(MEANVALUE_OT_bind.bl_idname, icon='FILE_REFRESH')
+
+
+def _status(obj):
+    """(text, whether it is a problem, whether Update mends it), or None if all is well."""
+    status = object_status.status(obj, object_status.QUIET_SECONDS)  # drawing again when it changes hangs on this
+    if not obj.meanvalue.handles:
+        return None
+    wants_update = status.state is State.STALE or any(
+        handle.follows == 'CONTROL' and controls.wants_own_control(obj, handle) for handle in obj.meanvalue.handles
+    )
     live = engine.status(obj)
-    if live:
-        text, is_problem = live
-        draw_wrapped(box, context, text, icon='ERROR' if is_problem else 'PLAY')
-    if live is None or status.state is State.BOUND:
-        draw_wrapped(box, context, status.text, icon=STATE_ICONS[status.state])
-    if status.state is State.STALE or (status.state is State.UNBOUND and live is None):
-        box.operator(MEANVALUE_OT_bind.bl_idname)
-    if live:
-        return
-    hint = shape_keys.result_problem(obj)
-    if status.state is not State.PROBLEM:
-        hint = subject.mode_problem(obj) or hint
-    if hint is None and status.state in {State.BOUND, State.STALE}:
-        hint = targets.problem(obj)
-    if hint:
-        draw_wrapped(box, context, wording.sentence(hint), icon='INFO')
-    solved = bound_record.read_solve(obj.meanvalue.bound)
-    if solved:
-        draw_wrapped(box, context, f"Solved: {solved.text()}", icon='SHAPEKEY_DATA')
+    if live is not None:
+        return *live, wants_update and live[1]
+    if status.state in {State.PROBLEM, State.STALE}:
+        return status.text, True, wants_update
+    problem = shape_keys.result_problem(obj) or targets.problem(obj)
+    if problem:
+        return problem, True, wants_update
+    notes = mirrors.notes(obj)
+    return (notes[0], False, False) if notes else None
 
 
 CLASSES = (
     MEANVALUE_PT_panel,
+    MEANVALUE_PT_selection,
     MEANVALUE_PT_active_handle,
     MEANVALUE_PT_region,
     MEANVALUE_PT_advanced,
-    MEANVALUE_PT_solver,
 )

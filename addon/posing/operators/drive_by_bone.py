@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Has a bone drive a kept pose: off where the bone rests, fully on where it is now."""
+
+import bpy
+
+from ... import ids
+from ...errors import SceneError
+from ...scene import shape_keys, subject
+from ...widgets.base import MeshOperator
+
+AXES = "XYZ"
+
+#: A bone that is turned by less, in radians, is not posed.
+LEAST_ANGLE = 0.01
+
+
+class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
+    """Have a bone drive the kept pose: off where the bone rests, fully on at the angle that it has now"""
+
+    bl_idname = "meanvalue.drive_by_bone"
+    bl_label = "Drive by Bone"
+
+    key: bpy.props.StringProperty(
+        name="Shape Key",
+        description="The kept pose. If empty: the active shape key",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    bone: bpy.props.StringProperty(
+        name="Bone",
+        description="If empty: the bone that is turned most",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    axis: bpy.props.EnumProperty(
+        name="Axis",
+        description="The bone's own axis that it turns around",
+        items=[(axis, axis, f"Around the bone's {axis}") for axis in AXES],
+        options={'SKIP_SAVE'},
+    )
+    angle: bpy.props.FloatProperty(
+        name="Angle",
+        description="Where the pose is fully on. If it was never given: the angle that the bone has now",
+        subtype='ANGLE',
+        options={'SKIP_SAVE'},
+    )
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and shape_keys.kept(obj) is None:
+            problem = "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
+        if problem is None and _armature(obj) is None:
+            problem = f"'{obj.name}' follows no armature, whose bones could drive the pose"
+        return problem
+
+    def invoke(self, context, _event):
+        obj = subject.of(context)
+        self._fill_in(_armature(obj))
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop_search(self, "bone", _armature(subject.of(context)).pose, "bones")
+        layout.prop(self, "axis")
+        layout.prop(self, "angle")
+
+    def run(self, obj):
+        rig = _armature(obj)
+        key = obj.data.shape_keys.key_blocks.get(self.key) if self.key else shape_keys.kept(obj)
+        if key is None:
+            raise SceneError(f"'{obj.name}' has no shape key '{self.key}'. Choose one that it has")
+        self._fill_in(rig)
+        if self.bone not in rig.pose.bones:
+            raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
+        if abs(self.angle) < LEAST_ANGLE:
+            raise SceneError("No bone is turned. Pose the bone that is to drive it, or give an angle")
+        _drive(key, rig, self.bone, self.axis, self.angle)
+        notes = []
+        if shape_keys.result_positions(obj) is not None:
+            notes.append("The handles pose the mesh too: press Reset, or Apply > Cancel, to see the driven pose alone")
+        degrees = f"{self.angle * 57.29578:.0f}"
+        return f"Bone '{self.bone}' drives '{key.name}': fully on at {degrees} degrees around {self.axis}", notes
+
+    def _fill_in(self, rig):
+        """What was not given."""
+        given = self.properties.is_property_set
+        if not given("bone") and len(rig.pose.bones):
+            self.bone = max(rig.pose.bones, key=lambda bone: max(map(abs, _angles(rig, bone)))).name
+        bone = rig.pose.bones.get(self.bone)
+        if bone is None:
+            return
+        angles = _angles(rig, bone)
+        if not given("axis"):
+            self.axis = AXES[max(range(3), key=lambda axis: abs(angles[axis]))]
+        if not given("angle"):
+            self.angle = angles[AXES.index(self.axis)]
+
+
+def _armature(obj):
+    """The armature that moves `obj`, or None."""
+    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']
+    return next((rig for rig in (*rigs, obj.parent) if rig is not None and rig.type == 'ARMATURE'), None)
+
+
+def _angles(rig, bone):
+    """How far a pose bone is turned around each of its own axes, as the driver's variable has it."""
+    local = rig.convert_space(pose_bone=bone, matrix=bone.matrix, from_space='POSE', to_space='LOCAL')
+    return [local.to_quaternion().to_swing_twist(axis)[1] for axis in AXES]
+
+
+def _drive(key, rig, bone, axis, angle):
+    key.driver_remove("value")
+    driver = key.driver_add("value").driver
+    variable = driver.variables.new()
+    variable.name, variable.type = "turn", 'TRANSFORMS'
+    target = variable.targets[0]
+    target.id, target.bone_target = rig, bone
+    target.transform_type, target.transform_space = f"ROT_{axis}", 'LOCAL_SPACE'
+    target.rotation_mode = f"SWING_TWIST_{axis}"
+    driver.type, driver.expression = 'SCRIPTED', f"clamp(turn / {angle:.9g})"

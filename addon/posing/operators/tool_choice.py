@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Grab tool among Blender's tools: whether it is chosen, choosing it, and its settings."""
+
+import bpy
+
+TOOL = "meanvalue.grab"
+
+
+def _tool(context):
+    return context.workspace.tools.from_space_view3d_mode('OBJECT', create=False) if context.workspace else None
+
+
+def is_active(context):
+    tool = _tool(context)
+    return context.mode == 'OBJECT' and tool is not None and tool.idname == TOOL
+
+
+def settings(context):
+    """Properties of the tool's operator, or None where no 3D View was shown yet."""
+    tool = _tool(context)
+    return None if tool is None else tool.operator_properties(TOOL)
+
+
+def choose(context):
+    """Goes to Object Mode, where the tool is, as Blender's own step of undo."""
+    if context.mode != 'OBJECT':
+        bpy.ops.object.mode_set('EXEC_DEFAULT', True, mode='OBJECT')
+    bpy.ops.wm.tool_set_by_id(name=TOOL, space_type='VIEW_3D')
