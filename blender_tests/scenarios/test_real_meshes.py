@@ -74,7 +74,7 @@ class Posed:
 
     def pose(self, subject):
         for name in subject.handles:
-            assert bpy.ops.meanvalue.add_pin(group=name) == {'FINISHED'}
+            assert bpy.ops.meanvalue.add_handle(pin=True, group=name) == {'FINISHED'}
         self.obj.meanvalue.roi_group = subject.roi_group
         with timed(self.seconds, "bind"):
             assert bpy.ops.meanvalue.bind() == {'FINISHED'}

@@ -348,7 +348,7 @@ def test_answer_that_is_not_a_number(answer_with):
 def test_failure_in_solve_after_the_anchors_changed_keeps_the_old_binding(answer_with, native):
     obj = steps.posed_grid(meshes.grid())
     steps.add_group(obj, "More", [22])
-    bpy.ops.meanvalue.add_pin(group="More")
+    bpy.ops.meanvalue.add_handle(pin=True, group="More")
     answer_with(failing(native.SolverFailure("no descent")))
     with refused_unchanged(obj, "The solver failed", "no descent"):
         bpy.ops.meanvalue.solve_from_key()
@@ -391,14 +391,14 @@ def test_add_group_that_is_not_there():
     obj = meshes.grid()
     steps.add_group(obj, "A", [0])
     with refused_unchanged(obj, "no vertex group 'B'", "Choose one"):
-        bpy.ops.meanvalue.add_pin(group="B")
+        bpy.ops.meanvalue.add_handle(pin=True, group="B")
 
 
 def test_add_group_twice():
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0])
     with refused_unchanged(obj, "'A' is on the list already", "choose another"):
-        bpy.ops.meanvalue.add_pin(group="A")
+        bpy.ops.meanvalue.add_handle(pin=True, group="A")
 
 
 def test_remove_from_an_empty_list():

@@ -296,8 +296,8 @@ def test_handle_list_by_operators():
     steps.add_group(obj, "First", [0])
     steps.add_group(obj, "Second", [1])
     obj.vertex_groups.active_index = 1
-    assert bpy.ops.meanvalue.add_pin() == {'FINISHED'}  # the active group
-    assert bpy.ops.meanvalue.add_pin(group="First") == {'FINISHED'}
+    assert bpy.ops.meanvalue.add_handle(pin=True) == {'FINISHED'}  # the active group
+    assert bpy.ops.meanvalue.add_handle(pin=True, group="First") == {'FINISHED'}
     settings = obj.meanvalue
     assert [group.name for group in settings.handles] == ["Second", "First"]
     settings.active_handle = 0
@@ -310,7 +310,7 @@ def test_weight_zero_is_no_member():
     obj = meshes.grid()
     group = steps.add_group(obj, "A", [0, 4, 20])
     group.add([24], 0.0, 'REPLACE')
-    bpy.ops.meanvalue.add_pin(group="A")
+    bpy.ops.meanvalue.add_handle(pin=True, group="A")
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     assert obj.meanvalue.bound.anchor_count == 3
 

@@ -18,7 +18,7 @@ def list_anchors(obj, **groups):
     """list_anchors(obj, Hand=[1, 2]) makes the vertex groups and pins them, by the operator."""
     for name, indices in groups.items():
         add_group(obj, name, indices or [0])
-        assert bpy.ops.meanvalue.add_pin(group=name) == {'FINISHED'}
+        assert bpy.ops.meanvalue.add_handle(pin=True, group=name) == {'FINISHED'}
         if not indices:
             obj.vertex_groups[name].remove([0])
 

@@ -5,6 +5,8 @@
 """
 
 import contextlib
+import os
+import tempfile
 
 import addon_utils
 import bpy
@@ -27,30 +29,65 @@ def _press(operator):
     assert operator('EXEC_DEFAULT', True) == {'FINISHED'}
 
 
-def from_nothing_to_solved(ui):
+def from_nothing_to_applied(ui):
     tube = yield from _shown_tube(ui)
-    yield from ui.screenshot("panel_01_no_anchors")
-    steps.list_anchors(tube, Bottom=BOTTOM, Top=TOP)
-    yield from ui.screenshot("panel_02_not_bound")
+    yield from ui.screenshot("panel_01_nothing_yet")
+    bpy.ops.object.mode_set(mode='EDIT')
+    yield from ui.invoke("meanvalue.grab", choose_tool=True)
+    assert tube.mode == 'OBJECT'
+    assert bpy.context.workspace.tools.from_space_view3d_mode('OBJECT').idname == "meanvalue.grab"
+    yield from ui.screenshot("panel_02_grab_is_lit")
+    steps.list_anchors(tube, Bottom=BOTTOM)
+    steps.add_group(tube, "Top", TOP)
+    bpy.ops.meanvalue.add_handle(group="Top")
+    control = tube.meanvalue.handles["Top"].control
+    control.location.x += 3.0
+    meshes.activate(tube)
+    yield from ui.pause(1.0)
+    _press(bpy.ops.meanvalue.keep_pose)
+    yield from ui.screenshot("panel_03_with_handles")
+    bpy.data.objects.remove(control)
+    yield from _quiet_screenshot(ui, "panel_04_control_deleted")
     _press(bpy.ops.meanvalue.bind)
-    yield from ui.screenshot("panel_03_bound_without_pose")
-    steps.add_pose_key(tube)
-    steps.move(tube, TOP, (3.0, 0.0, -2.0))
-    yield from ui.screenshot("panel_04_posed")
-    _press(bpy.ops.meanvalue.solve_from_key)
-    yield from ui.screenshot("panel_05_solved")
+    yield from _quiet_screenshot(ui, "panel_05_updated")
+
+
+def a_bake_plays(ui):
+    tube = yield from _shown_tube(ui)
+    steps.list_anchors(tube, Bottom=BOTTOM)
+    steps.add_group(tube, "Top", TOP)
+    bpy.ops.meanvalue.add_handle(group="Top")
+    control = tube.meanvalue.handles["Top"].control
+    for frame, x in ((1, 0.0), (5, 3.0)):
+        control.location.x = x
+        control.keyframe_insert("location", frame=frame)
+    meshes.activate(tube)
+    tube.meanvalue.bake.target = 'KEYS'
+    _press(bpy.ops.meanvalue.bake)
+    yield from _quiet_screenshot(ui, "panel_06_a_bake_plays")
+
+
+def linked(ui):
+    tube = yield from _shown_tube(ui)
+    tube.data = _linked(tube.data)
+    yield from ui.screenshot("panel_07_mesh_is_linked")
+
+
+def _linked(mesh):
+    """The same mesh from another file."""
+    path = os.path.join(tempfile.mkdtemp(), "library.blend")
+    bpy.data.libraries.write(path, {mesh})
+    with bpy.data.libraries.load(path, link=True) as (_found, wanted):
+        wanted.meshes = [mesh.name]
+    return wanted.meshes[0]
 
 
 def edited_after_bind(ui):
     tube = yield from _shown_tube(ui)
     steps.list_anchors(tube, Bottom=BOTTOM, Top=TOP)
     _press(bpy.ops.meanvalue.bind)
-    tube.vertex_groups["Bottom"].add([2 * SEGMENTS], 1.0, 'REPLACE')
-    yield from _quiet_screenshot(ui, "panel_06_stale_anchors")
     steps.edit_mesh(tube, lambda bm: bm.verts.new((0.0, 0.0, -3.0)))
-    yield from _quiet_screenshot(ui, "panel_07_stale_vertices")
-    tube.vertex_groups["Top"].name = "Hand of the long-named creature"
-    yield from _quiet_screenshot(ui, "panel_08_group_missing")
+    yield from _quiet_screenshot(ui, "panel_08_stale_vertices")
 
 
 def _quiet_screenshot(ui, name):

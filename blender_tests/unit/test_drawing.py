@@ -37,13 +37,25 @@ class ListeningLayout:
         return "\n".join(self.told)
 
     @property
+    def controls(self):
+        """What can be pressed, dragged or filled in; a list is one."""
+        kinds = ("operator", "operator_menu_enum", "prop", "prop_search", "prop_enum", "menu", "template_list")
+        return [line for line in self.told if line.split()[0] in kinds]
+
+    @property
     def labels(self):
         return " ".join(line[len("label ") :] for line in self.told if line.startswith("label "))
+
+
+def _grab_tool(_mode, create=False):
+    return types.SimpleNamespace(idname="meanvalue.grab", operator_properties=lambda name: name)
 
 
 def context_of(obj):
     return types.SimpleNamespace(
         object=obj,
+        mode='OBJECT' if obj is None else obj.mode,
+        workspace=types.SimpleNamespace(tools=types.SimpleNamespace(from_space_view3d_mode=_grab_tool)),
         preferences=types.SimpleNamespace(system=types.SimpleNamespace(ui_scale=1.0)),  # it is 0 without a window
         region=types.SimpleNamespace(width=300),
     )
@@ -51,16 +63,20 @@ def context_of(obj):
 
 @pytest.fixture
 def draw(part, monkeypatch):
-    """draw(obj): the panel with all its parts drawn for obj, some time after the last edit."""
-    panels = part("posing.ui.panel").CLASSES
+    """draw(obj): what the tab shows of obj, some time after the last edit; is_all_open: with the closed parts."""
+    names = [name for name in dir(bpy.types) if name.startswith("MEANVALUE_PT_")]
+    panels = [panel for panel in (getattr(bpy.types, name) for name in names) if panel.bl_space_type == 'VIEW_3D']
 
     later = itertools.count(1)
 
-    def draw(obj):
+    def draw(obj, is_all_open=False):
         bpy.context.view_layer.update()
         monkeypatch.setattr(part("scene.object_model"), "clock", lambda: time.monotonic() + next(later))
         listener = types.SimpleNamespace(layout=ListeningLayout())
+        closed = set() if is_all_open else {panel for panel in panels if 'DEFAULT_CLOSED' in panel.bl_options}
         for panel in panels:
+            if panel in closed or getattr(panel, "bl_parent_id", "") in {each.bl_idname for each in closed}:
+                continue
             if not hasattr(panel, "poll") or panel.poll(context_of(obj)):
                 panel.draw(listener, context_of(obj))
         return listener.layout
@@ -77,34 +93,59 @@ def test_with_a_lamp(draw):
     assert "'Lamp' is not a mesh" in draw(lamp).labels
 
 
+def test_at_most_8_controls_on_a_fresh_mesh(draw):
+    layout = draw(meshes.grid())
+    assert 3 <= len(layout.controls) <= 8, layout.controls
+    assert "operator meanvalue.grab" in layout.text
+    assert "Press on the mesh and drag" in layout.labels
+
+
+def test_at_most_20_controls_with_handles(draw):
+    obj = meshes.grid()
+    steps.list_anchors(obj, Held=[0, 4, 20])
+    steps.add_group(obj, "Hand", [24])
+    bpy.ops.meanvalue.add_handle(group="Hand")
+    bpy.context.view_layer.update()
+    obj.meanvalue.handles["Hand"].control.location.z += 0.5
+    bpy.context.view_layer.update()
+    meshes.activate(obj)
+    bpy.ops.meanvalue.keep_pose()
+    layout = draw(obj)
+    assert len(layout.controls) <= 20, layout.controls
+    text = layout.text
+    for name in ["grab", "remove_handle", "reset_handles", "keyframe_handles", "keep_pose", "drive_by_bone"]:
+        assert f"operator meanvalue.{name}" in text
+    assert "menu MEANVALUE_MT_apply" in text
+
+
 def test_every_button_is_there(draw):
-    text = draw(meshes.grid()).text
-    names = (
-        "add_handle add_pin remove_handle reset_handles bind unbind solve solve_from_key "
-        "keep_pose apply_pose keyframe_handles finish grow_region paint_region"
-    )
+    text = draw(meshes.grid(), is_all_open=True).text
+    names = "add_handle bind unbind solve solve_from_key grow_region paint_region copy_system_info"
     for name in names.split():
         assert f"operator meanvalue.{name}" in text
-    for name in ("live", "show_overlay", "roi_group", "roi_invert", "method", "rigidity", "result_key"):
+    for name in ("roi_group", "roi_invert", "method", "rigidity", "result_key"):
         assert name in text
 
 
-def test_states(draw):
+def test_the_status_tells_only_what_is_to_be_done(draw):
     obj = meshes.grid()
-    assert "Choose the Grab tool, press on the mesh and drag" in draw(obj).labels
-    steps.list_anchors(obj, A=[0, 4, 20], B=[24])
-    assert "To see the mesh follow, press Live, or Bake" in draw(obj).labels
+    steps.list_anchors(obj, A=[0, 4, 20])
+    steps.add_group(obj, "B", [24])
+    bpy.ops.meanvalue.add_handle(group="B", live=False)
+    meshes.activate(obj)
     bpy.ops.meanvalue.bind()
-    labels = draw(obj).labels
-    assert "Bound: 25 vertices, 4 held, 21 free" in labels
-    assert "Only pins hold the mesh" in labels
-    steps.add_pose_key(obj)
-    steps.move(obj, [24], (0.0, 0.0, 1.0))
-    steps.solve()
-    labels = draw(obj).labels
-    assert "Solved:" in labels and "energy" in labels
+    assert "operator meanvalue.bind" not in draw(obj).text
     obj.vertex_groups["A"].add([22], 1.0, 'REPLACE')
-    assert "Stale: the handles changed. Solve will bind again" in draw(obj).labels
+    assert "operator meanvalue.bind" not in draw(obj).text  # that is taken in by itself
+    steps.edit_mesh(obj, lambda bm: bm.verts.new((0.0, 0.0, -3.0)))
+    assert "operator meanvalue.bind" in draw(obj).text
+    bpy.ops.meanvalue.bind()
+    assert "operator meanvalue.bind" not in draw(obj).text
+    bpy.data.objects.remove(obj.meanvalue.handles["B"].control)
+    assert "operator meanvalue.bind" in draw(obj).text
+    bpy.ops.meanvalue.bind()
+    assert obj.meanvalue.handles["B"].control is not None
+    obj.shape_key_add(name="Basis")
     obj.meanvalue.result_key = "Basis"
     assert "must not be overwritten" in draw(obj).labels
 
@@ -116,24 +157,6 @@ def test_a_bake_that_plays_is_on_top_of_all(draw, tmp_path):
     assert text.index("A bake plays") < text.index("operator meanvalue.unbake")
     assert text.count("operator meanvalue.unbake") == 2
     assert "operator meanvalue.keep_pose" not in text
-
-
-def test_edit_mode(draw):
-    obj = steps.bound_grid(meshes.grid())
-    draw(obj)
-    bpy.ops.object.mode_set(mode='EDIT')
-    labels = draw(obj).labels
-    assert "Bound:" in labels
-    assert "is in Edit Mode. Go back to Object Mode." in labels
-
-
-def test_the_region_while_it_is_painted(draw):
-    obj = meshes.grid()
-    assert "finish_region" not in draw(obj).text
-    bpy.ops.meanvalue.paint_region()
-    text = draw(obj).text
-    assert "operator meanvalue.paint_region" in text
-    assert "paint_region" not in text
 
 
 def test_an_overlay_that_had_to_stop(draw, part, monkeypatch):
@@ -151,17 +174,10 @@ def test_menus():
         menu.draw(listener, context_of(obj))
         told[menu.__name__] = listener.layout.text
     every = {name for name in dir(bpy.types) if name.startswith("MEANVALUE_OT_")}
-    in_sidebar_only = {
-        "MEANVALUE_OT_add_preset",
-        "MEANVALUE_OT_finish_region",
-        "MEANVALUE_OT_grab",  # by the tool
-        "MEANVALUE_OT_pin_here",
-        "MEANVALUE_OT_use_preset",  # for preset files
-    }
-    for name in every - in_sidebar_only:
-        assert f"operator {getattr(bpy.types, name).bl_idname} " in "".join(told.values())
-    assert told["MEANVALUE_MT_object"].count("menu MEANVALUE_MT_") == 4
-    assert "operator meanvalue.add_handle " in told["MEANVALUE_MT_edit_mesh"]
+    elsewhere = {"MEANVALUE_OT_grab", "MEANVALUE_OT_pin_here", "MEANVALUE_OT_morph"}  # by the tool, with shape keys
+    for name in every - elsewhere:
+        assert f"operator {getattr(bpy.types, name).bl_idname} " in "".join(told.values()), name
+    assert all(text.count("\n") < 12 for text in told.values())
 
 
 def test_the_object_menu_has_an_entry_for_meshes_only(part):
@@ -179,7 +195,7 @@ def test_without_the_native_module(draw, part, monkeypatch):
     try:
         layout = draw(meshes.grid())
         assert "Install the add-on zip" in layout.labels
-        assert "operator meanvalue.bind" in layout.text
+        assert "operator meanvalue.grab" in layout.text
     finally:
         monkeypatch.undo()
         loader.forget()
