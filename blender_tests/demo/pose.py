@@ -62,7 +62,7 @@ def pose_by_operators(subject):
     bpy.context.view_layer.objects.active = obj
     obj.meanvalue.handles.clear()
     for name in subject.handles:
-        call(bpy.ops.meanvalue.add_pin, group=name)
+        call(bpy.ops.meanvalue.add_handle, pin=True, group=name)
     obj.meanvalue.roi_group = subject.roi_group
 
     start = time.perf_counter()

@@ -22,7 +22,7 @@ def refused_unchanged(obj, *texts):
 
 
 def operators():
-    names = ("bind", "unbind", "solve", "solve_from_key", "add_pin", "remove_handle")
+    names = ("bind", "unbind", "solve", "solve_from_key", "remove_handle")
     return [getattr(bpy.ops.meanvalue, name) for name in names]
 
 

@@ -5,7 +5,7 @@
 """
 
 import contextlib
-import os
+import pathlib
 import tempfile
 
 import addon_utils
@@ -75,7 +75,7 @@ def linked(ui):
 
 def _linked(mesh):
     """The same mesh from another file."""
-    path = os.path.join(tempfile.mkdtemp(), "library.blend")
+    path = str(pathlib.Path(tempfile.mkdtemp()) / "library.blend")
     bpy.data.libraries.write(path, {mesh})
     with bpy.data.libraries.load(path, link=True) as (_found, wanted):
         wanted.meshes = [mesh.name]

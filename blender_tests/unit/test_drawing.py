@@ -54,6 +54,7 @@ def _grab_tool(_mode, create=False):
 def context_of(obj):
     return types.SimpleNamespace(
         object=obj,
+        scene=bpy.context.scene,
         mode='OBJECT' if obj is None else obj.mode,
         workspace=types.SimpleNamespace(tools=types.SimpleNamespace(from_space_view3d_mode=_grab_tool)),
         preferences=types.SimpleNamespace(system=types.SimpleNamespace(ui_scale=1.0)),  # it is 0 without a window
@@ -73,7 +74,7 @@ def draw(part, monkeypatch):
         bpy.context.view_layer.update()
         monkeypatch.setattr(part("scene.object_model"), "clock", lambda: time.monotonic() + next(later))
         listener = types.SimpleNamespace(layout=ListeningLayout())
-        closed = set() if is_all_open else {panel for panel in panels if 'DEFAULT_CLOSED' in panel.bl_options}
+        closed = set() if is_all_open else {panel for panel in panels if 'DEFAULT_CLOSED' in getattr(panel, "bl_options", ())}
         for panel in panels:
             if panel in closed or getattr(panel, "bl_parent_id", "") in {each.bl_idname for each in closed}:
                 continue

@@ -64,15 +64,15 @@ class MEANVALUE_MT_apply(bpy.types.Menu):
         layout.operator(finish, text="Cancel", icon='X').keep = 'NOTHING'
 
 
-class MEANVALUE_MT_pose(menus.OperatorMenu, bpy.types.Menu):
+class MEANVALUE_MT_pose(bpy.types.Menu):
     """Keep the pose, or use it"""
 
     bl_idname = "MEANVALUE_MT_pose"
     bl_label = "Pose"
-    operators = (MEANVALUE_OT_solve, MEANVALUE_OT_solve_from_key, MEANVALUE_OT_keep_pose, MEANVALUE_OT_drive_by_bone)
 
-    def draw(self, context):
-        super().draw(context)
+    def draw(self, _context):
+        solve = (MEANVALUE_OT_solve, MEANVALUE_OT_solve_from_key, None)
+        menus.draw_operators(self.layout, (*solve, MEANVALUE_OT_keep_pose, MEANVALUE_OT_drive_by_bone))
         self.layout.menu(MEANVALUE_MT_apply.bl_idname)
 
 
