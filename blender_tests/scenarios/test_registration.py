@@ -42,7 +42,7 @@ def shortcuts():
         (keymap.name, item.idname)
         for keymap in (keyconfig.keymaps if keyconfig else [])
         for item in keymap.keymap_items
-        if item.idname.startswith("meanvalue.") and not keymap.name.startswith("3D View Tool:")
+        if "meanvalue" in item.idname + str(getattr(item.properties, "data_path", "")) and not keymap.name.startswith("3D View Tool:")
     ]
 
 
@@ -82,7 +82,7 @@ def test_without_a_keyconfig_of_add_ons(part, monkeypatch):
     """As it is in the bpy module."""
     keymap = part("posing.ui.keymap")
     nothing = types.SimpleNamespace(window_manager=types.SimpleNamespace(keyconfigs=types.SimpleNamespace(addon=None)))
-    monkeypatch.setattr(keymap, "bpy", types.SimpleNamespace(context=nothing))
+    monkeypatch.setattr(keymap, "bpy", types.SimpleNamespace(context=nothing, types=bpy.types, props=bpy.props))
     keymap.register()
     keymap.unregister()
 
@@ -115,7 +115,7 @@ def test_shortcuts_are_free_in_blenders_own_keymap(part):
         for _operator, event, _properties in content["items"]
     }
     assert ("Mesh", 'P', False, False, False) in taken
-    for keymap, operator, key, modifiers in part("posing.ui.keymap").SHORTCUTS:
+    for keymap, operator, _properties, key, modifiers in part("posing.ui.keymap").SHORTCUTS:
         for name in (keymap, *ABOVE, *BELOW):
             wanted = (name, key, *(modifiers.get(modifier, False) for modifier in ("ctrl", "alt", "shift")))
             assert wanted not in taken, operator

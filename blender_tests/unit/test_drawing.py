@@ -74,9 +74,10 @@ def draw(part, monkeypatch):
         bpy.context.view_layer.update()
         monkeypatch.setattr(part("scene.object_model"), "clock", lambda: time.monotonic() + next(later))
         listener = types.SimpleNamespace(layout=ListeningLayout())
-        closed = set() if is_all_open else {panel for panel in panels if 'DEFAULT_CLOSED' in getattr(panel, "bl_options", ())}
+        closed = [panel for panel in panels if 'DEFAULT_CLOSED' in getattr(panel, "bl_options", ())]
+        closed_names = {getattr(panel, "bl_idname", "") for panel in closed} - {""}
         for panel in panels:
-            if panel in closed or getattr(panel, "bl_parent_id", "") in {each.bl_idname for each in closed}:
+            if not is_all_open and (panel in closed or getattr(panel, "bl_parent_id", "") in closed_names):
                 continue
             if not hasattr(panel, "poll") or panel.poll(context_of(obj)):
                 panel.draw(listener, context_of(obj))

@@ -21,6 +21,8 @@ SHORTCUTS = (
     ("Mesh", MEANVALUE_OT_add_handle.bl_idname, {"pin": True}, 'P', {"ctrl": True, "alt": True}),
 )
 
+_made = []  # (keymap, item)
+
 
 def _is_live(_scene):
     obj = subject.of(bpy.context)
@@ -34,7 +36,7 @@ def _turn_live(_scene, is_on):
 
 
 def _items(keyconfig):
-    """(keymap, its item) of all shortcuts that `keyconfig` has."""
+    """(keymap, its item) of the shortcuts that `keyconfig` has."""
     for name, operator, properties, _key, _modifiers in SHORTCUTS:
         keymap = keyconfig.keymaps.get(name) if keyconfig else None
         for item in keymap.keymap_items if keymap else ():
@@ -59,12 +61,15 @@ def register():
     if keyconfig is None:  # in the background
         return
     for name, operator, properties, key, modifiers in SHORTCUTS:
-        item = keyconfig.keymaps.new(name=name).keymap_items.new(operator, key, 'PRESS', **modifiers)
+        keymap = keyconfig.keymaps.new(name=name)
+        item = keymap.keymap_items.new(operator, key, 'PRESS', **modifiers)
+        _made.append((keymap, item))
         for each, value in properties.items():
             setattr(item.properties, each, value)
 
 
 def unregister():
     delattr(bpy.types.Scene, LIVE)
-    for keymap, item in list(_items(bpy.context.window_manager.keyconfigs.addon)):
+    while _made:
+        keymap, item = _made.pop()
         keymap.keymap_items.remove(item)
