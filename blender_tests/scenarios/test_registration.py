@@ -42,7 +42,8 @@ def shortcuts():
         (keymap.name, item.idname)
         for keymap in (keyconfig.keymaps if keyconfig else [])
         for item in keymap.keymap_items
-        if "meanvalue" in item.idname + str(getattr(item.properties, "data_path", "")) and not keymap.name.startswith("3D View Tool:")
+        if "meanvalue" in item.idname + str(getattr(item.properties, "data_path", ""))
+        if not keymap.name.startswith("3D View Tool:")
     ]
 
 
@@ -82,9 +83,13 @@ def test_without_a_keyconfig_of_add_ons(part, monkeypatch):
     """As it is in the bpy module."""
     keymap = part("posing.ui.keymap")
     nothing = types.SimpleNamespace(window_manager=types.SimpleNamespace(keyconfigs=types.SimpleNamespace(addon=None)))
-    monkeypatch.setattr(keymap, "bpy", types.SimpleNamespace(context=nothing, types=bpy.types, props=bpy.props))
+    fake = types.SimpleNamespace(context=nothing, types=bpy.types, props=bpy.props)
+    installed.disable()
+    monkeypatch.setattr(keymap, "bpy", fake)
     keymap.register()
     keymap.unregister()
+    monkeypatch.undo()
+    installed.enable()
 
 
 def test_shortcuts_are_those_that_are_told(part):

@@ -55,6 +55,7 @@ def context_of(obj):
     return types.SimpleNamespace(
         object=obj,
         scene=bpy.context.scene,
+        selected_objects=[],
         mode='OBJECT' if obj is None else obj.mode,
         workspace=types.SimpleNamespace(tools=types.SimpleNamespace(from_space_view3d_mode=_grab_tool)),
         preferences=types.SimpleNamespace(system=types.SimpleNamespace(ui_scale=1.0)),  # it is 0 without a window
