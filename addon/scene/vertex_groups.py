@@ -98,6 +98,14 @@ def members(obj, names):
     return reading.members
 
 
+def full_members(obj, name):
+    """Vertex indices of those that the group has in full: without what subdividing put between these and others."""
+    reading = Reading(obj, [name], weighted=name)
+    reading.go_on(obj)
+    weights = reading.member_weights
+    return reading.members.get(name, np.empty(0, np.int32))[weights > weights.max(initial=0.0) - 1e-6]
+
+
 def require(obj, name, role, remedy):
     """@throws SceneError if the object has no vertex group `name`."""
     if name not in obj.vertex_groups:

@@ -170,3 +170,45 @@ def test_reordered_vertices_are_noticed(grid):
     steps.edit_mesh(grid, reverse)
     with steps.refused("binding is stale", "press Bind"):
         bpy.ops.meanvalue.solve_from_key()
+
+
+def grabbed_ear():
+    """(object, its control, vertices of the handle): a monkey whose ear was pulled."""
+    bpy.ops.mesh.primitive_monkey_add()
+    obj = bpy.context.object
+    ear = max(obj.data.vertices, key=lambda vertex: vertex.co.x).index
+    assert bpy.ops.meanvalue.grab(vertex=ear, offset=(0.3, 0.0, 0.4), size=0.3) == {'FINISHED'}
+    bpy.context.view_layer.update()
+    meshes.activate(obj)
+    handle = obj.meanvalue.handles[0]
+    group = obj.vertex_groups[handle.name].index
+    return obj, handle.control, [v.index for v in obj.data.vertices if any(each.group == group for each in v.groups)]
+
+
+def in_world(obj, vertices):
+    bpy.context.view_layer.update()
+    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    return np.array([tuple(obj.matrix_world @ mesh.vertices[vertex].co) for vertex in vertices])
+
+
+@pytest.mark.parametrize("is_scaled", [False, True])
+@pytest.mark.parametrize("is_subdivided", [False, True])
+def test_what_is_posed_stays_at_its_control_when_scale_is_applied_and_faces_are_subdivided(is_scaled, is_subdivided):
+    obj, control, ear = grabbed_ear()
+    if is_scaled:
+        obj.scale = (2.0, 2.0, 2.0)
+        bpy.context.view_layer.update()
+    before, size = in_world(obj, ear), max(obj.dimensions)
+    if is_scaled:
+        bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
+    if is_subdivided:
+        bpy.ops.object.mode_set(mode='EDIT')
+        bpy.ops.mesh.select_all(action='SELECT')
+        bpy.ops.mesh.subdivide()
+        bpy.ops.object.mode_set(mode='OBJECT')
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    obj.update_tag()
+    assert np.abs(in_world(obj, ear) - before).max() < 1e-3 * size
+    control.location.x += 0.1 * size / obj.scale[0]
+    moved = in_world(obj, ear) - before
+    assert np.abs(moved - (0.1 * size, 0.0, 0.0)).max() < 2e-3 * size

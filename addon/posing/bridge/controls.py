@@ -125,9 +125,9 @@ def attach_at_rest(obj, handles, placements):
 
 def shown_move(obj, handle):
     """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever moves it."""
-    members = vertex_groups.members(obj, [handle.name]).get(handle.name)
+    members = vertex_groups.full_members(obj, handle.name)
     shown = shape_keys.result_positions(obj)
-    if members is None or len(members) == 0 or shown is None:
+    if len(members) == 0 or shown is None:
         return np.eye(4)
     frame, space = control_places.frame_of(handle), rig_space.measure(obj)
     if space is None:

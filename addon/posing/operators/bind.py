@@ -5,7 +5,7 @@ import bpy
 
 from ... import wording
 from ...scene import mesh_arrays, shape_keys, vertex_groups
-from ...solver.core import fingerprint, result
+from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import bound_record, controls, scene_input, targets
 from ..bridge.posing import Posing
@@ -73,9 +73,7 @@ def _make_own_controls(obj):
 
 
 def _has_other_rest_shape(obj, posing):
-    """Whether the rest shape is another than the one that was bound (edited, scale applied, origin set): the controls,
-    which were not moved for that, then move their handles from where these are."""
+    """Whether the rest shape is another than the one that was bound (edited, subdivided, scaled, origin set): the
+    controls, which were not moved for that, then move their handles from where these are."""
     bound = bound_record.read_fingerprint(obj.meanvalue.bound)
-    if bound is None:
-        return False
-    return fingerprint.StaleReason.REST_SHAPE in fingerprint.stale_reasons(bound, posing.bind_input.fingerprint)
+    return bound is not None and bound.rest_shape != posing.bind_input.fingerprint.rest_shape

@@ -8,9 +8,13 @@ from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
 from ...scene import new_rest, reference_key, selection, shape_keys, subject
+from ...scene.core import fixed_points
 from ...solver import session
 from ..bridge import bound_record, controls, region
 from .settled import NothingToDo, SettledOperator
+
+#: Of the mesh's size: poses nearer to each other are one, since each was settled to no more than that.
+SAME_POSE = 1e-4
 
 
 class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
@@ -93,9 +97,18 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             reference_key.remove_lone(obj)
             return "The pose is the rest shape now", notes
         settings.live = False
-        key = obj.data.shape_keys.key_blocks[settings.result_key]
-        key.name = _kept_name(obj, self.name)
-        return f"The pose is shape key '{key.name}'", []
+        keys = obj.data.shape_keys
+        key = _key_of_the_pose(obj)
+        if key is None:
+            key = keys.key_blocks[settings.result_key]
+            key.name = _kept_name(obj, self.name)
+            return f"The pose is shape key '{key.name}'", []
+        shape_keys.remove(obj, [settings.result_key])
+        if key == keys.reference_key:
+            reference_key.remove_lone(obj)
+            return "Nothing was posed, so the mesh is as it was", []
+        shape_keys.show_fully(keys, key)
+        return f"The pose is shape key '{key.name}', which was kept before", []
 
     def draw(self, _context):
         layout = self.layout
@@ -103,6 +116,19 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         layout.prop(self, "keep")
         if self.keep == 'SHAPE_KEY':
             layout.prop(self, "name")
+
+
+def _key_of_the_pose(obj):
+    """The key that has the pose already: the reference key where nothing is posed, or one that was kept; or None."""
+    keys, shape = obj.data.shape_keys, shape_keys.result_positions(obj)
+    near = SAME_POSE * fixed_points.bounding_box_diagonal(shape_keys.positions(keys.reference_key))
+    for key in keys.key_blocks:
+        is_plain = key.relative_key == keys.reference_key and not key.vertex_group
+        if key.name == obj.meanvalue.result_key or not is_plain:
+            continue
+        if np.abs(shape_keys.positions(key) - shape).max(initial=0.0) <= near:
+            return key
+    return None
 
 
 def _posed_by_another(obj):
