@@ -50,11 +50,8 @@ def problem(obj):
     if not lost:
         return None
     names = [bpy.utils.unescape_identifier(path.partition('"')[2].rpartition('"')[0]) for path in lost]
-    are, them = ("is", "it") if len(names) == 1 else ("are", "them")
-    return (
-        f"The in-between keys belong to {'shape key' if are == 'is' else 'shape keys'} {wording.quoted(names)}, which "
-        f"{are} muted or gone. Press Bake Mix to make them anew without {them}, or Remove In-Betweens"
-    )
+    are = "is" if len(names) == 1 else "are"
+    return f"{wording.quoted(names)} {are} muted or gone. Press Bake Mix, or Remove In-Betweens"
 
 
 def _drive(keys, key, text, sliders):

@@ -70,25 +70,17 @@ def problem(obj):
     """Why the keys cannot be mixed, or None. Cheap enough for drawing."""
     keys = obj.data.shape_keys
     if keys is None:
-        return (
-            "There are no shape keys to mix. Add some in Object Data Properties > Shape Keys, or take the shape of "
-            "another object by Morph"
-        )
+        return "There are no shape keys to mix. Add some, or take the shape of another object by Morph to Selected"
     if not keys.use_relative:
         return shape_keys.ABSOLUTE
     taking_part = mixed(obj)
     if not taking_part:
-        return (
-            "There is no shape key but the rest shape, or all others are muted. Add one, or turn on one that is to be "
-            "mixed"
-        )
+        return "There is no shape key but the rest shape, or all others are muted. Add one, or turn one on"
     others = [key.name for key in taking_part if key.relative_key != keys.reference_key]
     if others:
-        are = "is" if len(others) == 1 else "are"
         return (
-            f"Shape {'key' if are == 'is' else 'keys'} {wording.quoted(others)} {are} relative to another key than "
-            f"'{keys.reference_key.name}'. Choose that in Relative To, or mute "
-            f"{'it' if are == 'is' else 'them'}"
+            f"{wording.quoted(others)} {'is' if len(others) == 1 else 'are'} relative to another key than "
+            f"'{keys.reference_key.name}'. Choose that in Relative To, or mute what is not to be mixed"
         )
     lost = [key.name for key in taking_part if key.vertex_group and key.vertex_group not in obj.vertex_groups]
     if lost:

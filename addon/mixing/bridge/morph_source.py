@@ -3,7 +3,6 @@
 
 import numpy as np
 
-from ... import wording
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, vertex_groups
 from ...scene.core.finite import require_finite
@@ -20,12 +19,10 @@ def require_alike(obj, source):
                 f"'{source.name}' has {theirs:,} {what}, '{obj.name}' has {ours:,}. Both need the same faces: Wrap "
                 f"gives '{obj.name}' the shape of another mesh"
             )
-    different = _different_faces(mesh_arrays.faces(here), mesh_arrays.faces(there))
-    if different:
+    if not all(map(np.array_equal, mesh_arrays.faces(here), mesh_arrays.faces(there))):
         raise SceneError(
-            f"{wording.counted(different, 'face')} of '{source.name}' join other vertices than in '{obj.name}', though "
-            f"there are as many. Both need the same faces in the same order: Wrap gives '{obj.name}' the shape of "
-            "another mesh"
+            f"Faces of '{source.name}' join other vertices than in '{obj.name}', though there are as many. Both need "
+            f"the same faces in the same order: Wrap gives '{obj.name}' the shape of another mesh"
         )
 
 
@@ -75,13 +72,3 @@ def _mixed(source, rest):
         mask = reading.weights.get(key.vertex_group)
         shape += key.value * (offset if mask is None else mask[:, None] * offset)
     return shape
-
-
-def _different_faces(here, there):
-    """How many faces have other corners."""
-    (corners, starts), (other_corners, other_starts) = here, there
-    if not np.array_equal(starts, other_starts):
-        return int(np.count_nonzero(starts != other_starts))
-    if len(starts) == 0:
-        return 0
-    return int(np.count_nonzero(np.add.reduceat(corners != other_corners, starts)))

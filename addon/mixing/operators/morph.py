@@ -22,7 +22,7 @@ PART = (
 
 class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.morph"
-    bl_label = "Morph to Selected Mesh"
+    bl_label = "Morph to Selected"
 
     source: StringProperty(
         name="Source",
@@ -88,7 +88,7 @@ def draw_buttons(layout, context):
     obj = subject.of(context)
     groups = obj.vertex_groups if obj is not None and obj.type == 'MESH' else None
     part = groups.active.name if groups else "Group"
-    for text, name in ((MEANVALUE_OT_morph.bl_label, ""), ("Blend Part of Selected Mesh", part)):
+    for text, name in ((MEANVALUE_OT_morph.bl_label, ""), ("Blend Part of Selected", part)):
         row = layout.row()
         row.operator_context = 'INVOKE_DEFAULT'
         row.enabled = _missing(context, obj, name) is None

@@ -23,22 +23,22 @@ COLORS = np.array(
 #: Size of what ends a line, at interface scale 1.
 END_PIXELS = 8.0
 
-_begun = {}  # name of an object: the vertex whose place is to be clicked next
+_begun = None  # (name of an object, its vertex whose place is to be clicked next)
 
 
 def begin(obj, vertex):
     """Shows a vertex whose place is still missing."""
-    _begun.clear()
-    _begun[obj.name] = vertex
+    global _begun
+    _begun = obj.name, vertex
 
 
 def end():
-    _begun.clear()
+    global _begun
+    _begun = None
 
 
 def paint(context, obj):
-    if obj.meanvalue.wrap.pairs or obj.name in _begun:
-        draw(context, obj, lines(obj), END_PIXELS)
+    draw(context, obj, lines(obj), END_PIXELS)
 
 
 def lines(obj):
@@ -51,7 +51,7 @@ def lines(obj):
         return NOTHING
     count = len(obj.data.vertices)
     pairs = [pair for pair in settings.pairs if pair.vertex < count] if settings.target is not None else []
-    begun = [vertex for vertex in (_begun.get(obj.name),) if vertex is not None and vertex < count]
+    begun = [_begun[1]] if _begun is not None and _begun[0] == obj.name and _begun[1] < count else []
     if not pairs and not begun:
         return NOTHING
     points = shown_shape.positions(obj)[[*(pair.vertex for pair in pairs), *begun]]
