@@ -336,7 +336,7 @@ def test_the_shape_is_that_of_the_other_selected_mesh():
     with steps.refused("'Nowhere'"):
         bpy.ops.meanvalue.morph(part="Nowhere")
     assert bpy.ops.meanvalue.morph() == {'FINISHED'}
-    assert obj.data.shape_keys.key_blocks[-1].name == other.name
+    assert other.name in obj.data.shape_keys.key_blocks
 
 
 def test_another_number_of_vertices_is_told_with_both():
