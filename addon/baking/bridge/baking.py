@@ -73,6 +73,8 @@ class Baking:
     def stopped(self):
         """What is kept, for whoever has stopped it."""
         kept = self.total - len(self.store.missing())
+        if kept == 0:
+            return "Stopped, before the first frames were whole"
         verb = "is" if kept == 1 else "are"
         return f"Stopped. {counted(kept, 'frame')} of {self.total:,} {verb} kept: Bake again goes on from there"
 

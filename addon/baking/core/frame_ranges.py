@@ -12,8 +12,8 @@ MOST_FRAMES = 1_000_000
 _MOST_DIGITS = 12
 
 
-def parse(text, most=MOST_FRAMES):
-    """Frames, ascending, each once. @throws SceneError, also for more than `most` of them."""
+def parse(text):
+    """Frames, ascending, each once. @throws SceneError, also for more than MOST_FRAMES."""
     frames = set()
     for part in text.split(","):
         match = _PART.fullmatch(part)
@@ -24,10 +24,10 @@ def parse(text, most=MOST_FRAMES):
         first, last = int(match[1]), int(match[2] if match[2] is not None else match[1])
         if last < first:
             raise SceneError(f"The range '{part.strip()}' ends before it begins. Write {last}-{first}")
-        if len(frames) + last - first >= most:
+        if len(frames) + last - first >= MOST_FRAMES:
             raise SceneError(
-                f"The range '{part.strip()}' has {last - first + 1:,} frames, at most {most:,} are taken in all. Write "
-                "a shorter one"
+                f"The range '{part.strip()}' has {last - first + 1:,} frames, at most {MOST_FRAMES:,} are taken in all. "
+                "Write a shorter one"
             )
         frames.update(range(first, last + 1))
     return sorted(frames)
