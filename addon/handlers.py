@@ -25,9 +25,10 @@ def _have_heard(name, *arguments):
 
 @persistent
 def meanvalue_scene_updated(_scene, depsgraph):
+    if depsgraph.mode == 'RENDER':  # on a thread of its own
+        return
     _have_heard("scene_updated", depsgraph)
-    if depsgraph.mode != 'RENDER':
-        _note_active_object(depsgraph)
+    _note_active_object(depsgraph)
     if engine.scene_updated(depsgraph):
         _draw_again_when_quiet()
 

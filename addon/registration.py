@@ -5,7 +5,7 @@ import importlib
 
 import bpy
 
-from . import handlers, preferences, properties
+from . import handlers, manual, preferences, properties
 from .scene import object_model
 from .solver import job, native_loader, session
 from .widgets import background, overlay
@@ -34,10 +34,12 @@ def register():
     for room in ROOMS:
         room.register()
     overlay.register()
+    manual.register(ROOMS)
 
 
 def unregister():
     background.end_all()
+    manual.unregister()
     overlay.unregister()
     for room in reversed(ROOMS):
         room.unregister()

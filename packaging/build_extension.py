@@ -73,6 +73,8 @@ def build(folder, wheels):
                 archive.write(file, file.relative_to(ROOT / "addon"))
         for name in ("LICENSE", "NOTICE"):
             archive.write(ROOT / name, name)
+        for page in sorted((ROOT / "docs/guide").glob("*.md")):
+            archive.write(page, f"manual/{page.stem}.txt")
         for wheel in sorted(wheels):
             archive.write(wheel, f"wheels/{wheel.name}")
     return path

@@ -8,6 +8,9 @@ from . import panel
 from .operators import bake, unbake
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
+#: Of the guide, see addon/manual.py.
+PAGE = "baking"
+
 
 class MEANVALUE_MT_bake(menus.OperatorMenu, bpy.types.Menu):
     """Keep the animation of handles or sliders"""

@@ -19,6 +19,9 @@ from .operators import (
 )
 from .properties import PROPERTY_GROUPS, SETTINGS, MEANVALUE_PG_take  # noqa: F401
 
+#: Of the guide, see addon/manual.py.
+PAGE = "motion_capture"
+
 
 class MEANVALUE_MT_capture(menus.OperatorMenu, bpy.types.Menu):
     """Move the mesh by recorded markers"""

@@ -12,6 +12,9 @@ from .bridge.mix_follower import MixFollower
 from .operators import bake_mix, morph, remove_in_betweens
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
+#: Of the guide, see addon/manual.py.
+PAGE = "shape_keys"
+
 
 class MEANVALUE_MT_mix(bpy.types.Menu):
     """Mix shape keys so that parts turn"""

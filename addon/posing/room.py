@@ -34,6 +34,15 @@ from .ui import grab_tool, handle_list, keymap, menus, overlay, panel
 PROPERTY_GROUPS = (*properties.PROPERTY_GROUPS, old_files.MEANVALUE_PG_anchor_group)
 SETTINGS = {**properties.SETTINGS, **old_files.SETTINGS}
 
+#: Of the guide, see addon/manual.py.
+PAGE = "handles"
+PAGES = {
+    "meanvalue.grab": "grab",
+    "meanvalue.grow_region": "region",
+    "meanvalue.paint_region": "region",
+    "meanvalue.select_problems": "messy_meshes",
+}
+
 CLASSES = (
     grab.MEANVALUE_OT_grab,
     pin_here.MEANVALUE_OT_pin_here,

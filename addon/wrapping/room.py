@@ -9,6 +9,9 @@ from .bridge import wrap_lines
 from .operators import pick_wrap_pairs, wrap
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
+#: Of the guide, see addon/manual.py.
+PAGE = "shape_keys"
+
 
 class MEANVALUE_MT_wrap(menus.OperatorMenu, bpy.types.Menu):
     """Take the shape of a mesh that has other faces"""

@@ -5,6 +5,8 @@ import importlib.util
 import pathlib
 import sys
 import types
+import urllib.parse
+import urllib.request
 
 import bpy
 import pytest
@@ -174,3 +176,19 @@ def test_a_legacy_copy_has_no_manifest():
     if installed.IS_EXTENSION:
         pytest.skip("this is the extension")
     assert not pathlib.Path(sys.modules[installed.PACKAGE].__path__[0], "blender_manifest.toml").exists()
+
+
+@pytest.mark.parametrize(
+    "asked", ["ops.meanvalue.bake", "types.MEANVALUE_PG_mix.is_on", "types.MEANVALUE_PG_settings.live"]
+)
+def test_f1_opens_a_page_of_the_guide_that_is_there(asked):
+    url = bpy.types.WM_OT_doc_view_manual._lookup_rna_url(f"bpy.{asked}")
+    page = pathlib.Path(urllib.request.url2pathname(urllib.parse.urlparse(url).path))
+    assert page.is_relative_to(installed.folder()) and page.read_text().startswith("#")
+
+
+def test_every_operator_has_its_page():
+    for name in dir(bpy.types):
+        if name.startswith("MEANVALUE_OT_"):
+            asked = f"bpy.ops.{getattr(bpy.types, name).bl_idname}"
+            assert bpy.types.WM_OT_doc_view_manual._lookup_rna_url(asked), asked

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Online Manual (F1) over what is ours opens the page of the guide that comes with the add-on.
+
+Each room says its page in PAGE; PAGES, if it has that, names those of single operators.
+"""
+
+import pathlib
+
+import bpy
+
+#: The guide as text, put here when the add-on is packaged.
+FOLDER = pathlib.Path(__file__).resolve().parent / "manual"
+
+_map = ()
+
+
+def meanvalue_manual_map():
+    return f"{FOLDER.as_uri()}/", _map
+
+
+def _entries(rooms):
+    """(pattern in lower case, page)"""
+    for room in rooms:
+        pages = getattr(room, "PAGES", {})
+        for cls in room.CLASSES:
+            if issubclass(cls, bpy.types.Operator):
+                yield f"bpy.ops.{cls.bl_idname}*", f"{pages.get(cls.bl_idname, room.PAGE)}.txt"
+        for cls in room.PROPERTY_GROUPS:
+            yield f"bpy.types.{cls.__name__.lower()}.*", f"{room.PAGE}.txt"
+        for name in room.SETTINGS:
+            yield f"bpy.types.meanvalue_pg_settings.{name}", f"{room.PAGE}.txt"
+
+
+def register(rooms):
+    global _map
+    _map = tuple(_entries(rooms))
+    bpy.utils.register_manual_map(meanvalue_manual_map)
+
+
+def unregister():
+    bpy.utils.unregister_manual_map(meanvalue_manual_map)
