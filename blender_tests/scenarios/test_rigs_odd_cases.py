@@ -107,6 +107,36 @@ def test_measuring_leaves_the_scene_alone(part):
     assert np.array_equal(rigs.seen(obj), before)
 
 
+def copies(obj):
+    """What the modifiers work on in Blender's evaluated copies, and which of them are on."""
+    evaluated = obj.evaluated_get(bpy.context.view_layer.depsgraph)
+    keys = obj.data.shape_keys
+    shapes = keys.evaluated_get(bpy.context.view_layer.depsgraph).key_blocks if keys else ()
+    return (
+        [[tuple(point.co) for point in key.data] for key in shapes],
+        [tuple(vertex.co) for vertex in obj.data.evaluated_get(bpy.context.view_layer.depsgraph).vertices],
+        [modifier.show_viewport for modifier in evaluated.modifiers],
+    )
+
+
+@pytest.mark.parametrize("has_keys", [True, False])
+def test_measuring_that_fails_leaves_no_trace_and_calls_no_handler(part, has_keys):
+    obj = all_at_once()[0] if has_keys else rigs.arm()[0]
+    rig_space, called = part("scene.rig_space"), []
+    update()
+    before, seen = copies(obj), rigs.seen(obj)
+    bpy.app.handlers.depsgraph_update_post.append(lambda *_: called.append(1))
+    with pytest.raises(ZeroDivisionError), rig_space.evaluating(obj) as evaluate:
+        evaluate(np.ones((len(obj.data.vertices), 3)))
+        raise ZeroDivisionError
+    assert copies(obj) == before
+    assert rig_space.measure(obj) is None or copies(obj) == before
+    update()
+    bpy.app.handlers.depsgraph_update_post.pop()
+    assert not called and copies(obj) == before
+    assert np.array_equal(rigs.seen(obj), seen)
+
+
 def test_without_a_rig_nothing_is_measured(part):
     obj = meshes.tube(rigs.RINGS, rigs.SEGMENTS, "Arm")
     obj.modifiers.new("Subdivision", 'SUBSURF')
