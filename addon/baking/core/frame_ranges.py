@@ -26,7 +26,7 @@ def parse(text):
             raise SceneError(f"The range '{part.strip()}' ends before it begins. Write {last}-{first}")
         if len(frames) + last - first >= MOST_FRAMES:
             raise SceneError(
-                f"The range '{part.strip()}' has {last - first + 1:,} frames, at most {MOST_FRAMES:,} are taken in all. "
+                f"The range '{part.strip()}' has {last - first + 1:,} frames, and at most {MOST_FRAMES:,} are taken. "
                 "Write a shorter one"
             )
         frames.update(range(first, last + 1))
