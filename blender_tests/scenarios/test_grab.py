@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import armatures, handles, installed, meshes, posed_rigs, rigs, steps, take_files
+from support import armatures, bent_limb, handles, installed, meshes, posed_rigs, rigs, steps, take_files
 from support.snapshot import assert_same, snapshot
 
 COLUMNS = 31
@@ -196,6 +196,31 @@ def test_another_object_than_the_active_one_becomes_it():
     assert len(obj.meanvalue.handles) == 1 and bpy.context.object == obj
     pin(0, object_name="Other")
     assert len(other.meanvalue.handles) == 1 and bpy.context.object == other
+
+
+def test_the_end_of_a_limb_turns_with_it_and_comes_back():
+    vertices, faces = bent_limb.limb(16, 60)
+    obj = meshes.make_object(vertices.tolist(), faces, "Limb")
+    tip, angle = 55 * 16, np.radians(50.0)
+    around = 2.0 * np.array([np.cos(angle) - 1.0, 0.0, np.sin(angle)])
+    grab(vertex=tip, offset=around, size=0.35)
+    control = obj.meanvalue.handles[0].control
+    assert 30.0 < np.degrees(control.matrix_world.to_quaternion().angle) < 80.0
+    assert np.abs(handles.shown(obj)[tip] - (vertices[tip] + around)).max() < 1e-3, "the mouse keeps what it has"
+    control.rotation_euler.x += 0.5
+    handles.update()
+    turned = control.matrix_world.copy()
+    grip = take_hold(obj, tip)
+    for offset in ((0.5, 0.0, 0.8), (0.0, 0.0, 0.0)):
+        grip.move(obj, np.array(offset))
+        handles.update()
+    assert np.allclose(control.matrix_world, turned, atol=1e-5), "R by the artist stays"
+
+
+def test_in_the_middle_of_a_surface_a_handle_does_not_turn():
+    obj = sheet()
+    grab(offset=(1.0, 0.0, 2.0))
+    assert obj.meanvalue.handles[0].control.matrix_world.to_quaternion().angle < 1e-3
 
 
 def test_pins_stay_and_are_let_go_again():

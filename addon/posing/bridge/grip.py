@@ -3,16 +3,24 @@
 
 import bpy
 import numpy as np
+from mathutils import Quaternion, Vector
 
 from ... import ids
 from ...errors import SceneError
 from ...live import engine
-from ...scene import key_states, mesh_arrays, shape_keys, vertex_groups
+from ...scene import key_states, mesh_arrays, shape_keys, shown_shape, vertex_groups
 from . import bound_record, control_places, controls, new_handles, region
 from .region import HANDLE_SHARE, radius
 
 #: Sizes closer than this are the same one.
 SAME_SIZE = 1e-6
+
+#: The end of a limb is where its region's weights are no higher.
+END_OF_LIMB = 0.25
+
+#: A handle turns with its limb if that ends so far away on the average, as shares of the surroundings' reach: not at
+#: all up to the first, as in the middle of a surface, where it ends all around; wholly from the second on.
+LEAST_LIMB, WHOLE_LIMB = 0.4, 0.7
 
 
 class Grip:
@@ -49,11 +57,15 @@ class Grip:
             self.has_size = bool(obj.meanvalue.roi_group)
             self._size_before = handle.size
         self.handle_name = handle.name
-        self._rest_of_region = None
+        self._rest_of_region = self._limb = None
         if self.is_new:
             self.resize(obj, size)
         bpy.context.view_layer.update()  # a control that was just made has its place only after this
         self._start = control_places.world_of(self.handle(obj))
+        self._seen = shown_shape.positions(obj)
+        self._pivot = self._start[:3, 3]
+        if vertex >= 0:
+            self._pivot = np.array(obj.matrix_world @ Vector(self._seen[vertex].tolist()))
         self._channels = _channels(self.handle(obj))
         if not obj.meanvalue.live:
             obj.meanvalue.live = True
@@ -72,15 +84,34 @@ class Grip:
         if self._rest_of_region is None:
             before = self._before.region_weights(obj)
             self._rest_of_region = before if self.is_new else region.without(obj, handle, before)
-        handle.size = size
+        handle.size, self._limb = size, None
         region.write(obj, np.maximum(self._rest_of_region, region.around(obj, handle)))
         return True
 
     def move(self, obj, offset):
-        """Puts the control so far (3, world) from where it was when it was gripped."""
+        """Puts the control so far (3, world) from where it was when it was gripped, turned as the limb is that it is
+        the end of. It is back when the mouse is, since nothing but `offset` says how far it turns."""
+        if self._limb is None:
+            self._limb = self._find_limb(obj)
+        way, share = self._limb
+        turn = way.rotation_difference(way + Vector(offset)) if share > 0.0 else Quaternion()
+        matrix = np.array(Quaternion().slerp(turn, share).to_matrix())
         world = self._start.copy()
-        world[:3, 3] += offset
+        world[:3, :3] = matrix @ world[:3, :3]
+        world[:3, 3] = self._pivot + offset + matrix @ (world[:3, 3] - self._pivot)
         control_places.put(self.handle(obj), world)
+
+    def _find_limb(self, obj):
+        """(from where its surroundings end to the handle, 3 in the world; how much it turns with that, 0 to 1)."""
+        handle = self.handle(obj)
+        weights = region.around(obj, handle)
+        weights[weights > END_OF_LIMB] = 0.0
+        if not weights.any():
+            return Vector(), 0.0
+        end = np.average(self._seen, axis=0, weights=weights)
+        way = Vector(self._pivot) - obj.matrix_world @ Vector(end.tolist())
+        reach = radius(obj, handle.size) * max(obj.matrix_world.to_scale())
+        return way, float(np.clip((way.length / reach - LEAST_LIMB) / (WHOLE_LIMB - LEAST_LIMB), 0.0, 1.0))
 
     def has_moved(self, obj, offset):
         """Whether the control went along when it was moved by (3, world), as the scene has it."""

@@ -132,7 +132,8 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)
         control = new_handles.make_handle(obj, handle, members)
         if self.size > 0.0:
-            region.add_falloff(obj, members, 0.0, region.radius(obj, self.size), region.weights(obj))
+            handle.size = self.size
+            region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
         if self.live and is_first and not obj.meanvalue.live:
             obj.meanvalue.live = True
         selection.choose(control)
