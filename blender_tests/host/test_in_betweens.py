@@ -145,6 +145,13 @@ def test_expressions_say_what_the_polynomials_are():
             assert eval(text, {}, names) == pytest.approx(expected, rel=1e-5, abs=1e-5)
 
 
+def test_expressions_that_are_longer_than_blender_takes_do_not_fit():
+    knots = [leja.places(-0.9137, 0.8791)] * 3
+    for order in range(1, leja.MOST):
+        orders = tuple((slider, order) for slider in range(3))
+        assert drivers.fits(knots, orders) == (len(drivers.expression(knots, orders)[0]) <= 255)
+
+
 def test_labels_tell_the_sliders():
     knots = [leja.places(0.0, 1.0)] * 2
     assert drivers.label(["Bend", "Twist"], knots, ((0, 2),)) == "Bend 0.5"

@@ -40,6 +40,11 @@ def shown(obj):
     return positions.reshape(-1, 3).astype(np.float64)
 
 
+def status(obj):
+    """(text, whether it is a problem) of the panel."""
+    return installed.part("live.engine").status(obj) or ("", False)
+
+
 def set_value(obj, name, value):
     obj.data.shape_keys.key_blocks[name].value = value
     bpy.context.view_layer.update()
@@ -238,8 +243,7 @@ def test_live_mixing_waits_while_in_betweens_stand_for_it():
     bake(obj)
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Bend", 0.4)
-    engine = installed.part("live.engine")
-    assert "Remove In-Betweens" in engine.status(obj)[0]
+    assert "Remove In-Betweens" in status(obj)[0]
     assert "Rotation-Aware Mix" not in obj.data.shape_keys.key_blocks
 
 

@@ -14,15 +14,10 @@ from test_shape_mix import (
     rest,
     set_value,
     shown,
+    status,
 )
 
 MIX = "Rotation-Aware Mix"
-
-
-@pytest.fixture
-def status(part):
-    """status(obj): (text, whether it is a problem) of the panel."""
-    return lambda obj: part("live.engine").status(obj) or ("", False)
 
 
 def keys_of(obj):
@@ -92,14 +87,14 @@ def test_switched_in_edit_mode(value):
         assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
 
 
-def test_faces_edited_while_live(status):
+def test_faces_edited_while_live():
     obj = mixing()
     steps.edit_mesh(obj, remove_last)
     set_value(obj, "Bend", 0.4)
     assert not status(obj)[1], status(obj)
 
 
-def test_absolute_while_live_is_told_and_mended(status):
+def test_absolute_while_live_is_told_and_mended():
     obj = mixing()
     before = shown(obj)
     obj.data.shape_keys.use_relative = False
@@ -111,7 +106,7 @@ def test_absolute_while_live_is_told_and_mended(status):
     np.testing.assert_allclose(shown(obj), before, atol=1e-5)
 
 
-def test_all_keys_deleted_while_live(status):
+def test_all_keys_deleted_while_live():
     obj = mixing()
     obj.shape_key_clear()
     bpy.context.view_layer.update()
@@ -137,7 +132,7 @@ def test_muted_and_reordered_while_live():
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_tiny_meshes(count, status):
+def test_tiny_meshes(count):
     obj = meshes.make_object([(float(index), 0.0, 0.0) for index in range(count)], [], "Tiny")
     obj.shape_key_add(name="Basis")
     obj.shape_key_add(name="Other", from_mix=False).value = 0.0
@@ -182,7 +177,7 @@ def test_undone_and_redone_while_live():
 
 
 @pytest.mark.parametrize("mode", ['SCULPT', 'WEIGHT_PAINT', 'EDIT'])
-def test_mixing_waits_in_other_modes(mode, status):
+def test_mixing_waits_in_other_modes(mode):
     obj = mixing()
     meshes.activate(obj)
     bpy.ops.object.mode_set(mode=mode)
@@ -204,7 +199,7 @@ def test_switched_off_in_sculpt_mode():
     assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
 
 
-def test_live_posing_of_another_object_with_the_mesh_is_told(status):
+def test_live_posing_of_another_object_with_the_mesh_is_told():
     obj = mixing()
     twin = twin_of(obj)
     twin.meanvalue.live = True
@@ -230,7 +225,7 @@ def test_applied_as_rest_while_live_the_mix_begins_there():
     assert [key.name for key in keys_of(obj) if key.name != MIX] == ["Basis", "Bend", "Leaned"]
 
 
-def test_a_mirrored_shape_is_told_by_its_name(status):
+def test_a_mirrored_shape_is_told_by_its_name():
     obj = limb(Mirror=rest() * (1.0, -1.0, 1.0))
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Mirror", 0.5)

@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 import pytest
+from mathutils import Vector
 from support import meshes
 from support.snapshot import assert_same, snapshot
 
@@ -69,28 +70,6 @@ def test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space(two):
     assert len(obj.data.vertices) == len(basis)
 
 
-def test_lines_go_from_each_picked_vertex_to_its_place(two, part):
-    obj, other = two
-    lines = part("wrapping.bridge.wrap_lines")
-    assert len(lines.lines(obj).ends) == 0
-    pick(obj, other)
-    ends = in_the_world(obj, lines.lines(obj).ends).reshape(-1, 2, 3)
-    for number, each in enumerate((obj, other)):
-        places = np.array([vertex.co for vertex in each.data.vertices])[: len(PAIRS)]
-        np.testing.assert_allclose(ends[:, number], in_the_world(each, places), atol=1e-5)
-    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
-    bpy.context.view_layer.update()
-    ends = lines.lines(obj).ends.reshape(-1, 2, 3)
-    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() < 0.05, "where they were wanted"
-    lines.begin(obj, 7)
-    assert len(lines.lines(obj).ends) == 2 * len(PAIRS) + 2
-    lines.end()
-    bpy.data.objects.remove(other)
-    assert len(lines.lines(obj).ends) == 0
-    obj.meanvalue.wrap.show_pairs = False
-    assert len(lines.lines(obj).ends) == 0
-
-
 def test_again_it_writes_the_same_key(two):
     obj, other = two
     pick(obj, other)
@@ -115,15 +94,9 @@ def test_a_mirrored_target_and_its_modifiers_count(two):
     assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
     evaluated = other.evaluated_get(bpy.context.evaluated_depsgraph_get())
     for point in in_the_world(obj, key_points(obj.data.shape_keys.key_blocks["Egg"]))[5::37]:
-        found, place, *_ = evaluated.closest_point_on_mesh(other.matrix_world.inverted() @ bpy_vector(point))
+        found, place, *_ = evaluated.closest_point_on_mesh(other.matrix_world.inverted() @ Vector(point))
         assert found
-        assert (other.matrix_world @ place - bpy_vector(point)).length < 0.01
-
-
-def bpy_vector(point):
-    from mathutils import Vector
-
-    return Vector(point)
+        assert (other.matrix_world @ place - Vector(point)).length < 0.01
 
 
 def test_without_pairs_where_both_lie_over_each_other():
@@ -170,6 +143,15 @@ def test_what_cannot_be_wrapped_is_told_and_changes_nothing(two, spoil, words):
     with pytest.raises(RuntimeError, match=words):
         bpy.ops.meanvalue.wrap()
     assert_same(before, snapshot(obj))
+
+
+def test_picking_waits_for_another_mesh():
+    obj = ball("Ball", 4, 8)
+    assert not bpy.ops.meanvalue.pick_wrap_pairs.poll() and not bpy.ops.meanvalue.wrap.poll()
+    ball("Egg", 4, 8)
+    meshes.activate(obj)
+    bpy.data.objects["Egg"].select_set(True)
+    assert bpy.ops.meanvalue.pick_wrap_pairs.poll() and bpy.ops.meanvalue.wrap.poll()
 
 
 def test_pairs_are_checked_as_they_are_picked(two):
