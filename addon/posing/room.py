@@ -6,7 +6,7 @@ import bpy
 from ..live import engine
 from ..scene import subject
 from . import old_files, properties
-from .bridge import controls, moved_meshes, object_status, overlay_data
+from .bridge import controls, moved_meshes, object_status, orphans, overlay_data
 from .live.follower import Follower
 from .operators import (
     add_handle,
@@ -85,11 +85,16 @@ def unregister():
     subject.finders.remove(moved_meshes.mesh_moved_by)
     for module in reversed(_USER_INTERFACE):
         module.unregister()
+    if bpy.app.timers.is_registered(orphans.remove):
+        bpy.app.timers.unregister(orphans.remove)
+    orphans.forget()
     forget()
 
 
 def scene_updated(depsgraph):
     moved_meshes.note(depsgraph)
+    if orphans.are_there() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
+        bpy.app.timers.register(orphans.remove, first_interval=0.0)
     updated = (update.id.original for update in depsgraph.updates)
     old_files.carry_over(datablock for datablock in updated if isinstance(datablock, bpy.types.Object))
 
@@ -100,6 +105,8 @@ def chosen(active):
 
 
 def another_file():
+    orphans.forget()
+    orphans.note()
     old_files.carry_over(bpy.data.objects)
 
 

@@ -209,3 +209,21 @@ def test_a_follower_holds_little(timers, part):
     follower = part("live.engine").follower_of(obj)
     fields = [*vars(follower), *vars(vars(follower)["_targets"])]
     assert len(fields) <= 15, fields
+
+
+def test_controls_go_with_a_mesh_that_is_deleted(timers, part):
+    obj, control = posed(timers)
+    other, other_control = handles.tube("Other")
+    kept = other_control.name
+    meshes.activate(obj)
+    name = control.name
+    orphans = part("posing.bridge.orphans")
+    assert not orphans.are_there()
+    bpy.ops.object.delete()
+    update()
+    assert orphans.are_there()
+    orphans.remove()
+    assert name not in bpy.data.objects and kept in bpy.data.objects and not orphans.are_there()
+    other.name = "Renamed"
+    orphans.remove()
+    assert kept in bpy.data.objects

@@ -343,3 +343,40 @@ def a_group_edited_during_a_drag(ui):
     off = handles.shown(obj) - handles.rest(obj)
     assert abs(off[handles.TOP[1], 0] - 1.1) < 1e-3
     assert abs(off[handles.TOP[0], 0] - 1.1) > 1e-6, "it is held no more"
+
+
+def a_control_or_a_mesh_deleted_undone_and_redone(ui):
+    handles.three_lines()
+    ui.remember()
+    ui.frame_all()
+    yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "it is at rest")
+    control = bpy.data.objects["Tube"].meanvalue.handles["Top"].control
+    control.location.x += 1.0
+    ui.remember()
+    yield from ui.wait_until(lambda: abs(_offset(bpy.data.objects["Tube"])[0] - 1.0) < 1e-3, "it follows")
+    meshes.activate(bpy.data.objects["Tube Top"])
+    ui.remember()
+    with view.override():
+        bpy.ops.object.delete('EXEC_DEFAULT', True)
+    yield from ui.pause(1.0)
+    assert "Tube Top" not in bpy.context.view_layer.objects
+    yield from ui.undo()
+    yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "the control is back")
+    obj = bpy.data.objects["Tube"]
+    assert obj.meanvalue.handles["Top"].control == bpy.context.view_layer.objects["Tube Top"]
+    assert abs(_offset(obj)[0] - 1.0) < 1e-3
+    yield from ui.redo()
+    yield from ui.pause(1.0)
+    assert "Tube Top" not in bpy.context.view_layer.objects
+    yield from ui.undo()
+    meshes.activate(bpy.data.objects["Tube"])
+    ui.remember()
+    for _time in range(2):
+        with view.override():
+            bpy.ops.object.delete('EXEC_DEFAULT', True)
+        yield from ui.wait_until(lambda: "Tube Top" not in bpy.data.objects, "its control goes with the mesh")
+        yield from ui.undo()
+        yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "both are back")
+        assert bpy.data.objects["Tube"].meanvalue.handles["Top"].control == bpy.data.objects["Tube Top"]
+    yield from ui.redo()
+    yield from ui.wait_until(lambda: "Tube Top" not in bpy.data.objects, "gone again")

@@ -9,7 +9,7 @@ from ... import compat
 from ...errors import SceneError
 from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
-from . import control_places
+from . import control_places, orphans
 
 #: Whether choose() is at work: the update of the property then leaves the place at rest alone.
 is_choosing = False
@@ -64,6 +64,20 @@ def none_to_move(obj):
     if any(handle.follows == 'CONTROL' for handle in obj.meanvalue.handles):
         return None
     return "There are no handles yet. Press on the mesh with Grab, or press Add Handle"
+
+
+def is_deleted(handle):
+    """Whether the artist has deleted the control that was made for the handle: the handle is gone with it, and back
+    with it by undo. Nothing is written for that until remove_deleted(): what is written beside an operator's undo step
+    would not be taken back."""
+    control = handle.control
+    return handle.made_control and (control is None or control.users == 1)  # that one is the handle
+
+
+def remove_deleted(obj):
+    """For operators: removes the handles that is_deleted() tells of."""
+    for handle in [each for each in obj.meanvalue.handles if is_deleted(each)]:
+        remove_handle(obj, obj.meanvalue.handles.find(handle.name))
 
 
 def _is_in_a_scene(control):
@@ -158,6 +172,7 @@ def add_control(obj, handle, rest_points, shown_points):
     control.show_in_front = True
     paint(control, handle)
     control.parent = obj
+    orphans.made(control, obj)
     choose(handle, control, motion.IDENTITY)
     handle.follows = 'CONTROL'
     handle.made_control = True

@@ -23,6 +23,7 @@ def add_handle(obj, members, *, group="", new_name=""):
     settings = obj.meanvalue
     made_group = not group
     if made_group:
+        controls.remove_deleted(obj)
         made = vertex_groups.make(obj, new_name)
         made.add(members.tolist(), 1.0, 'REPLACE')
         group = made.name
@@ -56,8 +57,10 @@ def positions(obj, members):
 def handle_at(obj, vertex):
     """Number of the first handle that is turned on and has the vertex; None if none has."""
     names = {obj.vertex_groups[each.group].name for each in obj.data.vertices[vertex].groups if each.weight > 0.0}
-    handles = enumerate(obj.meanvalue.handles)
-    return next((number for number, handle in handles if handle.is_enabled and handle.name in names), None)
+    for number, handle in enumerate(obj.meanvalue.handles):
+        if handle.is_enabled and handle.name in names and not controls.is_deleted(handle):
+            return number
+    return None
 
 
 def is_posed(obj, members):

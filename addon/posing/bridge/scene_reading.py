@@ -6,6 +6,7 @@ import time
 
 from ... import compat
 from ...scene import declarations, mesh_arrays, mirrors, vertex_groups
+from . import controls
 
 
 class SceneReading:
@@ -54,7 +55,8 @@ class SceneReading:
 
 def signature(obj):
     """All that is quick to compare of what a binding depends on. Blender does not tell of each of these changes."""
-    return _mesh_facts(obj), declarations.values(obj.meanvalue)
+    deleted = tuple(handle.name for handle in obj.meanvalue.handles if controls.is_deleted(handle))
+    return _mesh_facts(obj), declarations.values(obj.meanvalue), deleted
 
 
 def _names(obj):

@@ -34,7 +34,7 @@ class Targets:
 
 def enabled_handles(obj):
     """The handles that take part, in the order of the list; anchors have their numbers."""
-    return [handle for handle in obj.meanvalue.handles if handle.is_enabled]
+    return [handle for handle in obj.meanvalue.handles if handle.is_enabled and not controls.is_deleted(handle)]
 
 
 def problem(obj):

@@ -9,7 +9,7 @@ from ...errors import SceneError
 from ...scene import rig_space, selection, shape_keys, subject, vertex_groups
 from ...scene.core.finite import require_finite
 from ...widgets.base import MeshOperator
-from ..bridge import new_handles, region, scene_input
+from ..bridge import controls, new_handles, region, scene_input
 from .grow_region import notes_on
 
 
@@ -92,6 +92,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         return problem
 
     def run(self, obj):
+        controls.remove_deleted(obj)
         is_editing = obj.mode == 'EDIT'
         if is_editing:
             obj.update_from_editmode()

@@ -45,6 +45,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
                 return
 
     def finish(self, obj, posing, _outcome):
+        controls.remove_deleted(obj)
         if _has_other_rest_shape(obj, posing):
             for handle in targets.enabled_handles(obj):
                 if handle.follows == 'CONTROL' and controls.problem(obj, handle) is None:

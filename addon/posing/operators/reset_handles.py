@@ -20,6 +20,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         return super().problem(obj) or controls.none_to_move(obj)
 
     def run(self, obj):
+        controls.remove_deleted(obj)
         handles = [handle for handle in obj.meanvalue.handles if handle.follows == 'CONTROL']
         usable = [handle for handle in handles if controls.problem(obj, handle) is None]
         with engine.held():  # the mesh follows once, when all are where they belong

@@ -28,3 +28,12 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
         icon = 'ERROR' if broken else FOLLOWS_ICONS[item.follows]
         name.label(text=item.name, icon=icon, translate=False)
         row.operator(MEANVALUE_OT_select_handle.bl_idname, text="", icon='RESTRICT_SELECT_OFF').index = index
+
+    def filter_items(self, _context, data, collection):
+        """Without the handles whose control was deleted."""
+        handles = getattr(data, collection)
+        if self.filter_name:
+            shown = bpy.types.UI_UL_list.filter_items_by_name(self.filter_name, self.bitflag_filter_item, handles)
+        else:
+            shown = [self.bitflag_filter_item] * len(handles)
+        return [0 if controls.is_deleted(handle) else flag for handle, flag in zip(handles, shown, strict=True)], []
