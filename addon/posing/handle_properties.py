@@ -19,11 +19,14 @@ def _choose_group(handle, context):
     tell(handle, context)
 
 
-def _take_hold(handle, _context):
+def choose_control(handle):
     """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
-    handle.made_control = False
     moved_meshes.forget()
-    if controls.is_choosing or handle.control is None:
+    if controls.is_attached(handle):
+        return
+    handle.made_control = False
+    handle.attached, handle.attached_bone = handle.control, handle.bone
+    if handle.control is None:
         return
     try:
         shown = controls.shown_move(handle.id_data, handle)
@@ -70,13 +73,13 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         description="Object that these vertices follow when it is moved, turned or scaled",
         type=bpy.types.Object,
         poll=lambda handle, candidate: candidate != handle.id_data,
-        update=_take_hold,
+        update=lambda handle, _context: choose_control(handle),
     )
     bone: aside(StringProperty)(
         name="Bone",
         description="Bone of the armature that these vertices follow",
         maxlen=ids.NAME_LENGTH,
-        update=_take_hold,
+        update=lambda handle, _context: choose_control(handle),
     )
     rest_relation: aside(FloatVectorProperty)(
         description="Control relative to the object where the vertices are in the rest shape, row by row",
@@ -84,6 +87,8 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         default=IDENTITY,
         options={'HIDDEN'},
     )
+    attached: aside(PointerProperty)(type=bpy.types.Object, options={'HIDDEN'})  # whose place at rest is known
+    attached_bone: aside(StringProperty)(options={'HIDDEN'})
     control_frame: aside(FloatVectorProperty)(
         description="What takes the object's uneven scale out where the control stands, row by row",
         size=9,

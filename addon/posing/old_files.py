@@ -12,8 +12,8 @@ from ..widgets.core import last_message
 from .bridge import control_places, controls
 from .handle_properties import MEANVALUE_PG_handle
 
-#: What choosing another group or control clears: to be set last.
-_CLEARED = ("made_group", "made_control")
+#: What controls.choose() sets, and what naming the group clears.
+_SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "made_group"}
 
 
 class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
@@ -46,12 +46,11 @@ def _carry_over(obj):
     for old in settings.anchor_groups:
         handle = settings.handles.add()
         for name in MEANVALUE_PG_handle.__annotations__:
-            if name not in {"follows", "control", "rest_relation", *_CLEARED}:
+            if name not in _SET_APART:
                 setattr(handle, name, getattr(old, name))
         handle.follows = 'REST' if old.follows == 'SHAPE' else old.follows
-        controls.choose(handle, old.control, control_places.at_rest(old))
-        for name in _CLEARED:
-            setattr(handle, name, getattr(old, name))
+        handle.made_group = old.made_group
+        controls.choose(handle, old.control, control_places.at_rest(old), made=old.made_control)
         if old.follows == 'SHAPE':
             followed_key.append(old.name)
     settings.active_handle = settings.active_anchor_group

@@ -35,7 +35,6 @@ def _carry(obj, cuff, matched):
     at_rest = control_places.to_4x4(frame)
     at_rest[:3, 3] = cuff.centre
     controls.choose(handle, control, at_rest)
-    handle.made_control = True
     handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
     (rig,) = control_places.rig_transforms(obj, [handle])
     control_places.follow_rig(obj, handle, rig)

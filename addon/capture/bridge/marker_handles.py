@@ -48,7 +48,6 @@ def carry(obj, matched, number):
     at_rest = np.eye(4)
     at_rest[:3, 3] = matched.rest[number]
     controls.choose(handle, control, at_rest)
-    handle.made_control = True  # after choosing one, which says that it is the artist's
     give_members(obj, handle, np.array([vertex]))
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]

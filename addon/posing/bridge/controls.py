@@ -11,9 +11,6 @@ from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, v
 from ...scene.core import motion
 from . import control_places, orphans
 
-#: Whether choose() is at work: the update of the property then leaves the place at rest alone.
-is_choosing = False
-
 #: A control is this much of the part that it moves: it is seen and clicked, and hides little of what it poses.
 SIZE_OVER_PART = 0.8
 
@@ -175,7 +172,6 @@ def add_control(obj, handle, rest_points, shown_points):
     orphans.made(control, obj)
     choose(handle, control, motion.IDENTITY)
     handle.follows = 'CONTROL'
-    handle.made_control = True
     frame = control_places.unscaled(obj)
     handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
     if rig_space.is_there(obj):
@@ -192,15 +188,17 @@ def add_control(obj, handle, rest_points, shown_points):
     return control
 
 
-def choose(handle, control, rest_relation):
-    """Sets the control and where it is at rest (4 x 4) together: nothing may be posed by one without the other."""
-    global is_choosing
-    is_choosing = True
-    try:
-        handle.control = control
-    finally:
-        is_choosing = False
+def is_attached(handle):
+    """Whether the place at rest that is known is that of the control."""
+    return (handle.attached, handle.attached_bone) == (handle.control, handle.bone)
+
+
+def choose(handle, control, rest_relation, made=True):
+    """Sets the control and where it is at rest (4 x 4). made: by the add-on, so that it goes with the handle."""
+    handle.attached, handle.attached_bone = control, handle.bone
     attach(handle, rest_relation)
+    handle.control = control
+    handle.made_control = made
 
 
 def remove_control(handle):
