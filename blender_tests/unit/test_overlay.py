@@ -53,6 +53,16 @@ def test_anchors_in_the_colours_of_their_handles(data):
     assert len(look.corners) == 0
 
 
+def test_a_patch_is_shown_by_its_outline(data):
+    obj = meshes.grid()
+    block = [0, 1, 2, 5, 6, 7, 10, 11, 12]
+    steps.list_anchors(obj, Block=block)
+    rest = np.array([vertex.co for vertex in obj.data.vertices], np.float32)
+    assert np.array_equal(data.look(obj).points, rest[[2, 7, 10, 11, 12]])
+    steps.list_anchors(meshes.grid(3, 3, "Whole"), Whole=range(9))
+    assert len(data.look(bpy.data.objects["Whole"]).points) == 9
+
+
 def test_disabled_and_missing_handles_are_left_out(data):
     obj = grid_with_anchors()
     obj.meanvalue.handles["Corner"].is_enabled = False

@@ -21,7 +21,8 @@ from . import scene_input, targets
 class Look:
     """Points and faces to draw, in object space.
 
-    points  k x 3 float32, colors  k x 4 float32: the anchors of all enabled handles, with Symmetric on both sides
+    points  k x 3 float32, colors  k x 4 float32: the anchors of all enabled handles that are not surrounded by others,
+            with Symmetric on both sides
     tint    p x 3 float32, freedom p float32, corners q x 3 int32 into them: the region's faces, as Subdivision shows
             them, and how freely their vertices move, 0 to 1; none if no region is set
     """
@@ -93,7 +94,7 @@ def _read(obj, stamp, reading, positions):
     anchors, handles = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
     rest = shape_keys.rest_positions(obj.data)
     twins = mirrors.partners(obj, rest, *reading.faces)
-    anchors, handles = _on_both_sides(anchors, handles, twins)
+    anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *reading.faces)
     vertices, corners, freedom = np.empty(0, np.int32), np.empty((0, 3), np.int32), np.empty(0)
     if region in members:
         freedom = bind_input.region_weights(
@@ -124,6 +125,23 @@ def _on_both_sides(anchors, handles, twins):
     images = twins[anchors]
     is_more = (images >= 0) & ~np.isin(images, anchors)
     return np.append(anchors, images[is_more]), np.append(handles, handles[is_more])
+
+
+def _outlined(anchors, handles, vertex_count, corners, starts):
+    """Anchors and the numbers of their handles, without those that are amid others: a patch must not hide what it
+    holds. All, where a handle has a whole part."""
+    if len(starts) == 0:
+        return anchors, handles
+    is_anchor = np.zeros(vertex_count, bool)
+    is_anchor[anchors] = True
+    is_amid = np.logical_and.reduceat(is_anchor[corners], starts)
+    of_each = np.repeat(is_amid, np.diff(np.append(starts, len(corners))))
+    is_shown = np.ones(vertex_count, bool)
+    is_shown[corners] = False
+    is_shown[corners[~of_each]] = True
+    is_shown = is_shown[anchors]
+    is_shown |= ~np.isin(handles, handles[is_shown])
+    return anchors[is_shown], handles[is_shown]
 
 
 def _look(known, positions, colors):
