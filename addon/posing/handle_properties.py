@@ -120,8 +120,8 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         options={'HIDDEN'},
     )
     color: aside(FloatVectorProperty)(
-        name="Colour",
-        description="Colour of the handle in the overlay, and of its control",
+        name="Color",
+        description="Color of the handle in the overlay, and of its control",
         subtype='COLOR_GAMMA',  # points are drawn in it as it is
         size=3,
         min=0.0,

@@ -99,8 +99,8 @@ class Settings:
     )
     rigidity: FloatProperty(
         name="Rigidity",
-        description="How much lengths count beside the local shape. 0 is the paper's energy, which lets parts "
-        "grow and shrink freely. Only the method Fast knows it",
+        description="From soft (0 to 5: parts grow and shrink freely) to stiff (100: parts keep their lengths). Only "
+        "the method Fast knows it",
         default=ids.DEFAULT_RIGIDITY,
         min=0.0,
         soft_max=100.0,

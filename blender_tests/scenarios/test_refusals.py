@@ -185,14 +185,6 @@ def test_no_part_is_held():
 # -- shape keys ------------------------------------------------------------------------------------------------------
 
 
-def test_solve_before_bind():
-    obj = meshes.grid()
-    steps.list_anchors(obj, A=[0, 4, 20])
-    steps.add_pose_key(obj)
-    with refused_unchanged(obj, "not bound yet", "Press Bind"):
-        bpy.ops.meanvalue.solve()
-
-
 def test_active_key_is_the_basis():
     obj = steps.posed_grid(meshes.grid())
     obj.active_shape_key_index = 0

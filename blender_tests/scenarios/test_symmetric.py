@@ -92,7 +92,8 @@ def test_a_mesh_that_is_not_symmetric_is_told_in_numbers_and_shown():
         obj.data.vertices[number].co.z += 0.2
     obj.meanvalue.symmetric = 'X'
     meshes.activate(obj)
-    with steps.refused("have no mirror image across X", f"of {len(obj.data.vertices):,} vertices", "Select Problem Vertices > Unpaired"):
+    count = f"of {len(obj.data.vertices):,} vertices"
+    with steps.refused("have no mirror image across X", count, "Select Problem Vertices > Unpaired"):
         bpy.ops.meanvalue.bind()
     assert bpy.ops.meanvalue.select_problems(kind='UNPAIRED') == {'FINISHED'}
     assert obj.mode == 'EDIT'

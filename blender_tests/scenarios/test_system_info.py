@@ -48,10 +48,11 @@ def test_a_posed_object_without_a_name_of_the_artists(part, native, tmp_path):
 def test_the_last_refusal_is_told(part):
     obj = meshes.grid()
     obj.name = SECRET
+    steps.add_group(obj, "Other", [0])
     with pytest.raises(RuntimeError):
-        bpy.ops.meanvalue.solve()
+        bpy.ops.meanvalue.add_handle(pin=True, group="Nowhere")
     text = told(part)
-    assert "Last message: '...' is not bound yet. Press Bind first." in text and SECRET not in text
+    assert "Last message: '...' has no vertex group '...'" in text and SECRET not in text
 
 
 @pytest.mark.parametrize("kind", ["nothing", "camera", "edit mode"])

@@ -62,7 +62,7 @@ def a_bake_plays(ui):
         control.location.x = x
         control.keyframe_insert("location", frame=frame)
     meshes.activate(tube)
-    tube.meanvalue.bake.target = 'KEYS'
+    tube.meanvalue.bake.target = 'SHAPE_KEYS'
     _press(bpy.ops.meanvalue.bake)
     yield from _quiet_screenshot(ui, "panel_06_a_bake_plays")
 

@@ -39,6 +39,11 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     _prepared = None
 
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        return problem if problem or bakeable.of(obj) else scene_input.unheld_problem(obj)
+
     def invoke(self, context, event):
         obj = subject.of(context)
         options = self._options(obj)

@@ -32,6 +32,15 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
 
     _pins = ()  # names of those that were made
 
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and obj.data.shape_keys is None:
+            problem = (
+                "There are no shape keys. Add one, move the vertices of handles in it, in Edit Mode, and choose it"
+            )
+        return problem
+
     def start_reading(self, obj):
         self._prepare_scene(obj)
         return scene_input.start_reading(obj)

@@ -31,9 +31,6 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
 
     def draw_settings(context, layout, tool):  # noqa: N805  Blender calls it without an instance
         layout.prop(tool.operator_properties(MEANVALUE_OT_grab.bl_idname), "size")
-        obj = subject.of(context)
-        if subject.object_problem(obj) is None:
-            layout.prop(obj.meanvalue, "live", toggle=True)
 
     def draw_cursor(context, tool, mouse):  # noqa: N805
         obj = subject.of(context)

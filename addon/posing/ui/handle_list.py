@@ -11,7 +11,7 @@ FOLLOWS_ICONS = {'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 
 
 class MEANVALUE_UL_handles(bpy.types.UIList):
-    """One line for each handle or pin: on or off, colour, name, and a button to select it"""
+    """One line for each handle or pin: on or off, color, name, and a button to select it"""
 
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
         obj = subject.of(context)

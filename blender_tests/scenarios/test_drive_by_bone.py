@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A kept pose that a bone drives, by a driver of Blender's own."""
+
+import math
+
+import bpy
+import pytest
+from support import rigged, steps
+from support.handles import move, update
+
+
+def corrected():
+    """(object, armature object) with the bone bent and a pose kept for that."""
+    obj, rig = rigged.tube()
+    obj.meanvalue.live = True
+    rigged.bend(rig, 60.0)
+    update()
+    move(obj.meanvalue.handles["Top"].control, (0.3, 0.0, 0.0))
+    bpy.ops.meanvalue.keep_pose(name="Bent")
+    return obj, rig
+
+
+def value_at(obj, rig, degrees):
+    rigged.bend(rig, degrees)
+    update()
+    return obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.shape_keys.key_blocks["Bent"].value
+
+
+def test_off_at_rest_and_on_at_the_pose():
+    obj, rig = corrected()
+    assert bpy.ops.meanvalue.drive_by_bone() == {'FINISHED'}
+    for degrees, value in ((0.0, 0.0), (30.0, 0.5), (60.0, 1.0), (90.0, 1.0), (-60.0, 0.0)):
+        assert value_at(obj, rig, degrees) == pytest.approx(value, abs=1e-4)
+
+
+def test_bone_axis_and_angle_can_be_given():
+    obj, rig = corrected()
+    call = bpy.ops.meanvalue.drive_by_bone
+    assert call(key="Bent", bone="Upper", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
+    assert value_at(obj, rig, 10.0) == pytest.approx(0.5, abs=1e-4)
+    with steps.refused("no bone 'Nowhere'"):
+        call(bone="Nowhere")
+
+
+def test_refused_where_no_bone_is_turned():
+    obj, rig = corrected()
+    rigged.bend(rig, 0.0)
+    update()
+    with steps.refused("No bone is turned"):
+        bpy.ops.meanvalue.drive_by_bone()
+    assert not obj.data.shape_keys.animation_data
