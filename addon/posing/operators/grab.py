@@ -259,7 +259,9 @@ def _view(context):
 
 def _select_control(context, obj, grip):
     """The control is selected, so that G, R and S move it; the mesh is the active object, and Properties show it."""
-    controls.select(grip.handle(obj))
+    handle = grip.handle(obj)
+    if handle.control.name in context.view_layer.objects:
+        controls.select(handle)
     context.view_layer.objects.active = obj
 
 

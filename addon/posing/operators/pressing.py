@@ -60,7 +60,7 @@ class ToolOperator(Reporting):
 
     def find_object(self, context):
         """@throws SceneError if there is none that can be worked on."""
-        obj = bpy.data.objects.get(self.object_name) if self.object_name else subject.of(context)
+        obj = context.view_layer.objects.get(self.object_name) if self.object_name else subject.of(context)
         problem = subject.object_problem(obj)
         if problem:
             raise SceneError(problem)
