@@ -20,6 +20,7 @@ DESCRIPTION = (
 class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.pick_wrap_pairs"
     bl_label = "Pick Pairs"
+    bl_options = {'UNDO'}  # adjusted afterwards, it would pick anew
 
     vertex: bpy.props.IntProperty(
         name="Vertex", description="Vertex of the mesh; -1 to click", default=-1, min=-1, options={'SKIP_SAVE'}
