@@ -48,16 +48,6 @@ def bind_and_solve(ui):
     assert_same(solved, snapshot(_tube()))
     yield from ui.undo()
     yield from ui.undo()
-    yield from ui.undo()
     assert_same(bound, snapshot(_tube()))
     yield from ui.undo()
     assert_same(unbound, snapshot(_tube()))
-
-
-def solve_without_binding(ui):
-    steps.list_anchors(meshes.tube(), Bottom=range(8), Top=range(64, 72))
-    ui.remember()
-    yield from ui.invoke("meanvalue.solve_from_key")
-    assert any("is not bound yet" in line for line in ui.reports()), ui.reports()
-    yield from ui.screenshot("refused")
-    assert not _tube().meanvalue.bound.is_bound
