@@ -13,8 +13,8 @@ COLOR = (0.0, 0.62, 0.45)
 AROUND = 1.15
 
 
-def carry_all(obj, matched):
-    """Handles for the cuffs of a workers.marker_matching.Matched, and for no other. What the artist set on the handle
+def update_handles(obj, matched):
+    """Handles for the cuffs of a bridge.marker_matching.Matched, and for no other. What the artist set on the handle
     that a cuff has already is kept."""
     wanted = {cuff.name: cuff for cuff in matched.cuffs}
     handles = obj.meanvalue.handles
@@ -22,10 +22,10 @@ def carry_all(obj, matched):
         if handles[index].cuff and handles[index].made_control and handles[index].cuff not in wanted:
             controls.remove_handle(obj, index)
     for cuff in matched.cuffs:
-        _carry(obj, cuff, matched)
+        _update_handle(obj, cuff, matched)
 
 
-def _carry(obj, cuff, matched):
+def _update_handle(obj, cuff, matched):
     handles = obj.meanvalue.handles
     handle = next((handle for handle in handles if handle.cuff == cuff.name and handle.made_control), None)
     handle = handle or marker_handles.make_soft_handle(obj, cuff.name, COLOR)

@@ -18,8 +18,8 @@ COLOR = (0.34, 0.71, 0.91)
 STRENGTH = 1.0
 
 
-def carry_all(obj, matched):
-    """Handles for every marker that was matched (workers.marker_matching.Matched), and for no other."""
+def update_handles(obj, matched):
+    """Handles for every marker that was matched (bridge.marker_matching.Matched), and for no other."""
     capture = obj.meanvalue.capture
     for pair in capture.pairs:
         if pair.name not in matched.names:
@@ -32,10 +32,10 @@ def carry_all(obj, matched):
     capture.mesh_size = matched.size
     capture.reference_frame = matched.frame
     for number in range(len(matched.names)):
-        carry(obj, matched, number)
+        update_handle(obj, matched, number)
 
 
-def carry(obj, matched, number):
+def update_handle(obj, matched, number):
     """Has a handle move the vertex of a matched marker to its targets; where they are NaN, the handle is free.
 
     The handle that the marker has is used again, with what the artist set on it; else one is made.
@@ -75,7 +75,7 @@ def make_soft_handle(obj, name, color):
 
 
 def give_members(obj, handle, vertices):
-    """Has the handle carry these vertices, and no other. Its group is made again where the artist took it away."""
+    """Has the handle hold these vertices, and no other. Its group is made again where the artist took it away."""
     if handle.name not in obj.vertex_groups:
         handle.name = vertex_groups.make(obj, handle.marker or handle.cuff).name
         handle.made_group = True  # after naming one, which says that it is the artist's

@@ -28,8 +28,8 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
         return self._write(self._object(), matched)
 
     def _write(self, obj, matched):
-        marker_handles.carry_all(obj, matched)
-        cuff_handles.carry_all(obj, matched)
+        marker_handles.update_handles(obj, matched)
+        cuff_handles.update_handles(obj, matched)
         notes = [*matched.notes, *_shared(obj, matched)]
         try:
             scene_input.gather(obj)

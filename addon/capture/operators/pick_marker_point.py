@@ -105,10 +105,10 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             given = match_input.read_again(obj, name, self.vertex)
             matched = marker_matching.find(given, only=None if moves_all else name)
             if moves_all:
-                marker_handles.carry_all(obj, matched)
-                cuff_handles.carry_all(obj, matched)
+                marker_handles.update_handles(obj, matched)
+                cuff_handles.update_handles(obj, matched)
             elif name in matched.names:
-                marker_handles.carry(obj, matched, matched.names.index(name))
+                marker_handles.update_handle(obj, matched, matched.names.index(name))
         pair = obj.meanvalue.capture.pairs[name]
         pair.vertex, pair.is_picked, pair.is_used = self.vertex, True, True
         if pair.control is None:
