@@ -43,7 +43,7 @@ def from_nothing_to_applied(ui):
     control = tube.meanvalue.handles["Top"].control
     control.location.x += 3.0
     meshes.activate(tube)
-    yield from ui.pause(1.0)
+    yield from ui.wait_until(lambda: tube.data.shape_keys is not None, "the tube follows")
     _press(bpy.ops.meanvalue.keep_pose)
     yield from ui.screenshot("panel_03_with_handles")
     bpy.data.objects.remove(control)
