@@ -218,10 +218,8 @@ def test_painting_a_handles_group_is_refused():
     assert obj.mode == 'OBJECT'
 
 
-def test_done_only_while_painting():
-    grid_with_handle()
-    with steps.refused("is in Object Mode", "nothing is being painted"):
+def test_painting_ends_by_the_same_button():
+    obj = grid_with_handle()
+    for mode in ('WEIGHT_PAINT', 'OBJECT'):
         bpy.ops.meanvalue.paint_region()
-    bpy.ops.meanvalue.paint_region()
-    with steps.refused("is in Weight Paint Mode"):
-        bpy.ops.meanvalue.paint_region()
+        assert obj.mode == mode

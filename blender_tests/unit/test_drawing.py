@@ -144,7 +144,7 @@ def test_the_status_tells_only_what_is_to_be_done(draw):
     assert "operator meanvalue.bind" in draw(obj).text
     bpy.ops.meanvalue.bind()
     assert "operator meanvalue.bind" not in draw(obj).text
-    bpy.data.objects.remove(obj.meanvalue.handles["B"].control)
+    obj.meanvalue.handles["B"].control = None
     assert "operator meanvalue.bind" in draw(obj).text
     bpy.ops.meanvalue.bind()
     assert obj.meanvalue.handles["B"].control is not None
