@@ -71,7 +71,7 @@ class Scene:
         self.rest = job.vertices[job.anchors[job.pieces >= 0]]
         self.targets = job.targets[:, job.pieces >= 0]
         for name, members, operator in (
-            ("Pin", job.anchors[job.pieces < 0], bpy.ops.meanvalue.add_pin),
+            ("Pin", job.anchors[job.pieces < 0], functools.partial(bpy.ops.meanvalue.add_handle, pin=True)),
             ("Handle", job.anchors[job.pieces >= 0], functools.partial(bpy.ops.meanvalue.add_handle, live=False)),
         ):
             self.obj.vertex_groups.new(name=name).add(members.tolist(), 1.0, 'REPLACE')

@@ -134,43 +134,43 @@ class Follower(Following):
 
     def _solve_work(self, obj, _is_quiet):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
-        written = self._model(obj).written
-        is_first = written is None
-        shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
-        start = shown.astype(np.float64) if result.all_finite(shown) else None
+        model = self._model(obj)
+        is_first = model.written is None
+        shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else model.written
+        start = _start(shown, None if is_first else model.solution)
 
-        def collect(owner, composed, seconds):
+        def collect(owner, solved, composed, seconds):
             self.solve_seconds, self._shown = seconds, wanted
             if is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
-                self._model(owner).wrote(shown)
+                self._model(owner).wrote(shown, solved)
             else:
-                self._write(owner, composed)
+                self._write(owner, composed, solved)
 
         def work(execution):
             solved, summary = yield from session.solve_steps(
                 binding, bind_input, wanted, start=start, execution=execution
             )
             composed = result.compose(bind_input, wanted.positions, solved)
-            return lambda owner: collect(owner, composed, summary.seconds)
+            return lambda owner: collect(owner, solved, composed, summary.seconds)
 
         return work
 
     def _settle_work(self, obj):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
-        shown = self._model(obj).written
+        shown, solution = self._model(obj).written, self._model(obj).solution
 
-        def collect(owner, composed):
+        def collect(owner, settled, composed):
             if self._wanted is wanted:
                 self._is_settled = True
                 if not self._near(composed, shown, SAME_TARGETS):
-                    self._write(owner, composed)
+                    self._write(owner, composed, settled)
 
         def work(execution):
             settled, _summary = yield from session.solve_steps(
-                binding, bind_input, wanted, shown.astype(np.float64), settle=True, execution=execution
+                binding, bind_input, wanted, _start(shown, solution), settle=True, execution=execution
             )
             composed = result.compose(bind_input, wanted.positions, settled)
-            return lambda owner: collect(owner, composed)
+            return lambda owner: collect(owner, settled, composed)
 
         return work
 
@@ -179,3 +179,10 @@ class Follower(Following):
 
     def _make_key(self, obj):
         shape_keys.ensure_result_key(obj)
+
+
+def _start(shown, solution):
+    """What the solver is to begin from, n x 3 float64: its own answer where that is known; None for the rest shape."""
+    if solution is not None:
+        return solution
+    return shown.astype(np.float64) if result.all_finite(shown) else None
