@@ -68,7 +68,7 @@ def is_deleted(handle):
     with it by undo. Nothing is written for that until remove_deleted(): what is written beside an operator's undo step
     would not be taken back."""
     control = handle.control
-    return handle.made_control and (control is None or control.users == 1)  # that one is the handle
+    return handle.made_control and (control is None or not _is_in_a_scene(control))
 
 
 def remove_deleted(obj):
