@@ -134,7 +134,7 @@ class Grip:
     def notes(self, obj):
         if self.is_new and not self.has_size:
             yield (
-                "No region is set, so all that is not held follows, whatever Size says. Press Grow from Handle to have "
+                "No region is set, so all that is not held follows, whatever Size says. Press Grow Region from Handle to have "
                 "less follow"
             )
         for kind in self._before.others:
