@@ -7,14 +7,9 @@ import pytest
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
 from blender_tests.support.bent_tubes import bent, diagonal, posed, rms, tube, twisted  # noqa: E402
-from native.benchmarks import rigid, shape_metrics  # noqa: E402
+from native.benchmarks import rigid  # noqa: E402
 
 UP = np.array([0.0, 0.0, 1.0])
-
-
-def edge_lengths(shape, faces):
-    pairs = shape_metrics.unique_edges(faces)
-    return np.linalg.norm(shape[pairs[:, 0]] - shape[pairs[:, 1]], axis=1)
 
 
 def largest_move(shape, other):
@@ -40,32 +35,12 @@ def three():
     return faces, shapes, meanvalue.Morpher(shapes, faces)
 
 
-def test_half_of_a_bend_keeps_lengths_and_volume(bend):
-    vertices, faces, shapes, morpher = bend
-    half = morpher.solve([0.5, 0.5]).vertices
-    # Of a tube that is bent, inner edges shorten: what is between is their mean.
-    ratios = edge_lengths(half, faces) / (0.5 * sum(edge_lengths(shape, faces) for shape in shapes))
-    assert abs(np.median(ratios) - 1.0) < 0.02
-    assert ratios.min() > 0.9
-    truth = bent(vertices, 75)
-    volume = shape_metrics.volume(half, faces) / shape_metrics.volume(truth, faces)
-    assert abs(volume - 1.0) < 0.03
-    assert shape_metrics.flipped_triangles(half, vertices, faces) == 0
-
-
 @pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
 def test_a_bend_goes_along_the_true_one(bend, share):
     vertices, _, shapes, morpher = bend
     truth = bent(vertices, 150 * share)
     linear = (1 - share) * shapes[0] + share * shapes[1]
     assert rms(morpher.solve([1 - share, share]).vertices, truth) < 0.02 * rms(linear, truth)
-
-
-def test_exaggeration_bends_on(bend):
-    vertices, _, shapes, morpher = bend
-    truth = bent(vertices, 150 * 1.4)
-    linear = -0.4 * shapes[0] + 1.4 * shapes[1]
-    assert rms(morpher.solve([-0.4, 1.4]).vertices, truth) < 0.05 * rms(linear, truth)
 
 
 @pytest.mark.parametrize(("deform", "angle"), [(bent, 330), (twisted, 330)])
@@ -83,7 +58,8 @@ def second_differences(morpher, steps):
     return np.linalg.norm(shapes[2:] - 2 * shapes[1:-1] + shapes[:-2], axis=2).max()
 
 
-@pytest.mark.parametrize("angle", [150, 300, 360])
+@pytest.mark.slow
+@pytest.mark.parametrize("angle", [150, 360])
 @pytest.mark.parametrize("joints", [range(8), range(8, 20)], ids=["all", "tip"])
 def test_paths_are_smooth_however_far_a_tentacle_curls(joints, angle):
     """Second differences fall with the square of the step; at a kink they would be halved, at a jump stay."""
@@ -145,23 +121,7 @@ def test_identical_shapes_give_that_shape():
         assert largest_move(morpher.solve(weights).vertices, vertices) < 1e-6
 
 
-def test_the_order_of_two_shapes_does_not_matter(bend):
-    _, faces, shapes, morpher = bend
-    back = meanvalue.Morpher(shapes[::-1], faces)
-    for share in (0.2, 0.5, 1.3):
-        there = morpher.solve([1 - share, share]).vertices
-        assert largest_move(back.solve([share, 1 - share]).vertices, there) < 1e-6
-
-
-def test_the_order_of_three_shapes_does_not_matter(three):
-    faces, shapes, morpher = three
-    weights = np.array([0.5, 0.2, 0.3])
-    expected = morpher.solve(weights).vertices
-    for order in ([1, 2, 0], [2, 1, 0], [0, 2, 1]):
-        other = meanvalue.Morpher([shapes[k] for k in order], faces)
-        assert largest_move(other.solve(weights[order]).vertices, expected) < 1e-6
-
-
+@pytest.mark.slow
 def test_the_order_of_three_shapes_does_not_matter_where_they_turn_far():
     vertices, faces = tube(1900, radius=0.6)
     axes = ([1, 0, 0], [0, 1, 0], [1, 1, 0])
@@ -208,14 +168,6 @@ def test_drafts_follow_a_drag_and_leave_no_trace(bend):
         assert np.array_equal(drafting.solve([1 - share, share]).vertices, expected)
 
 
-def test_drafts_have_the_same_bits_for_any_number_of_threads(three):
-    faces, shapes, _ = three
-    morphers = [meanvalue.Morpher(shapes, faces, threads=threads) for threads in (1, 2)]
-    for share in (0.3, 0.34, 0.38, 0.9):
-        one, two = (morpher.solve([1 - share, 0.0, share], draft=True).vertices for morpher in morphers)
-        assert np.array_equal(one, two)
-
-
 def test_a_draft_begins_where_the_last_solve_ended(three):
     faces, shapes, morpher = three
     weights = np.array([0.3, 0.3, 0.4])
@@ -225,22 +177,6 @@ def test_a_draft_begins_where_the_last_solve_ended(three):
     assert again.iterations < settled.iterations
     cold = meanvalue.Morpher(shapes, faces).solve(weights, draft=True)
     assert cold.initial_energy == settled.initial_energy
-
-
-def test_at_a_shape_a_draft_is_that_shape(three):
-    faces, shapes, _ = three
-    morpher = meanvalue.Morpher(shapes, faces)
-    for share in np.linspace(0.8, 1.0, 5):
-        draft = morpher.solve([1 - share, share, 0.0], draft=True).vertices
-    assert largest_move(draft, shapes[1]) < 1e-6
-
-
-def test_results_go_evenly_with_the_weights(three):
-    _, _, morpher = three
-    path = np.array([morpher.solve([1 - t, 0.6 * t, 0.4 * t]).vertices for t in np.linspace(0.2, 0.8, 13)])
-    steps = np.linalg.norm(np.diff(path, axis=0), axis=2)
-    changes = np.linalg.norm(np.diff(path, 2, axis=0), axis=2)
-    assert changes.max() < 0.25 * steps.max()
 
 
 def test_beside_the_interpreter(three):
@@ -287,12 +223,6 @@ def test_a_mesh_without_any_ring():
     ):
         morpher = meanvalue.Morpher([vertices, vertices + UP], faces)
         assert np.isfinite(morpher.solve([0.5, 0.5]).vertices).all()
-
-
-def test_all_vertices_are_anchors():
-    vertices, faces = tube(400)
-    morpher = meanvalue.Morpher([vertices, vertices + UP], faces, anchors=np.arange(len(vertices)))
-    assert largest_move(morpher.solve([0.5, 0.5]).vertices, vertices + 0.5 * UP) < 1e-6
 
 
 def test_a_loose_part_that_is_the_same_in_both_shapes_does_not_turn():

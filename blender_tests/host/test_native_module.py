@@ -34,12 +34,6 @@ def test_encoding_arrays_have_the_documented_shapes_and_are_read_only():
             array[...] = 0
 
 
-def test_encoding_arrays_outlive_the_encoding():
-    weights = meanvalue.encode(VERTICES, TRIANGLES).weights
-    junk = [np.ones(len(weights)) for _ in range(100)]
-    assert np.isfinite(weights).all() and weights.max() < 2 and len(junk) == 100
-
-
 def test_predict_and_energy_agree():
     encoding = meanvalue.encode(VERTICES, TRIANGLES)
     pose = VERTICES * [1.0, 1.3, 0.8]
@@ -83,22 +77,6 @@ def test_the_default_is_the_fast_method_with_rigidity_and_its_own_tolerance():
     assert np.array_equal(solved(method="full").vertices, solved({"tolerance": 1e-6}, method="full").vertices)
 
 
-def test_rigidity_keeps_lengths_and_zero_is_the_energy_of_the_paper():
-    def strain(vertices):
-        ends = np.concatenate([TRIANGLES[:, [0, 1]], TRIANGLES[:, [1, 2]], TRIANGLES[:, [2, 0]]])
-        lengths = [np.linalg.norm(np.diff(shape[ends], axis=1), axis=2) for shape in (vertices, VERTICES)]
-        return np.abs(lengths[0] / lengths[1] - 1).mean()
-
-    soft, stiff = solved(rigidity=0), solved(rigidity=100.0)
-    assert strain(stiff.vertices) < 0.8 * strain(soft.vertices)
-    encoding = meanvalue.encode(VERTICES, TRIANGLES)
-    assert soft.energy == pytest.approx(encoding.energy(soft.vertices), rel=1e-9)
-    assert stiff.energy > encoding.energy(stiff.vertices)
-    # The other methods take it where it says nothing new.
-    for method in ("paper", "full"):
-        assert np.array_equal(solved(method=method, rigidity=0).vertices, solved(method=method).vertices)
-
-
 def test_handles_are_numbers_from_0_one_for_each_anchor():
     handles = np.repeat([0, 1], 12)
     vertices = solved().vertices
@@ -108,31 +86,12 @@ def test_handles_are_numbers_from_0_one_for_each_anchor():
     assert np.isfinite(solved(handles=np.arange(24)).vertices).all()
 
 
-def test_handles_and_rigidity_are_keywords_only():
-    with pytest.raises(TypeError):
-        meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, None, None)
-
-
-def test_region_of_influence_holds_the_rest():
-    roi = VERTICES[:, 2] > 3.0
-    deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS[12:], roi=roi)
-    solution = deformer.solve(bent_targets()[12:])
-    assert np.array_equal(solution.vertices[~roi], VERTICES[~roi])
-    assert not np.allclose(solution.vertices[roi], VERTICES[roi])
-
-
-def test_solution_vertices_outlive_the_solution():
+def test_solution_vertices_are_read_only_and_outlive_the_solution():
     vertices = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(bent_targets()).vertices
-    assert np.isfinite(vertices).all()
-
-
-def test_solution_vertices_are_read_only():
-    solution = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(bent_targets())
     with pytest.raises(ValueError, match="read-only"):
-        solution.vertices[0] = 0.0
-    mine = solution.vertices.copy()
-    mine[:] = 0.0
-    assert np.array_equal(solution.vertices[ENDS], bent_targets())
+        vertices[0] = 0.0
+    junk = [np.ones(vertices.shape) for _ in range(100)]
+    assert np.array_equal(vertices[ENDS], bent_targets()) and len(junk) == 100
 
 
 @pytest.mark.parametrize(
@@ -170,17 +129,17 @@ def test_solution_vertices_are_read_only():
             lambda: meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(1e10 * bent_targets()),
             r"targets\[0\], of vertex 0, is 1e\+10 away .* at most 1e\+06 can be solved for",
         ),
+        (lambda: solved(strengths=[1.0]), "strengths has 1 numbers, but there are 24 anchors"),
+        (lambda: solved(strengths=[]), "strengths is empty, but there are anchors"),
+        (lambda: solved(strengths=[[1.0] * 24]), r"strengths has the shape \(1, 24\)"),
+        (lambda: solved(strengths=["much"] * 24), r"give \(k,\) of float"),
+        (lambda: solved(strengths=[1.0] * 23 + [0.0]), r"strengths\[23\], of vertex \d+, is 0; give a positive number"),
+        (lambda: solved(strengths=[1.0] * 24, method="paper"), "only method 'fast' has soft anchors"),
     ],
 )
 def test_bad_input_is_refused_by_name(action, text):
     with pytest.raises(meanvalue.InvalidInput, match=text):
         action()
-
-
-def test_exceptions_are_the_documented_kinds():
-    assert issubclass(meanvalue.InvalidInput, ValueError)
-    assert issubclass(meanvalue.SolverFailure, RuntimeError)
-    assert issubclass(meanvalue.Cancelled, RuntimeError)
 
 
 def test_no_anchors_at_all_is_an_empty_array():
@@ -212,13 +171,15 @@ except meanvalue.Cancelled:
 """
 
 
-@pytest.mark.parametrize("delay", [0.05, 0.2, 0.4, 0.7])
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.05, 0.4])
 def test_a_process_ends_cleanly_after_a_cancel(delay):
     code = CANCEL_AND_EXIT.format(path=sys.path, delay=delay)
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
     assert (result.returncode, result.stdout.strip(), result.stderr) == (0, "cancelled", "")
 
 
+@pytest.mark.slow
 def test_the_interpreter_runs_while_solving_and_a_cancel_ends_it():
     vertices, triangles = tube(150, 120)
     anchors = np.r_[0:150, len(vertices) - 150 : len(vertices)]
@@ -229,46 +190,6 @@ def test_the_interpreter_runs_while_solving_and_a_cancel_ends_it():
     again = deformer.solve(targets, max_iterations=1)
     fresh = meanvalue.Deformer(vertices, triangles, anchors).solve(targets, max_iterations=1)
     assert np.array_equal(again.vertices, fresh.vertices)
-
-
-def test_soft_anchors_give_way_by_their_strengths():
-    hard = solved().vertices
-    assert np.array_equal(hard, solved(strengths=None).vertices)
-    assert np.array_equal(hard, solved(strengths=np.full(len(ENDS), np.inf)).vertices)
-    strengths = np.full(len(ENDS), np.inf)
-    strengths[::2] = 0.02
-    vertices = solved(strengths=strengths).vertices
-    assert np.array_equal(vertices[ENDS][1::2], bent_targets()[1::2])
-    assert np.abs(vertices[ENDS][::2] - bent_targets()[::2]).max() > 1e-4
-    off = [np.abs(solved({"tolerance": 1e-7}, strengths=[s] * len(ENDS)).vertices - hard).max() for s in (1, 10000)]
-    assert off[1] < off[0]
-
-
-def test_soft_anchors_hold_a_part():
-    report = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, strengths=np.ones(len(ENDS))).report
-    part = report.components[0]
-    assert (part.undetermined, part.soft_count, part.fixed_count) == (0, len(ENDS), 0)
-    assert part.free_count == report.free_count == len(VERTICES)
-    assert report.anchor_count == len(ENDS)
-
-
-@pytest.mark.parametrize(
-    ("strengths", "options", "message"),
-    [
-        ([1.0], {}, "strengths has 1 numbers, but there are 24 anchors"),
-        ([], {}, "strengths is empty, but there are anchors"),
-        ([[1.0] * 24], {}, r"strengths has the shape \(1, 24\)"),
-        (["much"] * 24, {}, r"give \(k,\) of float"),
-        ([1.0] * 23 + [0.0], {}, r"strengths\[23\], of vertex \d+, is 0; give a positive number"),
-        ([1.0] * 23 + [np.nan], {}, r"strengths\[23\].* give a positive number"),
-        ([1.0] * 24, {"method": "paper"}, "only method 'fast' has soft anchors"),
-        ([1.0] * 24, {"method": "full"}, "only method 'fast' has soft anchors"),
-        ([1.0] * 24, {"roi": np.zeros(len(VERTICES), bool)}, "outside the region of influence"),
-    ],
-)
-def test_strengths_that_make_no_sense_are_refused(strengths, options, message):
-    with pytest.raises(meanvalue.InvalidInput, match=message):
-        meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, strengths=strengths, **options)
 
 
 # -- beside the interpreter --------------------------------------------------------------------------------------------

@@ -88,15 +88,6 @@ def test_a_part_of_the_clip_has_the_bits_of_the_whole(clip, frames):
     np.testing.assert_array_equal(part.iterations, whole.iterations[slice(*frames)])
 
 
-def test_other_solves_beside_it_do_not_change_a_bit(clip):
-    _, _, deformer, targets, whole = clip
-    task = deformer.start_solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, threads=2)
-    shape = None
-    for frame in range(0, FRAMES, 3):
-        shape = deformer.solve(targets[frame], start=shape).vertices
-    np.testing.assert_array_equal(task.result().vertices, whole.vertices)
-
-
 def test_frames_are_handed_over_in_order_and_not_kept(clip):
     _, _, deformer, targets, whole = clip
     got = []
@@ -190,15 +181,6 @@ def test_a_snap_through_is_spread_over_frames(buckled, chunk):
     np.testing.assert_array_equal(spread.vertices[:, anchors], targets.astype(np.float32))
 
 
-@pytest.mark.parametrize("frames", [(0, 3), (26, 29), (20, 37), (30, FRAMES), (FRAMES - 1, FRAMES)])
-@pytest.mark.parametrize("chunk", [16, 24])
-def test_a_part_of_a_snap_through_has_the_bits_of_the_whole(buckled, chunk, frames):
-    deformer, _, targets = buckled
-    whole = deformer.solve_sequence(targets, chunk=chunk, overlap=6, threads=1)
-    part = deformer.solve_sequence(targets, chunk=chunk, overlap=6, threads=2, frames=frames)
-    np.testing.assert_array_equal(part.vertices, whole.vertices[slice(*frames)])
-
-
 def test_the_first_frame_is_as_good_as_the_next(buckled):
     """A solve from rest stops before its minimum, and the next frame would be nearer to it."""
     deformer, _, targets = buckled
@@ -256,15 +238,6 @@ def test_a_dropout_across_two_runs_holds_the_last_shape(clip, begin):
     np.testing.assert_array_equal(part.vertices, result.vertices[CHUNK + 1 : CHUNK + 9])
 
 
-def test_after_a_first_frame_that_fails_the_next_is_solved_from_rest(clip):
-    _, _, deformer, targets, _ = clip
-    broken = targets[20:24].copy()
-    broken[0] = np.nan
-    result = deformer.solve_sequence(broken)
-    alone = deformer.solve_sequence(broken[1:])
-    np.testing.assert_array_equal(result.vertices[1:], alone.vertices)
-
-
 def test_a_first_frame_that_fails_holds_the_rest_shape(clip):
     points, _, deformer, targets, _ = clip
     broken = targets.copy()
@@ -307,15 +280,6 @@ def test_targets_of_another_form_are_named(clip):
             deformer.solve_sequence(wrong)
 
 
-def test_cancel_ends_it(clip):
-    _, _, deformer, targets, _ = clip
-    execution = meanvalue.Execution()
-    task = deformer.start_solve_sequence(np.tile(targets, (50, 1, 1)), execution=execution)
-    execution.cancel()
-    with pytest.raises(meanvalue.Cancelled):
-        task.result()
-
-
 # ---- weights
 
 
@@ -337,28 +301,6 @@ def bind(soft, strength=1.0, without=()):
     return meanvalue.Deformer(points, faces, chosen[kept], strengths=np.full(len(kept), strength)), kept
 
 
-def test_a_handle_of_which_a_vertex_is_free_turns_as_far_as_a_whole_one():
-    """A bar is twisted by 150 degrees: further than a shape finds by itself, so that the handle's way is followed."""
-    points, faces = stress.bar(2600)
-    points = np.asarray(points, np.float64)
-    along = points[:, 2] / points[:, 2].max()
-    anchors = np.flatnonzero((along < 0.1) | (along > 0.9)).astype(np.int32)
-    is_end = along[anchors] > 0.9
-    strengths = np.where(is_end, 100.0, np.inf)
-    deformer = meanvalue.Deformer(points, faces, anchors, handles=is_end.astype(np.int32), strengths=strengths)
-    angle = np.radians(150.0)
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-    targets = points[anchors].copy()
-    targets[is_end] = points.mean(axis=0) + (targets[is_end] - points.mean(axis=0)) @ turn.T
-    whole = deformer.solve(targets, tolerance=1e-6)
-    weights = np.ones(len(anchors))
-    weights[np.flatnonzero(is_end)[0]] = 0.0
-    holed = np.where(weights[:, None] > 0.0, targets, np.nan)
-    shape = deformer.solve(holed, weights=weights, tolerance=1e-6)
-    assert shape.energy < 1.01 * whole.energy
-    assert np.abs(shape.vertices - whole.vertices).max() < 0.01 * diagonal(points)
-
-
 @pytest.mark.parametrize("strength", [0.1, 1.0, 100.0])
 def test_an_anchor_of_weight_0_is_as_if_it_were_none(soft, strength):
     points, _, chosen, targets = soft
@@ -372,14 +314,6 @@ def test_an_anchor_of_weight_0_is_as_if_it_were_none(soft, strength):
     shape = whole.solve(holed, weights=weights, tolerance=1e-6).vertices
     expected = less.solve(targets[20][kept], tolerance=1e-6).vertices
     assert np.abs(shape - expected).max() < 2e-3 * diagonal(points)
-
-
-def test_weights_of_1_change_nothing(soft):
-    _, _, chosen, targets = soft
-    deformer, _ = bind(soft)
-    np.testing.assert_array_equal(
-        deformer.solve(targets[9]).vertices, deformer.solve(targets[9], weights=np.ones(len(chosen))).vertices
-    )
 
 
 def test_a_smaller_weight_lets_an_anchor_give_way_more(soft):
@@ -452,29 +386,6 @@ def test_skin_does_not_jump_where_an_anchor_fades_out_and_in(soft):
     assert jump["fading"] < 0.5 * jump["at once"], jump
 
 
-def test_weights_with_threads_have_the_same_bits(soft):
-    _, _, _, targets = soft
-    deformer, _ = bind(soft)
-    weights = np.ones(targets.shape[:2])
-    weights[2:9, 1:5] = 0.0
-    first, second = (
-        deformer.solve_sequence(targets, weights=weights, chunk=6, overlap=2, threads=threads) for threads in (1, 2)
-    )
-    np.testing.assert_array_equal(first.vertices, second.vertices)
-
-
-def test_a_drag_goes_on_while_weights_change(soft):
-    points, _, chosen, targets = soft
-    deformer, _ = bind(soft)
-    shape = None
-    for frame, posed in enumerate(targets):
-        weights = np.ones(len(chosen))
-        weights[frame % len(chosen)] = 0.0
-        shape = deformer.solve(posed, start=shape, weights=weights).vertices
-    alone = deformer.solve(targets[-1], weights=weights).vertices
-    assert np.abs(shape - alone).max() < 0.02 * diagonal(points)
-
-
 @pytest.mark.parametrize(
     ("weights", "words"),
     [
@@ -521,15 +432,6 @@ def test_more_freed_anchors_than_columns_are_kept_of():
     kept = chosen[weights > 0.0]
     expected = meanvalue.Deformer(points, faces, kept, strengths=np.full(len(kept), 1.0)).solve(targets[weights > 0.0])
     assert np.abs(freed.vertices - expected.vertices).max() < 0.01 * diagonal(points)
-
-
-def test_targets_that_count_must_be_numbers(soft):
-    _, _, chosen, targets = soft
-    deformer, _ = bind(soft)
-    holed = targets[0].copy()
-    holed[2] = np.nan
-    with pytest.raises(meanvalue.InvalidInput, match="targets"):
-        deformer.solve(holed, weights=np.ones(len(chosen)))
 
 
 def test_what_single_precision_cannot_hold_is_refused_or_told():
