@@ -10,7 +10,7 @@ import types
 
 import bpy
 import pytest
-from support import installed, meshes, steps
+from support import meshes, steps
 from support.baking import animated_tube
 from support.snapshot import assert_same, snapshot
 
@@ -91,11 +91,6 @@ def test_without_an_object(draw):
     assert "There is no active object. Click a mesh object." in draw(None).labels
 
 
-def test_with_a_lamp(draw):
-    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
-    assert "'Lamp' is not a mesh" in draw(lamp).labels
-
-
 def test_at_most_8_controls_on_a_fresh_mesh(draw):
     layout = draw(meshes.grid())
     assert 3 <= len(layout.controls) <= 8, layout.controls
@@ -162,11 +157,6 @@ def test_a_bake_that_plays_is_on_top_of_all(draw, tmp_path):
     assert "operator meanvalue.keep_pose" not in text
 
 
-def test_an_overlay_that_had_to_stop(draw, part, monkeypatch):
-    monkeypatch.setattr(part("widgets.overlay"), "problem", "The overlay cannot be drawn: no reason")
-    assert "The overlay cannot be drawn: no reason." in draw(meshes.grid()).labels
-
-
 def test_menus():
     obj = meshes.grid()
     told = {}
@@ -183,67 +173,11 @@ def test_menus():
     assert all(text.count("\n") < 12 for text in told.values())
 
 
-def test_the_object_menu_has_an_entry_for_meshes_only(part):
-    menus = part("posing.ui.menus")
-    for obj, expected in ((meshes.grid(), "MEANVALUE_MT_object"), (None, "")):
-        listener = types.SimpleNamespace(layout=ListeningLayout())
-        menus.meanvalue_draw_object_menu(listener, context_of(obj))
-        assert (expected in listener.layout.text) if expected else listener.layout.text == ""
-
-
-def test_without_the_native_module(draw, part, monkeypatch):
-    loader = part("solver.native_loader")
-    monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
-    loader.forget()
-    try:
-        layout = draw(meshes.grid())
-        assert "Install the add-on zip" in layout.labels
-        assert "operator meanvalue.grab" in layout.text
-    finally:
-        monkeypatch.undo()
-        loader.forget()
-
-
 def test_drawing_changes_nothing(draw):
     obj = steps.posed_grid(meshes.textured_grid())
     before = snapshot(obj)
     draw(obj)
     assert_same(before, snapshot(obj))
-
-
-def test_list_lines(part):
-    obj = meshes.grid()
-    steps.list_anchors(obj, A=[0, 4, 20], Gone=[1])
-    obj.vertex_groups.remove(obj.vertex_groups["Gone"])
-    part("posing.bridge.object_status").status(obj)
-    lines = []
-    for item in obj.meanvalue.handles:
-        layout = ListeningLayout()
-        part("posing.ui.handle_list").MEANVALUE_UL_handles.draw_item(
-            None, context_of(obj), layout, None, item, 0, None, "", 0
-        )
-        lines.append(layout.labels)
-    assert lines == ["A", "Gone"]
-
-
-def test_preferences(part, native, monkeypatch):
-    preferences = part("preferences").MEANVALUE_AP_preferences
-    loader = part("solver.native_loader")
-    assert preferences.bl_idname == installed.PACKAGE
-    listener = types.SimpleNamespace(layout=ListeningLayout())
-    preferences.draw(listener, context_of(None))
-    assert f"Ready, version {native.__version__}" in listener.layout.labels
-    for _, value in loader.environment():
-        assert value in listener.layout.labels
-    monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
-    loader.forget()
-    try:
-        listener = types.SimpleNamespace(layout=ListeningLayout())
-        preferences.draw(listener, context_of(None))
-        assert "Install the add-on zip" in listener.layout.labels
-    finally:
-        monkeypatch.undo()
-        loader.forget()
 
 
 @pytest.mark.parametrize("width", [50, 200, 1000])

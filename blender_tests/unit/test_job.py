@@ -5,11 +5,9 @@ import ast
 import pathlib
 import threading
 import time
-import weakref
 
 import pytest
 from support import handles, tasks
-from support.interface import interface
 
 
 @pytest.fixture
@@ -91,48 +89,6 @@ def test_cancel_ends_it_soon(part, job):
     assert running.is_finished and time.monotonic() - started < 5.0
     assert running.is_cancelled and not job._running
     with pytest.raises(part("errors").CancelledError):
-        running.result()
-
-
-def test_a_job_that_was_dropped_holds_nothing(part, job):
-    class Held:
-        pass
-
-    box = [Held()]
-    watch = weakref.ref(box[0])
-
-    def work(_execution):
-        held = box.pop()
-        yield tasks.Until(lambda: False)
-        return held
-
-    running = job.Job(work)
-    assert watch() is not None and running in job._running
-    running.drop()
-    assert watch() is None and not job._running
-    assert running.is_cancelled and running.is_finished
-
-
-def test_live_drops_its_job_when_it_looks_again(part, job, monkeypatch):
-    def never(*_arguments, **_options):
-        yield tasks.Until(lambda: False)
-
-    monkeypatch.setattr(part("solver.session"), "bind_steps", never)
-    with interface():
-        obj, _control = handles.tube()
-        assert len(job._running) == 1
-        part("live.engine").look_again(obj)
-        assert not job._running
-
-
-def test_an_interrupt_is_not_taken_for_a_result(job):
-    def work(_execution):
-        yield tasks.Until(lambda: True)
-        raise KeyboardInterrupt
-
-    running = job.Job(work)
-    assert running.is_finished and not job._running
-    with pytest.raises(KeyboardInterrupt):
         running.result()
 
 

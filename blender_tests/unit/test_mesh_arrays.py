@@ -17,13 +17,6 @@ def gather(part):
     return part("posing.bridge.scene_input").gather
 
 
-def test_positions_are_those_of_the_vertices(arrays):
-    mesh = meshes.grid().data
-    positions = arrays.vertex_positions(mesh)
-    assert positions.dtype == np.float32 and positions.flags.c_contiguous
-    assert [tuple(vertex.co) for vertex in mesh.vertices] == [tuple(row) for row in positions.tolist()]
-
-
 def test_faces_keep_their_corners_and_sizes(arrays):
     mesh = meshes.tube().data
     corners, starts = arrays.faces(mesh)
@@ -87,18 +80,3 @@ def test_triangles_are_those_of_the_rest_shape(arrays, gather):
     meshes_before = bpy.data.meshes.keys()
     assert [tuple(t) for t in arrays.triangles(obj.data, gather(obj).rest).tolist()] == quads[1]
     assert bpy.data.meshes.keys() == meshes_before, "the temporary mesh stays behind"
-
-
-def test_the_temporary_mesh_is_removed_if_triangulation_fails(arrays, gather, monkeypatch):
-    obj = anchored(meshes.grid())
-    bind_input = gather(obj)
-    obj.data.vertices[0].co.z += 1.0
-    before = bpy.data.meshes.keys()
-
-    def fail(_mesh):
-        raise RuntimeError("no triangles")
-
-    monkeypatch.setattr(arrays, "shown_triangles", fail)
-    with pytest.raises(RuntimeError, match="no triangles"):
-        arrays.triangles(obj.data, bind_input.rest)
-    assert bpy.data.meshes.keys() == before

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the overlay shows, without a display: pictures of it are in ui/overlay_pictures.py."""
 
-import types
 
 import bpy
 import mathutils
@@ -17,11 +16,6 @@ def data(part):
     return part("posing.bridge.overlay_data")
 
 
-@pytest.fixture
-def overlay(part):
-    return part("widgets.overlay")
-
-
 def grid_with_anchors():
     obj = meshes.grid()
     steps.list_anchors(obj, Corner=[0, 4], Tip=[24])
@@ -33,13 +27,6 @@ def grid_with_anchors():
 def add_region(obj):
     steps.add_group(obj, "Region", REGION)
     obj.meanvalue.roi_group = "Region"
-
-
-def count_calls(monkeypatch, module, name):
-    calls = []
-    original = getattr(module, name)
-    monkeypatch.setattr(module, name, lambda *arguments: calls.append(1) or original(*arguments))
-    return calls
 
 
 def test_anchors_in_the_colours_of_their_handles(data):
@@ -174,49 +161,6 @@ def test_with_other_vertices_after_modifiers_it_is_the_shape_key(data, is_shown)
     assert np.array_equal(data.look(obj).points, expected[[0, 4, 20, 24]])
 
 
-def test_nothing_is_read_or_made_again_while_nothing_changes(data, part, monkeypatch):
-    obj = grid_with_anchors()
-    add_region(obj)
-    first = data.look(obj)
-    calls = count_calls(monkeypatch, part("scene.vertex_groups").Reading, "go_on")
-    assert data.look(obj) is first
-    assert calls == []
-
-
-def test_while_the_shape_changes_groups_and_faces_stay_as_they_were(data, part, monkeypatch):
-    obj = grid_with_anchors()
-    add_region(obj)
-    obj.shape_key_add(name="Basis")
-    key = obj.shape_key_add(name="Moving")
-    key.value = 1.0
-    bpy.context.view_layer.update()
-    data.clear()
-    before = data.look(obj)
-    calls = count_calls(monkeypatch, part("scene.vertex_groups").Reading, "go_on")
-    for step in range(3):
-        steps.move(obj, [24], (0.0, 0.0, 1.0), key)
-        bpy.context.view_layer.update()
-        look = data.look(obj)
-        assert look.points[2, 2] == pytest.approx(before.points[2, 2] + step + 1.0)
-        assert look.corners is before.corners, "the triangles on the graphics card can stay"
-    assert calls == []
-
-
-def test_groups_are_read_again_when_the_object_is_left_alone(data, part, monkeypatch):
-    now, models = [100.0], part("scene.object_model")
-    monkeypatch.setattr(models, "clock", lambda: now[0])
-    obj = grid_with_anchors()
-    assert len(data.look(obj).points) == 3
-    obj.vertex_groups["Tip"].add([23], 1.0, 'REPLACE')
-    obj.update_tag(refresh={'DATA'})
-    bpy.context.view_layer.update()
-    assert len(data.look(obj).points) == 3
-    assert 0.0 < models.quiet_in() <= models.QUIET_SECONDS
-    now[0] += 1.0
-    assert models.quiet_in() == 0.0
-    assert len(data.look(obj).points) == 4
-
-
 def test_what_a_handler_writes_is_seen_at_once(data):
     """Blender evaluates it without telling anybody."""
     obj = meshes.grid()
@@ -244,54 +188,6 @@ def test_an_empty_mesh(data):
     assert (len(look.points), len(look.corners)) == (0, 0)
 
 
-# -- when it is drawn ------------------------------------------------------------------------------------------------
-
-
-class Object3D:
-    """The parts of an object that say whether it is to be seen."""
-
-    def __init__(self, **changes):
-        self.name, self.type, self.mode, self.library = "Thing", 'MESH', 'OBJECT', None
-        self.override_library = None
-        self.data = types.SimpleNamespace(library=None, override_library=None)
-        self.meanvalue = types.SimpleNamespace(show_overlay=True)
-        self.is_visible = self.is_in_local_view = True
-        vars(self).update(changes)
-
-    def visible_get(self, viewport):
-        return self.is_visible
-
-    def evaluated_get(self, _depsgraph):
-        """Blender's originals know nothing of Local View."""
-        return types.SimpleNamespace(visible_in_viewport_get=lambda _space: self.is_in_local_view)
-
-
-def drawn(overlay, obj, show_overlays=True):
-    space = types.SimpleNamespace(overlay=types.SimpleNamespace(show_overlays=show_overlays))
-    return overlay.subject_to_draw(types.SimpleNamespace(space_data=space, object=obj))
-
-
-def test_it_is_drawn_where_it_is_wanted_and_visible(overlay):
-    for mode in ('OBJECT', 'WEIGHT_PAINT'):
-        obj = Object3D(mode=mode)
-        assert drawn(overlay, obj) is obj
-    assert drawn(overlay, None) is None
-    assert drawn(overlay, Object3D(), show_overlays=False) is None
-    assert drawn(overlay, Object3D(meanvalue=types.SimpleNamespace(show_overlay=False))) is None
-    for changes in ({"mode": 'EDIT'}, {"mode": 'SCULPT'}, {"is_visible": False}, {"is_in_local_view": False}):
-        assert drawn(overlay, Object3D(**changes)) is None, changes
-
-
-def test_a_mistake_is_told_once_and_ends_the_drawing(overlay, monkeypatch, capsys):
-    def fail(_context):
-        raise ZeroDivisionError("no such thing")
-
-    monkeypatch.setattr(overlay, "subject_to_draw", fail)
-    monkeypatch.setattr(overlay, "problem", "")
-    for _ in range(3):
-        overlay.draw()
-    assert capsys.readouterr().err.count("Traceback") == 1
-    assert "no such thing" in overlay.problem
 
 
 PERSPECTIVE = mathutils.Matrix(((2, 0, 0, 0), (0, 2, 0, 0), (0, 0, -1.002, -0.2002), (0, 0, -1, 0)))
@@ -309,8 +205,3 @@ def test_closer_is_in_front_and_at_the_same_place(part, projection):
         before, after = seen(projection, point), seen(moved, point)
         assert after[:2] == pytest.approx(before[:2])
         assert after[2] < before[2]
-
-
-def test_without_a_display_nothing_is_hung_into_the_view(overlay):
-    assert bpy.app.background
-    assert overlay._handler is None
