@@ -134,8 +134,8 @@ class Grip:
     def notes(self, obj):
         if self.is_new and not self.has_size:
             yield (
-                "No region is set, so all that is not held follows, whatever Size says. Press Grow Region from Handle to have "
-                "less follow"
+                "No region is set, so all that is not held follows, whatever Size says. Press Grow Region from Handle "
+                "to have less follow"
             )
         for kind in self._before.others:
             yield f"{kind.LABEL} was turned off: handles and it take turns"
