@@ -16,10 +16,6 @@ void bind_execution(py::module_& module) {
         .def(py::init<>())
         .def("cancel", &Execution::cancel,
              "Ask the operation to stop. It raises Cancelled within about 100 ms and changes nothing.")
-        .def("pause", &Execution::pause,
-             "Ask an operation that can be gone on with later to stop where it can; see Deformer.solve_sequence().\n"
-             "Others take no notice.")
-        .def_property_readonly("pausing", &Execution::pausing, "bool: pause() was called.")
         .def_property_readonly("cancelled", &Execution::cancelled, "bool: cancel() was called.")
         .def_property_readonly("progress", &Execution::progress, "float: share of the current stage, 0 to 1.")
         .def_property_readonly("stage", &Execution::stage, "str: name of the current stage, '' before the first.");

@@ -24,8 +24,7 @@ struct Call {
 
 Call own_call(const py::object& targets, const std::optional<py::object>& weights,
               const std::optional<std::pair<Index, Index>>& frames, Index chunk, Index overlap,
-              std::optional<double> tolerance, int max_iterations, int threads,
-              const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& resume) {
+              std::optional<double> tolerance, int max_iterations, int threads) {
     Call call;
     Trajectories& trajectories = call.trajectories;
     const FloatArray target_array = as_floats(targets, "targets", 3, "an array of shape (frames, anchors, 3)");
@@ -54,8 +53,6 @@ Call own_call(const py::object& targets, const std::optional<py::object>& weight
         trajectories.weights.assign(weight_array.data(), weight_array.data() + weight_array.size());
     }
     call.options = {tolerance, max_iterations, frames, chunk, overlap, threads};
-    call.options.may_pause = true;
-    if (resume) call.options.resume.assign(resume->data(), resume->data() + resume->size());
     return call;
 }
 
@@ -67,7 +64,6 @@ std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& ca
     whole->first = begin;
     whole->vertex_count = deformer.report().vertex_count;
     SequenceOptions options = call.options;
-    options.may_pause = false;
     const std::int64_t chunk = std::max<Index>(options.chunk, 1);
     const std::int64_t block = kChunksOfBlock * std::int64_t{std::max(1, thread_count(options.threads))} * chunk;
     Index from = begin;
@@ -104,10 +100,8 @@ std::shared_ptr<Sequence> solve_frames(Deformer& deformer, const py::object& tar
                                        const std::optional<std::pair<Index, Index>>& frames, Index chunk,
                                        Index overlap, std::optional<double> tolerance, int max_iterations,
                                        const std::optional<py::object>& on_frame, int threads,
-                                       const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& resume,
                                        const SharedExecution& execution) {
-    if (on_frame && resume) throw ::meanvalue::InvalidInput("give on_frame or resume; frames are handed over once");
-    const Call call = own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads, resume);
+    const Call call = own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads);
     const SharedExecution held = execution_or_new(execution);
     if (on_frame) return solve_and_hand_over(deformer, call, *on_frame, *held);
     const py::gil_scoped_release released;
@@ -117,10 +111,9 @@ std::shared_ptr<Sequence> solve_frames(Deformer& deformer, const py::object& tar
 Task start_frames(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
                   const std::optional<py::object>& weights, const std::optional<std::pair<Index, Index>>& frames,
                   Index chunk, Index overlap, std::optional<double> tolerance, int max_iterations, int threads,
-                  const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& resume,
                   const SharedExecution& execution) {
     const auto call = std::make_shared<Call>(
-        own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads, resume));
+        own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads));
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
                 const auto sequence =
@@ -169,19 +162,7 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
                 return py::tuple(errors);
             },
             "tuple of (frame, message): frames that could not be solved. They hold the shape of the last that\n"
-            "could, or of rest where none could before.")
-        .def_property_readonly(
-            "is_paused", [](const Sequence& sequence) { return !sequence.state.empty(); },
-            "bool: Execution.pause() stopped it before all was solved. It has no vertices then.")
-        .def_property_readonly(
-            "state", [](const py::object& self) { return view_of(self.cast<const Sequence&>().state, self); },
-            "(b,) uint8: what solve_sequence(resume=...) takes; empty where it is not paused.")
-        .def_property_readonly(
-            "solved",
-            [](const py::object& self) {
-                return view_of(self.cast<const Sequence&>().solved, self).attr("view")("bool");
-            },
-            "(f,) bool, of a paused one: frames that are not solved again; empty where it is not paused.");
+            "could, or of rest where none could before.");
 
     const SequenceOptions defaults;
     deformer
@@ -189,7 +170,7 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
             "solve_sequence", &solve_frames, py::arg("targets"), py::kw_only(), py::arg("weights") = py::none(),
             py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk, py::arg("overlap") = defaults.overlap,
             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-            py::arg("on_frame") = py::none(), py::arg("threads") = defaults.threads, py::arg("resume") = py::none(),
+            py::arg("on_frame") = py::none(), py::arg("threads") = defaults.threads,
             py::arg("execution") = py::none(),
             "Solve every frame of a clip (section 4.2 of the paper: anchors follow trajectories).\n\n"
             "targets: (f, k, 3), the whole clip, each frame as for solve().\n"
@@ -208,19 +189,13 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
             "on the number of threads.\n"
             "on_frame: called with (frame, (n, 3) float32 read-only) for each in order, on the calling thread,\n"
             "some chunks at a time; the frames are then not kept, and memory does not grow with their number.\n"
-            "execution: with its pause() the call returns after the frames that are being solved, unless there is\n"
-            "on_frame; the Sequence is_paused.\n"
-            "resume: `state` of a paused Sequence, to go on from, for a call of the same clip, mesh, frames and\n"
-            "options, on any number of threads, in this process or another on the same kind of processor. The "
-            "result\n"
-            "has the bits that it would have had without the pause.\n"
             "Returns a Sequence. A frame that can't be solved is told in Sequence.errors and does not end the rest.\n"
             "Raises InvalidInput for arrays of another form and options out of range, Cancelled.")
         .def("start_solve_sequence", &start_frames, py::arg("targets"), py::kw_only(),
              py::arg("weights") = py::none(), py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk,
              py::arg("overlap") = defaults.overlap, py::arg("tolerance") = py::none(),
              py::arg("max_iterations") = defaults.max_iterations, py::arg("threads") = defaults.threads,
-             py::arg("resume") = py::none(), py::arg("execution") = py::none(),
+             py::arg("execution") = py::none(),
              "As solve_sequence(), beside the interpreter. Returns a Task whose result is the Sequence.\n\n"
              "Arrays are copied first. Raises InvalidInput for arrays of another form.");
 }

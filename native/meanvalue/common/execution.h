@@ -23,12 +23,6 @@ class Execution {
         return cancelled_.load(std::memory_order_relaxed) || (whole_ != nullptr && whole_->cancelled());
     }
 
-    /// Asks an operation that can be gone on with later to stop where it can: see who looks at pausing().
-    void pause() { pausing_.store(true, std::memory_order_relaxed); }
-    bool pausing() const {
-        return pausing_.load(std::memory_order_relaxed) || (whole_ != nullptr && whole_->pausing());
-    }
-
     /// Cancels itself at look number `looks` of check() from now on, counted from 1: tests cancel with it at any
     /// place of an operation.
     void cancel_at_look(std::int64_t looks) { looks_left_.store(looks, std::memory_order_relaxed); }
@@ -53,7 +47,6 @@ class Execution {
   private:
     const Execution* whole_ = nullptr;
     mutable std::atomic<bool> cancelled_{false};
-    std::atomic<bool> pausing_{false};
     mutable std::atomic<std::int64_t> looks_left_{0};  // 0: it does not cancel itself
     std::atomic<const char*> stage_{""};
     std::atomic<double> progress_{0.0};

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "meanvalue/common/archive.h"
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
@@ -59,9 +58,6 @@ class Workspace {
     virtual void forget() {}  ///< that answer
     /// Whether that is `positions`, n x 3 of the region.
     virtual bool goes_on_from(const Positions&) const { return false; }
-    /// Writes what it remembers of that answer and the way to it, or reads it back into a workspace of the same
-    /// decoder: the next solve has the same bits then.
-    virtual void pass(Archive&) {}
     virtual std::size_t bytes() const = 0;  ///< about, once all of it is in use
 };
 

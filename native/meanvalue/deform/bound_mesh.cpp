@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "meanvalue/common/archive.h"
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
@@ -80,29 +79,6 @@ std::vector<T> rows_of(const std::vector<T>& whole, const std::vector<Index>& ve
     return rows;
 }
 
-/// Of all that the bits of solves depend on but threads, which they do not.
-std::uint64_t identity_of(const Binding& binding) {
-    const double numbers[] = {static_cast<double>(binding.method),
-                              static_cast<double>(binding.instructions),
-                              static_cast<double>(binding.loose),
-                              static_cast<double>(binding.border_count),
-                              rigidity_of(binding),
-                              binding.roi ? 1.0 : 0.0};
-    std::uint64_t sum = checksum_of(numbers, sizeof numbers);
-    const auto add = [&](const auto& values) {
-        const auto count = static_cast<std::uint64_t>(values.size());
-        sum = checksum_of(&count, sizeof count, sum);
-        sum = checksum_of(values.data(), count * sizeof(*values.data()), sum);
-    };
-    add(binding.vertices);
-    add(binding.faces);
-    add(binding.anchors);
-    add(binding.handles);
-    add(binding.strengths);
-    if (binding.roi) add(*binding.roi);
-    return sum;
-}
-
 }  // namespace
 
 Method method_from_name(const std::string& name) {
@@ -123,8 +99,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
       instructions_(binding.instructions),
       loose_(binding.loose),
       threads_(thread_count(binding.threads)),
-      anchors_(binding.anchors),
-      identity_(identity_of(binding)) {
+      anchors_(binding.anchors) {
     if (earlier != nullptr &&
         (binding.vertices.data() != earlier->rest().data() || binding.faces.data() != earlier->mesh_->faces.data() ||
          binding.roi != earlier->mesh_->roi || binding.method != earlier->method_)) {

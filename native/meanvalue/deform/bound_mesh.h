@@ -107,8 +107,6 @@ class BoundMesh {
     double default_tolerance() const { return default_tolerance_; }
     const std::vector<Index>& anchors() const { return anchors_; }
     const Positions& rest() const { return mesh_->vertices; }  ///< n x 3
-    /// A number that tells bindings apart whose solves have other bits. Not a forgery from its original.
-    std::uint64_t identity() const { return identity_; }
     /// Mesh, region of influence, method, threads, instructions and what becomes of loose parts of this one, which it
     /// must not outlive; anchors and what belongs to them are to be given.
     Binding binding_again() const;
@@ -145,7 +143,6 @@ class BoundMesh {
     int threads_;
     double default_tolerance_ = 1e-6;
     std::vector<Index> anchors_;
-    std::uint64_t identity_ = 0;
     std::vector<char> is_fixed_;          // n: hard anchors, what lies outside the region of influence, loose parts
     std::vector<char> is_let_go_;         // k: anchors of a soft border of a loose part, which hold nothing
     std::vector<char> cut_out_by_;        // n: what the region is the surroundings of the rest of

@@ -80,9 +80,6 @@ class Deformer {
             return deformer_.solve_with(&loan_, targets, start, options, execution);
         }
 
-        /// Writes what the next solve goes on with, or reads it back.
-        void pass(Archive& archive) { loan_.workspace().pass(archive); }
-
       private:
         Deformer& deformer_;
         WorkspacePool::Loan loan_;

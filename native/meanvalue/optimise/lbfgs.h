@@ -68,9 +68,6 @@ class Lbfgs {
     LbfgsReport minimise(const Energy& energy, const Preconditioner& preconditioner, const LbfgsOptions& options,
                          Positions& positions, Execution& execution);
 
-    /// What is kept for the next solve.
-    void pass(Archive& archive) { history_.pass(archive); }
-
     std::size_t bytes() const;
 
   private:

@@ -146,19 +146,6 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
     if (order_.size() > kPairs) order_.erase(order_.begin());
 }
 
-void LbfgsHistory::pass(Archive& archive) {
-    archive.pass(order_);
-    archive.require(order_.size() <= kPairs);
-    const auto numbers = 3 * static_cast<std::size_t>(rows_);
-    for (const int used : order_) {
-        archive.require(used >= 0 && static_cast<std::size_t>(used) < pairs_.size());
-        archive.pass(pairs_[used].step);
-        archive.pass(pairs_[used].change);
-        archive.require(pairs_[used].step.size() == numbers && pairs_[used].change.size() == numbers);
-    }
-    archive.pass(products_.data(), static_cast<std::size_t>(products_.size()));
-}
-
 std::size_t LbfgsHistory::bytes() const {
     return pairs_.size() * 2 * 3 * static_cast<std::size_t>(rows_) * sizeof(float);
 }

@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "meanvalue/common/archive.h"
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/preconditioner.h"
@@ -38,8 +37,6 @@ class LbfgsHistory {
     /// energy does not curve upwards along it by more than rounding, which leaves all as it was. @throws Cancelled.
     void remember(double length, const Positions& direction, const Positions& gradient, const Positions& next,
                   int threads, const Execution& execution);
-
-    void pass(Archive& archive);
 
     /// Once all pairs are in use.
     std::size_t bytes() const;

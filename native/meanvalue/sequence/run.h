@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "meanvalue/common/archive.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/sequence/seam.h"
 
@@ -15,16 +14,11 @@ struct Run {
     Index number = 0;
     Index begin = 0;
     Index end = 0;  // of what is solved
-    bool is_done = false;
     // Until it is done, of each frame that was gone through so far:
     std::vector<float*> shapes;      // in the result or in `aside`
     std::vector<Seam::Shape> aside;  // none where it is in the result
     std::vector<char> is_solved;     // whether it could be
-    // Where it stands still:
-    Positions shape;      // of the last frame that could be solved, or empty
-    Archive::Bytes drag;  // what the drag remembers; empty: it has not begun
 
-    Index next() const { return begin + static_cast<Index>(is_solved.size()); }
     /// Nothing is looked at any more.
     void finish();
 };

@@ -29,16 +29,4 @@ void Seam::close(Index overlap, std::size_t numbers, const std::function<float*(
     after_.clear();
 }
 
-void Seam::pass(Archive& archive, std::size_t numbers) {
-    int sides_done = sides_done_;
-    archive.pass(sides_done);
-    sides_done_ = sides_done;
-    after_.resize(archive.pass_count(after_.size(), sizeof(Index) + numbers * sizeof(float)));
-    for (After& after : after_) {
-        archive.pass(after.frame);
-        if (archive.is_reading()) after.shape.reset(new float[numbers]);
-        archive.pass(after.shape.get(), numbers);
-    }
-}
-
 }  // namespace meanvalue

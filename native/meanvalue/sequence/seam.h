@@ -7,7 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "meanvalue/common/archive.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -28,9 +27,6 @@ class Seam {
     /// @param overlap frames over which the earlier fades into the later. @param numbers of a shape.
     /// @param row the earlier run's shape of a frame, which is written to.
     void close(Index overlap, std::size_t numbers, const std::function<float*(Index frame)>& row);
-
-    /// Writes what was given so far and who has closed it, or reads it back.
-    void pass(Archive& archive, std::size_t numbers);
 
   private:
     struct After {

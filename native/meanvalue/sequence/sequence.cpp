@@ -56,25 +56,13 @@ SequenceSolve::SequenceSolve(Deformer& deformer, const Trajectories& trajectorie
 
 template <typename Threads>
 void SequenceSolve::solve_run(Run& run, const Threads& threads) {
-    if (run.is_done) return;
     Seam& seam_before = *seams_[run.number - plan_.first_run()];
     Seam& seam_behind = *seams_[run.number - plan_.first_run() + 1];
     Execution of_run(&execution_);
     {
         Deformer::Drag drag(deformer_, of_run);
-        Positions shape = std::move(run.shape);  // empty until a frame could be solved
-        if (!run.drag.empty()) {
-            Archive archive(run.drag);
-            drag.pass(archive);
-        }
-        for (Index frame = run.next(); frame < run.end; ++frame) {
-            if (is_pausing()) {
-                Archive archive;
-                drag.pass(archive);
-                run.drag = archive.finish();
-                run.shape = std::move(shape);
-                return;
-            }
+        Positions shape(0, 3);  // empty until a frame could be solved
+        for (Index frame = run.begin; frame < run.end; ++frame) {
             const bool is_told = is_told_by(run, frame);
             float* const to = add_frame(run, is_told);
             run.is_solved.push_back(static_cast<char>(solve_frame(drag, frame, is_told, threads(), of_run, shape)));
@@ -106,10 +94,6 @@ Sequence SequenceSolve::run() {
         added.begin = plan_.begin_of(run);
         added.end = plan_.end_to_solve(run);
     }
-    if (!options_.resume.empty()) {
-        Archive archive(options_.resume);
-        pass(archive);
-    }
     const int threads = thread_count(options_.threads);
     const int workers = std::min<int>(threads, plan_.run_count());
     std::atomic<Index> next{plan_.first_run()};
@@ -118,7 +102,7 @@ Sequence SequenceSolve::run() {
     report_progress();
     run_workers(workers, [&](int) {
         try {
-            for (Index run = next++; run < end_of_runs && !is_pausing(); run = next++)
+            for (Index run = next++; run < end_of_runs; run = next++)
                 solve_run(runs_[run - plan_.first_run()],
                           [&] { return std::max(1, threads / std::max(1, active.load())); });
         } catch (...) {
@@ -128,7 +112,6 @@ Sequence SequenceSolve::run() {
         }
         --active;
     });
-    if (std::any_of(runs_.begin(), runs_.end(), [](const Run& run) { return !run.is_done; })) return paused();
     carry_loose_parts(threads);
     std::sort(result_.failures.begin(), result_.failures.end(),
               [](const FrameFailure& a, const FrameFailure& b) { return a.frame < b.frame; });

@@ -2,14 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "meanvalue/common/archive.h"
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/deform/deformer.h"
@@ -32,13 +30,6 @@ struct SequenceOptions {
     int threads = 0;  ///< 0: every core; results do not depend on it
     /// What this call makes of the progress that is told: from and to which share.
     std::pair<double, double> progress = {0.0, 1.0};
-    /// Whether Execution::pause() and the next are looked at: between two frames of each run.
-    bool may_pause = false;
-    /// It pauses by itself once so many frames are solved, with those of the calls before and those that runs go
-    /// through on the way: one of each run at work more at most.
-    std::int64_t pause_after = std::numeric_limits<std::int64_t>::max();
-    /// Sequence::state of the same clip, frames and options, to go on from; empty: from the beginning.
-    Archive::Bytes resume = {};
 };
 
 struct FrameFailure {
@@ -58,10 +49,6 @@ struct Sequence {
     std::vector<char> converged;
     std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the last that
                                          ///< could, or of rest where none could before
-    /// Where it was paused before all was solved: what `resume` takes, for the same bits as without the pause; empty:
-    /// it is whole. Of a paused one there are no vertices: what they will be depends on frames that come later.
-    Archive::Bytes state;
-    std::vector<char> solved;  ///< frames, of a paused one: whether it need not be solved again
 };
 
 /// Section 4.2 of the paper. A frame's bits depend on the trajectories, `chunk` and `overlap` alone: neither on which

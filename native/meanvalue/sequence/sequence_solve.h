@@ -15,8 +15,7 @@
 
 namespace meanvalue {
 
-/// Solves runs side by side, each from rest, smooths them and lets each fade into the next; or stops between two
-/// frames of each (sequence_pause.cpp), and goes on from there.
+/// Solves runs side by side, each from rest, smooths them and lets each fade into the next.
 class SequenceSolve {
   public:
     /// @pre all outlive it. @throws InvalidInput, Cancelled.
@@ -37,14 +36,6 @@ class SequenceSolve {
     void smooth(Run& run);
     void carry_loose_parts(int threads);
     void report_progress();
-
-    bool is_pausing() const {
-        return options_.may_pause && (execution_.pausing() || frames_solved_ >= options_.pause_after);
-    }
-    Sequence paused();
-    void pass(Archive& archive);
-    void pass(Archive& archive, Run& run);
-    std::uint64_t identity() const;
 
     std::size_t numbers_of_shape() const { return static_cast<std::size_t>(result_.vertex_count) * 3; }
     float* row(Index frame) {

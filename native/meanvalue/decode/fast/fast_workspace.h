@@ -23,13 +23,6 @@ struct FastWorkspace : Workspace {
         keeps_history = false;
     }
     bool goes_on_from(const Positions& positions) const override { return predictor.goes_on_from(positions); }
-    void pass(Archive& archive) override {
-        predictor.pass(archive);
-        archive.pass(keeps_history);
-        fine.minimiser.pass(archive);
-        archive.pass(fine.energy.soft_targets);  // those before, by which a solve tells what has changed
-        archive.pass(fine.energy.soft_weights);
-    }
     std::size_t bytes() const override;
 
     OfLevel fine;

@@ -111,20 +111,6 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers, do
     is_answer_ = true;
 }
 
-void SecantPredictor::pass(Archive& archive) {
-    archive.pass(is_answer_);
-    archive.pass(answer_);
-    archive.pass(drivers_);
-    archive.pass(energy_);
-    changes_.resize(archive.pass_count(changes_.size(), 2 * sizeof(std::uint64_t)));
-    for (Change& change : changes_) {
-        archive.pass(change.shape);
-        archive.pass(change.drivers);
-        archive.require(change.shape.size() == static_cast<std::size_t>(answer_.size()) &&
-                        change.drivers.rows() == drivers_.rows());
-    }
-}
-
 std::size_t SecantPredictor::bytes(std::size_t vertices, std::size_t drivers) {
     const std::size_t of_change = 3 * (vertices * sizeof(float) + drivers * sizeof(double));
     return kMostChanges * of_change + 3 * (vertices + drivers) * sizeof(double);

@@ -5,7 +5,6 @@
 #include <deque>
 #include <vector>
 
-#include "meanvalue/common/archive.h"
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 
@@ -36,8 +35,6 @@ class SecantPredictor {
 
     /// After the solve. @param answer n x 3; @param drivers d x 3; @param energy at the answer.
     void note(const Positions& answer, const Positions& drivers, double energy);
-
-    void pass(Archive& archive);
 
     /// At the last answer.
     double energy() const { return energy_; }
