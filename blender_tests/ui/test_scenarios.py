@@ -9,6 +9,9 @@ from harness import listing, process
 #: Blenders, each on a display of its own: a scenario waits for redraws and timers more than it computes.
 AT_ONCE = 2
 
+#: Files that `./dev test --quick` runs.
+QUICK = {"first_look"}
+
 
 @pytest.fixture(scope="session")
 def runs(request):
@@ -28,7 +31,9 @@ def runs(request):
 @pytest.mark.parametrize(
     ("path", "name"),
     [
-        pytest.param(path, name, id=f"{path.stem}-{name}")
+        pytest.param(
+            path, name, id=f"{path.stem}-{name}", marks=() if path.stem in QUICK else pytest.mark.slow
+        )
         for path in listing.scenario_files()
         for name in listing.scenarios(path)
     ],
