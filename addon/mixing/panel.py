@@ -10,7 +10,6 @@ from ..widgets.text_box import draw_wrapped
 from .bridge import in_between_keys, mixed_keys
 from .operators import morph
 from .operators.bake_mix import MEANVALUE_OT_bake_mix
-from .operators.remove_in_betweens import MEANVALUE_OT_remove_in_betweens
 
 
 class _ShapeKeysPanel:
@@ -59,7 +58,7 @@ class MEANVALUE_PT_in_betweens(_ShapeKeysPanel, bpy.types.Panel):
         if made:
             text = settings.note or wording.counted(len(made), "in-between key")
             draw_wrapped(layout, context, wording.sentence(text), icon='CHECKMARK')
-        layout.operator(MEANVALUE_OT_remove_in_betweens.bl_idname, icon='X')
+            layout.operator(MEANVALUE_OT_bake_mix.bl_idname, text="Remove In-Betweens", icon='X').remove = True
 
 
 def _problem(obj):

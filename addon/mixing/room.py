@@ -9,7 +9,7 @@ from ..widgets import menus
 from . import panel
 from .bridge import baked_mixes, mixed_keys
 from .bridge.mix_follower import MixFollower
-from .operators import bake_mix, morph, remove_in_betweens
+from .operators import bake_mix, morph
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
 #: Of the guide, see addon/manual.py.
@@ -30,7 +30,6 @@ class MEANVALUE_MT_mix(bpy.types.Menu):
 OPERATORS = (
     morph.MEANVALUE_OT_morph,
     bake_mix.MEANVALUE_OT_bake_mix,
-    remove_in_betweens.MEANVALUE_OT_remove_in_betweens,
 )
 CLASSES = (*OPERATORS, MEANVALUE_MT_mix, *panel.CLASSES)
 

@@ -20,7 +20,6 @@ from .operators import (
     keep_pose,
     keyframe_handles,
     paint_region,
-    pin_here,
     remove_handle,
     reset_handles,
     select_handle,
@@ -45,7 +44,6 @@ PAGES = {
 
 CLASSES = (
     grab.MEANVALUE_OT_grab,
-    pin_here.MEANVALUE_OT_pin_here,
     add_handle.MEANVALUE_OT_add_handle,
     remove_handle.MEANVALUE_OT_remove_handle,
     select_handle.MEANVALUE_OT_select_handle,

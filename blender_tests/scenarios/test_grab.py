@@ -23,7 +23,7 @@ def grab(vertex=MIDDLE, offset=(0.0, 0.0, 2.0), **options):
 
 
 def pin(vertex, **options):
-    assert bpy.ops.meanvalue.pin_here(vertex=vertex, **options) == {'FINISHED'}
+    assert bpy.ops.meanvalue.grab(vertex=vertex, pin=True, **options) == {'FINISHED'}
     handles.update()
 
 

@@ -6,7 +6,7 @@ import pytest
 from support import meshes
 
 #: By the tool, after a file was chosen, or with another mesh that may be given: its buttons are greyed one by one.
-ELSEWHERE = {"import_motion", "grab", "pin_here", "morph"}
+ELSEWHERE = {"import_motion", "grab", "morph"}
 
 
 def names():

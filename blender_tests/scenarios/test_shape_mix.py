@@ -223,7 +223,7 @@ def test_in_betweens_taken_back_leave_nothing():
     obj = bending()
     before = snapshot(obj, without=("settings",))
     bake(obj)
-    assert bpy.ops.meanvalue.remove_in_betweens() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bake_mix(remove=True) == {'FINISHED'}
     assert_same(before, snapshot(obj, without=("settings",)))
     animation = obj.data.shape_keys.animation_data
     assert animation is None or len(animation.drivers) == 0

@@ -75,7 +75,7 @@ def test_in_betweens_go_along_and_bake_mix_is_asked_for(apply, capfd):
     assert in_betweens_of(obj) == made
     assert [curve.driver.expression for curve in obj.data.shape_keys.animation_data.drivers] == expressions
     bake(obj)
-    assert bpy.ops.meanvalue.remove_in_betweens() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bake_mix(remove=True) == {'FINISHED'}
     assert [key.name for key in keys_of(obj)][:2] == ["Basis", "Bend"]
 
 

@@ -45,11 +45,12 @@ def test_in_betweens_are_those_of_all_objects_with_the_mesh():
     bake(twin)
     assert len(keys_of(obj)) == 2 + len(made)
     meshes.activate(twin)
-    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
     assert len(keys_of(obj)) == 2
-    assert not bpy.ops.meanvalue.remove_in_betweens.poll()
-    meshes.activate(obj)
-    assert not bpy.ops.meanvalue.remove_in_betweens.poll()
+    for each in (twin, obj):
+        meshes.activate(each)
+        with pytest.raises(RuntimeError, match="no in-between keys"):
+            bpy.ops.meanvalue.bake_mix(remove=True)
 
 
 def test_in_betweens_of_a_full_copy_follow_its_own_sliders():
@@ -82,7 +83,7 @@ def test_long_names_with_quotes():
     bake(obj)
     set_value(obj, name, 0.5)
     assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
-    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
     assert len(keys_of(obj)) == 2
 
 
@@ -93,7 +94,7 @@ def test_renamed_in_betweens_are_still_known():
     keys_of(obj)[made[0]].name = "Elbow half"
     bake(obj)
     assert in_betweens_of(obj) == made
-    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
     assert len(keys_of(obj)) == 2
 
 
@@ -105,7 +106,7 @@ def test_a_slider_that_in_betweens_need_is_deleted(part):
     text = part("mixing.bridge.in_between_keys").problem(obj)
     assert "'Bend'" in text and "Remove In-Betweens" in text
     keys_of(obj)["Stretch"].mute = True
-    assert bpy.ops.meanvalue.remove_in_betweens() == {"FINISHED"}
+    assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
     assert [key.name for key in keys_of(obj)] == ["Basis", "Stretch"]
 
 
@@ -273,7 +274,7 @@ def test_in_betweens_are_saved_and_appended(tmp_path):
     np.testing.assert_allclose(shown(obj), before, atol=1e-4)
     assert in_betweens_of(obj) == made
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.remove_in_betweens() == {'FINISHED'}
+    assert bpy.ops.meanvalue.bake_mix(remove=True) == {'FINISHED'}
     assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
 
 

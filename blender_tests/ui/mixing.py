@@ -114,7 +114,7 @@ def sliders_turn_and_are_baked(ui):
     limb().shape_key_remove(keys()["Bend"])
     yield from ui.pause(0.2)
     yield from ui.screenshot("mix_5_slider_deleted")
-    yield from ui.invoke("meanvalue.remove_in_betweens")
+    yield from ui.invoke("meanvalue.bake_mix", remove=True)
     assert [key.name for key in keys()] == ["Basis"]
 
 

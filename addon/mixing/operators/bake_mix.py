@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes shape keys that stand for a rotation-aware mix, so that it plays without the add-on."""
+"""Makes shape keys that stand for a rotation-aware mix, so that it plays without the add-on, and takes them back."""
 
 import bpy
 
@@ -15,23 +15,51 @@ from ..core import leja
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake_mix"
     bl_label = "Bake Mix"
-    bl_description = (
-        "Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and "
-        "play without the add-on"
-    )
     doing = "Baking the mix of"
 
+    remove: bpy.props.BoolProperty(
+        name="Remove",
+        description="Take away the in-between keys that are there. The sliders mix in straight lines then, or live",
+        options={'SKIP_SAVE'},
+    )
+
     _prepared = None
+
+    @classmethod
+    def description(cls, _context, properties):
+        if properties.remove:
+            return properties.bl_rna.properties["remove"].description
+        return (
+            "Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and "
+            "play without the add-on"
+        )
 
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
         if problem is None and obj.meanvalue.baked.target:
             problem = f"A bake of '{obj.name}' plays already. Press Remove Bake first"
+        if problem is None and mixed_keys.in_between_names(obj):
+            return None  # they can be removed
         return problem or mixed_keys.problem(obj)
+
+    def invoke(self, context, event):
+        return self.execute(context) if self.remove else super().invoke(context, event)
+
+    def run(self, obj):
+        if not self.remove:
+            return super().run(obj)
+        count = in_between_keys.remove(obj)
+        if count == 0:
+            raise SceneError(f"'{obj.name}' has no in-between keys of Bake Mix")
+        obj.data.update_tag()
+        return f"Removed {wording.counted(count, 'in-between key')} of '{obj.name}'", []
 
     def prepare(self, obj, _reading):
         settings = obj.meanvalue.mix
+        problem = mixed_keys.problem(obj)
+        if problem:
+            raise SceneError(problem)
         mix_input = gather(obj)
         tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
         self._prepared = InBetweenSearch(mix_input, tolerance, settings.most_keys)

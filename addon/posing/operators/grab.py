@@ -8,9 +8,9 @@ from mathutils import Vector
 from ... import compat, ids
 from ...errors import MeanValueError, SceneError
 from ...live import engine
-from ...scene import selection
+from ...scene import selection, subject, vertex_groups
 from ...widgets import under_mouse
-from ..bridge import controls, region
+from ..bridge import controls, pinning, region
 from ..bridge.grip import Grip, handle_at
 from . import keyframe_handles, tool_choice
 from .drag_circle import DragCircle
@@ -60,6 +60,11 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         options={'HIDDEN', 'SKIP_SAVE'},
     )
 
+    pin: bpy.props.BoolProperty(
+        name="Pin",
+        description="Pin the mesh there, or let go of the pin that is there, in place of grabbing it",
+        options={'HIDDEN', 'SKIP_SAVE'},
+    )
     choose_tool: bpy.props.BoolProperty(
         name="Choose Tool",
         description="Only make Grab the active tool, in Object Mode",
@@ -78,6 +83,8 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             obj = self.find_object(context)
             if self.handle not in obj.meanvalue.handles:
                 require_vertex(obj, self.vertex)
+            if self.pin:
+                return self._toggle_pin(context, obj)
             grip = Grip(obj, self.vertex, self.size, self.handle)
             if self.properties.is_property_set("size"):
                 grip.resize(obj, self.size)
@@ -86,6 +93,13 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         except MeanValueError as error:
             return self.refuse(error)
         return self.tell(*_outcome(obj, grip, Vector(self.offset)))
+
+    def _toggle_pin(self, context, obj):
+        """@throws SceneError."""
+        message, notes = pinning.toggle(obj, self.vertex, self.size)
+        if obj != subject.of(context):
+            selection.choose(obj)
+        return self.tell(message, notes)
 
     def invoke(self, context, event):
         if self.choose_tool or context.mode != 'OBJECT':
@@ -96,6 +110,8 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         except SceneError as error:
             return self.warn(error)
         self.object_name, self._identity = obj.name, compat.session_key(obj)
+        if self.pin:
+            return self._pin_pressed(context, obj)
         self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
         self._grip = None
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
@@ -115,6 +131,15 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             raise
         context.window_manager.modal_handler_add(self)
         return {'RUNNING_MODAL'}
+
+    def _pin_pressed(self, context, obj):
+        if self._covered:
+            return self.warn(SceneError(in_front(obj, self._covered)))
+        self.vertex, pressed = self._pressed.vertex, self._pressed.handle
+        if pressed:
+            members = vertex_groups.members(obj, [pressed])[pressed]
+            self.vertex = int(members[0]) if len(members) else -1
+        return self.execute(context)
 
     def modal(self, context, event):
         is_timer = 'TIMER' in event.type  # it may be another operator's

@@ -7,7 +7,6 @@ from mathutils import Vector
 from ...scene import subject
 from ..operators import drag_circle
 from ..operators.grab import MEANVALUE_OT_grab
-from ..operators.pin_here import MEANVALUE_OT_pin_here
 
 #: Fainter than while something is dragged: how far the mesh is from the eye under the mouse is not known yet.
 HOVER_COLOR = (1.0, 1.0, 1.0, 0.35)
@@ -26,7 +25,11 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
     bl_cursor = 'CROSSHAIR'
     bl_keymap = (
         (MEANVALUE_OT_grab.bl_idname, {"type": 'LEFTMOUSE', "value": 'PRESS'}, None),
-        (MEANVALUE_OT_pin_here.bl_idname, {"type": 'LEFTMOUSE', "value": 'PRESS', "shift": True}, None),
+        (
+            MEANVALUE_OT_grab.bl_idname,
+            {"type": 'LEFTMOUSE', "value": 'PRESS', "shift": True},
+            {"properties": [("pin", True)]},
+        ),
     )
 
     def draw_settings(context, layout, tool):  # noqa: N805  Blender calls it without an instance

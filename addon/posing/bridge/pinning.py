@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pins the mesh around a vertex, or lets go of the pin there: Grab with Shift."""
+
+from ... import ids, wording
+from ...errors import SceneError
+from . import controls, new_handles, region
+from .grip import handle_at, near_vertices
+
+
+def toggle(obj, vertex, size):
+    """Returns (message, [notes]). The pin holds as much as a new handle of that size. @throws SceneError."""
+    index = handle_at(obj, vertex)
+    if index is not None:
+        return _let_go(obj, index), []
+    members = near_vertices(obj, vertex, region.HANDLE_SHARE * region.radius(obj, size))
+    handle = new_handles.add_handle(obj, members, new_name=ids.PIN_GROUP)
+    if new_handles.is_posed(obj, members):
+        new_handles.make_handle(obj, handle, members, new_handles.PIN_COLOR)
+        handle.is_pin = True
+    else:
+        new_handles.make_pin(handle)
+    obj.update_tag()
+    notes = []
+    if obj.meanvalue.roi_group and not region.current_mask(obj)[vertex]:
+        notes.append("Nothing moves here anyway: it is outside the region")
+    return f"Pin '{handle.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go", notes
+
+
+def _let_go(obj, index):
+    handle = obj.meanvalue.handles[index]
+    if handle.follows != 'REST' and not handle.is_pin:
+        raise SceneError(
+            f"'{handle.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "
+            "remove it, click it in the list and press -"
+        )
+    name = handle.name
+    controls.remove_handle(obj, index)
+    return f"Pin '{name}' is let go"
