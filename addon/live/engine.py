@@ -1,54 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All objects that are live: who they are, when they are looked at, and when they are left alone.
-
-Rooms bring the kinds of followers, see live/following.py. Nothing of Blender's is held: objects are known by what tells
-them apart while the file is open, and looked up by name.
-"""
+"""When objects that are live are looked at, and when they are left alone. live/roll.py knows who they are."""
 
 import contextlib
 import traceback
 
 import bpy
 
-from .. import compat, wording
-from ..scene import object_model, subject, views
-from . import render_notes, updates
+from .. import wording
+from ..scene import object_model, views
+from . import render_notes, roll, updates
 
 #: How often it is looked whether a render has ended, if there is something left to do then.
 WAIT_SECONDS = 0.5
 
-_kinds = []  # classes of followers
-_followers = {}  # identity of the object: its follower
-_must_search = True  # for live objects: the add-on may be enabled in a file that has some
+_must_search = True  # the add-on may be enabled in a file that has live objects
 _said = []  # what the panels showed last
 _is_rendering = False
 _holds = 0  # how many are at work inside held()
 _is_missed = False  # an update came meanwhile
-
-
-def add_kind(kind):
-    _kinds.append(kind)
-
-
-def remove_kind(kind):
-    _kinds.remove(kind)
-
-
-def kinds_on(obj):
-    """The kinds of followers that are turned on for `obj`."""
-    return [kind for kind in _kinds if kind.asks_for(obj)]
-
-
-def turn_others_off(obj, kind):
-    """Of all that shapes a mesh at once, one is on."""
-    for other in kinds_on(obj):
-        if other is not kind:
-            other.turn(obj, False)
-
-
-def identity(obj):
-    """Tells an object with its mesh apart from all others while the file is open, whatever they are called."""
-    return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
 
 
 # What Blender tells
@@ -78,9 +47,9 @@ def frame_changed(depsgraph):
 
 def _look_at_rendered(depsgraph):
     """On the thread that renders: only looks, and leaves followers and jobs to the main thread."""
-    for key, follower in list(_followers.items()):
+    for key, follower in roll.known():
         obj = bpy.data.objects.get(follower.name)
-        if obj is not None and identity(obj) == key:
+        if obj is not None and roll.identity(obj) == key:
             render_notes.look(key, obj, follower, depsgraph)
 
 
@@ -95,16 +64,16 @@ def _take_note(depsgraph):
             if is_rigged:
                 model.rig_moved()
             is_to_be_drawn |= model.told(obj, change) and model.is_watched
-        kind = _kind(obj)
-        if kind is not None and follower_of(obj) is None:
-            _followers[identity(obj)] = kind(obj)
+        roll.note(obj)
     return is_to_be_drawn
 
 
 def look_for_live_objects():
     """After loading or undo everything may be another: forget, and see which objects are live."""
+    global _must_search
+    _must_search = False
     forget()
-    _search()
+    roll.search()
     _schedule()
 
 
@@ -125,9 +94,9 @@ def render_started():
     global _is_rendering
     _is_rendering = True
     unsettled = []
-    for key, follower in list(_followers.items()):
+    for key, follower in roll.known():
         obj = bpy.data.objects.get(follower.name)
-        if obj is not None and identity(obj) == key and follower.is_behind(obj):
+        if obj is not None and roll.identity(obj) == key and follower.is_behind(obj):
             unsettled.append((key, follower.name))
     render_notes.begin(unsettled)
 
@@ -166,7 +135,7 @@ def follow_all():
     if _is_missed or _is_rendering:
         return
     with held():
-        for obj, follower in _objects_in_charge():
+        for obj, follower in roll.in_charge():
             with _reporting(follower):
                 if bpy.app.background:
                     follower.finish(obj)
@@ -183,7 +152,7 @@ def _tick():
     if not (_is_rendering or _holds):
         _is_missed = False
         with held():
-            for obj, follower in _objects_in_charge():
+            for obj, follower in roll.in_charge():
                 with _reporting(follower):
                     follower.tick(obj)
     return _wait()
@@ -207,7 +176,7 @@ def _wait():
         return WAIT_SECONDS
     if _is_missed or render_notes.are_untold():
         return 0.0
-    waits = [follower.wait(obj) for obj, follower in _live_objects()]
+    waits = [follower.wait(obj) for obj, follower in roll.live_objects()]
     return min((each for each in waits if each is not None), default=None)
 
 
@@ -229,13 +198,8 @@ def _reporting(follower):
         )
 
 
-# Who is live
-
-
 def forget():
-    for follower in _followers.values():
-        follower.stop()
-    _followers.clear()
+    roll.forget()
     render_notes.forget()
 
 
@@ -248,84 +212,31 @@ def shut_down():
         bpy.app.timers.unregister(_tick)
 
 
-def follower_of(obj):
-    """The follower of a live object, or None."""
-    return _followers.get(identity(obj))
-
-
-def _kind(obj):
-    """The class of the follower that `obj` asks for, or None."""
-    if obj.type != 'MESH' or subject.object_problem(obj) is not None:
-        return None
-    return next(iter(kinds_on(obj)), None)
-
-
-def _search():
-    """Finds the live objects, whatever they are called by now; keeps what is known of them."""
-    global _must_search
-    _must_search = False
-    known = dict(_followers)
-    _followers.clear()
-    for obj in bpy.data.objects:
-        kind = _kind(obj)
-        if kind is not None:
-            follower = known.get(identity(obj))
-            if type(follower) is kind:
-                known.pop(identity(obj))
-            else:
-                follower = kind(obj)
-            follower.name = obj.name
-            _followers[identity(obj)] = follower
-    for key, follower in known.items():
-        follower.stop()
-        render_notes.forget(key)
-
-
-def _live_objects():
-    """(object, follower) of all that are live."""
-    found = [(bpy.data.objects.get(follower.name), key, follower) for key, follower in _followers.items()]
-    if any(obj is None or identity(obj) != key or _kind(obj) is not type(each) for obj, key, each in found):
-        _search()
-        found = [(bpy.data.objects[follower.name], key, follower) for key, follower in _followers.items()]
-    return [(obj, follower) for obj, _, follower in found]
-
-
-def _objects_in_charge():
-    """(object, follower) of those that may write; of several with the same mesh all others give way."""
-    writers = {}  # mesh: name of the object that writes its shape key
-    for obj, follower in _live_objects():
-        writer = writers.setdefault(obj.data.name, obj.name)
-        if writer == obj.name:
-            yield obj, follower
-        else:
-            follower.give_up(follower.why_it_gives_way(writer))
-
-
 # What others ask
 
 
 def look_again(obj):
     """An operator has changed what `obj` is posed by: nothing that was known of it may be written any more."""
     object_model.edited(obj)
-    follower = follower_of(obj)
+    follower = roll.follower_of(obj)
     if follower is not None:
         follower.look_again()
 
 
 def is_settled(obj):
     """Whether the mesh shows the settled answer to where the controls are, or live posing has no say in it."""
-    follower = follower_of(obj)
+    follower = roll.follower_of(obj)
     return follower is None or follower.is_settled(obj)
 
 
 def status(obj):
     """(text, whether it is a problem) of what the artist has to know of how `obj` follows; None if all is well."""
-    follower = follower_of(obj)
+    follower = roll.follower_of(obj)
     if follower is None:
         return None
     if follower.problem is None:
         baked = bool(obj.meanvalue.baked.target)
-        note = follower.why_hidden(obj) or (None if baked else render_notes.of(identity(obj)))
+        note = follower.why_hidden(obj) or (None if baked else render_notes.of(roll.identity(obj)))
         if note:
             return wording.sentence(note), True
     return follower.status(obj)
@@ -333,7 +244,7 @@ def status(obj):
 
 def _draw_status_again():
     global _said
-    saying = [follower.status(obj) for obj, follower in _live_objects()]
+    saying = [follower.status(obj) for obj, follower in roll.live_objects()]
     if saying != _said:
         _said = saying
         views.draw_panels_again()

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..live import engine
+from ..live import roll
 from ..scene import bakeable, new_rest
 from ..widgets import menus
 from . import panel
@@ -36,7 +36,7 @@ CLASSES = (*OPERATORS, MEANVALUE_MT_mix, *panel.CLASSES)
 
 def register():
     menus.of_rooms.append(MEANVALUE_MT_mix.bl_idname)
-    engine.add_kind(MixFollower)
+    roll.add_kind(MixFollower)
     bakeable.kinds.append(baked_mixes)
     new_rest.made_of_rest.append(mixed_keys.made_of_rest)
 
@@ -45,4 +45,4 @@ def unregister():
     menus.of_rooms.remove(MEANVALUE_MT_mix.bl_idname)
     new_rest.made_of_rest.remove(mixed_keys.made_of_rest)
     bakeable.kinds.remove(baked_mixes)
-    engine.remove_kind(MixFollower)
+    roll.remove_kind(MixFollower)

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..live import engine
+from ..live import roll
 from ..scene import subject
 from . import old_files, properties
 from .bridge import controls, moved_meshes, object_status, orphans, overlay_data
@@ -74,11 +74,11 @@ def register():
     subject.finders.append(moved_meshes.mesh_moved_by)
     for module in _USER_INTERFACE:
         module.register()
-    engine.add_kind(Follower)
+    roll.add_kind(Follower)
 
 
 def unregister():
-    engine.remove_kind(Follower)
+    roll.remove_kind(Follower)
     grab.end_all()
     subject.finders.remove(moved_meshes.mesh_moved_by)
     for module in reversed(_USER_INTERFACE):

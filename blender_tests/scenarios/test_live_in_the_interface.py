@@ -206,7 +206,7 @@ def test_a_slow_preparation_is_told_with_its_share(timers, part, monkeypatch):
 
 def test_a_follower_holds_little(timers, part):
     obj, _control = posed(timers)
-    follower = part("live.engine").follower_of(obj)
+    follower = part("live.roll").follower_of(obj)
     fields = [*vars(follower), *vars(vars(follower)["_targets"])]
     assert len(fields) <= 15, fields
 

@@ -65,5 +65,5 @@ def is_settled(obj):
     """Whether `obj` is live, and shows the answer to where its handles or sliders are, or tells why not; and nothing is
     left to do."""
     engine = installed.part("live.engine")
-    follower = engine.follower_of(obj)
+    follower = installed.part("live.roll").follower_of(obj)
     return follower is not None and follower.wait(obj) is None and engine.is_settled(obj)

@@ -8,7 +8,7 @@ their values alone.
 import numpy as np
 
 from ...errors import SceneError
-from ...live import engine
+from ...live import roll
 from ...live.following import Following
 from ...scene import subject
 from . import mixed_keys, morphers
@@ -18,7 +18,7 @@ from .mix_reading import MixReading
 def turned(obj):
     """Rotation-Aware Keys were turned on or off. Without the key that turns the mix, keys add in straight lines."""
     if obj.meanvalue.mix.is_on:
-        engine.turn_others_off(obj, MixFollower)
+        roll.turn_others_off(obj, MixFollower)
     elif subject.object_problem(obj) is None and not mixed_keys.is_mixed_by_another(obj):
         mixed_keys.remove(obj)
     obj.update_tag()

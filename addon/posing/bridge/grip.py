@@ -7,7 +7,7 @@ from mathutils import Quaternion, Vector
 
 from ... import ids
 from ...errors import SceneError
-from ...live import engine
+from ...live import engine, roll
 from ...scene import key_states, mesh_arrays, shape_keys, shown_shape, vertex_groups
 from . import bound_record, control_places, controls, new_handles, region
 from .region import HANDLE_SHARE, radius
@@ -147,7 +147,7 @@ class _Before:
     def __init__(self, obj):
         settings = obj.meanvalue
         self.live = settings.live
-        self.others = [] if settings.live else engine.kinds_on(obj)
+        self.others = [] if settings.live else roll.kinds_on(obj)
         self._region = settings.roi_group, settings.roi_invert, settings.made_region
         self._had_group = settings.roi_group in obj.vertex_groups
         self._active = settings.active_handle

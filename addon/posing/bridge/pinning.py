@@ -3,6 +3,7 @@
 
 from ... import ids, wording
 from ...errors import SceneError
+from ...scene import vertex_groups
 from . import controls, new_handles, region
 from .grip import handle_at, near_vertices
 
@@ -24,6 +25,14 @@ def toggle(obj, vertex, size):
     if obj.meanvalue.roi_group and not region.current_mask(obj)[vertex]:
         notes.append("Nothing moves here anyway: it is outside the region")
     return f"Pin '{handle.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go", notes
+
+
+def pressed_vertex(obj, pressed):
+    """The vertex of a Pressed: of a control the first one of its handle; -1 for none."""
+    if not pressed.handle:
+        return pressed.vertex
+    members = vertex_groups.members(obj, [pressed.handle])[pressed.handle]
+    return int(members[0]) if len(members) else -1
 
 
 def _let_go(obj, index):

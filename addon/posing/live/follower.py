@@ -4,7 +4,7 @@
 import numpy as np
 
 from ...errors import SceneError, StaleBindingError
-from ...live import engine
+from ...live import roll
 from ...live.following import Following
 from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
@@ -26,7 +26,7 @@ BUSY_MODES = {'EDIT', 'SCULPT'}
 def turned(obj):
     """Live was turned on or off."""
     if obj.meanvalue.live:
-        engine.turn_others_off(obj, Follower)
+        roll.turn_others_off(obj, Follower)
     obj.update_tag()
 
 

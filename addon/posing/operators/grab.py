@@ -8,7 +8,7 @@ from mathutils import Vector
 from ... import compat, ids
 from ...errors import MeanValueError, SceneError
 from ...live import engine
-from ...scene import selection, subject, vertex_groups
+from ...scene import selection, subject
 from ...widgets import under_mouse
 from ..bridge import controls, pinning, region
 from ..bridge.grip import Grip, handle_at
@@ -25,7 +25,6 @@ TICK_SECONDS = 0.1
 
 GROW = {'WHEELUPMOUSE', 'RIGHT_BRACKET', 'NUMPAD_PLUS', 'PAGE_UP'}
 SHRINK = {'WHEELDOWNMOUSE', 'LEFT_BRACKET', 'NUMPAD_MINUS', 'PAGE_DOWN'}
-
 
 #: Drags that go on, to be ended when the add-on is disabled: Blender does not tell them.
 _running = []
@@ -84,7 +83,10 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             if self.handle not in obj.meanvalue.handles:
                 require_vertex(obj, self.vertex)
             if self.pin:
-                return self._toggle_pin(context, obj)
+                message, notes = pinning.toggle(obj, self.vertex, self.size)
+                if obj != subject.of(context):
+                    selection.choose(obj)
+                return self.tell(message, notes)
             grip = Grip(obj, self.vertex, self.size, self.handle)
             if self.properties.is_property_set("size"):
                 grip.resize(obj, self.size)
@@ -94,24 +96,20 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             return self.refuse(error)
         return self.tell(*_outcome(obj, grip, Vector(self.offset)))
 
-    def _toggle_pin(self, context, obj):
-        """@throws SceneError."""
-        message, notes = pinning.toggle(obj, self.vertex, self.size)
-        if obj != subject.of(context):
-            selection.choose(obj)
-        return self.tell(message, notes)
-
     def invoke(self, context, event):
         if self.choose_tool or context.mode != 'OBJECT':
             tool_choice.choose(context)
             return {'CANCELLED'}  # there is nothing to undo or to adjust
         try:
             obj, self._pressed, self._covered = self.find_pressed(context, event)
+            if self.pin and self._covered:
+                raise SceneError(in_front(obj, self._covered))
         except SceneError as error:
             return self.warn(error)
         self.object_name, self._identity = obj.name, compat.session_key(obj)
         if self.pin:
-            return self._pin_pressed(context, obj)
+            self.vertex = pinning.pressed_vertex(obj, self._pressed)
+            return self.execute(context)
         self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
         self._grip = None
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
@@ -131,15 +129,6 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             raise
         context.window_manager.modal_handler_add(self)
         return {'RUNNING_MODAL'}
-
-    def _pin_pressed(self, context, obj):
-        if self._covered:
-            return self.warn(SceneError(in_front(obj, self._covered)))
-        self.vertex, pressed = self._pressed.vertex, self._pressed.handle
-        if pressed:
-            members = vertex_groups.members(obj, [pressed])[pressed]
-            self.vertex = int(members[0]) if len(members) else -1
-        return self.execute(context)
 
     def modal(self, context, event):
         is_timer = 'TIMER' in event.type  # it may be another operator's

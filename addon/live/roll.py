@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who is live: the kinds of followers, which rooms bring (see live/following.py), and the follower of each object.
+
+Nothing of Blender's is held: objects are known by what tells them apart while the file is open, and looked up by name.
+"""
+
+import bpy
+
+from .. import compat
+from ..scene import subject
+from . import render_notes
+
+_kinds = []  # classes of followers
+_followers = {}  # identity of the object: its follower
+
+
+def add_kind(kind):
+    _kinds.append(kind)
+
+
+def remove_kind(kind):
+    _kinds.remove(kind)
+
+
+def kinds_on(obj):
+    """The kinds of followers that are turned on for `obj`."""
+    return [kind for kind in _kinds if kind.asks_for(obj)]
+
+
+def turn_others_off(obj, kind):
+    """Of all that shapes a mesh at once, one is on."""
+    for other in kinds_on(obj):
+        if other is not kind:
+            other.turn(obj, False)
+
+
+def identity(obj):
+    """Tells an object with its mesh apart from all others while the file is open, whatever they are called."""
+    return compat.session_key(obj), compat.session_key(obj.data) if obj.data else None
+
+
+def known():
+    """[(identity, follower)] of all that were live when it was looked last. On any thread."""
+    return list(_followers.items())
+
+
+def note(obj):
+    """Takes an object in that was turned live."""
+    kind = _kind(obj)
+    if kind is not None and follower_of(obj) is None:
+        _followers[identity(obj)] = kind(obj)
+
+
+def forget():
+    for follower in _followers.values():
+        follower.stop()
+    _followers.clear()
+
+
+def follower_of(obj):
+    """The follower of a live object, or None."""
+    return _followers.get(identity(obj))
+
+
+def _kind(obj):
+    """The class of the follower that `obj` asks for, or None."""
+    if obj.type != 'MESH' or subject.object_problem(obj) is not None:
+        return None
+    return next(iter(kinds_on(obj)), None)
+
+
+def search():
+    """Finds the live objects, whatever they are called by now; keeps what is known of them."""
+    known = dict(_followers)
+    _followers.clear()
+    for obj in bpy.data.objects:
+        kind = _kind(obj)
+        if kind is not None:
+            follower = known.get(identity(obj))
+            if type(follower) is kind:
+                known.pop(identity(obj))
+            else:
+                follower = kind(obj)
+            follower.name = obj.name
+            _followers[identity(obj)] = follower
+    for key, follower in known.items():
+        follower.stop()
+        render_notes.forget(key)
+
+
+def live_objects():
+    """(object, follower) of all that are live."""
+    found = [(bpy.data.objects.get(follower.name), key, follower) for key, follower in _followers.items()]
+    if any(obj is None or identity(obj) != key or _kind(obj) is not type(each) for obj, key, each in found):
+        search()
+        found = [(bpy.data.objects[follower.name], key, follower) for key, follower in _followers.items()]
+    return [(obj, follower) for obj, _, follower in found]
+
+
+def in_charge():
+    """(object, follower) of those that may write; of several with the same mesh all others give way."""
+    writers = {}  # mesh: name of the object that writes its shape key
+    for obj, follower in live_objects():
+        writer = writers.setdefault(obj.data.name, obj.name)
+        if writer == obj.name:
+            yield obj, follower
+        else:
+            follower.give_up(follower.why_it_gives_way(writer))
