@@ -165,8 +165,7 @@ def test_a_binding_knows_its_mirror(part):
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     assert "Bound" in part("posing.bridge.object_status").status(obj).text
     obj.modifiers["Mirror"].use_axis = (False, True, False)
-    status = part("posing.bridge.object_status").status(obj)
-    assert "mirror planes changed" in status.text and "Solve will bind again" in status.text
+    assert "mirror planes changed" in part("posing.bridge.object_status").status(obj).text
     move(control, (0.0, 0.3, 0.0))
     steps.solve()
     assert obj.meanvalue.bound.vertex_count == len(obj.data.vertices)
