@@ -1,29 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/: plain Python, run without Blender."""
 
-import itertools
-import pathlib
-import sys
 import types
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-
-from addon import wording
 from addon.errors import SceneError
 from addon.posing.core import springs
-from addon.posing.core.bind_input import BindInput, anchor_layout, region_weights
-from addon.scene.core import fixed_points, motion
+from addon.posing.core.bind_input import BindInput, anchor_layout
 from addon.scene.core.finite import require_finite
 from addon.solver.core import fingerprint, result
 from addon.solver.core.deformer_cache import DeformerCache
 from addon.solver.core.fingerprint import StaleReason
-
-
-def test_core_does_not_need_blender():
-    assert "bpy" not in sys.modules
 
 
 def square(**changes):
@@ -71,29 +60,10 @@ def test_each_change_has_its_reason(after, reasons):
     assert list(fingerprint.stale_reasons(square().fingerprint, after.fingerprint)) == reasons
 
 
-def test_several_reasons_at_once():
-    after = square(anchors=np.array([1, 2, 6], np.int32), method="fast")
-    reasons = fingerprint.stale_reasons(square().fingerprint, after.fingerprint)
-    assert reasons == (StaleReason.ANCHORS, StaleReason.SETTINGS)
-    text = fingerprint.describe(reasons, square().fingerprint, after.fingerprint)
-    assert text == "the handles changed and the settings changed"
-
-
 @pytest.mark.parametrize("reason", list(StaleReason))
 def test_only_changes_of_the_mesh_need_the_artist(reason):
     mesh_changes = {StaleReason.VERTICES, StaleReason.FACES, StaleReason.REST_SHAPE}
     assert fingerprint.needs_bind((reason,)) == (reason in mesh_changes)
-
-
-def test_both_counts_are_told():
-    after = square(
-        rest=np.zeros((1200, 3), np.float32), face_starts=np.arange(3, dtype=np.int32), roi=np.ones(1200, bool)
-    )
-    bound, now = square().fingerprint, after.fingerprint
-    reasons = fingerprint.stale_reasons(bound, now)
-    assert reasons == (StaleReason.VERTICES, StaleReason.FACES)
-    text = fingerprint.describe(reasons, bound, now)
-    assert text == "the mesh has 1,200 vertices (9 when bound) and 3 faces (4 when bound)"
 
 
 def test_digest_tells_shapes_types_and_order_apart():
@@ -111,16 +81,7 @@ def test_digest_tells_shapes_types_and_order_apart():
     assert len(set(digests)) == len(variants)
 
 
-def test_digest_does_not_care_about_memory_layout():
-    values = np.arange(12, dtype=np.float32).reshape(4, 3)
-    assert fingerprint.digest(values) == fingerprint.digest(np.asfortranarray(values))
-
-
 # -- what can be bound -----------------------------------------------------------------------------------------------
-
-
-def test_a_good_input_passes():
-    square().check()
 
 
 def test_free_are_the_region_without_anchors():
@@ -167,45 +128,6 @@ def test_anchors_are_sorted_and_belong_to_the_first_group_that_has_them():
     assert union.dtype == np.int32
 
 
-def test_region_masks():
-    for invert in (False, True):
-        assert region_weights(3, None, np.empty(0), invert).tolist() == [1.0] * 3
-    assert region_weights(3, np.array([1]), np.array([0.25]), False).tolist() == [0.0, 0.25, 0.0]
-    assert region_weights(3, np.array([1]), np.array([0.25]), True).tolist() == [1.0, 0.75, 1.0]
-
-
-# -- fixed points ----------------------------------------------------------------------------------------------------
-
-
-def similarity(points, scale, offset):
-    axis = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    rotation = np.eye(3) + np.sin(1.1) * cross + (1 - np.cos(1.1)) * cross @ cross
-    return (scale * points @ rotation.T + offset).astype(np.float32)
-
-
-TRIANGLE = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.3, 0.2, 0.0)])
-LINE = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.3, 0.0, 0.0), (0.9, 0.0, 0.0)])
-
-
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-@pytest.mark.parametrize("points, spans", [(TRIANGLE, True), (LINE, False), (LINE[:2], False), (LINE[:0], False)])
-def test_plane_or_line_wherever_and_however_large(scale, points, spans):
-    for order in itertools.permutations(range(len(points))):
-        assert fixed_points.span_a_plane(similarity(points[list(order)], scale, 2.0 * scale)) == spans
-
-
-def test_coincident_points_do_not_count():
-    points = np.array([(1, 2, 3), (1, 2, 3), (4, 5, 6), (4, 5, 6)], np.float32)
-    assert not fixed_points.span_a_plane(points)
-    assert not fixed_points.span_a_plane(np.ones((9, 3), np.float32))
-
-
-def test_diagonal():
-    assert fixed_points.bounding_box_diagonal(np.array([(1, 1, 1), (2, 3, 3)], np.float32)) == 3.0
-    assert fixed_points.bounding_box_diagonal(np.empty((0, 3), np.float32)) == 0.0
-
-
 # -- result ----------------------------------------------------------------------------------------------------------
 
 
@@ -249,32 +171,6 @@ def test_parts_that_are_not_held():
     assert list(result.BindSummary.of(report((10, 0), (0, 7))).notes()) == []
 
 
-def test_fallback_rules_are_told():
-    told = list(result.guarded_notes(report((10, 0)), np.arange(40)))
-    assert told == ["3 vertices encoded by a fallback rule (extended ring: 2, on ring edge: 1)"]
-    # Of mirror images nothing is told.
-    told = list(result.guarded_notes(report((10, 0)), np.arange(5)))
-    assert told == ["1 vertex encoded by a fallback rule (extended ring: 1)"]
-    assert list(result.guarded_notes(report((10, 0)), np.arange(4))) == []
-
-
-def test_only_a_large_binding_warns_of_a_long_solve():
-    assert list(result.size_notes(types.SimpleNamespace(free_count=50_000))) == []
-    (note,) = result.size_notes(types.SimpleNamespace(free_count=950_000))
-    assert "950,000 free vertices" in note
-    assert "smaller region" in note
-
-
-def test_energy_for_diagonal_one():
-    solution = types.SimpleNamespace(
-        energy=8.0, iterations=3, converged=False, stop_reason="iteration limit", timings={"total": 0.01}
-    )
-    summary = result.SolveSummary.of(solution, 2.0)
-    assert summary.energy == 2.0
-    assert "iteration limit" in next(iter(summary.notes()))
-    assert summary.text() == "3 iterations, energy 2, 10 ms"
-
-
 # -- cache -----------------------------------------------------------------------------------------------------------
 
 
@@ -309,28 +205,7 @@ def test_the_newest_of_a_family_is_found_and_stays_as_old_as_it_is():
     assert cache.relative("mesh") == 2
 
 
-def test_discard_and_clear():
-    cache = DeformerCache(capacity=9, byte_limit=100)
-    cache.put("a", 1, 1)
-    cache.discard("a")
-    cache.discard("never there")
-    assert cache.get("a") is None
-    cache.put("b", 1, 1)
-    cache.clear()
-    assert len(cache) == 0
-
-
 # -- wording ---------------------------------------------------------------------------------------------------------
-
-
-def test_wording():
-    assert wording.vertices(1) == "1 vertex"
-    assert wording.vertices(12345) == "12,345 vertices"
-    assert wording.listed(["a", "b", "c"]) == "a, b and c"
-    assert wording.quoted(["a", "b", "c", "d", "e"]) == "'a', 'b', 'c' and 2 more"
-    assert wording.sentence("say it.") == wording.sentence("say it") == "Say it."
-    told = [wording.seconds(value) for value in (0.0004, 0.0347, 2.309, 140.2)]
-    assert told == ["0.4 ms", "35 ms", "2.31 s", "140 s"]
 
 
 def posed_grid(moved):
@@ -362,51 +237,6 @@ def test_a_pose_that_moves_no_anchor_is_told():
 def test_moved_anchors_outside_the_region_are_told():
     (warning,) = result.pose_warnings(*posed_grid([0, 1]))
     assert warning.startswith("1 vertex of moved handles outside the region")
-
-
-# -- motion ----------------------------------------------------------------------------------------------------------
-
-
-def a_move():
-    """A turn by 50 degrees about (1, 2, 2), and a step."""
-    x, y, z = np.array([1.0, 2.0, 2.0]) / 3.0
-    cross = np.array([(0, -z, y), (z, 0, -x), (-y, x, 0)])
-    angle = np.radians(50.0)
-    move = np.eye(4)
-    move[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    move[:3, 3] = (3.0, -1.0, 0.5)
-    return move
-
-
-def test_a_control_that_only_differs_by_noise_moves_nothing():
-    relation = a_move()
-    noisy = (relation.astype(np.float32) * np.float32(1.0 + 1e-7)).astype(np.float64)
-    points = np.random.default_rng(1).normal(size=(5, 3)).astype(np.float32)
-    moved = motion.apply(motion.between(relation, noisy), points)
-    assert np.array_equal(moved, points.astype(np.float64))
-
-
-def test_the_move_between_two_relations_takes_points_along():
-    rest = a_move()
-    points = np.random.default_rng(2).normal(size=(5, 3))
-    move = motion.between(rest, a_move() @ rest)
-    assert np.allclose(move, a_move(), atol=1e-12)
-    assert np.allclose(motion.apply(move, points), points @ a_move()[:3, :3].T + a_move()[:3, 3])
-
-
-def test_a_rigid_move_is_fitted_exactly():
-    points = np.random.default_rng(3).normal(size=(6, 3))
-    assert np.allclose(motion.fitted(points, motion.apply(a_move(), points)), a_move(), atol=1e-12)
-    flat = points * (1.0, 1.0, 0.0)
-    assert np.allclose(motion.fitted(flat, motion.apply(a_move(), flat)), a_move(), atol=1e-12)
-
-
-@pytest.mark.parametrize("count", [1, 3])
-def test_what_points_leave_open_is_not_turned(count):
-    line = np.outer(np.arange(count), (1.0, 0.0, 0.0))
-    move = motion.fitted(line, line + np.array((0.0, 2.0, 0.0)))
-    assert np.allclose(move[:3, :3], np.eye(3))
-    assert np.allclose(move[:3, 3], (0.0, 2.0, 0.0))
 
 
 # -- springs ---------------------------------------------------------------------------------------------------------

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """In-between keys against the mixes that they stand for, at random settings of the sliders."""
 
-import pathlib
-import sys
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.mixing.core import in_betweens, leja
 from addon.mixing.core.mix_input import MixInput, Slider

@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: rings of skin that go along with limbs, on the generated figure; without Blender."""
 
-import pathlib
-import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.capture.bridge import marker_cuffs
 from addon.capture.core import cuffs, marker_sets

@@ -5,20 +5,18 @@ MEANVALUE_CAPTURE_MUTATIONS raises the number of random mutations, docs/developm
 """
 
 import os
-import pathlib
 import random
 import signal
-import sys
 import tracemalloc
 
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from blender_tests.fuzz.motion_files import attempt, larger_files, small_files
 from blender_tests.fuzz.mutations import mutated
 
 MUTATIONS = int(os.environ.get("MEANVALUE_CAPTURE_MUTATIONS", "1500"))
+pytestmark = pytest.mark.slow
+
 #: The memory for a file: so many times its size, and what an empty one takes.
 MEMORY_FACTOR, MEMORY_AT_LEAST = 128, 2_000_000
 #: Seconds after which a test is taken to hang; on a busy machine each takes a few.

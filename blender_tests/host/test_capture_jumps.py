@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: swapped and jumping markers, put into a generated walk; without Blender."""
 
-import pathlib
-import sys
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.capture.core.jumps import find_jumps
 from addon.scene.core.checks import InvalidMotionError
@@ -54,6 +50,7 @@ def test_swaps_are_found_with_both_names_and_the_sample():
         assert one in found.words and other in found.words and str(begin) in found.words
 
 
+@pytest.mark.slow
 def test_most_random_swaps_are_found_and_little_else():
     rng = np.random.default_rng(0)
     found_without_gap, found_after_gap, others = [], [], 0

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: how arms and feet of a reference are laid on those of a mesh, for several marker sets."""
 
-import pathlib
-import sys
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.capture.core import facing, marker_sets, proportions, readers
 from addon.capture.core.alignment import align_to_mesh
@@ -15,7 +11,7 @@ from addon.capture.core.limb import Limb
 from addon.capture.core.limb_posing import posed_and_actor
 from addon.capture.core.matching import match_to_surface
 from addon.capture.core.skin import skin_targets
-from addon.scene.core.surface import Surface, along_from, outward
+from addon.scene.core.surface import Surface, outward
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()
@@ -115,15 +111,6 @@ def test_the_hand_tells_its_back_and_its_thumb():
         assert facing.hand_of(arm, from_tip - from_tip.min(), side, 1.79, None) is None
 
 
-def test_ways_along_a_bent_strip_go_round_its_corner():
-    strip = np.concatenate([np.stack([np.linspace(0, 1, 101), np.zeros(101), np.zeros(101)], 1),
-                            np.stack([np.ones(100), np.linspace(0.01, 1, 100), np.zeros(100)], 1)])  # fmt: skip
-    seeds = np.arange(201) == 0
-    assert np.abs(along_from(seeds, strip, 0.015) - np.linspace(0.0, 2.0, 201)).max() < 0.02
-    strip[150:] += [0.0, 0.0, 5.0]
-    assert np.isinf(along_from(seeds, strip, 0.015)[150:]).all()
-
-
 def test_feet_stay_flat_where_legs_are_moved_apart():
     wide = np.radians(9.0)
     joints, turns = walking_figure.upright(1, 1.0)
@@ -146,6 +133,7 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
         assert np.ptp(heights) < 1e-9, "not tilted"
 
 
+@pytest.mark.slow
 def test_noise_does_not_choose_how_an_arm_is_rolled():
     """Markers that lie as badly on a round arm whichever way it is rolled: they stay as they are rolled."""
     along, around = np.meshgrid(np.linspace(0.0, 0.6, 60), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False))
@@ -162,15 +150,8 @@ def test_noise_does_not_choose_how_an_arm_is_rolled():
 
 @pytest.mark.parametrize("mesh", ["models/human_man.obj", "models/human_woman.obj", "makehuman/base.obj"])
 def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
-    take = mesh_files.DATA / "mocap" / "rajagopal" / "static_walk_1.trc"
-    for path in (mesh_files.DATA / mesh, take):
-        if not path.exists():
-            pytest.skip(f"no {path.name} in {path.parent}")
-    vertices, triangles = mesh_files.read_triangles(mesh_files.DATA / mesh)
-    if mesh.startswith("makehuman"):
-        triangles = triangles[(triangles < 13380).all(axis=1)]
-    vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
-    still = readers.read(take)
+    vertices, triangles = mesh_files.real_body(mesh)
+    still = readers.read(mesh_files.path_of("mocap/rajagopal/static_walk_1.trc"))
     names = marker_sets.recognise(still.labels).landmarks
     markers = still.positions[still.frames // 2]
     found = align_to_mesh(markers, still.labels, vertices, triangles).matrix

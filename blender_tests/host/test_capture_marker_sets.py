@@ -2,12 +2,8 @@
 """addon/core/capture: names of markers and presets; without Blender."""
 
 import json
-import pathlib
-import sys
 
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.capture.core import known_sets, landmarks, marker_sets, readers
 from addon.capture.core.marker_set import key_of
@@ -88,9 +84,7 @@ def test_limbs_without_landmarks_are_told(gone, limbs):
 
 @pytest.mark.parametrize("name", ["tpose", "walk1", "dance1"])
 def test_joints_of_real_files_are_known(name):
-    path = mesh_files.DATA / "makehuman" / f"{name}.bvh"
-    if not path.exists():
-        pytest.skip(f"no {path.name} in {path.parent}")
+    path = mesh_files.path_of(f"makehuman/{name}.bvh")
     assert landmarks.unknown_limbs(marker_sets.recognise(readers.read(path).labels).landmarks) == []
 
 
@@ -171,8 +165,6 @@ def test_presets_that_cannot_be_read_or_written_are_told(tmp_path):
     ],
 )
 def test_real_takes_are_recognised(file, name, matched):
-    path = mesh_files.DATA / "mocap" / file
-    if not path.exists():
-        pytest.skip(f"no {path.name} in {path.parent}")
+    path = mesh_files.path_of(f"mocap/{file}")
     found = marker_sets.recognise(readers.read(path).labels)
     assert (found.name, found.matched) == (name, matched)

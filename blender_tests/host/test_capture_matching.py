@@ -1,20 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: markers laid onto a mesh, matched to it, and the skin under them; without Blender."""
 
-import itertools
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-
 from addon.capture.core import marker_sets, readers
 from addon.capture.core.alignment import align_to_mesh, similarity
 from addon.capture.core.limb_posing import posed_and_actor
-from addon.capture.core.matching import match_to_surface, one_to_one
-from addon.capture.core.medial import medial_points
+from addon.capture.core.matching import match_to_surface
 from addon.capture.core.skin import skin_targets
 from addon.scene.core.checks import InvalidMotionError
 from addon.scene.core.surface import Surface, nearest_on_triangles
@@ -70,7 +64,7 @@ def test_pairs_that_tell_too_little_are_refused(source, says):
 # -- without pairs ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_a_t_pose_is_aligned_whatever_unit_place_and_turn_the_mesh_has(seed):
     rng = np.random.default_rng(seed)
     truth = placed(rng.choice([0.01, 1.0, 39.4]), rng.uniform(0.0, 2.0 * np.pi), rng.uniform(-9.0, 9.0, 3))
@@ -115,14 +109,8 @@ def test_what_cannot_be_aligned_is_told():
 @pytest.mark.parametrize("mesh", ["models/human_man.obj", "models/human_woman.obj", "makehuman/base.obj"])
 @pytest.mark.parametrize("take", ["pig-walk/PiG_Calibration-FlatFoot-One.c3d", "rajagopal/static_walk_1.trc"])
 def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
-    for path in (mesh_files.DATA / mesh, mesh_files.DATA / "mocap" / take):
-        if not path.exists():
-            pytest.skip(f"no {path.name} in {path.parent}")
-    vertices, triangles = mesh_files.read_triangles(mesh_files.DATA / mesh)
-    if mesh.startswith("makehuman"):
-        triangles = triangles[(triangles < 13380).all(axis=1)]
-    vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]  # Y up, looking along +Z, to Blender's way
-    still = readers.read(mesh_files.DATA / "mocap" / take)
+    vertices, triangles = mesh_files.real_body(mesh)
+    still = readers.read(mesh_files.path_of(f"mocap/{take}"))
     frame = still.frames // 2
     found = align_to_mesh(still.positions[frame], still.labels, vertices, triangles)
     names = marker_sets.recognise(still.labels).landmarks
@@ -136,13 +124,8 @@ def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
 
 @pytest.mark.parametrize("take", ["makehuman/tpose.bvh", "mocap/bvh/scaled_131_01.bvh"])
 def test_real_skeletons_lie_in_the_middle_of_a_real_body(take):
-    for path in (mesh_files.DATA / take, mesh_files.DATA / "makehuman" / "base.obj"):
-        if not path.exists():
-            pytest.skip(f"no {path.name} in {path.parent}")
-    vertices, triangles = mesh_files.read_triangles(mesh_files.DATA / "makehuman" / "base.obj")
-    triangles = triangles[(triangles < 13380).all(axis=1)]
-    vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
-    read = readers.read(mesh_files.DATA / take)
+    vertices, triangles = mesh_files.real_body("makehuman/base.obj")
+    read = readers.read(mesh_files.path_of(take))
     names = marker_sets.recognise(read.labels).landmarks
     known = [k for k, name in enumerate(names) if name]
     names = [names[k] for k in known]
@@ -215,7 +198,8 @@ JOINTS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("down", [0.0, 0.6, 1.1])
+@pytest.mark.slow
+@pytest.mark.parametrize("down", [0.0, 1.1])
 def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down):
     figure = walking_figure.t_pose().joints
     rest = np.array([figure[joint][0] for joint in JOINTS.values()])
@@ -233,15 +217,6 @@ def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down)
     assert found.certainty > 1.1
 
 
-def test_middles_of_a_capsule_are_on_its_axis():
-    points, triangles = body_mesh.capsule(np.zeros(3), np.array([0.0, 0.0, 1.0]), (0.1, 0.1), 24, 20)
-    for faces in (triangles, triangles[:, ::-1]):
-        middles = medial_points(*Surface(points, faces).samples(2000))
-        inside = (middles[:, 2] > 0.0) & (middles[:, 2] < 1.0)
-        assert inside.mean() > 0.8
-        assert np.median(np.linalg.norm(middles[inside, :2], axis=1)) < 0.015
-
-
 # -- surface ----------------------------------------------------------------------------------------------------------
 
 
@@ -257,32 +232,7 @@ def test_nearest_points_are_those_of_looking_at_every_triangle():
     assert shares.min() >= 0.0 and np.abs(shares.sum(axis=1) - 1.0).max() < 1e-12
 
 
-def test_nearest_points_on_one_triangle_by_fine_sampling():
-    rng = np.random.default_rng(2)
-    grid = np.array([(u, v) for u in np.linspace(0, 1, 81) for v in np.linspace(0, 1, 81) if u + v <= 1.0 + 1e-12])
-    shares = np.column_stack([1.0 - grid.sum(axis=1), grid])
-    for corners in (*rng.standard_normal((20, 3, 3)), np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.ones((3, 3))):
-        points = 2.0 * rng.standard_normal((10, 3))
-        found = nearest_on_triangles(points, np.broadcast_to(corners, (10, 3, 3)))
-        distance = np.linalg.norm(found @ corners - points, axis=1)
-        sampled = np.linalg.norm((shares @ corners)[None] - points[:, None], axis=2).min(axis=1)
-        assert (distance <= sampled + 1e-12).all()
-        assert (distance >= sampled - 0.08).all()
-
-
 # -- one to one -------------------------------------------------------------------------------------------------------
-
-
-def test_markers_in_one_place_get_different_vertices_with_the_least_sum():
-    rng = np.random.default_rng(3)
-    for _ in range(20):
-        points, places = 0.2 * rng.standard_normal((5, 3)), rng.standard_normal((6, 3))
-        chosen = one_to_one(points, places)
-        assert len(set(chosen)) == 5
-        costs = np.linalg.norm(points[:, None] - places[None], axis=2)
-        best = min(costs[range(5), list(way)].sum() for way in itertools.permutations(range(6), 5))
-        assert costs[range(5), chosen].sum() == pytest.approx(best, abs=1e-12)
-    assert sorted(one_to_one(np.zeros((8, 3)), rng.standard_normal((8, 3)))) == list(range(8))
 
 
 def test_matches_lie_on_the_surface_and_offsets_lead_back():
@@ -298,18 +248,6 @@ def test_matches_lie_on_the_surface_and_offsets_lead_back():
     assert ((REFERENCE - match.point)[outside] * match.frame[outside, :, 2]).sum(axis=1).mean() > 0.0
 
 
-def test_offsets_do_not_depend_on_where_the_body_is():
-    markers = REFERENCE + 0.005 * np.random.default_rng(5).standard_normal((41, 3))  # in no plane of symmetry
-    match = match_to_surface(markers, VERTICES, TRIANGLES)
-    matrix = placed(1.0, 1.1, [3.0, 2.0, 1.0])
-    other = match_to_surface(moved(markers, matrix), moved(VERTICES, matrix), TRIANGLES)
-    assert np.array_equal(match.vertex, other.vertex)
-    # In a corner of several faces any of them may lend the tangent, so the offsets themselves may differ.
-    here, there = (np.einsum("mij,mj->mi", m.frame, m.offset) for m in (match, other))
-    assert np.abs(here @ matrix[:3, :3].T - there).max() < 1e-9
-    assert np.abs(match.frame[:, :, 2] @ matrix[:3, :3].T - other.frame[:, :, 2]).max() < 1e-9
-
-
 def test_missing_markers_match_nothing_and_small_meshes_are_told():
     markers = REFERENCE.copy()
     markers[4] = np.nan
@@ -323,12 +261,6 @@ def test_missing_markers_match_nothing_and_small_meshes_are_told():
 
 
 # -- skin -------------------------------------------------------------------------------------------------------------
-
-
-def test_at_rest_targets_are_the_anchor_vertices():
-    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
-    targets = skin_targets(REFERENCE[None], REFERENCE, match, NAMES)
-    assert np.abs(targets[0] - VERTICES[match.vertex]).max() < 1e-9
 
 
 def test_targets_turn_with_the_body():
@@ -349,13 +281,6 @@ def test_on_a_walk_targets_follow_the_skin_far_better_than_offsets_that_are_not_
     unturned = np.linalg.norm(walk.clean - (REFERENCE - VERTICES[match.vertex]) - truth, axis=2)[:, same]
     assert np.sqrt((error**2).mean()) < 0.45 * np.sqrt((unturned**2).mean())
     assert error.max() < 0.02
-
-
-def test_targets_of_some_are_those_of_all():
-    walk = walking_figure.take(60)
-    match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
-    whole = skin_targets(walk.clean, REFERENCE, match, NAMES)
-    assert np.array_equal(skin_targets(walk.clean, REFERENCE, match, NAMES, [7, 3]), whole[:, [7, 3]])
 
 
 def test_missing_neighbours_hardly_matter_and_missing_markers_stay_missing():

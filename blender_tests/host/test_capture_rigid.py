@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: rotations fitted to many sets of points at once; without Blender."""
 
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-
-from addon.scene.core.rigid import fit_rotations, nearest_rotations, turns_between
+from addon.scene.core.rigid import fit_rotations, nearest_rotations
 
 
 def random_rotations(rng, count):
@@ -66,16 +62,3 @@ def test_what_points_leave_open_is_as_the_prior_has_it():
     # Without a prior a line is turned the least way.
     quarter = fit_rotations(line, line @ np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]))
     assert np.abs(quarter @ [1.0, 0.0, 0.0] - [1.0, 0.0, 0.0]).max() < 1e-6
-
-
-def test_least_turns_between_directions():
-    rng = np.random.default_rng(3)
-    before, after = rng.standard_normal((2, 50, 3))
-    turns = turns_between(before, after)
-    turned = np.einsum("fij,fj->fi", turns, before / np.linalg.norm(before, axis=1, keepdims=True))
-    assert np.abs(turned - after / np.linalg.norm(after, axis=1, keepdims=True)).max() < 1e-12
-    axis = np.cross(before, after)
-    assert np.abs(np.einsum("fij,fj->fi", turns, axis) - axis).max() < 1e-12
-    half = turns_between(np.eye(3), -np.eye(3))
-    assert np.abs(np.einsum("fij,fj->fi", half, np.eye(3)) + np.eye(3)).max() < 1e-12
-    assert np.allclose(np.linalg.det(half), 1.0)

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture/: TRC files."""
 
-import pathlib
-import sys
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.capture.core import trc_file
 from addon.errors import MotionFileError
@@ -19,7 +15,6 @@ METRES = walker.positions()
 Y_UP = METRES[..., [0, 2, 1]] * (1.0, 1.0, -1.0)
 #: Five decimals of a millimetre.
 DECIMALS = 1e-8
-
 
 
 def read_trc(content, **options):
@@ -51,11 +46,6 @@ def test_trc_with_z_up_is_seen_and_choice_overrules():
     take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES), up_axis="Y", unit=0.1)
     assert take.positions[0, 0, 2] == pytest.approx(100.0 * METRES[0, 0, 1])
     assert [note[:22] for note in take.notes] == ["In the chosen unit the"], "nobody is 168 m large"
-
-
-def test_trc_where_nothing_tells_has_y_up():
-    take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * (0.1 * METRES + 5.0)))
-    assert has_note(take, "Y is assumed", "OpenSim")
 
 
 @pytest.mark.parametrize("unit", ["", "parsec"])
@@ -178,7 +168,6 @@ def test_trc_that_was_cut_off_gives_its_whole_rows_and_says_so():
 def test_damaged_trc_is_refused_with_its_line(change, words):
     with pytest.raises(MotionFileError, match=rf"^walk\.trc.*({words})"):
         read_trc(change(capture_files.trc(walker.LABELS, 1000.0 * Y_UP).decode()).encode())
-
 
 
 def test_rajagopal_has_41_markers_and_computed_points_are_left_out():

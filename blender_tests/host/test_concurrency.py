@@ -19,6 +19,8 @@ from blender_tests.support.native_calls import ENDS, TRIANGLES, VERTICES, bent_t
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
+pytestmark = pytest.mark.slow
+
 
 def run(code_or_file, *arguments, timeout):
     """In a process of its own, since what goes wrong may end it or never end."""

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The short lane of `./dev fuzz`: damaged files of every kind end in an error by name, or are read."""
 
-import pathlib
-import sys
 
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
 from blender_tests.fuzz import driver

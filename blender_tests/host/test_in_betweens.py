@@ -2,13 +2,9 @@
 """addon/core/mixing: few shapes that stand for a mix of sliders, and the drivers that say when."""
 
 import math
-import pathlib
-import sys
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.mixing.core import drivers, grafting, in_betweens, leja
 from addon.mixing.core.mix_input import MixInput, Slider
@@ -76,17 +72,12 @@ def test_an_arc_of_150_degrees_takes_few_keys():
         np.testing.assert_allclose(total.at([end]), 0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 def test_sliders_that_turn_the_same_part_are_within_the_tolerance_together(tolerance):
     correction, ranges = corrections([1.2, -0.8, 0.5]), [(0.0, 1.0), (-1.0, 1.0), (0.0, 1.0)]
     found, _asked = search(correction, ranges, tolerance)
     assert found.error <= tolerance
     assert farthest(correction, found, ranges) <= 1.5 * tolerance
-
-
-def test_straight_lines_take_no_keys():
-    found, _asked = search(lambda _values: np.zeros(ARM.shape), [(0.0, 1.0)] * 4, 1e-6)
-    assert found.nodes == () and found.error == 0.0
 
 
 def test_sliders_far_from_each_other_are_not_combined():
@@ -150,12 +141,6 @@ def test_expressions_that_are_longer_than_blender_takes_do_not_fit():
     for order in range(1, leja.MOST):
         orders = tuple((slider, order) for slider in range(3))
         assert drivers.fits(knots, orders) == (len(drivers.expression(knots, orders)[0]) <= 255)
-
-
-def test_labels_tell_the_sliders():
-    knots = [leja.places(0.0, 1.0)] * 2
-    assert drivers.label(["Bend", "Twist"], knots, ((0, 2),)) == "Bend 0.5"
-    assert drivers.label(["Bend", "Twist"], knots, ((0, 1), (1, 2))) == "Bend 1 + Twist 0.5"
 
 
 def mix(masks=None):

@@ -17,6 +17,7 @@ def run(*command):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_example_builds_against_the_installed_library(tmp_path):
     if not (BUILT / "cmake_install.cmake").exists() or shutil.which("cmake") is None:
         pytest.skip("needs CMake and the library in build/native (./dev build)")

@@ -18,6 +18,8 @@ if not sys.platform.startswith("linux"):
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BINDS = int(os.environ.get("MEANVALUE_BINDS", "60"))
 
+pytestmark = pytest.mark.slow
+
 COMMON = """
 import gc, resource, sys
 sys.path.insert(0, {root!r})

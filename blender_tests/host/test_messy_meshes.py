@@ -5,20 +5,14 @@ Real meshes are those of the shared data, skipped where it is missing.
 """
 
 import functools
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
-from addon.errors import SceneError  # noqa: E402
 from addon.posing.core import mesh_problems  # noqa: E402
 from addon.posing.core.bind_input import BindInput  # noqa: E402
-from addon.posing.core.coincidence import first_of_place  # noqa: E402
 from blender_tests.support import mesh_files, messy_variants  # noqa: E402
 
 #: Vertices that may move, of a bigger mesh those nearest to the handle: for time's sake.
@@ -240,21 +234,6 @@ def test_a_flipped_face_is_found_and_solved():
     assert set(problems['PINCHED'].vertices) <= set(messy[100])
 
 
-def test_two_parts_that_share_a_vertex():
-    vertices, triangles = tube()
-    other = vertices + np.array([2.0, 0.0, 0.0])
-    triangles = np.concatenate([triangles, triangles + len(vertices)])
-    shared = 12 * 8  # at (1, 0), where the other has its vertex at angle 180 degrees
-    triangles[triangles == len(vertices) + shared + 6] = shared
-    both = np.concatenate([vertices, other])
-    result, deformer = bent_tube(both, triangles, len(vertices))
-    assert np.isfinite(result).all()
-    problems = {each.kind: each for each in mesh_problems.find(both, triangles, deformer.report)}
-    around = np.unique(triangles[(triangles == shared).any(axis=1)])  # faces there may be kept as loose pieces
-    assert shared in problems['PINCHED'].vertices
-    assert set(problems['PINCHED'].vertices) <= set(around)
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_whatever_is_done_to_the_faces_the_shape_is_finite(seed):
     random = np.random.default_rng(seed)
@@ -311,156 +290,3 @@ def test_all_is_told_in_one_sentence():
 
 
 # -- merging for the solve only --------------------------------------------------------------------------------------
-
-
-def cut_open(seed=0):
-    """A tube all of whose triangles have corners of their own, up to 1e-4 apart; and which vertex each was."""
-    vertices, triangles = tube()
-    numbers = triangles.ravel()
-    jitter = np.random.default_rng(seed).uniform(-5e-5, 5e-5, (len(numbers), 3))
-    return vertices[numbers] + jitter, np.arange(len(numbers), dtype=np.int32).reshape(-1, 3), numbers
-
-
-def test_merged_vertices_are_solved_as_one():
-    vertices, triangles = tube()
-    expected, _ = bent_tube(vertices, triangles, len(vertices))
-    split, own, numbers = cut_open()
-    anchors = np.flatnonzero((numbers < 12) | (numbers >= len(vertices) - 12))
-    bind_input = given(
-        split, own, anchors, (numbers[anchors] >= 12).astype(np.int32), merge_distance=3e-4
-    )
-    assert len(bind_input.solver_mesh.rest) == len(vertices)
-    targets = bind_input.anchor_rest + (expected - vertices)[numbers[anchors]]
-    result, deformer = solved(bind_input, own, targets)
-    assert len(deformer.report.components) == 1
-    assert np.abs(result - expected[numbers]).max() < 2e-3
-    # Copies go the same way, to the last bit of a move.
-    moves = result - bind_input.rest
-    for vertex in (50, 100):
-        copies = np.flatnonzero(numbers == vertex)
-        assert np.abs(moves[copies] - moves[copies[0]]).max() < 1e-12
-    # A drag goes on from exactly what the solver gave.
-    cut = bind_input.solver_mesh.cut_back(np.asarray(bind_input.solver_mesh.rest) + 0.5)
-    assert bind_input.solver_mesh.start(cut) is cut.solved
-
-
-def test_without_anything_to_merge_the_mesh_is_its_own_whole():
-    vertices, triangles = tube()
-    plain = given(vertices, triangles, np.arange(12))
-    merging = given(vertices, triangles, np.arange(12), merge_distance=1e-6)
-    assert type(merging.solver_mesh) is type(plain.solver_mesh)
-    assert merging.fingerprint.settings != plain.fingerprint.settings
-
-
-def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
-    split, own, numbers = cut_open()
-    roi = np.ones(len(split), bool)
-    free = np.flatnonzero(numbers == 60)
-    roi[free[0]] = False
-    handles = np.flatnonzero(numbers == 90)
-    bind_input = given(
-        split,
-        own,
-        np.sort(handles[:2]),
-        [0, 1],
-        roi=roi,
-        strengths=np.array([0.5, np.inf]),
-        merge_distance=3e-4,
-    )
-    whole = bind_input.solver_mesh
-    assert not whole.roi[whole.places[free]].any()
-    assert whole.anchors.tolist() == [whole.places[handles[0]]]
-    assert np.isinf(whole.strengths).all()
-    targets = bind_input.anchor_rest + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    assert np.allclose(whole.met(targets) - bind_input.anchor_rest, [0.0, 0.0, 1.0], atol=1e-6)
-
-
-def test_unjoined_halves_move_as_one_body():
-    vertices, triangles = tube()
-    split, own = messy_variants.unjoined_halves(vertices, triangles, 1e-4)
-    bind_input, targets, _ = posed(split, own, merge_distance=4e-4)
-    result, deformer = solved(bind_input, own, targets)
-    assert len(deformer.report.components) == 1
-    half = len(split) // 2
-    seam = np.flatnonzero(np.abs(split[:half, 0] - split[half:, 0]) < 2e-4)
-    assert len(seam) > 10
-    assert np.linalg.norm(result[seam] - result[seam + half], axis=1).max() < 4e-4
-
-
-def test_a_merge_distance_that_is_no_seam_is_refused():
-    vertices, triangles = tube()
-    with pytest.raises(SceneError, match=r"Merge Distance 0\.5 is more than"):
-        given(vertices, triangles, np.arange(12), merge_distance=0.5).check()
-
-
-@pytest.mark.parametrize("share", [0.004, 0.009])
-def test_a_merge_distance_longer_than_edges_is_refused_and_one_that_does_is_named(share):
-    side = 200
-    numbers = np.arange(side * side).reshape(side, side)
-    vertices = np.stack([numbers % side, numbers // side, 0.0 * numbers], axis=2).reshape(-1, 3) / (side * 2.0**0.5)
-    one, two, three, four = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
-    triangles = np.stack([one, two, three, one, three, four], axis=2).reshape(-1, 3).astype(np.int32)
-    # an open seam, which is closed with what is named
-    vertices = np.concatenate([vertices, vertices[side // 2 :: side] + 1e-5])
-    told = r"Merge Distance 0\.00\d is longer than edges .* 100\.0% .* Choose \S+ or less"
-    with pytest.raises(SceneError, match=told) as refused:
-        given(vertices, triangles, np.arange(side), merge_distance=share).check()
-    named = float(str(refused.value).split("Choose ")[1].split()[0])
-    assert 1e-3 <= named < 1.0 / side
-    bind_input = given(vertices, triangles, np.arange(side), merge_distance=named)
-    bind_input.check()
-    assert len(bind_input.solver_mesh.rest) == side * side
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_points_in_one_place(seed):
-    random = np.random.default_rng(seed)
-    places = np.round(random.random((200, 3)) * 4.0)  # many on planes and in one place
-    points = places + random.uniform(-1e-4, 1e-4, places.shape)
-    first = first_of_place(points, 1e-3)
-    expected = [np.flatnonzero((places == place).all(axis=1))[0] for place in places]
-    assert first.tolist() == expected
-    assert first_of_place(points, 0.0).tolist() == list(range(200))
-    assert first_of_place(places, 0.0).tolist() == expected
-    assert first_of_place(np.empty((0, 3)), 1.0).tolist() == []
-
-
-def joined_by_comparing_all(points, distance):
-    is_near = ((points[:, None] - points[None]) ** 2).sum(axis=2) <= distance**2
-    first = np.arange(len(points))
-    while True:
-        lowest = np.where(is_near, first[None], len(points)).min(axis=1)
-        if np.array_equal(lowest, first):
-            return first
-        first = lowest
-
-
-@pytest.mark.parametrize("distance", [1e-9, 0.01, 0.04, 0.08, 0.3, 3.0])
-@pytest.mark.parametrize("offset", [0.0, 1e4])
-def test_points_in_one_place_are_those_that_comparing_all_finds(distance, offset):
-    random = np.random.default_rng(7)
-    piles = np.repeat(random.random((20, 3)), 20, axis=0)
-    points = np.concatenate([random.random((500, 3)), piles, piles + random.uniform(-0.01, 0.01, piles.shape)]) + offset
-    assert np.array_equal(first_of_place(points, distance), joined_by_comparing_all(points, distance))
-
-
-def test_many_points_in_one_place_cost_no_more_than_others():
-    """All pairs of them would not fit into memory."""
-    random = np.random.default_rng(8)
-    pile = np.zeros((100_000, 3))
-    jittered = random.uniform(-0.1, 0.1, (20_000, 3)) * 1e-3
-    beside = np.array([1.05e-3, 0.0, 0.0])  # in the cells around, out of reach for most
-    points = np.concatenate([pile + 5.0, jittered, jittered + beside, random.random((1000, 3)) + 10.0])
-    first = first_of_place(points, 1e-3)
-    assert (first[:100_000] == 0).all()
-    assert (first[100_000:140_000] == 100_000).all()
-    first = first_of_place(points, 0.7e-3)
-    assert (first[100_000:120_000] == 100_000).all() and (first[120_000:140_000] == 120_000).all()
-    assert len(np.unique(first[140_000:])) == 1000
-
-
-def test_what_was_found_is_remembered():
-    points = np.random.default_rng(9).random((100, 3)).astype(np.float32)
-    found = first_of_place(points, 0.1)
-    assert first_of_place(points.copy(), 0.1) is found and not found.flags.writeable
-    assert first_of_place(points, 0.2) is not found

@@ -1,21 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/posing/core/mirroring.py: a part of a body, solved with its images, is the body solved as a whole."""
 
-import pathlib
-import sys
-
-import numpy as np
-import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 import meanvalue
+import numpy as np
+import pytest
 from support.mirrored_bodies import body, part
 
 from addon.errors import SceneError
 from addon.posing.core import springs
 from addon.posing.core.bind_input import BindInput, soft_border
-from addon.scene.core import mirror_planes, twins
+from addon.scene.core import twins
 
 AXES = [(0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2)]
 
@@ -88,6 +83,12 @@ def solved(given, triangles, positions, weights=None):
     )
     solution = deformer.solve(whole.targets(positions), weights=whole.weights(weights))
     return whole.cut_back(solution.vertices), solution, deformer
+
+
+def symmetric(vertices, triangles, groups, axis=0, **options):
+    corners, starts = faces(triangles)
+    found = twins.find(vertices.astype(np.float32), corners, starts, (*unit(axis), 0.0))
+    return bind_input(vertices, triangles, groups, rows([axis]), found[None], **options)
 
 
 def moves(points, axes=(0,)):
@@ -169,30 +170,6 @@ def test_the_seam_stays_in_its_planes(axes):
             assert np.abs(along).max() > 0.05
 
 
-def test_without_the_images_the_seam_opens():
-    vertices, triangles = body()
-    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
-    alone = bind_input(given.rest, own, three_handles(given.rest))
-    found, _solution, _ = solved(alone, own, bent(alone))
-    assert np.abs(found[given.twins[0] >= 0][:, 0]).max() > 1e-2
-
-
-def test_at_rest_nothing_moves():
-    vertices, triangles = body()
-    _numbers, own, given = half(vertices, triangles, (0, 1), three_handles)
-    found, _solution, _ = solved(given, own, given.anchor_rest)
-    assert np.abs(found - given.rest).max() < 1e-6
-    assert np.array_equal(given.solver_mesh.met(given.anchor_rest), given.anchor_rest)
-
-
-def test_a_handle_across_the_plane_goes_along_it_as_one():
-    vertices, triangles = body()
-    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
-    met = given.solver_mesh.met(given.anchor_rest + np.array([0.5, 0.25, 0.125])) - given.anchor_rest
-    across = given.handles != 2
-    assert np.allclose(met[across], [0.0, 0.25, 0.125]) and np.allclose(met[~across], [0.5, 0.25, 0.125])
-
-
 def rotation(axis, angle):
     matrix = np.eye(3)
     one, other = (axis + 1) % 3, (axis + 2) % 3
@@ -256,27 +233,6 @@ def test_a_seam_off_its_plane_is_solved_in_it_and_keeps_its_offset():
     assert np.abs(found[seam, 0] - np.float32(4e-4)).max() < 1e-7
 
 
-def test_images_of_a_handle_are_one_with_it_only_where_they_touch():
-    vertices, triangles = body()
-    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
-    whole = given.solver_mesh
-    found = kinds(whole.rest[whole.anchors])
-    assert [len(np.unique(whole.handles[found == kind])) for kind in range(3)] == [1, 1, 2]
-    assert len(np.unique(whole.handles)) == 4
-
-
-def test_strengths_are_those_of_the_body():
-    vertices, triangles = body()
-    sliders = [0.6, None, 0.4]
-    _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=sliders)
-    whole = given.solver_mesh
-    found = kinds(whole.rest[whole.anchors])
-    of_pieces = [sliders[found[whole.handles == piece][0]] for piece in range(whole.handles.max() + 1)]
-    expected = springs.strengths(whole.handles, of_pieces, 10.0, len(whole.rest))
-    assert np.isinf(expected).any() and np.isfinite(expected).any()
-    assert np.allclose(whole.strengths, expected)
-
-
 def test_influences_are_those_of_what_is_mirrored():
     vertices, triangles = body()
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=[0.6, 0.2, 0.4])
@@ -303,140 +259,7 @@ def test_the_answer_of_a_drag_is_gone_on_with_exactly():
     assert np.abs(given.solver_mesh.cut_back(again.vertices) - found).max() < 1e-3 * given.diagonal
 
 
-# -- symmetric by itself ---------------------------------------------------------------------------------------------
-
-
-def symmetric(vertices, triangles, groups, axis=0, **options):
-    corners, starts = faces(triangles)
-    found = twins.find(vertices.astype(np.float32), corners, starts, (*unit(axis), 0.0))
-    return bind_input(vertices, triangles, groups, rows([axis]), found[None], **options)
-
-
-def shuffled(vertices, triangles, seed=3):
-    order = np.random.default_rng(seed).permutation(len(vertices))
-    new = np.argsort(order)
-    return vertices[order], new[triangles].astype(np.int32)
-
-
-@pytest.mark.parametrize("axis", range(3))
-def test_twins_are_found(axis):
-    vertices, triangles = shuffled(*body())
-    found = twins.find(vertices.astype(np.float32), *faces(triangles), (*unit(axis), 0.0))
-    assert (found[found] == np.arange(len(vertices))).all()
-    assert np.abs(vertices[found] * (1.0 - 2.0 * unit(axis)) - vertices).max() < 1e-6
-
-
-def test_twins_in_a_mesh_that_is_nearly_symmetric():
-    vertices, triangles = shuffled(*body())
-    size = np.linalg.norm(np.ptp(vertices, axis=0))
-    noise = np.random.default_rng(1).uniform(-1.0, 1.0, vertices.shape) * 2e-4 * size
-    found = twins.find((vertices + noise).astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0))
-    assert np.array_equal(found, twins.find(vertices.astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0)))
-
-
-def test_twins_of_split_edges_follow_the_faces():
-    vertices, triangles = body()
-    own = vertices[triangles].reshape(-1, 3)  # every triangle has corners of its own
-    split = np.arange(len(own), dtype=np.int32).reshape(-1, 3)
-    found = twins.find(own.astype(np.float32), *faces(split), (1.0, 0.0, 0.0, 0.0))
-    assert (found >= 0).all()
-    images = np.sort(found[split], axis=1)
-    assert len(np.unique(images // 3)) == len(split) and (images // 3 == images[:, :1] // 3).all()
-
-
-def test_what_has_no_twin_is_told():
-    vertices, triangles = body()
-    away = np.argmax(vertices[:, 0])
-    vertices[away] += [0.0, 0.0, 0.05]
-    found = twins.find(vertices.astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0))
-    assert np.count_nonzero(found < 0) == 2 and found[away] == -1
-
-
-def test_a_handle_on_one_side_moves_both_alike():
-    vertices, triangles = shuffled(*body())
-    groups = [np.flatnonzero(vertices[:, 2] < -1.5), np.flatnonzero(vertices[:, 0] > 0.7)]
-    given = symmetric(vertices, triangles, groups)
-    positions = given.anchor_rest.copy()
-    positions[given.handles == 1] += [0.4, 0.2, 0.3]
-    found, _solution, _ = solved(given, triangles, positions)
-    assert len(given.solver_mesh.rest) == len(vertices)
-    assert len(given.solver_mesh.triangles(triangles)) == len(triangles)
-    mirrored = found[given.twins[0]] * [-1.0, 1.0, 1.0]
-    assert np.abs(mirrored - found).max() < 1e-6
-    assert np.abs(found[groups[1]] - given.rest[groups[1]] - [0.4, 0.2, 0.3]).max() < 1e-6
-    other = given.twins[0][groups[1]]
-    assert np.abs(found[other] - given.rest[other] - [-0.4, 0.2, 0.3]).max() < 1e-6
-    in_plane = given.twins[0] == np.arange(len(vertices))
-    assert in_plane.any() and np.abs(found[in_plane, 0]).max() < 1e-6
-
-
-def test_of_two_handles_on_mirrored_places_the_upper_one_leads():
-    vertices, triangles = body()
-    right, left = np.flatnonzero(vertices[:, 0] > 0.7), np.flatnonzero(vertices[:, 0] < -0.7)
-    given = symmetric(vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), right, left])
-    positions = given.anchor_rest.copy()
-    positions[given.handles == 1] += [0.3, 0.0, 0.2]
-    positions[given.handles == 2] += [0.0, 0.7, 0.0]
-    met = given.solver_mesh.met(positions) - given.anchor_rest
-    assert np.allclose(met[given.handles == 1], [0.3, 0.0, 0.2])
-    assert np.allclose(met[given.handles == 2], [-0.3, 0.0, 0.2])
-
-
-def test_a_handle_on_both_sides_does_what_both_sides_agree_on():
-    vertices, triangles = body()
-    given = symmetric(
-        vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), np.flatnonzero(vertices[:, 2] > 1.5)]
-    )
-    positions = given.anchor_rest.copy()
-    positions[given.handles == 1] += [0.3, 0.1, 0.2]
-    met = given.solver_mesh.met(positions) - given.anchor_rest
-    assert np.allclose(met[given.handles == 1], [0.0, 0.1, 0.2])
-
-
-def test_a_mesh_that_is_nearly_symmetric_keeps_what_it_is_at_rest():
-    vertices, triangles = body()
-    noise = np.random.default_rng(1).uniform(-1e-4, 1e-4, vertices.shape)
-    given = symmetric(vertices + noise, triangles, three_handles(vertices)[:2])
-    found, _solution, _ = solved(given, triangles, given.anchor_rest)
-    assert np.abs(found - given.rest).max() < 1e-6
-
-
-def test_a_half_may_be_symmetric_across_another_plane():
-    vertices, triangles = body()
-    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
-    corners, starts = faces(own)
-    across = twins.find(given.rest, corners, starts, (0.0, 1.0, 0.0, 0.0))
-    groups = [np.flatnonzero(given.rest[:, 2] < -1.5), np.flatnonzero(given.rest[:, 1] > 0.6)]
-    both = bind_input(given.rest, own, groups, rows([0, 1]), np.array([given.twins[0], across]))
-    assert len(both.solver_mesh.rest) == len(vertices)
-    assert len(both.solver_mesh.triangles(own)) == len(triangles)
-    positions = both.anchor_rest + np.where(both.handles == 1, 1.0, 0.0)[:, None] * [0.2, 0.3, 0.1]
-    found, _solution, _ = solved(both, own, positions)
-    assert np.abs(found[across] * [1.0, -1.0, 1.0] - found).max() < 1e-6
-    assert np.abs(found[given.twins[0] >= 0][:, 0]).max() < 1e-7
-
-
 # -- what depends on it ----------------------------------------------------------------------------------------------
-
-
-def test_another_plane_is_another_binding():
-    vertices, triangles = body()
-    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
-    alone = bind_input(given.rest, own, three_handles(given.rest))
-    assert given.fingerprint != alone.fingerprint
-    assert given.fingerprint.shape_key != alone.fingerprint.shape_key
-    assert alone.fingerprint.mirror == ""
-
-
-def test_planes_whose_seam_nothing_moves_are_left_out():
-    vertices, triangles = body()
-    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
-    seam = given.twins[0] >= 0
-    away = np.flatnonzero(given.rest[:, 0] > 0.5)
-    assert mirror_planes.needed(given.planes, given.twins, ~seam, away) == (None, None)
-    for roi, anchors in ((np.ones(len(seam), bool), away), (~seam, np.flatnonzero(seam)[:1])):
-        planes, joined = mirror_planes.needed(given.planes, given.twins, roi, anchors)
-        assert np.array_equal(planes, given.planes) and np.array_equal(joined, given.twins)
 
 
 def test_what_holds_the_images_counts():
@@ -447,18 +270,6 @@ def test_what_holds_the_images_counts():
     bind_input(given.rest, own, two, given.planes, given.twins).check()
     with pytest.raises(SceneError, match="2 fixed points cannot hold"):
         bind_input(given.rest, own, two).check()
-
-
-def test_only_a_border_is_a_seam():
-    vertices, triangles = body()
-    middle = np.abs(vertices[:, 0]) < 1e-6
-    assert not mirror_planes.is_a_border(middle, *faces(triangles))
-    numbers, own = part(vertices, triangles, (0,))
-    assert mirror_planes.is_a_border(middle[numbers], *faces(own))
-    assert not mirror_planes.is_a_border(np.zeros(len(numbers), bool), *faces(own))
-    one = np.zeros(len(numbers), bool)
-    one[5] = True
-    assert mirror_planes.is_a_border(one, *faces(own))
 
 
 def test_a_soft_border_is_that_of_the_body():
@@ -476,24 +287,3 @@ def test_a_soft_border_is_that_of_the_body():
     expected = [places[tuple(np.round(whole.rest[v], 4) + 0.0)] for v in whole.border]
     assert np.allclose(whole.border_strengths, expected)
     assert not np.isin(whole.border, whole.anchors).any()
-
-
-def test_where_a_handle_holds_the_other_side_of_a_soft_border():
-    vertices, triangles = body()
-    freedom = np.where(vertices[:, 0] < 0.0, 0.5, 1.0)
-    right = np.flatnonzero(vertices[:, 0] > 0.7)
-    given = symmetric(vertices, triangles, [np.flatnonzero(vertices[:, 2] < -1.5), right], freedom=freedom)
-    assert np.isin(given.twins[0][right], given.border).any()
-    assert not np.isin(given.twins[0][right], given.solver_mesh.border).any()
-
-
-def test_many_vertices_in_one_place_are_told_as_unpaired():
-    """Beside pairs that are found. Each of these would be compared with all others, which takes minutes for many."""
-    random = np.random.default_rng(5)
-    pairs = random.uniform(0.5, 2.0, (50, 3))
-    crowds = [np.array((side, 1.0, 1.0)) + 1e-4 * random.standard_normal((2_000, 3)) for side in (1.0, -1.0)]
-    points = np.concatenate([pairs, pairs * (-1.0, 1.0, 1.0), *crowds])
-    corners, starts = np.empty(0, np.int32), np.empty(0, np.int32)
-    found = twins.find(points.astype(np.float32), corners, starts, (1.0, 0.0, 0.0, 0.0))
-    assert np.array_equal(found[:100], np.roll(np.arange(100), 50))
-    assert (found[100:] == -1).mean() > 0.95  # but for those that are nearest by far

@@ -73,22 +73,6 @@ def test_parts_stay_on_what_they_lie_on(motion, share):
         assert missed < 1e-6 * diagonal(end)
 
 
-def test_the_order_of_shapes_does_not_matter():
-    shapes = [with_buttons(MOTIONS["bend"](share)) for share in (0, 1)]
-    there = meanvalue.Morpher(shapes, all_faces()).solve([0.7, 0.3]).vertices
-    back = meanvalue.Morpher(shapes[::-1], all_faces()).solve([0.3, 0.7]).vertices
-    assert np.abs(there - back).max() < 1e-6 * diagonal(shapes[0])
-
-
-def test_drafts_and_threads_do_not_change_where_parts_are():
-    shapes = [with_buttons(MOTIONS["bend"](share)) for share in (0, 1)]
-    alone = meanvalue.Morpher(shapes, all_faces(), threads=1).solve([0.4, 0.6]).vertices
-    morpher = meanvalue.Morpher(shapes, all_faces(), threads=2)
-    for share in (0.5, 0.55):
-        morpher.solve([1 - share, share], draft=True)
-    assert np.array_equal(morpher.solve([0.4, 0.6]).vertices, alone)
-
-
 def test_a_part_that_grows_with_the_surface_keeps_its_place():
     shapes = [with_buttons(MOTIONS["bend"](0)), 2.0 * with_buttons(MOTIONS["bend"](1))]
     half = meanvalue.Morpher(shapes, all_faces()).solve([0.5, 0.5]).vertices

@@ -2,7 +2,6 @@
 """addon/core/: point caches, chunks and their markers, lists of frames: whole files or none, whatever happens."""
 
 import errno
-import json
 import os
 import pathlib
 import random
@@ -15,12 +14,11 @@ import time
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-
-from addon.baking.core import bake_times, frame_ranges, key_reduction, point_cache
+from addon.baking.core import point_cache
 from addon.baking.core.chunk_store import ChunkStore
-from addon.errors import CacheError, DamagedCacheError, IncompleteCacheError, SceneError
+from addon.errors import CacheError, DamagedCacheError, IncompleteCacheError
 from addon.scene.core import whole_files
+from addon.solver.core.steps import result_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -31,14 +29,6 @@ def shapes(frames, vertices=7, seed=0):
 
 def header(rows, start=1.0, rate=1.0):
     return point_cache.Header(rows.shape[1], start, rate, len(rows))
-
-
-def exhaust(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 def left_behind(folder):
@@ -115,16 +105,6 @@ def test_headers_that_lie_are_told(tmp_path):
 # -- disks -----------------------------------------------------------------------------------------------------------
 
 
-def test_an_exception_leaves_the_old_file(tmp_path):
-    path = tmp_path / "a"
-    path.write_bytes(b"old")
-    with pytest.raises(RuntimeError), whole_files.replacing(path) as file:
-        file.write(b"new")
-        raise RuntimeError
-    assert path.read_bytes() == b"old"
-    assert left_behind(tmp_path) == []
-
-
 @pytest.mark.parametrize(
     ("number", "words"),
     [(errno.ENOSPC, "full"), (errno.EROFS, "may not be written"), (errno.EIO, "Choose another path")],
@@ -175,24 +155,6 @@ def test_a_disk_that_is_really_full(small_disk):
     assert left_behind(small_disk) == []
 
 
-def test_a_disk_that_is_really_read_only(small_disk):
-    rows = shapes(2)
-    path = small_disk / "a.pc2"
-    point_cache.write(path, header(rows), [rows])
-    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
-    with pytest.raises(CacheError, match=r"may not be written to .* Choose another path"):
-        point_cache.write(path, header(rows), [rows])
-    assert np.array_equal(point_cache.read_rows(path, 0, 2), rows)
-    with pytest.raises(CacheError, match="may not be written"):
-        ChunkStore(small_disk / "chunks", "key", range(2), 7).write(range(2), rows, {})
-
-
-def test_a_folder_that_is_a_file(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(CacheError, match=r"cannot be reached|Choose another path"):
-        point_cache.write(tmp_path / "file" / "a.pc2", header(shapes(1)), [shapes(1)])
-
-
 def test_what_killed_processes_left_is_taken_away_and_what_runs_is_not(tmp_path):
     host = whole_files.socket.gethostname()
     ended = subprocess.Popen(["true"])
@@ -228,7 +190,7 @@ def test_merged_chunks_are_the_cache_written_at_once(tmp_path, chunk, first):
     rows = shapes(10)
     store = filled(tmp_path / "chunks", rows, chunk, first=first)
     assert store.missing() == []
-    reports = exhaust(store.merge(tmp_path / "merged.pc2", header(rows, first)))
+    reports = result_of(store.merge(tmp_path / "merged.pc2", header(rows, first)))
     point_cache.write(tmp_path / "at_once.pc2", header(rows, first), [rows])
     assert (tmp_path / "merged.pc2").read_bytes() == (tmp_path / "at_once.pc2").read_bytes()
     assert reports == {"energies": [float(number) for number in range(first, first + 10)]}
@@ -242,9 +204,9 @@ def test_chunks_that_overlap_and_have_gaps(tmp_path):
     store.write([2, 3, 4, 5, 6], rows[2:7], {"energies": [2, 3, 4, 5, 6]})
     assert store.missing() == [8, 9]
     with pytest.raises(IncompleteCacheError, match="not baked yet: 8-9"):
-        exhaust(store.merge(tmp_path / "out.pc2", header(rows)))
+        result_of(store.merge(tmp_path / "out.pc2", header(rows)))
     store.write([8, 9], rows[8:], {"energies": [8, 9]})
-    assert exhaust(store.merge(tmp_path / "out.pc2", header(rows))) == {"energies": list(range(10))}
+    assert result_of(store.merge(tmp_path / "out.pc2", header(rows))) == {"energies": list(range(10))}
     assert np.array_equal(point_cache.read_rows(tmp_path / "out.pc2", 0, 10), rows)
 
 
@@ -273,7 +235,7 @@ def test_a_damaged_chunk_is_told_and_taken_out(tmp_path):
     path.write_bytes(content)
     (tmp_path / "out.pc2").write_bytes(b"old")
     with pytest.raises(DamagedCacheError, match="5-8"):
-        exhaust(store.merge(tmp_path / "out.pc2", header(rows)))
+        result_of(store.merge(tmp_path / "out.pc2", header(rows)))
     assert (tmp_path / "out.pc2").read_bytes() == b"old"
     assert store.missing() == [5, 6, 7, 8]
     assert left_behind(tmp_path) == []
@@ -284,23 +246,6 @@ def test_markers_that_make_no_sense_do_not_count(tmp_path, text):
     store = filled(tmp_path, shapes(4))
     (tmp_path / "+000001_+000004.json").write_text(text)
     assert store.missing() == [1, 2, 3, 4]
-
-
-def test_the_memory_does_not_grow_with_the_frames(tmp_path):
-    import tracemalloc
-
-    peaks = []
-    for frames in (100, 800):
-        folder = tmp_path / str(frames)
-        rows = shapes(50, 1000)
-        store = ChunkStore(folder / "chunks", "key", range(frames), 1000)
-        tracemalloc.start()
-        for begin in range(0, frames, 50):
-            store.write(range(begin, begin + 50), rows, {})
-        exhaust(store.merge(folder / "out.pc2", point_cache.Header(1000, 0.0, 1.0, frames)))
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    assert peaks[1] < 1.2 * peaks[0] + 200_000, peaks
 
 
 BAKER = """
@@ -322,6 +267,7 @@ for _ in store.merge(sys.argv[2] + "/out.pc2", point_cache.Header(2000, 1.0, 1.0
 """
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments_it_goes_on_to_the_same_bytes(tmp_path):
     def start(folder):
         folder.mkdir(exist_ok=True)
@@ -351,86 +297,4 @@ def test_killed_at_random_moments_it_goes_on_to_the_same_bytes(tmp_path):
     assert left_behind(folder) == []
 
 
-# -- frames ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "frames"),
-    [
-        ("7", [7]),
-        ("1-4", [1, 2, 3, 4]),
-        ("7-7", [7]),
-        ("41,42", [41, 42]),
-        ("1-3,10,11", [1, 2, 3, 10, 11]),
-        ("1..4", [1, 2, 3, 4]),
-        ("-5-2", list(range(-5, 3))),
-        ("-5--3", [-5, -4, -3]),
-        ("-5..-3", [-5, -4, -3]),
-        (" 3 , 1 - 2, 2", [1, 2, 3]),
-    ],
-)
-def test_lists_of_frames(text, frames):
-    assert frame_ranges.parse(text) == frames
-    assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
-
-
-@pytest.mark.parametrize("text", ["", "a", "1-", "1,,2", "1.5", "4-1", "1-2-3", "1-99999999999"])
-def test_what_is_no_list_of_frames(text):
-    with pytest.raises(SceneError, match="Write"):
-        frame_ranges.parse(text)
-
-
-def test_times():
-    assert bake_times.sample_times(1, 4).tolist() == [1, 2, 3, 4]
-    assert bake_times.sample_times(-1, 4, step=2).tolist() == [-1, 1, 3]
-    assert bake_times.sample_times(1, 2, samples=4).tolist() == [1, 1.25, 1.5, 1.75, 2]
-    assert bake_times.sample_times(3, 3).tolist() == [3]
-    with pytest.raises(SceneError, match="ends before it begins"):
-        bake_times.sample_times(4, 1)
-    assert bake_times.rows_of(bake_times.sample_times(1, 9, step=2), 2, 6) == (1, 3)
-    with pytest.raises(SceneError, match="not in the range"):
-        bake_times.rows_of(bake_times.sample_times(1, 9), 10, 20)
-
-
 # -- which frames to keep --------------------------------------------------------------------------------------------
-
-
-def test_straight_motion_needs_two_keys_and_each_corner_one():
-    times = np.arange(31.0)
-    path = np.interp(times, [0, 10, 30], [0.0, 5.0, -5.0])
-    rows = np.zeros((31, 4, 3), np.float32)
-    rows[:, 2, 1] = path
-    assert exhaust(key_reduction.reduced(rows, times, 1e-4)) == [0, 10, 30]
-    assert exhaust(key_reduction.reduced(rows[:11], times, 1e-4)) == [0, 10]
-    assert exhaust(key_reduction.reduced(rows[:1], times, 1e-4)) == [0]
-
-
-@pytest.mark.parametrize("tolerance", [0.0, 0.001, 0.05, 1.0])
-def test_every_row_is_within_the_tolerance(tolerance):
-    times = np.sort(np.random.default_rng(2).uniform(0, 40, 60))
-    phase = np.linspace(0, 6, 5)[None, :, None]
-    rows = np.sin(0.3 * times[:, None, None] + phase * [1, 2, 3]).astype(np.float32)
-    kept = exhaust(key_reduction.reduced(rows, times, tolerance))
-    assert kept[0] == 0
-    assert kept[-1] == 59
-    assert kept == sorted(set(kept))
-    blends = [np.interp(times, times[kept], path) for path in rows[kept].reshape(len(kept), -1).T]
-    off = np.linalg.norm(np.stack(blends, axis=1).reshape(rows.shape) - rows, axis=2)
-    assert off.max() <= tolerance + 1e-6
-    if tolerance >= 0.05:
-        assert len(kept) < 40
-    if tolerance == 0.0:
-        assert len(kept) == 60
-
-
-def test_regular_keys_have_the_last_row():
-    assert key_reduction.every(10, 1) == list(range(10))
-    assert key_reduction.every(10, 4) == [0, 4, 8, 9]
-    assert key_reduction.every(1, 4) == [0]
-
-
-def test_markers_are_json_that_others_can_read(tmp_path):
-    filled(tmp_path, shapes(4))
-    marker = json.loads((tmp_path / "+000001_+000004.json").read_text())
-    assert marker["frames"] == "1-4"
-    assert marker["bytes"] == (tmp_path / "+000001_+000004.pc2").stat().st_size

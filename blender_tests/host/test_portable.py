@@ -79,6 +79,7 @@ def digests(tunables, inputs):
     return ended.stdout.split()
 
 
+@pytest.mark.slow
 def test_the_c_library_of_another_processor_does_not_change_a_bit(inputs):
     own, library = digests("", inputs)
     own_older, library_older = digests(OLDER, inputs)

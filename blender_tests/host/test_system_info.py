@@ -2,12 +2,9 @@
 """The text of Copy System Info."""
 
 import pathlib
-import sys
 
 import meanvalue
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from addon.posing.core import system_info
 from addon.widgets.core import last_message

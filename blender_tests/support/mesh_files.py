@@ -45,11 +45,24 @@ def read_obj(path):
     return np.array(vertices, np.float64).reshape(-1, 3), polygons
 
 
-def content_of(name):
-    """The bytes of a file of the shared data; skips the test where it is missing."""
+def path_of(name):
+    """A file of the shared data; skips the test where it is missing."""
     path = DATA / name
     if not path.is_file():
         import pytest
 
         pytest.skip(f"there is no {path}")
-    return path.read_bytes()
+    return path
+
+
+def content_of(name):
+    """The bytes of a file of the shared data; skips the test where it is missing."""
+    return path_of(name).read_bytes()
+
+
+def real_body(name):
+    """(vertices, triangles) of a person of the shared data with Z up, looking along -Y; MakeHuman's without helpers."""
+    vertices, triangles = read_triangles(path_of(name))
+    if name.startswith("makehuman"):
+        triangles = triangles[(triangles < 13380).all(axis=1)]
+    return vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0], triangles

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/baking/core: lists of frames, times of samples, and which frames are kept as keys."""
+
+import numpy as np
+import pytest
+
+from addon.baking.core import bake_times, frame_ranges, key_reduction
+from addon.errors import SceneError
+from addon.solver.core.steps import result_of
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ("7", [7]),
+        ("1-4", [1, 2, 3, 4]),
+        ("7-7", [7]),
+        ("41,42", [41, 42]),
+        ("1-3,10,11", [1, 2, 3, 10, 11]),
+        ("1..4", [1, 2, 3, 4]),
+        ("-5-2", list(range(-5, 3))),
+        ("-5--3", [-5, -4, -3]),
+        ("-5..-3", [-5, -4, -3]),
+        (" 3 , 1 - 2, 2", [1, 2, 3]),
+    ],
+)
+def test_lists_of_frames(text, frames):
+    assert frame_ranges.parse(text) == frames
+    assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
+
+
+@pytest.mark.parametrize("text", ["", "a", "1-", "1,,2", "1.5", "4-1", "1-2-3", "1-99999999999"])
+def test_what_is_no_list_of_frames(text):
+    with pytest.raises(SceneError, match="Write"):
+        frame_ranges.parse(text)
+
+
+def test_times():
+    assert bake_times.sample_times(1, 4).tolist() == [1, 2, 3, 4]
+    assert bake_times.sample_times(-1, 4, step=2).tolist() == [-1, 1, 3]
+    assert bake_times.sample_times(1, 2, samples=4).tolist() == [1, 1.25, 1.5, 1.75, 2]
+    assert bake_times.sample_times(3, 3).tolist() == [3]
+    with pytest.raises(SceneError, match="ends before it begins"):
+        bake_times.sample_times(4, 1)
+    assert bake_times.rows_of(bake_times.sample_times(1, 9, step=2), 2, 6) == (1, 3)
+    with pytest.raises(SceneError, match="not in the range"):
+        bake_times.rows_of(bake_times.sample_times(1, 9), 10, 20)
+
+
+def test_straight_motion_needs_two_keys_and_each_corner_one():
+    times = np.arange(31.0)
+    path = np.interp(times, [0, 10, 30], [0.0, 5.0, -5.0])
+    rows = np.zeros((31, 4, 3), np.float32)
+    rows[:, 2, 1] = path
+    assert result_of(key_reduction.reduced(rows, times, 1e-4)) == [0, 10, 30]
+    assert result_of(key_reduction.reduced(rows[:11], times, 1e-4)) == [0, 10]
+    assert result_of(key_reduction.reduced(rows[:1], times, 1e-4)) == [0]
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.001, 0.05, 1.0])
+def test_every_row_is_within_the_tolerance(tolerance):
+    times = np.sort(np.random.default_rng(2).uniform(0, 40, 60))
+    phase = np.linspace(0, 6, 5)[None, :, None]
+    rows = np.sin(0.3 * times[:, None, None] + phase * [1, 2, 3]).astype(np.float32)
+    kept = result_of(key_reduction.reduced(rows, times, tolerance))
+    assert kept[0] == 0
+    assert kept[-1] == 59
+    assert kept == sorted(set(kept))
+    blends = [np.interp(times, times[kept], path) for path in rows[kept].reshape(len(kept), -1).T]
+    off = np.linalg.norm(np.stack(blends, axis=1).reshape(rows.shape) - rows, axis=2)
+    assert off.max() <= tolerance + 1e-6
+    if tolerance >= 0.05:
+        assert len(kept) < 40
+    if tolerance == 0.0:
+        assert len(kept) == 60

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Vertices in one place, merged for the solve only."""
+
+import numpy as np
+import pytest
+
+from addon.errors import SceneError
+from addon.posing.core.coincidence import first_of_place
+from blender_tests.host.test_messy_meshes import bent_tube, given, solved, tube
+
+
+def cut_open(seed=0):
+    """A tube all of whose triangles have corners of their own, up to 1e-4 apart; and which vertex each was."""
+    vertices, triangles = tube()
+    numbers = triangles.ravel()
+    jitter = np.random.default_rng(seed).uniform(-5e-5, 5e-5, (len(numbers), 3))
+    return vertices[numbers] + jitter, np.arange(len(numbers), dtype=np.int32).reshape(-1, 3), numbers
+
+
+def test_merged_vertices_are_solved_as_one():
+    vertices, triangles = tube()
+    expected, _ = bent_tube(vertices, triangles, len(vertices))
+    split, own, numbers = cut_open()
+    anchors = np.flatnonzero((numbers < 12) | (numbers >= len(vertices) - 12))
+    bind_input = given(
+        split, own, anchors, (numbers[anchors] >= 12).astype(np.int32), merge_distance=3e-4
+    )
+    assert len(bind_input.solver_mesh.rest) == len(vertices)
+    targets = bind_input.anchor_rest + (expected - vertices)[numbers[anchors]]
+    result, deformer = solved(bind_input, own, targets)
+    assert len(deformer.report.components) == 1
+    assert np.abs(result - expected[numbers]).max() < 2e-3
+    # Copies go the same way, to the last bit of a move.
+    moves = result - bind_input.rest
+    for vertex in (50, 100):
+        copies = np.flatnonzero(numbers == vertex)
+        assert np.abs(moves[copies] - moves[copies[0]]).max() < 1e-12
+    # A drag goes on from exactly what the solver gave.
+    cut = bind_input.solver_mesh.cut_back(np.asarray(bind_input.solver_mesh.rest) + 0.5)
+    assert bind_input.solver_mesh.start(cut) is cut.solved
+
+
+def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
+    split, own, numbers = cut_open()
+    roi = np.ones(len(split), bool)
+    free = np.flatnonzero(numbers == 60)
+    roi[free[0]] = False
+    handles = np.flatnonzero(numbers == 90)
+    bind_input = given(
+        split,
+        own,
+        np.sort(handles[:2]),
+        [0, 1],
+        roi=roi,
+        strengths=np.array([0.5, np.inf]),
+        merge_distance=3e-4,
+    )
+    whole = bind_input.solver_mesh
+    assert not whole.roi[whole.places[free]].any()
+    assert whole.anchors.tolist() == [whole.places[handles[0]]]
+    assert np.isinf(whole.strengths).all()
+    targets = bind_input.anchor_rest + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert np.allclose(whole.met(targets) - bind_input.anchor_rest, [0.0, 0.0, 1.0], atol=1e-6)
+
+
+def test_a_merge_distance_that_is_no_seam_is_refused():
+    vertices, triangles = tube()
+    with pytest.raises(SceneError, match=r"Merge Distance 0\.5 is more than"):
+        given(vertices, triangles, np.arange(12), merge_distance=0.5).check()
+
+
+@pytest.mark.parametrize("share", [0.004, 0.009])
+def test_a_merge_distance_longer_than_edges_is_refused_and_one_that_does_is_named(share):
+    side = 200
+    numbers = np.arange(side * side).reshape(side, side)
+    vertices = np.stack([numbers % side, numbers // side, 0.0 * numbers], axis=2).reshape(-1, 3) / (side * 2.0**0.5)
+    one, two, three, four = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
+    triangles = np.stack([one, two, three, one, three, four], axis=2).reshape(-1, 3).astype(np.int32)
+    # an open seam, which is closed with what is named
+    vertices = np.concatenate([vertices, vertices[side // 2 :: side] + 1e-5])
+    told = r"Merge Distance 0\.00\d is longer than edges .* 100\.0% .* Choose \S+ or less"
+    with pytest.raises(SceneError, match=told) as refused:
+        given(vertices, triangles, np.arange(side), merge_distance=share).check()
+    named = float(str(refused.value).split("Choose ")[1].split()[0])
+    assert 1e-3 <= named < 1.0 / side
+    bind_input = given(vertices, triangles, np.arange(side), merge_distance=named)
+    bind_input.check()
+    assert len(bind_input.solver_mesh.rest) == side * side
+
+
+def joined_by_comparing_all(points, distance):
+    is_near = ((points[:, None] - points[None]) ** 2).sum(axis=2) <= distance**2
+    first = np.arange(len(points))
+    while True:
+        lowest = np.where(is_near, first[None], len(points)).min(axis=1)
+        if np.array_equal(lowest, first):
+            return first
+        first = lowest
+
+
+@pytest.mark.parametrize("distance", [1e-9, 0.01, 0.04, 0.08, 0.3, 3.0])
+@pytest.mark.parametrize("offset", [0.0, 1e4])
+def test_points_in_one_place_are_those_that_comparing_all_finds(distance, offset):
+    random = np.random.default_rng(7)
+    piles = np.repeat(random.random((20, 3)), 20, axis=0)
+    points = np.concatenate([random.random((500, 3)), piles, piles + random.uniform(-0.01, 0.01, piles.shape)]) + offset
+    assert np.array_equal(first_of_place(points, distance), joined_by_comparing_all(points, distance))
+
+
+def test_many_points_in_one_place_cost_no_more_than_others():
+    """All pairs of them would not fit into memory."""
+    random = np.random.default_rng(8)
+    pile = np.zeros((100_000, 3))
+    jittered = random.uniform(-0.1, 0.1, (20_000, 3)) * 1e-3
+    beside = np.array([1.05e-3, 0.0, 0.0])  # in the cells around, out of reach for most
+    points = np.concatenate([pile + 5.0, jittered, jittered + beside, random.random((1000, 3)) + 10.0])
+    first = first_of_place(points, 1e-3)
+    assert (first[:100_000] == 0).all()
+    assert (first[100_000:140_000] == 100_000).all()
+    first = first_of_place(points, 0.7e-3)
+    assert (first[100_000:120_000] == 100_000).all() and (first[120_000:140_000] == 120_000).all()
+    assert len(np.unique(first[140_000:])) == 1000
