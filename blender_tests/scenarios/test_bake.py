@@ -5,9 +5,8 @@
 import bpy
 import numpy as np
 import pytest
-import test_match_markers
 from mathutils import Vector
-from support import armatures, bent_limb, handles, installed, meshes, steps
+from support import armatures, bent_limb, handles, installed, marked_tube, meshes, steps
 from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, rows, save, saved_tube, shown
 
 
@@ -125,8 +124,8 @@ def test_what_is_animated_is_baked_and_no_more(saved):
 
 
 def test_of_a_take_its_frames_are_baked(tmp_path):
-    _obj, take = test_match_markers.set_up(tmp_path)
-    test_match_markers.match()
+    _obj, take = marked_tube.set_up(tmp_path)
+    marked_tube.match()
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 250
     bake(path=str(tmp_path / "take.pc2"))
     last = max(curve.range()[1] for marker in take.objects for curve in curves(marker))

@@ -3,8 +3,10 @@
 
 import bpy
 import numpy as np
-from support import handles, meshes
-from support.handles import move, update
+from support import handles, meshes, steps
+from support.handles import move, rest, shown
+from support.sheets import BESIDE, COLUMNS, MIDDLE, grab, pin, sheet
+from support.snapshot import assert_same, snapshot
 
 
 def posed_tube():
@@ -55,10 +57,130 @@ def test_where_nothing_is_posed_no_key_is_left():
     assert obj.data.shape_keys is None
 
 
-def test_live_turned_on_and_off_without_handles_leaves_nothing():
-    obj = meshes.tube()
-    obj.meanvalue.live = True
-    update()
-    obj.meanvalue.live = False
-    update()
+def test_finish_as_shape_key_keeps_what_is_seen_and_removes_the_rest():
+    obj = sheet()
+    pin(BESIDE)
+    grab()
+    shape = handles.shown(obj)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish(name="Bump") == {'FINISHED'}
+    handles.update()
+    assert np.array_equal(steps.key_positions(obj, "Bump"), shape)
+    assert obj.data.shape_keys.key_blocks["Bump"].value == 1.0
+    assert [len(obj.vertex_groups), len(obj.meanvalue.handles), len(bpy.data.objects)] == [0, 0, 1]
+    assert not obj.meanvalue.live and not obj.meanvalue.bound.is_bound and obj.meanvalue.roi_group == ""
+    assert bpy.context.object == obj
+
+
+def test_finish_as_rest_shape_leaves_a_plain_mesh():
+    obj = sheet()
+    grab()
+    shape = handles.shown(obj)
+    assert bpy.ops.meanvalue.finish(keep='REST') == {'FINISHED'}
+    handles.update()
     assert obj.data.shape_keys is None
+    assert np.allclose([tuple(vertex.co) for vertex in obj.data.vertices], shape, atol=1e-6)
+
+
+def test_finish_as_rest_shape_leaves_a_basis_that_the_artist_had():
+    obj = sheet()
+    obj.shape_key_add(name="Basis")
+    grab()
+    shape = handles.shown(obj)
+    assert bpy.ops.meanvalue.finish(keep='REST') == {'FINISHED'}
+    handles.update()
+    assert [key.name for key in obj.data.shape_keys.key_blocks] == ["Basis"]
+    assert np.allclose(steps.key_positions(obj, "Basis"), shape, atol=1e-6)
+
+
+def test_finish_leaves_the_artists_own_groups_and_objects():
+    obj = sheet()
+    own = bpy.data.objects.new("Own", None)
+    bpy.context.collection.objects.link(own)
+    steps.add_group(obj, "Hand", [MIDDLE])
+    steps.add_group(obj, "Painted", range(COLUMNS * COLUMNS))
+    obj.meanvalue.roi_group = "Painted"
+    steps.add_group(obj, "Feet", range(COLUMNS))
+    bpy.ops.meanvalue.add_handle(pin=True, group="Feet")
+    line = obj.meanvalue.handles.add()
+    line.name, line.follows = "Hand", 'CONTROL'
+    line.control = own
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert set(obj.vertex_groups.keys()) == {"Hand", "Painted", "Feet"}
+    assert "Own" in bpy.data.objects
+
+
+def test_finish_and_grab_again_poses_on_top():
+    obj = sheet()
+    grab()
+    bpy.ops.meanvalue.finish()
+    grab(vertex=3 * COLUMNS + 3, size=0.1)
+    keys = obj.data.shape_keys.key_blocks
+    assert [key.value for key in keys][1:] == [1.0, 1.0] and set(keys.keys()) == {"Basis", "Kept Pose", "Mean-Value"}
+
+
+def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses(capfd):
+    obj = sheet()
+    grab()
+    other = obj.copy()
+    bpy.context.collection.objects.link(other)
+    other.meanvalue.handles[0].follows = 'REST'
+    other.meanvalue.handles[0].control = None
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert {other.meanvalue.handles[0].name, other.meanvalue.roi_group} <= set(other.vertex_groups.keys())
+    assert "The mesh is shared with 1 other object" in capfd.readouterr().out
+
+
+def test_what_is_kept_is_not_what_the_next_pose_writes():
+    obj = sheet()
+    grab()
+    meshes.activate(obj)
+    before = snapshot(obj)
+    with steps.refused("'Mean-Value' is the key that posing writes", "another name"):
+        bpy.ops.meanvalue.finish(name="Mean-Value")
+    assert_same(before, snapshot(obj))
+    obj.data.shape_keys.key_blocks["Mean-Value"].name = obj.meanvalue.result_key = "Kept Pose"
+    handles.update()
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert obj.data.shape_keys.key_blocks.keys() == ["Basis", "Kept Pose.001"]
+
+
+def test_what_hangs_on_a_control_stays_where_it_is():
+    obj = sheet()
+    grab()
+    hat = bpy.data.objects.new("Hat", None)
+    bpy.context.collection.objects.link(hat)
+    hat.parent, hat.location = obj.meanvalue.handles[0].control, (1.0, 2.0, 3.0)
+    handles.update()
+    before = hat.matrix_world.copy()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    handles.update()
+    assert hat.parent is None and np.allclose(hat.matrix_world, before, atol=1e-5)
+
+
+
+def test_cancel_leaves_the_mesh_as_it_was():
+    obj = meshes.tube(name="Tube")
+    before = snapshot(obj, without=("settings",))
+    members = [len(obj.data.vertices) - 1]
+    obj.data.vertices.foreach_set("select", np.isin(range(len(obj.data.vertices)), members))
+    bpy.ops.object.mode_set(mode='EDIT')
+    bpy.ops.meanvalue.add_handle()
+    move(obj.meanvalue.handles[0].control, (1.0, 0.0, 0.0))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish(keep='NOTHING') == {'FINISHED'}
+    assert len(obj.meanvalue.handles) == 0 and not obj.children and obj.data.shape_keys is None
+    assert_same(before, snapshot(obj, without=("settings",)))
+
+
+def test_cancel_leaves_keys_that_were_kept():
+    obj, _control = posed_tube()
+    at_rest, posed = rest(obj), shown(obj)
+    bpy.ops.meanvalue.keep_pose(name="Lean")
+    bpy.ops.meanvalue.finish(keep='NOTHING')
+    assert list(obj.data.shape_keys.key_blocks.keys()) == ["Basis", "Lean"]
+    assert np.abs(evaluated(obj) - at_rest).max() < 1e-6
+    obj.data.shape_keys.key_blocks["Lean"].value = 1.0
+    assert np.abs(evaluated(obj) - posed).max() < 1e-5

@@ -6,8 +6,9 @@ import functools
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import handles, meshes, steps, take_files
 from support.handles import TOP, is_at_rest, move, rest, shown, update
+from support.sheets import COLUMNS, MIDDLE, grab, region_weights, sheet
 
 
 def select_in_edit_mode(obj, indices):
@@ -241,3 +242,40 @@ def test_a_soft_handle_without_influence_is_free(live):
     assert pulled > 0.3
     assert freed < 0.1 * pulled
     assert abs(moved_by() - pulled) < 0.05 * pulled
+
+
+
+def test_keyframes_on_all_controls_at_the_current_frame():
+    obj = sheet()
+    grab()
+    meshes.activate(obj)
+    grab(vertex=3 * COLUMNS + 3, size=0.1)
+    bpy.context.scene.frame_set(7)
+    assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
+    for line in obj.meanvalue.handles:
+        curves = take_files.curves(line.control)
+        assert {(curve.data_path, curve.array_index) for curve in curves} == {
+            (path, index) for path in ("location", "rotation_euler", "scale") for index in range(3)
+        }
+        assert all([key.co.x for key in curve.keyframe_points] == [7.0] for curve in curves)
+
+
+def test_keyframes_on_the_selected_control_alone():
+    obj = sheet()
+    grab()
+    meshes.activate(obj)
+    grab(vertex=3 * COLUMNS + 3, size=0.1)
+    assert bpy.ops.meanvalue.keyframe_handles(selected=True) == {'FINISHED'}
+    assert [line.control.animation_data is not None for line in obj.meanvalue.handles] == [False, True]
+    meshes.activate(obj)
+    with steps.refused("No control is selected"):
+        bpy.ops.meanvalue.keyframe_handles(selected=True)
+
+
+def test_add_handle_gives_the_region_a_size():
+    obj = sheet()
+    steps.add_group(obj, "Top", [MIDDLE, MIDDLE + 1])
+    assert bpy.ops.meanvalue.add_handle(group="Top", size=0.2) == {'FINISHED'}
+    weights = region_weights(obj)
+    assert weights[MIDDLE] == weights[MIDDLE + 1] == 1.0
+    assert (np.diff(weights[MIDDLE + 1 : MIDDLE + 14]) <= 0.0).all() and weights[MIDDLE + 14] == 0.0

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Everything that can go wrong: a message that says what to do, and the scene as it was."""
-
-import contextlib
+"""Everything that can go wrong: a message that names it, and the scene as it was."""
 
 import bpy
 import numpy as np
@@ -9,229 +7,175 @@ import pytest
 from support import meshes, steps, tasks
 from support.snapshot import assert_same, snapshot
 
+BIND = (bpy.ops.meanvalue.bind,)
+SOLVE = (bpy.ops.meanvalue.solve_from_key,)
+ALL = (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve, bpy.ops.meanvalue.solve_from_key)
 
-@contextlib.contextmanager
-def refused_unchanged(obj, *texts):
-    before = snapshot(obj)
-    with steps.refused(*texts):
-        yield
-    assert_same(before, snapshot(obj))
+
+def assert_refused_unchanged(obj, operators, *texts):
+    for operator in operators:
+        before = snapshot(obj)
+        with steps.refused(*texts):
+            operator()
+        assert_same(before, snapshot(obj))
 
 
 # -- the object ------------------------------------------------------------------------------------------------------
 
 
-def operators():
-    names = ("bind", "unbind", "solve", "solve_from_key", "remove_handle")
-    return [getattr(bpy.ops.meanvalue, name) for name in names]
+@pytest.mark.parametrize("has_lamp", [False, True])
+def test_no_mesh_is_active(has_lamp):
+    if has_lamp:
+        lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
+        bpy.context.collection.objects.link(lamp)
+        meshes.activate(lamp)
+    for name in ("bind", "unbind", "solve", "solve_from_key", "remove_handle"):
+        with steps.refused("'Lamp' is not a mesh" if has_lamp else "no active object"):
+            getattr(bpy.ops.meanvalue, name)()
 
 
-def test_no_active_object():
-    for operator in operators():
-        with steps.refused("There is no active object", "Click a mesh object"):
-            operator()
-
-
-def test_not_a_mesh():
-    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
-    bpy.context.collection.objects.link(lamp)
-    meshes.activate(lamp)
-    for operator in operators():
-        with steps.refused("'Lamp' is not a mesh", "Click a mesh object"):
-            operator()
-
-
-@pytest.mark.parametrize(
-    "mode, called", [('EDIT', "Edit Mode"), ('SCULPT', "Sculpt Mode"), ('WEIGHT_PAINT', "Weight Paint Mode")]
-)
-def test_wrong_mode(mode, called):
+@pytest.mark.parametrize("mode", ['EDIT', 'SCULPT', 'WEIGHT_PAINT'])
+def test_wrong_mode(mode):
     obj = steps.posed_grid(meshes.grid())
     bpy.ops.object.mode_set(mode=mode)
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve, bpy.ops.meanvalue.solve_from_key):
-        with refused_unchanged(obj, f"is in {called}", "Object Mode"):
-            operator()
+    assert_refused_unchanged(obj, ALL, "'Grid'", "Object Mode")
 
 
-def test_linked_object(tmp_path):
+@pytest.mark.parametrize("kind", ["objects", "meshes"])
+def test_what_is_linked(tmp_path, kind):
     path = str(tmp_path / "library.blend")
     steps.posed_grid(meshes.grid())
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     with bpy.data.libraries.load(path, link=True) as (_source, wanted):
-        wanted.objects = ["Grid"]
-    linked = wanted.objects[0]
-    bpy.context.collection.objects.link(linked)
-    meshes.activate(linked)
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve, bpy.ops.meanvalue.solve_from_key):
-        with refused_unchanged(linked, "linked from another file", "Make it local"):
-            operator()
-
-
-def test_linked_mesh(tmp_path):
-    path = str(tmp_path / "library.blend")
-    meshes.grid()
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (_source, wanted):
-        wanted.meshes = ["Grid"]
-    obj = bpy.data.objects.new("Local", wanted.meshes[0])
+        setattr(wanted, kind, ["Grid"])
+    (found,) = getattr(wanted, kind)
+    obj = found if kind == "objects" else bpy.data.objects.new("Local", found)
     bpy.context.collection.objects.link(obj)
     meshes.activate(obj)
-    with refused_unchanged(obj, "The mesh of 'Local' is linked", "Make it local"):
-        bpy.ops.meanvalue.bind()
+    assert_refused_unchanged(obj, ALL, f"'{obj.name}'", "linked", "Make it local")
 
 
-# -- anchors and region ----------------------------------------------------------------------------------------------
+# -- handles, region, keys and numbers -------------------------------------------------------------------------------
 
 
-def test_no_anchors_listed():
-    obj = meshes.grid()
-    with refused_unchanged(obj, "There are no handles yet", "press Add Handle"):
-        bpy.ops.meanvalue.bind()
+def posed(change):
+    """A set-up: the posed grid, changed."""
+
+    def make():
+        obj = steps.posed_grid(meshes.grid())
+        change(obj)
+        return obj
+
+    return make
 
 
-def test_anchor_group_deleted():
-    obj = steps.posed_grid(meshes.grid())
-    obj.vertex_groups.remove(obj.vertex_groups["Tip"])
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
-        with refused_unchanged(obj, "no vertex group 'Tip'", "on the list of handles", "remove the handle"):
-            operator()
+def listed(change=None, **groups):
+    """A set-up: a grid with these groups on the list."""
+
+    def make():
+        obj = meshes.grid()
+        if change is not None:
+            change(obj)
+        steps.list_anchors(obj, **groups)
+        return obj
+
+    return make
 
 
-def test_anchor_group_renamed():
-    obj = steps.posed_grid(meshes.grid())
-    obj.vertex_groups["Tip"].name = "Finger"
-    with refused_unchanged(obj, "no vertex group 'Tip'", "Choose another group in Active Handle"):
-        bpy.ops.meanvalue.solve_from_key()
+def in_region(*members, invert=False):
+    """A set-up: the bound grid with a region."""
+
+    def make():
+        obj = steps.bound_grid(meshes.grid())
+        steps.add_group(obj, "Arm", members)
+        obj.meanvalue.roi_group, obj.meanvalue.roi_invert = "Arm", invert
+        return obj
+
+    return make
+
+
+def region_deleted():
+    obj = in_region(0)()
+    obj.vertex_groups.remove(obj.vertex_groups["Arm"])
+    return obj
+
+
+def without_faces():
+    obj = meshes.make_object([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [])
+    steps.list_anchors(obj, A=[0, 1, 2])
+    return obj
+
+
+def without_vertices():
+    obj = meshes.make_object([], [])
+    obj.vertex_groups.new(name="A")
+    obj.meanvalue.handles.add().name = "A"
+    obj.meanvalue.handles[0].follows = 'REST'
+    return obj
+
+
+def three_points_on_two_parts():
+    """Neither can be posed."""
+    obj = meshes.two_parts()
+    steps.list_anchors(obj, A=[0, 3, 28])
+    return obj
+
+
+def flatten(obj):
+    for vertex in obj.data.vertices:
+        vertex.co.z = 0.0  # so that a row is a line
+
+
+def put_nan(obj):
+    obj.data.vertices[7].co.x = float("nan")
+
+
+def put_infinity(obj):
+    coordinates = steps.key_positions(obj, "Pose")
+    coordinates[24, 1] = float("inf")
+    obj.active_shape_key.data.foreach_set("co", coordinates.ravel())  # single values are clamped
+
+
+CASES = {
+    "no handles": (meshes.grid, BIND, ["Add Handle"]),
+    "group deleted": (posed(lambda obj: obj.vertex_groups.remove(obj.vertex_groups["Tip"])), BIND + SOLVE, ["'Tip'"]),
+    "group renamed": (posed(lambda obj: setattr(obj.vertex_groups["Tip"], "name", "Finger")), SOLVE, ["'Tip'"]),
+    "group empty": (listed(A=[0, 4, 20], B=[]), BIND, ["'B' has no vertices"]),
+    "no faces": (without_faces, BIND, ["no faces"]),
+    "no vertices": (without_vertices, BIND, ["no vertices"]),
+    "one point": (listed(flatten, A=[0]), BIND, ["at least three"]),
+    "two points": (listed(flatten, A=[0, 4]), BIND, ["at least three"]),
+    "a line": (listed(flatten, A=[0, 1, 2, 3, 4]), BIND, ["not in one line"]),
+    "two parts": (three_points_on_two_parts, BIND, ["Pin three"]),
+    "region deleted": (region_deleted, BIND, ["'Arm'"]),
+    "region empty": (in_region(), BIND, ["'Arm'"]),
+    "region inverted to nothing": (in_region(*range(25), invert=True), BIND, ["'Arm'", "Invert"]),
+    "region all held": (in_region(0, 4, 20), BIND, ["Nothing is free to move"]),
+    "active key is the basis": (posed(lambda obj: setattr(obj, "active_shape_key_index", 0)), SOLVE, ["rest shape"]),
+    "absolute keys": (posed(lambda obj: setattr(obj.data.shape_keys, "use_relative", False)), SOLVE, ["Relative"]),
+    "result is the basis": (posed(lambda obj: setattr(obj.meanvalue, "result_key", "Basis")), SOLVE, ["'Basis'"]),
+    "result without a name": (posed(lambda obj: setattr(obj.meanvalue, "result_key", "  ")), SOLVE, ["no name"]),
+    "NaN at rest": (listed(put_nan, A=[0, 4, 20]), BIND, ["not numbers", "7"]),
+    "infinity in the pose": (posed(put_infinity), SOLVE, ["'Pose'", "not numbers", "24"]),
+}
+
+
+@pytest.mark.parametrize("make, operators, texts", CASES.values(), ids=CASES.keys())
+def test_refused(make, operators, texts):
+    assert_refused_unchanged(make(), operators, *texts)
+
+
+def test_a_group_that_was_renamed_is_chosen_again():
+    obj = posed(lambda obj: setattr(obj.vertex_groups["Tip"], "name", "Finger"))()
     obj.meanvalue.handles[1].name = "Finger"
     steps.solve()
 
 
-def test_anchor_group_empty():
+def test_the_list_of_handles():
     obj = meshes.grid()
-    steps.list_anchors(obj, A=[0, 4, 20], B=[])
-    with refused_unchanged(obj, "Handle 'B' has no vertices", "Assign vertices"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_no_faces():
-    obj = meshes.make_object([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [])
-    steps.list_anchors(obj, A=[0, 1, 2])
-    with refused_unchanged(obj, "has no faces"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_no_vertices():
-    obj = meshes.make_object([], [])
-    obj.vertex_groups.new(name="A")
-    handle = obj.meanvalue.handles.add()
-    handle.name, handle.follows = "A", 'REST'
-    with refused_unchanged(obj, "no vertices"):
-        bpy.ops.meanvalue.bind()
-
-
-@pytest.mark.parametrize("anchors", [[0], [0, 4], [0, 1, 2, 3, 4]])
-def test_too_few_fixed_points(anchors):
-    obj = meshes.grid()
-    for vertex in obj.data.vertices:
-        vertex.co.z = 0.0  # so that a row is a line
-    steps.list_anchors(obj, A=anchors)
-    with refused_unchanged(obj, f"{len(anchors)} fixed point", "at least three", "not in one line", "Pin more"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_region_group_deleted():
-    obj = steps.bound_grid(meshes.grid())
-    steps.add_group(obj, "Arm", range(25))
-    obj.meanvalue.roi_group = "Arm"
-    obj.vertex_groups.remove(obj.vertex_groups["Arm"])
-    with refused_unchanged(obj, "no vertex group 'Arm'", "the region", "clear the field"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_region_empty():
-    obj = steps.bound_grid(meshes.grid())
-    steps.add_group(obj, "Arm", [])
-    obj.meanvalue.roi_group = "Arm"
-    with refused_unchanged(obj, "region 'Arm' has no vertices", "Assign the vertices that may move"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_region_inverted_to_nothing():
-    obj = steps.bound_grid(meshes.grid())
-    steps.add_group(obj, "Arm", range(25))
-    obj.meanvalue.roi_group = "Arm"
-    obj.meanvalue.roi_invert = True
-    with refused_unchanged(obj, "The region is empty", "'Arm'", "Turn Invert off"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_every_vertex_of_the_region_is_an_anchor():
-    obj = steps.bound_grid(meshes.grid())
-    steps.add_group(obj, "Arm", [0, 4, 20])
-    obj.meanvalue.roi_group = "Arm"
-    with refused_unchanged(obj, "Nothing is free to move", "enlarge the region"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_no_part_is_held():
-    """Two parts, and the three anchors are spread over them: neither can be posed."""
-    obj = meshes.two_parts()
-    steps.list_anchors(obj, A=[0, 3, 28])
-    with refused_unchanged(obj, "nothing can be posed", "Pin three"):
-        bpy.ops.meanvalue.bind()
-
-
-# -- shape keys ------------------------------------------------------------------------------------------------------
-
-
-def test_active_key_is_the_basis():
-    obj = steps.posed_grid(meshes.grid())
-    obj.active_shape_key_index = 0
-    with refused_unchanged(obj, "active shape key is the rest shape", "Add a shape key"):
-        bpy.ops.meanvalue.solve_from_key()
-
-
-def test_absolute_shape_keys():
-    obj = steps.posed_grid(meshes.grid())
-    obj.data.shape_keys.use_relative = False
-    with refused_unchanged(obj, "absolute", "Turn on Relative"):
-        bpy.ops.meanvalue.solve_from_key()
-
-
-def test_result_would_overwrite_the_basis():
-    obj = steps.posed_grid(meshes.grid())
-    obj.meanvalue.result_key = "Basis"
-    with refused_unchanged(obj, "'Basis' is the rest shape", "another name"):
-        bpy.ops.meanvalue.solve_from_key()
-
-
-@pytest.mark.parametrize("name", ["", "  "])
-def test_result_without_a_name(name):
-    obj = steps.posed_grid(meshes.grid())
-    obj.meanvalue.result_key = name
-    with refused_unchanged(obj, "has no name", "Fill in Result"):
-        bpy.ops.meanvalue.solve_from_key()
-
-
-# -- numbers ---------------------------------------------------------------------------------------------------------
-
-
-def test_nan_in_the_rest_shape():
-    obj = meshes.grid()
-    steps.list_anchors(obj, A=[0, 4, 20])
-    obj.data.vertices[7].co.x = float("nan")
-    with refused_unchanged(obj, "rest shape", "the first is 7", "not numbers"):
-        bpy.ops.meanvalue.bind()
-
-
-def test_infinity_in_the_pose():
-    obj = steps.posed_grid(meshes.grid())
-    coordinates = steps.key_positions(obj, "Pose")
-    coordinates[24, 1] = float("inf")
-    obj.active_shape_key.data.foreach_set("co", coordinates.ravel())  # single values are clamped
-    with refused_unchanged(obj, "shape key 'Pose'", "the first is 24", "not numbers"):
-        bpy.ops.meanvalue.solve_from_key()
+    assert_refused_unchanged(obj, [bpy.ops.meanvalue.remove_handle], "No handle or pin is active")
+    assert_refused_unchanged(obj, [bpy.ops.meanvalue.unbind], "'Grid' is not bound")
 
 
 # -- the compiled module ---------------------------------------------------------------------------------------------
@@ -244,13 +188,23 @@ def test_native_module_missing(part, monkeypatch):
     loader.forget()
     part("solver.session").clear()
     try:
-        for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
-            with refused_unchanged(obj, "solver", "Python 3.", "Install the add-on zip"):
-                operator()
+        assert_refused_unchanged(obj, BIND + SOLVE, "Install")
     finally:
         monkeypatch.undo()
         loader.forget()
     steps.solve()
+
+
+@pytest.fixture
+def bind_gives(native, monkeypatch, part):
+    """bind_gives(f): what the solver's binding gives goes through f from now on."""
+
+    def install(change):
+        start_bind = native.start_bind
+        part("solver.session").clear()
+        monkeypatch.setattr(native, "start_bind", lambda *a, **k: tasks.Changed(start_bind(*a, **k), change))
+
+    return install
 
 
 def failing(error):
@@ -260,37 +214,16 @@ def failing(error):
     return fail
 
 
-def failing_task(native, fail):
-    """In place of native.start_bind: the error comes with the result, as it does from there."""
-    start_bind = native.start_bind
-    return lambda *arguments, **options: tasks.Changed(start_bind(*arguments, **options), fail)
-
-
-@pytest.mark.parametrize(
-    "kind, texts",
-    [
-        ("InvalidInput", ("cannot use this mesh", "edge 3 has 5 faces", "press Bind")),
-        ("SolverFailure", ("The solver failed", "edge 3 has 5 faces", "closer to the rest shape")),
-        ("MemoryError", ("not enough memory", "smaller region")),
-    ],
-)
-def test_errors_of_the_native_module(native, part, monkeypatch, kind, texts):
+@pytest.mark.parametrize("kind", ["InvalidInput", "SolverFailure", "MemoryError", "Cancelled"])
+def test_errors_of_the_native_module(native, bind_gives, kind):
     obj = steps.posed_grid(meshes.grid())
-    part("solver.session").clear()
     error = MemoryError() if kind == "MemoryError" else getattr(native, kind)("edge 3 has 5 faces")
-    monkeypatch.setattr(native, "start_bind", failing_task(native, failing(error)))
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
-        with refused_unchanged(obj, *texts):
-            operator()
-
-
-def test_what_was_cancelled_changes_nothing(native, part, monkeypatch):
-    obj = steps.posed_grid(meshes.grid())
-    part("solver.session").clear()
-    monkeypatch.setattr(native, "start_bind", failing_task(native, failing(native.Cancelled("stopped"))))
+    bind_gives(failing(error))
+    if kind != "Cancelled":
+        assert_refused_unchanged(obj, BIND + SOLVE, "memory" if kind == "MemoryError" else "edge 3 has 5 faces")
+        return
     before = snapshot(obj)
-    for operator in (bpy.ops.meanvalue.bind, bpy.ops.meanvalue.solve_from_key):
-        assert operator() == {'CANCELLED'}
+    assert [operator() for operator in BIND + SOLVE] == [{'CANCELLED'}] * 2
     assert_same(before, snapshot(obj))
 
 
@@ -315,35 +248,23 @@ class Answer:
 
 
 @pytest.fixture
-def answer_with(native, monkeypatch, part):
+def answer_with(bind_gives):
     """answer_with(f): the solver's answers go through f from now on."""
-
-    def install(change):
-        start_bind = native.start_bind
-        part("solver.session").clear()
-
-        def start(*arguments, **options):
-            return tasks.Changed(start_bind(*arguments, **options), lambda made: WrappedDeformer(made, change))
-
-        monkeypatch.setattr(native, "start_bind", start)
-
-    return install
+    return lambda change: bind_gives(lambda made: WrappedDeformer(made, change))
 
 
 def test_answer_that_is_not_a_number(answer_with):
     obj = steps.posed_grid(meshes.grid())
     answer_with(lambda solution: Answer(solution, vertices=solution.vertices * float("nan")))
-    with refused_unchanged(obj, "not numbers", "closer to the rest shape"):
-        bpy.ops.meanvalue.solve_from_key()
+    assert_refused_unchanged(obj, SOLVE, "not numbers")
 
 
-def test_failure_in_solve_after_the_anchors_changed_keeps_the_old_binding(answer_with, native):
+def test_failure_in_solve_after_the_handles_changed_keeps_the_old_binding(answer_with, native):
     obj = steps.posed_grid(meshes.grid())
     steps.add_group(obj, "More", [22])
     bpy.ops.meanvalue.add_handle(pin=True, group="More")
     answer_with(failing(native.SolverFailure("no descent")))
-    with refused_unchanged(obj, "The solver failed", "no descent"):
-        bpy.ops.meanvalue.solve_from_key()
+    assert_refused_unchanged(obj, SOLVE, "no descent")
 
 
 def test_not_converged_is_a_warning_and_the_result_is_written(answer_with, capfd):
@@ -353,53 +274,18 @@ def test_not_converged_is_a_warning_and_the_result_is_written(answer_with, capfd
     assert not obj.meanvalue.bound.solve_converged
     assert "Mean-Value" in obj.data.shape_keys.key_blocks
     told = capfd.readouterr().out
-    assert "warning" in told.lower()
-    assert "iteration limit" in told
+    assert "warning" in told.lower() and "iteration limit" in told
 
 
-def test_a_part_without_enough_fixed_points_is_a_warning(capfd):
-    """The first part is posed, the second stays in place."""
+def test_a_part_without_enough_fixed_points_stays_and_is_a_warning(capfd):
     obj = meshes.two_parts()
     obj.meanvalue.loose_parts = 'stay'
     steps.list_anchors(obj, A=[0, 3, 12, 15])
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    told = capfd.readouterr().out
-    assert "warning" in told.lower()
-    assert "1 part of the mesh has fewer than three fixed points" in told
+    assert "warning" in capfd.readouterr().out.lower()
     steps.add_pose_key(obj)
     steps.move(obj, [15], (0.0, 0.0, 1.0))
     steps.solve()
-    assert "1 part of the mesh has fewer" in capfd.readouterr().out
-    rest, result = steps.key_positions(obj, "Basis"), steps.key_positions(obj, "Mean-Value")
-    moved = np.abs(result - rest).max(axis=1)
+    moved = np.abs(steps.key_positions(obj, "Mean-Value") - steps.key_positions(obj, "Basis")).max(axis=1)
     assert moved[16:].max() < 1e-6
     assert moved[:16].max() > 0.5
-
-
-# -- the list of anchors ---------------------------------------------------------------------------------------------
-
-
-def test_add_group_that_is_not_there():
-    obj = meshes.grid()
-    steps.add_group(obj, "A", [0])
-    with refused_unchanged(obj, "no vertex group 'B'", "Choose one"):
-        bpy.ops.meanvalue.add_handle(pin=True, group="B")
-
-
-def test_add_group_twice():
-    obj = meshes.grid()
-    steps.list_anchors(obj, A=[0])
-    with refused_unchanged(obj, "'A' is on the list already", "choose another"):
-        bpy.ops.meanvalue.add_handle(pin=True, group="A")
-
-
-def test_remove_from_an_empty_list():
-    obj = meshes.grid()
-    with refused_unchanged(obj, "No handle or pin is active"):
-        bpy.ops.meanvalue.remove_handle()
-
-
-def test_unbind_when_not_bound():
-    obj = meshes.grid()
-    with refused_unchanged(obj, "'Grid' is not bound"):
-        bpy.ops.meanvalue.unbind()
