@@ -62,3 +62,9 @@ def part():
 def native():
     """The compiled module that the installed add-on uses."""
     return installed.part("solver.native_loader").module()
+
+
+@pytest.fixture
+def status(part):
+    """status(obj): (what the panel says of live posing, whether it is a problem)."""
+    return lambda obj: part("live.engine").status(obj) or ("", False)

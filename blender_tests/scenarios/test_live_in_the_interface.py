@@ -15,17 +15,6 @@ def timers():
         yield timers
 
 
-@pytest.fixture
-def reads(part, monkeypatch):
-    """A list that grows with every slice of vertex weights that is read, and every gathering of the scene."""
-    counted = []
-    reading, module = part("scene.vertex_groups").Reading, part("posing.bridge.scene_input")
-    go_on, gather = reading.go_on, module.gather
-    monkeypatch.setattr(reading, "go_on", lambda *arguments: counted.append("weights") or go_on(*arguments))
-    monkeypatch.setattr(module, "gather", lambda *arguments: counted.append("scene") or gather(*arguments))
-    return counted
-
-
 def posed(timers):
     obj, control = handles.tube()
     timers.run(0.1)
@@ -48,17 +37,6 @@ def test_without_live_no_timer_runs(timers):
     _obj, control = handles.tube(live=False)
     move(control, (1.0, 0.0, 0.0))
     assert timers.run() == 0
-
-
-def test_our_own_writing_is_not_read(timers, reads):
-    obj, control = posed(timers)
-    reads.clear()
-    for _step in range(5):
-        move(control, (0.1, 0.0, 0.0))
-        timers.run(0.1)
-        update()
-        timers.run(0.1)
-    assert reads == [] and is_settled(obj)
 
 
 def test_keys_are_made_by_timers_alone(timers):
@@ -122,21 +100,6 @@ def test_another_rest_shape_of_a_script_is_told(timers, part):
     assert part("posing.bridge.object_status").status(obj).state.name == "STALE"
 
 
-def test_a_rig_that_moves_is_no_edit(timers, part, reads):
-    obj, rig = rigged.tube(live=True)
-    timers.run(0.1)
-    reads.clear()
-    for step in range(10):
-        rigged.bend(rig, 5.0 * step + 5.0)
-        update()
-        part("posing.bridge.object_status").status(obj)
-    timers.run(0.1)
-    obj.location.x += 1.0
-    update()
-    timers.run(0.1)
-    assert reads == [] and is_settled(obj)
-
-
 def test_what_is_edited_beside_a_bone_step_is_found(timers, part):
     obj, rig = rigged.tube(live=True)
     timers.run(0.1)
@@ -152,21 +115,6 @@ def test_what_is_edited_beside_a_bone_step_is_found(timers, part):
     assert "rest shape" in part("live.engine").status(obj)[0]
 
 
-def test_a_big_mesh_is_read_in_slices(timers, part, monkeypatch):
-    """And, edited with every frame, in one go after a while."""
-    monkeypatch.setattr(part("scene.vertex_groups"), "SLICE", 4)
-    monkeypatch.setattr(part("live.following"), "SLICE_SECONDS", 0.0)
-    obj, control = handles.tube()
-    control.location.x += 1.0
-    update()
-    assert not is_settled(obj) or obj.data.shape_keys is None
-    for _frame in range(20):
-        obj.data.update_tag()
-        update()
-    timers.run(0.1)
-    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 1.0).max() < 1e-3
-
-
 def test_it_goes_on_when_edit_mode_is_left(timers, part):
     obj, control = posed(timers)
     meshes.activate(obj)
@@ -178,30 +126,6 @@ def test_it_goes_on_when_edit_mode_is_left(timers, part):
     timers.run(0.1)
     assert part("live.engine").status(obj) is None
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-3
-
-
-def test_a_slow_preparation_is_told_with_its_share(timers, part, monkeypatch):
-    session = part("solver.session")
-    bind_steps, gate = session.bind_steps, []
-
-    class Gate:
-        finished = property(lambda _self: bool(gate))
-
-        def wait(self, _seconds=None):
-            return bool(gate)
-
-    def late(*arguments, **options):
-        yield Gate()
-        return (yield from bind_steps(*arguments, **options))
-
-    monkeypatch.setattr(session, "bind_steps", late)
-    obj, _control = handles.tube()
-    timers.passed += 10.0
-    text, is_problem = part("live.engine").status(obj)
-    assert text.startswith("Preparing") and not is_problem
-    gate.append(1)
-    timers.run(0.1)
-    assert part("live.engine").status(obj) is None
 
 
 def test_a_follower_holds_little(timers, part):

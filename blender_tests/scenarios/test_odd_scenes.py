@@ -4,35 +4,9 @@
 import bpy
 import numpy as np
 import pytest
-from support import armatures, handles, meshes, steps
+from support import handles, meshes, steps
 from support.handles import TOP, move, rest, shown, update
 from support.interface import interface
-
-
-@pytest.fixture
-def status(part):
-    """status(obj): what the panel says of live posing."""
-    return lambda obj: part("live.engine").status(obj) or ("", False)
-
-
-def test_a_failed_bind_is_told_and_not_tried_again_until_an_edit(status, part, monkeypatch):
-    obj, control = handles.tube(live=False)
-    session = part("solver.session")
-    errors, tried = part("errors"), []
-
-    def fails(*_arguments, **_options):
-        tried.append(1)
-        raise errors.SolverError("nothing holds it")
-        yield
-
-    monkeypatch.setattr(session, "bind_steps", fails)
-    obj.meanvalue.live = True
-    update()
-    for step in range(5):
-        move(control, (0.1 * step, 0.0, 0.0))
-    assert len(tried) == 1
-    text, is_problem = status(obj)
-    assert is_problem and "nothing holds it" in text
 
 
 def test_a_failed_solve_is_told_until_the_control_moves(status, part, monkeypatch):
@@ -53,14 +27,6 @@ def test_a_failed_solve_is_told_until_the_control_moves(status, part, monkeypatc
     move(control, (0.5, 0.0, 0.0))
     assert not status(obj)[1]
     assert np.allclose(shown(obj)[TOP] - rest(obj)[TOP], (1.5, 0.0, 0.0), atol=1e-3)
-
-
-def armature_control(obj, line="Top"):
-    rig = armatures.make(Bone=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
-    group = obj.meanvalue.handles[line]
-    group.control, group.bone = rig, "Bone"
-    update()
-    return rig
 
 
 def test_choosing_another_control_keeps_the_pose():
@@ -115,54 +81,6 @@ def test_a_bind_after_apply_scale_or_set_origin_moves_nothing(change, pose):
     bpy.ops.meanvalue.solve()
     update()
     assert np.abs(seen(obj) - before).max() < 5e-3
-
-
-def test_points_of_the_overlay_lie_on_the_subdivided_surface(part):
-    obj, control = handles.tube()
-    move(control, (1.0, 0.0, 0.0))
-    obj.modifiers.new("Subdivision", 'SUBSURF').levels = 2
-    update()
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    places = {tuple(np.round(np.array(vertex.co, float), 4)) for vertex in evaluated.vertices}
-    found = part("scene.shown_shape").positions(obj)
-    assert len(found) == len(obj.data.vertices)
-    assert all(tuple(np.round(point, 4)) in places for point in found.astype(float))
-
-
-def test_drawing_evaluates_nothing(part, monkeypatch):
-    obj, _control = handles.tube()
-    update()
-
-    def forbidden(*_):
-        raise AssertionError("drawing must not evaluate the scene")
-
-    shown_shape = part("scene.shown_shape")
-
-    class Context:
-        view_layer = bpy.context.view_layer
-        evaluated_depsgraph_get = staticmethod(forbidden)
-
-    class Bpy:
-        context = Context
-        data, types, app = bpy.data, bpy.types, bpy.app
-
-    monkeypatch.setattr(shown_shape, "bpy", Bpy)
-    assert len(shown_shape.positions(obj)) == len(obj.data.vertices)
-
-
-def test_the_object_behind_an_active_control_is_found_without_going_through_all(part):
-    obj, control = handles.tube(live=False)
-    lone = bpy.data.objects.new("Lone", None)
-    bpy.context.collection.objects.link(lone)
-    controls = part("posing.bridge.controls")
-    assert controls.mesh_moved_by(control) == obj
-    for _ in range(2):
-        assert controls.mesh_moved_by(lone) is None
-    obj.meanvalue.handles["Top"].control = lone
-    update()
-    assert controls.mesh_moved_by(lone) == obj
-    meshes.activate(obj)
-    steps.add_group(obj, "Middle", range(64, 72))
 
 
 def render_scene(tmp_path, last=3):
@@ -229,33 +147,6 @@ def test_a_render_right_after_a_drag_is_told(part, status):
         engine.render_ended()
         text, is_problem = status(obj)
         assert is_problem and "render again" in text
-
-
-def test_polls_with_another_object_active_go_through_the_scene_once(part, monkeypatch):
-    obj, _control = handles.tube(live=False)
-    lone = bpy.data.objects.new("Lone", None)
-    bpy.context.collection.objects.link(lone)
-    meshes.activate(lone)
-    update()
-    controls, looked = part("posing.bridge.controls"), []
-    mesh_moved_by = controls.mesh_moved_by
-    monkeypatch.setattr(controls, "mesh_moved_by", lambda control: looked.append(1) or mesh_moved_by(control))
-    subject = part("scene.subject").of
-    for step in range(20):
-        assert subject(bpy.context) == lone
-        lone.location.x = step
-        update()
-    assert len(looked) <= 2  # a new object is told of by the first
-    obj.meanvalue.handles["Top"].control = lone
-    assert subject(bpy.context) == obj
-    assert len(looked) <= 3
-    obj.meanvalue.handles["Top"].control = None
-    assert subject(bpy.context) == lone
-    obj.meanvalue.handles["Top"].control = lone
-    update()
-    bpy.data.objects.remove(obj)
-    update()
-    assert subject(bpy.context) == lone
 
 
 def test_a_control_chosen_in_another_view_layer_makes_its_handle_the_active_one():

@@ -6,7 +6,6 @@ import math
 import bpy
 import numpy as np
 import pytest
-from mathutils import Matrix
 from support import meshes, rigs, steps
 from support.posed_rigs import all_at_once, linear, other_keys
 from support.rigs import BOTTOM, MIDDLE, TOP, update
@@ -94,19 +93,6 @@ def test_a_rig_with_places_that_are_not_numbers_is_not_taken_for_none(part):
     assert len(obj.meanvalue.handles) == lines
 
 
-def test_measuring_leaves_the_scene_alone(part):
-    obj, _armature = all_at_once()
-    before = rigs.seen(obj)
-    original = {key.name: steps.key_positions(obj, key.name) for key in obj.data.shape_keys.key_blocks}
-    assert part("scene.rig_space").measure(obj) is not None
-    assert all(np.array_equal(steps.key_positions(obj, name), shape) for name, shape in original.items())
-    assert [modifier.show_viewport for modifier in obj.modifiers] == [True, True]
-    assert np.array_equal(rigs.seen(obj), before)
-    obj.update_tag()
-    update()
-    assert np.array_equal(rigs.seen(obj), before)
-
-
 def copies(obj):
     """What the modifiers work on in Blender's evaluated copies, and which of them are on."""
     evaluated = obj.evaluated_get(bpy.context.view_layer.depsgraph)
@@ -135,17 +121,6 @@ def test_measuring_that_fails_leaves_no_trace_and_calls_no_handler(part, has_key
     bpy.app.handlers.depsgraph_update_post.pop()
     assert not called and copies(obj) == before
     assert np.array_equal(rigs.seen(obj), seen)
-
-
-def test_without_a_rig_nothing_is_measured(part):
-    obj = meshes.tube(rigs.RINGS, rigs.SEGMENTS, "Arm")
-    obj.modifiers.new("Subdivision", 'SUBSURF')
-    obj.modifiers.new("Armature", 'ARMATURE').show_viewport = False
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Top", TOP)
-    assert not part("scene.rig_space").is_there(obj)
-    rigs.move_in_world(control, OFFSET)
-    assert control.matrix_parent_inverse == Matrix.Identity(4)
 
 
 def test_saved_and_loaded_it_goes_on(tmp_path):
@@ -260,30 +235,3 @@ def test_keys_relative_to_others_count(part):
     space = part("scene.rig_space").measure(obj)
     assert np.abs(space.seen - rest * (0.85, 1.0, 1.15)).max() < 1e-5
     assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
-
-
-def test_far_from_the_origin_an_armature_is_straight_all_the_same(part):
-    """Where float32 tells positions apart no finer than by 6e-5."""
-    obj, armature = rigs.arm()
-    offset = (700.0, 0.0, 0.0)
-    for vertex in obj.data.vertices:
-        vertex.co.x += offset[0]
-    armature.location = offset
-    rigs.bend(armature, 50.0)
-    assert part("scene.rig_space").measure(obj).is_affine
-
-
-def test_whether_the_result_is_shown_does_not_matter(part):
-    obj, _armature = all_at_once()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    rigs.move_in_world(rigs.handle(obj, "Part", MIDDLE), OFFSET)
-    measure = part("scene.rig_space").measure
-    obj.meanvalue.live = False
-    update()
-    shown = measure(obj)
-    for name, value in (("mute", True), ("value", 0.3), ("value", 0.0)):
-        setattr(obj.data.shape_keys.key_blocks[RESULT], name, value)
-        update()
-        hidden = measure(obj)
-        assert np.abs(hidden.seen - shown.seen).max() < 1e-5
-        assert np.abs(hidden.jacobians - shown.jacobians).max() < 1e-4

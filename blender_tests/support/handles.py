@@ -55,6 +55,11 @@ def rest(obj):
     return steps.key_positions(obj, "Basis")
 
 
+def follows(obj, offset, vertices=TOP):
+    """Whether these vertices are shown by `offset` off their rest."""
+    return float(np.abs(shown(obj)[vertices] - rest(obj)[vertices] - np.array(offset, np.float32)).max()) < 1e-3
+
+
 def is_at_rest(obj, tolerance=1e-5):
     return bool(np.abs(shown(obj) - rest(obj)).max() < tolerance)
 
