@@ -37,33 +37,6 @@ def test_nothing_changed_nothing_to_do(saved):
     assert len(obj.modifiers) == 1
 
 
-def test_what_was_solved_before_it_was_stopped_is_not_solved_again(saved, monkeypatch, part):
-    _obj, _control, path = saved
-    bake()
-    whole = path.read_bytes()
-    bpy.ops.meanvalue.unbake(delete_files=True)
-    monkeypatch.setattr(part("baking.bridge.plan").BakePlan, "chunks", lambda _: [(0, 5), (5, 10), (10, FRAMES)])
-    clip = part("baking.bridge.handle_clip").HandleClip
-    solve = clip.solve_rows
-
-    def stopped(self, binding, begin, *others):
-        if begin == 10:
-            raise part("errors").CancelledError("stopped")
-        return solve(self, binding, begin, *others)
-
-    monkeypatch.setattr(clip, "solve_rows", stopped)
-    assert bpy.ops.meanvalue.bake() == {'CANCELLED'}
-    assert not path.exists()
-    chunks = {each: each.stat().st_mtime_ns for each in path.with_name("Tube.chunks").glob("*.json")}
-    assert [each.name for each in sorted(chunks)] == ["+000001_+000005.json", "+000006_+000010.json"]
-    assert bpy.ops.meanvalue.bake() == {'CANCELLED'}
-    assert all(each.stat().st_mtime_ns == stamp for each, stamp in chunks.items())
-    monkeypatch.setattr(clip, "solve_rows", solve)
-    bake()
-    assert path.read_bytes() == whole
-    assert sorted(each.name for each in path.parent.iterdir()) == ["Tube.pc2", "Tube.pc2.json"]
-
-
 def test_a_part_is_baked_again(saved):
     _obj, control, path = saved
     bake()

@@ -2,7 +2,6 @@
 """What Bake refuses, with the scene and all files as they were; odd objects and names."""
 
 import pathlib
-import types
 
 import bpy
 import numpy as np
@@ -171,36 +170,3 @@ def test_removing_the_bake_of_a_copy_keeps_the_originals_file(saved):
     bpy.ops.object.duplicate()
     assert bpy.ops.meanvalue.unbake(delete_files=True) == {'FINISHED'}
     assert path.exists()
-
-
-def test_an_object_that_is_deleted_while_it_is_sampled(saved, part):
-    obj, _control, _path = saved
-    preparing, scene = part("baking.bridge.preparing"), bpy.context.scene
-    options = _options(obj, part)
-    preparation = preparing.Preparation(obj, scene, options)
-
-    def find():
-        if scene.frame_current > 5:
-            raise part("errors").SceneError("'Tube' is gone")
-        return obj
-
-    with pytest.raises(part("errors").SceneError, match="gone"):
-        list(preparation.sample(find))
-    assert scene.frame_current == 1
-
-
-def test_sampling_that_is_dropped_puts_the_frame_back(saved, part):
-    obj, _control, _path = saved
-    bpy.context.scene.frame_set(3)
-    preparing = part("baking.bridge.preparing")
-    sampling = preparing.Preparation(obj, bpy.context.scene, _options(obj, part)).sample(lambda: obj)
-    next(sampling)
-    next(sampling)
-    assert bpy.context.scene.frame_current == 2
-    sampling.close()
-    assert bpy.context.scene.frame_current == 3
-
-
-def _options(obj, part):
-    names = part("baking.properties").NAMES
-    return types.SimpleNamespace(**{name: getattr(obj.meanvalue.bake, name) for name in names}, confirm_size=False)

@@ -174,27 +174,6 @@ def test_only_takes_of_bvh_are_skeletons(tmp_path):
     assert take_files.bring_in(tmp_path / "chain.bvh").meanvalue.is_skeleton
 
 
-def test_an_error_half_way_leaves_nothing(tmp_path, part, monkeypatch):
-    labels, positions = take_files.waves()
-    path = take_files.write_trc(tmp_path / "swing.trc", labels, positions)
-    before = blocks()
-    write = part("scene.actions").write_vector
-    calls = []
-
-    def fails_at_the_third(*arguments):
-        calls.append(arguments)
-        if len(calls) == 3:
-            raise part("errors").SceneError("no more room")
-        write(*arguments)
-
-    monkeypatch.setattr(part("scene.actions"), "write_vector", fails_at_the_third)
-    rate = bpy.context.scene.render.fps
-    with steps.refused("o more room"):
-        bpy.ops.meanvalue.import_motion(filepath=path, time='CAPTURE')
-    assert blocks() == before
-    assert bpy.context.scene.render.fps == rate
-
-
 def test_a_mesh_that_is_worked_on_stays_active_and_gets_the_take(tmp_path):
     obj = meshes.grid()
     labels, positions = take_files.waves()
@@ -202,15 +181,6 @@ def test_a_mesh_that_is_worked_on_stays_active_and_gets_the_take(tmp_path):
     assert bpy.context.object == obj
     assert obj.meanvalue.capture.take == take
     assert [pair.name for pair in obj.meanvalue.capture.pairs] == list(labels)
-
-
-def test_the_report_counts(tmp_path, capfd):
-    labels, positions = take_files.waves()
-    positions[20:40, 1] = np.nan
-    take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
-    text = capfd.readouterr().out
-    for part_of_it in ("5 markers", "120 samples", "1.19 s", "100 Hz", "1 gap", "3.3%"):
-        assert part_of_it in text, text
 
 
 def test_long_takes(tmp_path, part):

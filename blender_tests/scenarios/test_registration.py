@@ -4,7 +4,6 @@
 import importlib.util
 import pathlib
 import sys
-import types
 import urllib.parse
 import urllib.request
 
@@ -79,19 +78,6 @@ def test_menus_shortcuts_and_overlay_are_taken_back(part):
     assert part("widgets.overlay")._handler is None
     installed.enable()
     assert len(menu_entries()) == 2
-
-
-def test_without_a_keyconfig_of_add_ons(part, monkeypatch):
-    """As it is in the bpy module."""
-    keymap = part("posing.ui.keymap")
-    nothing = types.SimpleNamespace(window_manager=types.SimpleNamespace(keyconfigs=types.SimpleNamespace(addon=None)))
-    fake = types.SimpleNamespace(context=nothing, types=bpy.types, props=bpy.props)
-    installed.disable()
-    monkeypatch.setattr(keymap, "bpy", fake)
-    keymap.register()
-    keymap.unregister()
-    monkeypatch.undo()
-    installed.enable()
 
 
 def test_shortcuts_are_those_that_are_told(part):

@@ -39,15 +39,6 @@ def test_result_is_the_native_answer_to_the_last_bit(native):
     assert np.abs(result - steps.key_positions(obj, "Basis")).max() > 0.5
 
 
-def test_anchors_are_met_exactly():
-    obj = steps.posed_grid(meshes.grid())
-    steps.solve()
-    anchors = [0, 4, 20, 24]
-    assert np.array_equal(
-        steps.key_positions(obj, "Mean-Value")[anchors], steps.key_positions(obj, "Pose")[anchors]
-    )
-
-
 def test_only_the_anchors_of_the_pose_key_count():
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
@@ -134,18 +125,6 @@ def test_the_result_key_may_be_the_pose_key():
     assert np.array_equal(steps.key_positions(obj, "Pose"), result)
 
 
-def test_posing_on_after_a_solve():
-    obj = steps.posed_grid(meshes.grid())
-    steps.solve()
-    first = steps.key_positions(obj, "Mean-Value")
-    steps.move(obj, [24], (0.0, 0.0, 0.7))
-    steps.solve()
-    second = steps.key_positions(obj, "Mean-Value")
-    assert np.array_equal(second[24], steps.key_positions(obj, "Pose")[24])
-    assert not np.array_equal(second[18], first[18])
-    assert len(obj.data.shape_keys.key_blocks) == 3
-
-
 def test_posing_in_edit_mode():
     obj = steps.bound_grid(meshes.grid())
     steps.add_pose_key(obj)
@@ -227,32 +206,6 @@ def python_with_bpy():
     return [sys.executable]
 
 
-def test_repeating_gives_the_same_bits(part):
-    obj = steps.posed_grid(meshes.grid())
-    steps.solve()
-    first = steps.key_positions(obj, "Mean-Value")
-    part("solver.session").clear()
-    steps.solve()
-    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), first)
-
-
-def test_bind_is_not_repeated_by_solve(native, part, monkeypatch):
-    made, start_bind = [], native.start_bind
-    monkeypatch.setattr(native, "start_bind", lambda *a, **k: made.append(1) or start_bind(*a, **k))
-    obj = steps.posed_grid(meshes.grid())
-    for _ in range(3):
-        steps.move(obj, [24], (0.0, 0.0, 0.1))
-        steps.solve()
-    assert len(made) == 1
-
-
-def test_bind_tells_of_fallback_rules(capfd):
-    steps.bound_grid(meshes.grid())
-    told = capfd.readouterr().out
-    assert "25 vertices, 4 held, 21 free" in told
-    assert "encoded by a fallback rule" in told  # a flat border has vertices on their ring's edge
-
-
 def test_unbind_forgets_the_binding_only():
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
@@ -263,32 +216,6 @@ def test_unbind_forgets_the_binding_only():
     assert [group.name for group in obj.meanvalue.handles] == ["Corners", "Tip"]
     steps.solve()
     assert obj.meanvalue.bound.is_bound
-
-
-def test_the_last_result_is_kept_for_the_panel():
-    obj = steps.posed_grid(meshes.grid())
-    record = obj.meanvalue.bound
-    assert not record.is_solved
-    steps.solve()
-    assert record.is_solved
-    assert record.solve_converged
-    assert record.solve_iterations > 0
-    assert record.solve_energy > 0.0
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert not record.is_solved, "it is no result of this binding"
-
-
-def test_energy_is_shown_for_a_unit_bounding_box():
-    """The same pose of a mesh ten times as large has the same energy."""
-    energies = []
-    for size in (1.0, 10.0):
-        obj = meshes.grid()
-        for vertex in obj.data.vertices:
-            vertex.co *= size
-        steps.posed_grid(obj, offset=(0.0, 0.5 * size, 1.0 * size))
-        steps.solve()
-        energies.append(obj.meanvalue.bound.solve_energy)
-    assert energies[0] == pytest.approx(energies[1], rel=1e-3)
 
 
 def test_handle_list_by_operators():
@@ -304,15 +231,6 @@ def test_handle_list_by_operators():
     assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     assert [group.name for group in settings.handles] == ["First"]
     assert obj.vertex_groups.keys() == ["First", "Second"]
-
-
-def test_weight_zero_is_no_member():
-    obj = meshes.grid()
-    group = steps.add_group(obj, "A", [0, 4, 20])
-    group.add([24], 0.0, 'REPLACE')
-    bpy.ops.meanvalue.add_handle(pin=True, group="A")
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert obj.meanvalue.bound.anchor_count == 3
 
 
 def test_another_result_name_shows_the_new_pose_alone():
