@@ -5,8 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from support import bent_limb, meshes, steps
-from test_shape_mix import bake, bending, in_betweens_of, rest, set_value, shown
-from test_shape_mix_odd import keys_of
+from support.mixed_limbs import bake, bending, in_betweens_of, keys_of, rest, set_value, shown
 
 LEANED = bent_limb.bent(rest(), 40.0)
 

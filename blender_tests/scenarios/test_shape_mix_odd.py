@@ -5,39 +5,21 @@ import bpy
 import numpy as np
 import pytest
 from support import bent_limb, meshes, steps
-from support.snapshot import assert_same, snapshot
-from test_shape_mix import (
+from support.mixed_limbs import (
+    MIX,
     bending,
+    keys_of,
     limb,
     linear_miss,
     miss,
+    mixing,
     rest,
     set_value,
     shown,
     status,
+    twin_of,
 )
-
-MIX = "Rotation-Aware Mix"
-
-
-def keys_of(obj):
-    return obj.data.shape_keys.key_blocks
-
-
-def mixing(degrees=140.0, value=0.5):
-    obj = bending(degrees)
-    obj.meanvalue.mix.is_on = True
-    set_value(obj, "Bend", value)
-    return obj
-
-
-def twin_of(obj, name="Twin"):
-    """A linked duplicate."""
-    twin = obj.copy()
-    twin.name = name
-    bpy.context.collection.objects.link(twin)
-    bpy.context.view_layer.update()
-    return twin
+from support.snapshot import assert_same, snapshot
 
 
 def remove_last(bm):
@@ -189,16 +171,6 @@ def test_mixing_waits_in_other_modes(mode):
     assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
 
 
-def test_switched_off_in_sculpt_mode():
-    obj = mixing()
-    meshes.activate(obj)
-    bpy.ops.object.mode_set(mode='SCULPT')
-    obj.meanvalue.mix.is_on = False
-    bpy.context.view_layer.update()
-    bpy.ops.object.mode_set(mode='OBJECT')
-    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
-
-
 def test_live_posing_of_another_object_with_the_mesh_is_told():
     obj = mixing()
     twin = twin_of(obj)
@@ -223,11 +195,3 @@ def test_applied_as_rest_while_live_the_mix_begins_there():
     bpy.context.view_layer.update()
     np.testing.assert_allclose(shown(obj), leaned, atol=1e-3)
     assert [key.name for key in keys_of(obj) if key.name != MIX] == ["Basis", "Bend", "Leaned"]
-
-
-def test_a_mirrored_shape_is_told_by_its_name():
-    obj = limb(Mirror=rest() * (1.0, -1.0, 1.0))
-    obj.meanvalue.mix.is_on = True
-    set_value(obj, "Mirror", 0.5)
-    text, is_problem = status(obj)
-    assert is_problem and "'Mirror' is mirrored" in text and "shapes[" not in text

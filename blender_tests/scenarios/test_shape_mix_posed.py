@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from support import armatures, meshes
-from test_shape_mix import DIAGONAL, bake, bending, rest, set_value, shown
+from support.mixed_limbs import DIAGONAL, bake, bending, rest, set_value, shown
 
 TURN = np.radians(70.0)
 SHIFT = (2.0, -1.0, 3.0)

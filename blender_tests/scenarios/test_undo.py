@@ -40,51 +40,56 @@ def undo_and_redo(operator):
     assert_same(before, snapshot(current()))
 
 
-def test_solve():
-    steps.posed_grid(meshes.grid())
-    undo_and_redo(bpy.ops.meanvalue.solve_from_key)
+def posed():
+    return steps.posed_grid(meshes.grid())
 
 
-def test_second_solve():
-    obj = steps.posed_grid(meshes.grid())
+def posed_again():
+    obj = posed()
     steps.solve()
     steps.move(obj, [24], (0.0, 0.0, 1.0))
-    undo_and_redo(bpy.ops.meanvalue.solve_from_key)
 
 
-def test_solve_that_binds_again():
-    obj = steps.posed_grid(meshes.grid())
-    obj.vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
-    undo_and_redo(bpy.ops.meanvalue.solve_from_key)
+def edited():
+    posed().vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
 
 
-def test_bind():
-    steps.list_anchors(meshes.grid(), A=[0, 4, 20])
-    undo_and_redo(bpy.ops.meanvalue.bind)
-
-
-def test_unbind():
-    steps.bound_grid(meshes.grid())
-    undo_and_redo(bpy.ops.meanvalue.unbind)
-
-
-def test_remove_handle():
-    steps.list_anchors(meshes.grid(), A=[0])
-    undo_and_redo(bpy.ops.meanvalue.remove_handle)
-
-
-def test_grow_region():
-    steps.list_anchors(meshes.grid(), A=[12])
-    undo_and_redo(bpy.ops.meanvalue.grow_region)
-
-
-def test_growing_a_region_that_is_there():
+def listed(*members):
     obj = meshes.grid()
-    steps.list_anchors(obj, A=[12])
+    steps.list_anchors(obj, A=members)
+    return obj
+
+
+def with_a_region():
+    obj = listed(12)
     steps.add_group(obj, "Region", [3, 4])
     obj.meanvalue.roi_group = "Region"
     obj.meanvalue.roi_invert = True
-    undo_and_redo(bpy.ops.meanvalue.grow_region)
+
+
+def painting():
+    listed(12)
+    bpy.ops.meanvalue.paint_region()
+
+
+CASES = {
+    "solve": (posed, "solve_from_key"),
+    "second solve": (posed_again, "solve_from_key"),
+    "solve that binds again": (edited, "solve_from_key"),
+    "bind": (lambda: listed(0, 4, 20), "bind"),
+    "unbind": (lambda: steps.bound_grid(meshes.grid()), "unbind"),
+    "remove": (lambda: listed(0), "remove_handle"),
+    "grow": (lambda: listed(12), "grow_region"),
+    "grow what is there": (with_a_region, "grow_region"),
+    "paint": (lambda: listed(12), "paint_region"),
+    "end of painting": (painting, "paint_region"),
+}
+
+
+@pytest.mark.parametrize("set_up, operator", CASES.values(), ids=CASES.keys())
+def test_undo_and_redo(set_up, operator):
+    set_up()
+    undo_and_redo(getattr(bpy.ops.meanvalue, operator))
 
 
 def test_a_group_that_is_added_in_edit_mode():
