@@ -61,14 +61,6 @@ def test_changed_mesh_asks_for_bind(grid, status, edit, texts):
         assert text in told.text
 
 
-def test_after_bind_the_changed_mesh_solves(grid, status):
-    steps.edit_mesh(grid, split_face)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert status(grid).state.name == "BOUND"
-    grid.active_shape_key_index = 1
-    steps.solve()
-
-
 def test_edited_rest_shape_asks_for_bind(grid, status):
     steps.move(grid, [7], (0.0, 0.0, 0.25), grid.data.shape_keys.key_blocks["Basis"])
     bpy.context.view_layer.update()
@@ -129,14 +121,6 @@ def test_changed_region_binds_again_by_itself(grid, status, capfd):
 def test_region_of_every_vertex_is_no_change(grid, status):
     steps.add_group(grid, "All", range(25))
     grid.meanvalue.roi_group = "All"
-    assert status(grid).state.name == "BOUND"
-
-
-def test_changed_settings_bind_again_by_themselves(grid, status, part, capfd):
-    grid.meanvalue.bound.settings = "of another version"
-    assert "settings changed" in status(grid).text
-    steps.solve()
-    assert "because the settings changed" in capfd.readouterr().out
     assert status(grid).state.name == "BOUND"
 
 

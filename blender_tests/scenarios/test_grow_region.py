@@ -120,32 +120,6 @@ def test_from_the_control_of_the_handle():
     assert members(obj, "Region") == AROUND
 
 
-def test_handles_that_reach_out_of_it_are_told_and_pins_are_not(capfd):
-    obj = grid_with_handle()
-    steps.add_group(obj, "Foot", [0])
-    bpy.ops.meanvalue.add_handle(pin=True, group="Foot")
-    steps.list_anchors(obj, Far=[24], Off=[20])
-    obj.meanvalue.handles["Far"].follows = obj.meanvalue.handles["Off"].follows = 'CONTROL'
-    obj.meanvalue.handles["Off"].is_enabled = False
-    obj.meanvalue.active_handle = 0
-    capfd.readouterr()
-    grow(mode='RINGS', rings=1)
-    told = capfd.readouterr().out
-    assert "Handle 'Far' reaches out of it" in told and "Extend" in told
-    assert "Foot" not in told and "Off" not in told
-
-
-def test_a_grown_region_can_be_posed():
-    obj = meshes.grid(columns=9, rows=9)
-    steps.list_anchors(obj, Handle=[40])
-    grow(mode='RINGS', rings=3)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    steps.add_pose_key(obj)
-    steps.move(obj, [40], (0.0, 0.0, 0.8))
-    steps.solve()
-    assert obj.meanvalue.bound.free_count == 24
-
-
 @pytest.mark.parametrize(
     "prepare, texts",
     [
@@ -216,10 +190,3 @@ def test_painting_a_handles_group_is_refused():
     with steps.refused("vertex group of a handle too"):
         bpy.ops.meanvalue.paint_region()
     assert obj.mode == 'OBJECT'
-
-
-def test_painting_ends_by_the_same_button():
-    obj = grid_with_handle()
-    for mode in ('WEIGHT_PAINT', 'OBJECT'):
-        bpy.ops.meanvalue.paint_region()
-        assert obj.mode == mode

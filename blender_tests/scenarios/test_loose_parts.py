@@ -75,13 +75,6 @@ def test_eyes_stay_where_that_is_wanted():
     assert_carried(obj, parts, shown(obj))
 
 
-def test_bind_tells_who_follows(capfd):
-    obj, _control, _parts = heads.head(live=False)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert "6 loose parts follow" in capfd.readouterr().out
-
-
 def test_a_clip_carries_them_in_every_frame(tmp_path):
     obj, control, parts = heads.head(live=False)
     control.rotation_mode = 'XYZ'
@@ -151,32 +144,6 @@ def test_problems_can_be_looked_for_without_a_binding(capfd):
     assert bpy.ops.meanvalue.select_problems() == {'FINISHED'}
     assert clean.mode == 'OBJECT'
     assert "Nothing unusual was found" in capfd.readouterr().out
-
-
-def test_bind_and_select_problems_count_alike(capfd):
-    obj = messy_grid()
-    obj.data.vertices.add(1)  # 32: joined to the grid at a point alone
-    steps.list_anchors(obj, Corners=[0, 4, 20], Tip=[24])
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    told = capfd.readouterr().out
-    assert bpy.ops.meanvalue.select_problems() == {'FINISHED'}
-    listed = capfd.readouterr().out
-    for text in ("3 vertices without faces", "4 doubled vertices", "1 triangle without area", "where surfaces meet"):
-        assert (text in told) == (text in listed)
-
-
-def test_parts_are_counted_without_their_mirror_images(capfd):
-    side = [(x, y, 0.1 * x * y) for y in range(4) for x in range(4)]
-    eye = [(x * 0.2 + 1.0, y * 0.2 + 1.0, 0.5) for y in range(2) for x in range(2)]
-    faces = [(low, low + 1, low + 5, low + 4) for row in range(3) for low in range(4 * row, 4 * row + 3)]
-    obj = meshes.make_object(side + eye, [*faces, (16, 17, 19, 18)], "Half")
-    obj.modifiers.new("Mirror", 'MIRROR')
-    steps.list_anchors(obj, Right=[3, 7, 11, 15])
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert "1 loose part follows" in capfd.readouterr().out
-    assert bpy.ops.meanvalue.select_problems(kind='LOOSE') == {'FINISHED'}
-    assert "1 part without a handle" in capfd.readouterr().out
-    assert selected(obj) == [16, 17, 18, 19]
 
 
 def test_what_is_hidden_is_shown_when_it_is_selected(capfd):

@@ -199,32 +199,6 @@ def test_a_handle_is_found_on_all_copies():
 # -- what is told of it
 
 
-def two_handles_on_the_seam():
-    obj = open_seam()
-    steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
-    for name, copy in (("Upper", 0), ("Lower", 1)):
-        steps.add_group(obj, name, [int(at(obj, 0, y)[copy]) for y in (6, 7, 8)])
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Pin") == {'FINISHED'}
-    controls = []
-    for name in ("Upper", "Lower"):
-        meshes.activate(obj)
-        assert bpy.ops.meanvalue.add_handle(group=name, live=False) == {'FINISHED'}
-        controls.append(bpy.context.object)
-    meshes.activate(obj)
-    return obj, controls
-
-
-def test_of_two_handles_on_a_merged_seam_the_upper_one_leads_and_that_is_told(capfd):
-    _obj, (_upper, lower) = two_handles_on_the_seam()
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    lower.location.z += 1.0
-    handles.update()
-    steps.solve()
-    told = capfd.readouterr().out
-    assert "Merge Distance keeps 3 vertices from where their handle is" in told
-    assert "irror" not in told
-
-
 def test_merged_doubles_are_no_problem_any_more(capfd):
     obj = open_seam()
     steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))

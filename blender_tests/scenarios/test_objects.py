@@ -44,15 +44,6 @@ def test_a_duplicate_is_bound_and_solves_on_its_own(part):
     assert "Mean-Value" in copy.data.shape_keys.key_blocks
 
 
-def test_the_same_content_shares_one_native_binding(part):
-    obj = steps.posed_grid(meshes.grid())
-    steps.solve()
-    copy = duplicate(obj)
-    meshes.activate(copy)
-    steps.solve()
-    assert len(part("solver.session")._cache) == 1
-
-
 def test_a_mesh_of_two_objects_is_solved_with_a_note(capfd):
     obj = steps.posed_grid(meshes.grid())
     other = duplicate(obj, linked=True)
@@ -112,12 +103,3 @@ def test_loose_vertices_follow_or_stay(loose_parts):
     rest, result = steps.key_positions(obj, "Basis"), steps.key_positions(obj, "Mean-Value")
     assert np.isfinite(result).all()
     assert np.array_equal(rest[25], result[25]) == (loose_parts == "stay")
-
-
-def test_an_object_overridden_in_the_context_is_worked_on():
-    first = steps.posed_grid(meshes.grid(name="First"))
-    second = steps.posed_grid(meshes.grid(name="Second"))
-    with bpy.context.temp_override(object=first, active_object=first):
-        steps.solve()
-    assert "Mean-Value" in first.data.shape_keys.key_blocks
-    assert "Mean-Value" not in second.data.shape_keys.key_blocks

@@ -127,13 +127,6 @@ def test_handlers_of_a_former_copy_are_replaced():
     assert our_handlers() == before
 
 
-def test_handlers_stay_when_a_file_is_opened(tmp_path):
-    before = our_handlers()
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "empty.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "empty.blend"))
-    assert our_handlers() == before
-
-
 def test_settings_are_still_there_after_off_and_on():
     obj = steps.posed_grid(meshes.grid())
     installed.disable()

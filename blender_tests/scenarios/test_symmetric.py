@@ -133,24 +133,6 @@ def test_a_region_on_one_side_is_one_on_both(invert):
     assert moved[np.abs(rest(obj)[:, 0]) < 0.3].max() == 0.0 and moved.max() > 0.2
 
 
-def test_soft_handles_and_their_influence():
-    obj, control = halves.whole(live=False)
-    obj.meanvalue.symmetric = 'X'
-    line = obj.meanvalue.handles[1]
-    line.is_soft, line.strength = True, 0.8
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    reached = []
-    for influence in (1.0, 0.3):
-        control.meanvalue.influence = influence
-        move(control, (0.3, 0.1, 0.2) if influence == 1.0 else (0.0, 0.0, 0.0))
-        meshes.activate(obj)
-        steps.solve()
-        assert asymmetry(obj, shown(obj)) < SAME
-        reached.append(np.abs(shown(obj) - rest(obj)).max())
-    assert reached[0] > reached[1] > 0.0
-
-
 def test_beside_a_mirror_modifier():
     """Half a body, symmetric to the front and back as well; the modifier's own axis is no matter."""
     obj, control = halves.half()
@@ -220,15 +202,3 @@ def test_undo():
     assert np.abs(shown(obj) - after).max() < 1e-3
     move(bpy.data.objects[name], (0.0, 0.0, 0.1))
     assert asymmetry(obj, shown(obj)) < SAME
-
-
-def test_two_symmetric_objects_with_one_mesh_each():
-    first, first_control = halves.whole(name="First")
-    second, second_control = halves.whole(name="Second")
-    first.meanvalue.symmetric, second.meanvalue.symmetric = 'X', 'Y'
-    update()
-    for _ in range(3):
-        move(first_control, (0.1, 0.1, 0.1))
-        move(second_control, (0.1, 0.1, 0.1))
-    assert asymmetry(first, shown(first), 0) < SAME < asymmetry(first, shown(first), 1)
-    assert asymmetry(second, shown(second), 1) < SAME < asymmetry(second, shown(second), 0)

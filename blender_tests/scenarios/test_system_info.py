@@ -3,7 +3,7 @@
 
 import bpy
 import pytest
-from support import installed, meshes, steps
+from support import meshes, steps
 
 SECRET = "Zarquon"
 
@@ -71,15 +71,3 @@ def test_it_works_wherever_one_is(part, kind, capfd):
         assert wanted in capfd.readouterr().out
     else:
         assert bpy.context.window_manager.clipboard.startswith("Mean-Value Deform ")
-
-
-def test_without_a_solver(part, monkeypatch):
-    loader = part("solver.native_loader")
-    monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
-    loader.forget()
-    try:
-        # Beside an extension is none that could be for another Python.
-        missing, other = "The compiled solver is missing", "The solver of this add-on is for another Python"
-        assert f"Solver: {missing if installed.IS_EXTENSION else other}" in told(part)
-    finally:
-        loader.forget()

@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The artist's whole way, by operators only."""
 
-import os
-import subprocess
-import sys
-import textwrap
 
 import bpy
 import numpy as np
 import pytest
-from support import installed, meshes, steps
+from support import meshes, steps
 from support.snapshot import assert_same, snapshot
 
 
@@ -167,43 +163,6 @@ def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path, part)
     steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
     steps.solve()
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
-
-
-def test_another_blender_process_gives_the_same(tmp_path):
-    obj = steps.posed_grid(meshes.grid())
-    steps.solve()
-    np.save(tmp_path / "before.npy", steps.key_positions(obj, "Mean-Value"))
-    steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "posed.blend"))
-    script = tmp_path / "again.py"
-    script.write_text(
-        textwrap.dedent(
-            f"""
-            import bpy
-            import numpy as np
-
-            bpy.ops.preferences.addon_enable(module={installed.PACKAGE!r})
-            bpy.ops.wm.open_mainfile(filepath={str(tmp_path / "posed.blend")!r})
-            assert bpy.ops.meanvalue.solve_from_key() == {{'FINISHED'}}
-            key = bpy.data.objects["Grid"].data.shape_keys.key_blocks["Mean-Value"]
-            again = np.array([tuple(point.co) for point in key.data], np.float32)
-            assert np.array_equal(again, np.load({str(tmp_path / "before.npy")!r}))
-            print("solved the same")
-            """
-        )
-    )
-    done = subprocess.run([*python_with_bpy(), str(script)], capture_output=True, text=True, env=dict(os.environ))
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "solved the same" in done.stdout
-
-
-def python_with_bpy():
-    """The command that runs a script in another process of the same kind as this one."""
-    if bpy.app.binary_path:
-        return [
-            bpy.app.binary_path, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python",
-        ]  # fmt: skip
-    return [sys.executable]
 
 
 def test_unbind_forgets_the_binding_only():

@@ -6,8 +6,6 @@ import numpy as np
 from native.benchmarks import rigid
 from native.benchmarks.generated_meshes import BAR_LENGTH, bar
 
-TWIST = ((2, (0, 0, 1)), (3, (0, 0, 1)), (4, (0, 0, 1)), (5, (0, 0, 1)), (6, (0, 0, 1)), (7, (0, 0, 1)))
-
 
 def tube(vertex_count=1200, radius=1.0):
     """(vertices, faces): the tube of generated_meshes, as thin as asked for."""

@@ -19,7 +19,8 @@ CYCLE = 1.1  # seconds from one strike of a heel to its next
 STRIDE = 1.2  # metres in that time, for legs of full length
 STAIRS_STRIDE = 0.6  # two stairs
 HEIGHT = 1.79  # with legs of full length
-MARKER_RADIUS = 0.007
+
+
 THIGH, SHANK, ANKLE_HEIGHT = 0.43, 0.42, 0.08
 # Where a foot rolls, from the ankle.
 HEEL, TOE = np.array([0.0, 0.05, -ANKLE_HEIGHT]), np.array([0.0, -0.145, -ANKLE_HEIGHT])

@@ -21,15 +21,6 @@ def test_the_page_is_what_the_addon_declares(part):
     assert page == PAGE.read_text(), "./dev docs reference writes it anew"
 
 
-def test_every_operator_and_panel_is_on_the_page(part):
-    page = PAGE.read_text()
-    for cls in part("registration").CLASSES:
-        if issubclass(cls, bpy.types.Operator):
-            assert f"`{cls.bl_idname}`" in page
-        elif issubclass(cls, bpy.types.Panel):
-            assert f"| {cls.bl_label} |" in page
-
-
 def test_everything_that_an_artist_sees_is_described(part):
     """Tooltips, all of them."""
     for cls in part("registration").CLASSES:

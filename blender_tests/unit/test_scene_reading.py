@@ -39,18 +39,3 @@ def test_in_slices_as_in_one_go(scene_reading, small_slices):
     }
     assert all(np.array_equal(whole.members[name], sliced.members[name]) for name in whole.members)
     assert all(np.array_equal(*pair) for pair in zip(whole.faces, sliced.faces, strict=True))
-
-
-def test_what_does_not_fit_any_more_is_read_again(part, scene_reading, small_slices):
-    obj = grid_with_region()
-    gather = part("posing.bridge.scene_input").gather
-    reading = scene_reading.SceneReading(obj)
-    reading.go_on(obj, 0.0)
-    steps.edit_mesh(obj, lambda bm: bm.verts.remove(list(bm.verts)[7]))
-    assert not reading.fits(obj)
-    assert len(gather(obj, reading).rest) == 24
-    reading = scene_reading.SceneReading(obj)
-    assert reading.fits(obj)
-    obj.meanvalue.roi_group = ""
-    assert not reading.fits(obj)
-    assert gather(obj, reading).roi.all()

@@ -43,28 +43,6 @@ def test_what_is_written_is_read_back_and_shown(shape_keys):
     assert np.abs(np.array([tuple(vertex.co) for vertex in shown.vertices]) - wanted).max() < 1e-6
 
 
-def test_overwriting_keeps_the_order_of_keys(shape_keys):
-    obj = meshes.grid()
-    steps.add_pose_key(obj)
-    wanted = np.zeros((25, 3), np.float32)
-    shape_keys.write_result(obj, wanted)
-    steps.add_pose_key(obj)
-    names = obj.data.shape_keys.key_blocks.keys()
-    assert shape_keys.write_result(obj, wanted + 1.0) == []
-    assert obj.data.shape_keys.key_blocks.keys() == names
-    assert obj.active_shape_key.name == "Pose.001"
-
-
-def test_other_keys_keep_their_values(shape_keys):
-    obj = meshes.grid()
-    steps.add_pose_key(obj)
-    smile = obj.shape_key_add(name="Smile", from_mix=False)
-    smile.value = 0.25
-    shape_keys.write_result(obj, np.zeros((25, 3), np.float32))
-    smile = obj.data.shape_keys.key_blocks["Smile"]
-    assert (smile.value, smile.mute) == (0.25, False)
-
-
 def test_a_pinned_pose_is_pointed_out(shape_keys):
     obj = meshes.grid()
     steps.add_pose_key(obj)
