@@ -2,10 +2,10 @@
 """The command line of `./dev demo`. No bpy."""
 
 import argparse
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from . import common_options
 from .selection import SYNTAX, Selection, parse_selection
 
 FORMATS = (".blend", ".obj", ".ply", ".stl", ".off")
@@ -139,8 +139,8 @@ def add_pose_options(group):
 
 def add_picture_options(group):
     """What the pictures look like and where they go."""
-    group.add_argument(
-        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
+    common_options.add_options(
+        group, ("octopus", "figure_eight"), "without FILE: just one of the two meshes", samples=32
     )
     group.add_argument(
         "--camera",
@@ -154,32 +154,15 @@ def add_picture_options(group):
         choices=tuple(UP_AXES),
         help="which way is up in FILE, as in --up=-Z; default: Y for .obj, as it is for .blend, else Z",
     )
-    group.add_argument(
-        "--engine",
-        choices=("cycles", "workbench"),
-        default="cycles",
-        help="workbench is quicker and plainer; default: %(default)s",
-    )
-    group.add_argument(
-        "--samples", metavar="N", type=int, default=32, help="Cycles samples per pixel; default: %(default)s"
-    )
-    group.add_argument(
-        "--only", choices=("octopus", "figure_eight"), help="without FILE: just one of the two meshes"
-    )
 
 
 def parse(argv):
     """Options from the words of the command line; leaves with a message and status 2 if they make no sense."""
     parser = build_parser()
-    words = parser.parse_args(argv)
-    # Paths are meant from where the command was typed, which is not where Blender runs.
-    typed_in = Path(os.environ.get("MEANVALUE_CALLED_FROM", "."))
-    words.output = (typed_in / words.output).resolve()
+    words = common_options.parse(parser, argv)
     if words.file is not None:
-        words.file = (typed_in / words.file).resolve()
+        words.file = common_options.typed(words.file)
     try:
-        if words.samples < 1:
-            raise ValueError(f"--samples {words.samples}: at least 1 is needed")
         anchors = parse_anchors(words)
         motions = [parse_rotation(rotation, anchors) for rotation in words.rotate]
         motions += [parse_move(move, anchors) for move in words.move]
@@ -189,7 +172,7 @@ def parse(argv):
     return Options(
         file=words.file,
         output=words.output,
-        engine={"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine],
+        engine=words.engine,
         samples=words.samples,
         camera_deg=tuple(words.camera) if words.camera else None,
         up=words.up,

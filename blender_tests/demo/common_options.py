@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the command lines of `./dev demo walk` and `./dev demo morph` have in common."""
+"""What the command lines of all demos have in common."""
 
 import argparse
 import os
@@ -9,15 +9,24 @@ from pathlib import Path
 def parser(name, description, subjects, only):
     """An ArgumentParser of `./dev demo NAME`. subjects: names that --only takes; only: its help."""
     made = argparse.ArgumentParser(prog=f"./dev demo {name}", description=description, allow_abbrev=False)
+    add_options(made, subjects, only, samples=16)
+    return made
+
+
+def add_options(made, subjects, only, samples):
     made.add_argument(
         "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
     )
     made.add_argument("--only", choices=tuple(subjects), help=only)
     made.add_argument(
-        "--engine", choices=("cycles", "workbench"), default="cycles", help="workbench is quicker and plainer"
+        "--engine",
+        choices=("cycles", "workbench"),
+        default="cycles",
+        help="workbench is quicker and plainer; default: %(default)s",
     )
-    made.add_argument("--samples", metavar="N", type=int, default=16, help="Cycles samples per pixel; default: 16")
-    return made
+    made.add_argument(
+        "--samples", metavar="N", type=int, default=samples, help="Cycles samples per pixel; default: %(default)s"
+    )
 
 
 def parse(made, argv):
@@ -25,6 +34,11 @@ def parse(made, argv):
     words = made.parse_args(argv)
     if words.samples < 1:
         made.error(f"--samples {words.samples}: at least 1 is needed")
-    words.output = (Path(os.environ.get("MEANVALUE_CALLED_FROM", ".")) / words.output).resolve()
+    words.output = typed(words.output)
     words.engine = {"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}[words.engine]
     return words
+
+
+def typed(path):
+    """In full: a path is meant from where the command was typed, which is not where Blender runs."""
+    return (Path(os.environ.get("MEANVALUE_CALLED_FROM", ".")) / path).resolve()

@@ -49,13 +49,7 @@ def show_pose(obj, value):
 def posed_points(obj, value):
     """(n, 3) world positions of the object as it is rendered, modifiers included."""
     show_pose(obj, value)
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    mesh = evaluated.to_mesh()
-    local = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-    mesh.vertices.foreach_get("co", local)
-    evaluated.to_mesh_clear()
-    matrix = np.array(obj.matrix_world)
-    return local.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    return pose.seen_in_world(obj)
 
 
 def add_markers(subject, points, pose_name, everything):

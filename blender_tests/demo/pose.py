@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from support import installed
+from support import installed, meshes
 
 from .errors import DemoError
 
@@ -51,6 +51,12 @@ def positions(obj, key=None):
     values = np.empty(3 * len(source), dtype=np.float32)
     source.foreach_get("co", values)
     return values.reshape(-1, 3).astype(np.float64)
+
+
+def seen_in_world(obj):
+    """(n, 3) world positions, modifiers included."""
+    matrix = np.array(obj.matrix_world, np.float32)
+    return meshes.seen(obj) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def pose_by_operators(subject):

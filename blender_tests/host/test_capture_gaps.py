@@ -120,6 +120,7 @@ def test_many_gaps_in_noise_give_continuous_motion():
     assert largest_step(filled) < 1.15 * largest_step(walk.clean)
 
 
+@pytest.mark.slow
 def test_a_real_take_without_a_complete_marker_becomes_continuous():
     path = mesh_files.DATA / "mocap" / "messy" / "mocap36.c3d"
     if not path.exists():

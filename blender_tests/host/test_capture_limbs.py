@@ -148,6 +148,7 @@ def test_noise_does_not_choose_how_an_arm_is_rolled():
     assert np.linalg.norm(np.array(posed) - posed[0], axis=2).max() < 0.015, "metres; rolled otherwise 0.19"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", ["models/human_man.obj", "models/human_woman.obj", "makehuman/base.obj"])
 def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
     vertices, triangles = mesh_files.real_body(mesh)
@@ -171,6 +172,7 @@ def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
 # -- legs that are an unusual share of the body ------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("legs", [0.7, 1.0, 1.3])
 def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(legs):
     names = marker_sets.recognise(walking_figure.LABELS).landmarks

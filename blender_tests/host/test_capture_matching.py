@@ -106,6 +106,7 @@ def test_what_cannot_be_aligned_is_told():
         align_to_mesh(REFERENCE, LABELS[:2], VERTICES, TRIANGLES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", ["models/human_man.obj", "models/human_woman.obj", "makehuman/base.obj"])
 @pytest.mark.parametrize("take", ["pig-walk/PiG_Calibration-FlatFoot-One.c3d", "rajagopal/static_walk_1.trc"])
 def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
@@ -122,6 +123,7 @@ def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
     assert 1.5 < body_height < 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("take", ["makehuman/tpose.bvh", "mocap/bvh/scaled_131_01.bvh"])
 def test_real_skeletons_lie_in_the_middle_of_a_real_body(take):
     vertices, triangles = mesh_files.real_body("makehuman/base.obj")

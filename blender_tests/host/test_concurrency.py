@@ -15,7 +15,6 @@ import pytest
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
 from blender_tests.support import stress  # noqa: E402
-from blender_tests.support.native_calls import ENDS, TRIANGLES, VERTICES, bent_targets  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -67,16 +66,6 @@ def test_many_threads_on_one_deformer_get_the_bits_of_a_run_alone():
     for thread in threads:
         thread.join()
     assert wrong == []
-
-
-def test_two_deformers_solved_at_once_do_not_know_of_each_other():
-    targets = bent_targets()
-    deformers = [meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, rigidity=rigidity) for rigidity in (0, 15, 100)]
-    expected = [deformer.solve(targets).vertices for deformer in deformers]
-    for _ in range(30):
-        tasks = [deformer.start_solve(targets) for deformer in deformers]
-        for task, vertices in zip(tasks, expected, strict=True):
-            assert np.array_equal(task.result().vertices, vertices)
 
 
 #: From 3.12 on Python warns of every fork beside threads, without knowing what these do.

@@ -62,24 +62,6 @@ def test_each_polynomial_is_one_at_its_own_place_and_nothing_before(low, high):
         np.testing.assert_allclose(values, [0.0] * number + [1.0], atol=1e-9)
 
 
-def test_an_arc_of_150_degrees_takes_few_keys():
-    correction, ranges = corrections([math.radians(150.0)]), [(0.0, 1.0)]
-    found, _asked = search(correction, ranges, 1e-3)
-    assert len(found.nodes) <= 4
-    assert farthest(correction, found, ranges) <= 1e-3
-    total = sum_of(found, ranges)
-    for end in (0.0, 1.0):
-        np.testing.assert_allclose(total.at([end]), 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
-def test_sliders_that_turn_the_same_part_are_within_the_tolerance_together(tolerance):
-    correction, ranges = corrections([1.2, -0.8, 0.5]), [(0.0, 1.0), (-1.0, 1.0), (0.0, 1.0)]
-    found, _asked = search(correction, ranges, tolerance)
-    assert found.error <= tolerance
-    assert farthest(correction, found, ranges) <= 1.5 * tolerance
-
-
 def test_sliders_far_from_each_other_are_not_combined():
     correction = corrections([1.0])
     both = lambda values: correction(values[:1])  # noqa: E731  the second slider moves nothing

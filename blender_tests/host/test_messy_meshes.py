@@ -99,6 +99,7 @@ def read(path):
     return mesh_files.read_triangles(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("path", files())
 def test_real_meshes_however_they_come(path, variant):

@@ -14,6 +14,7 @@ SETS = bench_morph.shape_sets()
 PAIRS = [("man, woman", 0, 1), ("horse_poses", 0, 10), ("horse_poses", 9, 10), ("makehuman", 2, 3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "first", "second"), PAIRS)
 def test_half_way_nothing_is_turned_over_and_the_ends_come_back(name, first, second):
     if name not in SETS:

@@ -4,6 +4,7 @@
 import math
 
 import bpy
+import numpy as np
 
 
 def make_object(vertices, faces, name="Thing"):
@@ -79,3 +80,11 @@ def _grid_faces(columns, rows):
         for row in range(rows - 1)
         for low in range(row * columns, row * columns + columns - 1)
     ]
+
+
+def seen(obj):
+    """n x 3 float32: what modifiers and shape keys make of the mesh now, in the object's space."""
+    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    positions = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", positions)
+    return positions.reshape(-1, 3)

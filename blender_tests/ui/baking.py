@@ -126,18 +126,6 @@ def an_object_deleted_while_it_is_baked(ui):
     assert not cache_of(folder).exists()
 
 
-def another_file_while_it_is_sampled(ui):
-    yield from _tube(ui)
-    with _each_step_is_seen():
-        yield from ui.invoke("meanvalue.bake")
-        yield from ui.wait_until(lambda: "sampling the animation" in _text(ui), "it samples")
-        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-        yield
-        yield
-    assert "Tube" not in bpy.data.objects
-    assert installed.part("solver.job")._running == set()
-
-
 def another_file_while_a_chunk_is_solved(ui):
     """Blender does not wait for it."""
     folder = yield from _tube(ui)

@@ -24,10 +24,7 @@ def _settled():
 
 
 def _seen():
-    mesh = ball().evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    return positions.reshape(-1, 3)
+    return meshes.seen(ball())
 
 
 def _make_ball(ui, name="Ball", at=(0.0, 0.0, 0.0)):

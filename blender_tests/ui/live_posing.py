@@ -22,13 +22,6 @@ def settled():
     return is_settled(tube())
 
 
-def _evaluated():
-    mesh = tube().evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    return positions.reshape(-1, 3)
-
-
 def _select(ui, indices):
     """In Edit Mode, as if by clicks."""
     obj = tube()
@@ -70,7 +63,7 @@ def drag_a_handle(ui):
             lambda: np.abs(shown(tube())[TOP] - rest(tube())[TOP] - np.array(control().location) + start).max() < 1e-3,
             "the mesh follows mid-drag",
         )
-        followed.append(float(np.abs(_evaluated() - rest(tube())).max()))
+        followed.append(float(np.abs(meshes.seen(tube()) - rest(tube())).max()))
 
     start = np.array(control().location)
     yield from ui.drag_by_keys('G', 160, -60, between=look, end=None)
@@ -126,26 +119,6 @@ def undo_of_adding_a_handle(ui):
     yield from ui.undo()
     assert tube().mode == 'EDIT'
     yield from ui.key('TAB')
-
-
-def two_objects_live(ui):
-    names = []
-    for name, x in (("First", -3.0), ("Second", 3.0)):
-        obj, handle = handles.tube(name)
-        obj.location.x = x
-        names.append(handle.name)
-    ui.remember()
-    yield from ui.key('NUMPAD_1')
-    ui.frame_all()
-    for name in names:
-        meshes.activate(bpy.data.objects[name])
-        yield from ui.drag_by_keys('G', 60, -30)
-    yield from ui.wait_until(
-        lambda: all(is_settled(bpy.data.objects[name]) for name in ("First", "Second")), "both have followed"
-    )
-    for name in ("First", "Second"):
-        assert np.abs(shown(bpy.data.objects[name]) - rest(bpy.data.objects[name])).max() > 0.2
-    yield from ui.screenshot("live_7_two_objects")
 
 
 def playback(ui):

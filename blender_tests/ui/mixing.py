@@ -32,8 +32,7 @@ def shape():
 
 def _length():
     """Of the limb's axis: a turn keeps it, straight lines do not."""
-    mesh = limb().evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    points = np.array([vertex.co for vertex in mesh.vertices])
+    points = meshes.seen(limb())
     rings = points[: len(points) // 12 * 12].reshape(-1, 12, 3).mean(axis=1)
     return np.linalg.norm(np.diff(rings, axis=0), axis=1).sum()
 

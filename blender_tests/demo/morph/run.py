@@ -5,6 +5,7 @@ import time
 
 import bpy
 import numpy as np
+from support import meshes
 
 from .. import built_in, common_options, pictures, pose, row, scene_mesh, stage
 from . import measures, subjects
@@ -96,10 +97,7 @@ def shown(obj, key, value):
     """(n, 3): as Blender evaluates it."""
     key.value = value
     bpy.context.view_layer.update()
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    return positions.reshape(-1, 3)
+    return meshes.seen(obj)
 
 
 def draw(path, subject, rows, words, empty_scene):

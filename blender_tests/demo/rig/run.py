@@ -6,7 +6,7 @@ import time
 import bpy
 import numpy as np
 from mathutils import Matrix
-from support import mesh_files
+from support import mesh_files, meshes
 
 from .. import common_options, pictures, pose, scene_mesh, stage
 from . import figures
@@ -56,7 +56,7 @@ def one(figure, words, empty_scene):
     obj, armature = add_body(figure)
     for bone, axis, degrees in figure.turns:
         turn(armature, bone, axis, degrees)
-    skinned = seen(obj)
+    skinned = meshes.seen(obj).astype(float)
     began = time.perf_counter()
     missed = correct(figure, obj, skinned)
     seconds = time.perf_counter() - began
@@ -128,7 +128,7 @@ def correct(figure, obj, skinned):
         control.matrix_world = Matrix.Translation(push) @ control.matrix_world
         bpy.context.view_layer.update()
     size = float(np.linalg.norm(np.ptp(figure.vertices, axis=0)))
-    after = seen(obj)
+    after = meshes.seen(obj).astype(float)
     return max(np.abs(after[members] - skinned[members] - push).max() for members, push in parts.values()) / size
 
 
@@ -146,14 +146,6 @@ def out_of_bend(figure, skinned, members):
     return out / np.linalg.norm(out)
 
 
-def seen(obj):
-    """(n, 3) as seen, in the object's space."""
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    points = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-    mesh.vertices.foreach_get("co", points)
-    return points.reshape(-1, 3).astype(float)
-
-
 def draw(path, figure, obj, armature, words):
     """Skinning alone, the corrective, and the corrective with the arm at rest, side by side."""
     obj.meanvalue.live = False
@@ -166,7 +158,7 @@ def draw(path, figure, obj, armature, words):
     rest = [posed.matrix_basis.copy() for posed in armature.pose.bones]
     picture = stage.Picture(720, 720, words.samples, words.engine)
     shots = []
-    stage.set_stage(seen(obj)[arm], picture, 25.0, 12.0, margin=0.02)
+    stage.set_stage(meshes.seen(obj)[arm].astype(float), picture, 25.0, 12.0, margin=0.02)
     for value, is_posed in ((0.0, True), (1.0, True), (1.0, False)):
         key.value = value
         for posed, basis in zip(armature.pose.bones, rest, strict=True):

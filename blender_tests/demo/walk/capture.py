@@ -81,7 +81,7 @@ def play(obj, seconds):
     shapes, targets, captured = [], [], []
     for frame in range(scene.frame_start, scene.frame_end + 1):
         scene.frame_set(frame)
-        shapes.append(pose_shown(obj))
+        shapes.append(pose.seen_in_world(obj))
         targets.append([place(pair.control) for pair in pairs])
         captured.append([place(empties[pair.name]) for pair in pairs])
     targets, captured = np.array(targets), np.array(captured)
@@ -96,12 +96,3 @@ def play(obj, seconds):
 def place(empty):
     """(3,) in the world, NaN where it is let go."""
     return tuple(empty.matrix_world.translation) if empty.meanvalue.influence >= 1.0 else (np.nan,) * 3
-
-
-def pose_shown(obj):
-    """(n, 3) float32 in the world, with modifiers."""
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    points = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-    mesh.vertices.foreach_get("co", points)
-    matrix = np.array(obj.matrix_world, dtype=np.float32)
-    return points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]

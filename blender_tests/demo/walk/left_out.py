@@ -6,7 +6,6 @@ import bpy
 import numpy as np
 
 from .. import pose
-from .capture import pose_shown
 from .measures import mm, share
 
 #: Frames of the take that are solved for each.
@@ -38,7 +37,7 @@ def rows(subject, carried):
         places = []
         for frame in frames:
             bpy.context.scene.frame_set(frame)
-            places.append(pose_shown(obj)[vertex])
+            places.append(pose.seen_in_world(obj)[vertex])
         errors.append(np.linalg.norm(np.array(places) - wanted[np.array(frames) - 1], axis=1))
         print(f"  without {name}: {mm(rms(errors[-1]))} rms, at most {mm(np.nanmax(errors[-1]))}", flush=True)
     each = np.array([rms(of_marker) for of_marker in errors])
