@@ -221,9 +221,9 @@ def test_what_moves_a_control_without_keyframes(tmp_path, how):
 def test_a_bone(tmp_path):
     obj, control = handles.tube(live=False)
     armature = armatures.make(Hand=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
-    line = obj.meanvalue.handles["Top"]
-    line.control = armature
-    line.bone = "Hand"
+    handle = obj.meanvalue.handles["Top"]
+    handle.control = armature
+    handle.bone = "Hand"
     bpy.data.objects.remove(control)
     handles.update()
     pose = armature.pose.bones["Hand"]
@@ -245,8 +245,8 @@ def test_physics_is_gone_through_frame_by_frame(tmp_path):
     bpy.ops.rigidbody.object_add()
     cube.rigid_body.collision_collections[0] = True
     handles.update()
-    line = obj.meanvalue.handles["Top"]
-    line.control = cube
+    handle = obj.meanvalue.handles["Top"]
+    handle.control = cube
     meshes.activate(obj)
     save(tmp_path)
     moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")

@@ -91,8 +91,8 @@ def bone_carries(part):
     obj, armature = rigs.arm()
     rigs.pin(obj, "Bottom", BOTTOM)
     rigs.handle(obj, "Part", part)
-    line = obj.meanvalue.handles["Part"]
-    line.control, line.bone = armature, "Lower"
+    handle = obj.meanvalue.handles["Part"]
+    handle.control, handle.bone = armature, "Lower"
     update()
     return obj, armature, rigs.seen(obj)[part]
 
@@ -108,11 +108,11 @@ def test_choosing_a_control_and_then_its_bone_moves_nothing():
     obj, armature = rigs.arm()
     rigs.pin(obj, "Bottom", BOTTOM)
     rigs.handle(obj, "Part", MIDDLE)
-    line = obj.meanvalue.handles["Part"]
+    handle = obj.meanvalue.handles["Part"]
     before = steps.key_positions(obj, RESULT)
-    line.control = armature  # far from the handle
+    handle.control = armature  # far from the handle
     assert np.abs(steps.key_positions(obj, RESULT) - before).max() < NEAR * rigs.size(obj)
-    line.bone = "Lower"
+    handle.bone = "Lower"
     update()
     assert np.abs(steps.key_positions(obj, RESULT) - before).max() < NEAR * rigs.size(obj)
 

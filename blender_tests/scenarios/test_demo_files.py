@@ -26,7 +26,7 @@ def test_the_figure_eight_follows_its_control_when_it_is_opened(part, tmp_path):
 
     obj = bpy.data.objects["Figure Eight"]
     settings = obj.meanvalue
-    assert {line.name: line.follows for line in settings.handles} == {"lower end": 'REST', "upper end": 'CONTROL'}
+    assert {handle.name: handle.follows for handle in settings.handles} == {"lower end": 'REST', "upper end": 'CONTROL'}
     control = settings.handles["upper end"].control
     assert bpy.context.object == control and control.select_get() and settings.live
     assert [key.name for key in obj.data.shape_keys.key_blocks] == ["Basis", settings.result_key]

@@ -102,9 +102,9 @@ def test_finish_leaves_the_artists_own_groups_and_objects():
     obj.meanvalue.roi_group = "Painted"
     steps.add_group(obj, "Feet", range(COLUMNS))
     bpy.ops.meanvalue.add_handle(pin=True, group="Feet")
-    line = obj.meanvalue.handles.add()
-    line.name, line.follows = "Hand", 'CONTROL'
-    line.control = own
+    handle = obj.meanvalue.handles.add()
+    handle.name, handle.follows = "Hand", 'CONTROL'
+    handle.control = own
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
     assert set(obj.vertex_groups.keys()) == {"Hand", "Painted", "Feet"}
     assert "Own" in bpy.data.objects

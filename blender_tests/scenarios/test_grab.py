@@ -12,8 +12,8 @@ from support.snapshot import assert_same, snapshot
 def test_a_fresh_mesh_is_grabbed_and_its_surroundings_follow_less_and_less():
     obj = sheet()
     grab()
-    line = obj.meanvalue.handles[0]
-    assert obj.meanvalue.live and bpy.context.object == obj and bpy.context.selected_objects == [line.control]
+    handle = obj.meanvalue.handles[0]
+    assert obj.meanvalue.live and bpy.context.object == obj and bpy.context.selected_objects == [handle.control]
     assert lift(obj)[MIDDLE] == pytest.approx(2.0, abs=1e-4)
     row = lift(obj)[MIDDLE : MIDDLE + 15]
     assert (np.diff(row) <= 2e-3).all() and row[14] == 0.0
@@ -162,7 +162,7 @@ def test_pins_stay_and_are_let_go_again():
     assert lift(obj)[MIDDLE - 5] > 0.1
     assert obj.meanvalue.handles[0].follows == 'REST'
     pin(BESIDE - 4)
-    assert [line.follows for line in obj.meanvalue.handles] == ['CONTROL']
+    assert [handle.follows for handle in obj.meanvalue.handles] == ['CONTROL']
     assert "Pin" not in obj.vertex_groups
     assert lift(obj)[BESIDE - 4] > 0.1
 

@@ -25,9 +25,9 @@ def test_a_handle_of_selected_vertices():
     obj = meshes.tube(17, 8)
     select_in_edit_mode(obj, TOP)
     assert bpy.ops.meanvalue.add_handle(name="Head") == {'FINISHED'}
-    (line,) = obj.meanvalue.handles
-    control = line.control
-    assert (line.name, line.follows, line.made_group, line.made_control) == ("Head", 'CONTROL', True, True)
+    (handle,) = obj.meanvalue.handles
+    control = handle.control
+    assert (handle.name, handle.follows, handle.made_group, handle.made_control) == ("Head", 'CONTROL', True, True)
     group = obj.vertex_groups["Head"]
     members = [vertex.index for vertex in obj.data.vertices if any(g.group == group.index for g in vertex.groups)]
     assert members == list(TOP)
@@ -55,8 +55,8 @@ def test_a_pin_of_selected_vertices_with_a_control_active():
     meshes.activate(obj)
     select_in_edit_mode(obj, [64, 65])
     assert bpy.ops.meanvalue.add_handle(pin=True) == {'FINISHED'}
-    line = obj.meanvalue.handles[-1]
-    assert (line.name, line.follows, line.control) == ("Pin", 'REST', None)
+    handle = obj.meanvalue.handles[-1]
+    assert (handle.name, handle.follows, handle.control) == ("Pin", 'REST', None)
     meshes.activate(control)
     update()
     move(control, (2.0, 0.0, 0.0))
@@ -194,8 +194,8 @@ def test_solve_without_live_takes_the_controls():
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     assert bpy.ops.meanvalue.solve() == {'FINISHED'}
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-5
-    line = obj.meanvalue.handles["Top"]
-    line.control = None
+    handle = obj.meanvalue.handles["Top"]
+    handle.control = None
     meshes.activate(obj)
     with steps.refused("Handle 'Top' has no control"):
         bpy.ops.meanvalue.solve()
@@ -223,9 +223,9 @@ def test_the_methods_of_the_paper_are_there():
 
 @pytest.mark.parametrize("live", [False, True])
 def test_a_soft_handle_without_influence_is_free(live):
-    obj, control, _ = handles.three_lines(live=live)
-    line = obj.meanvalue.handles["Top"]
-    line.is_soft, line.strength = True, 1.0
+    obj, control, _ = handles.three_handles(live=live)
+    handle = obj.meanvalue.handles["Top"]
+    handle.is_soft, handle.strength = True, 1.0
 
     def moved_by():
         update()
@@ -252,8 +252,8 @@ def test_keyframes_on_all_controls_at_the_current_frame():
     grab(vertex=3 * COLUMNS + 3, size=0.1)
     bpy.context.scene.frame_set(7)
     assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
-    for line in obj.meanvalue.handles:
-        curves = take_files.curves(line.control)
+    for handle in obj.meanvalue.handles:
+        curves = take_files.curves(handle.control)
         assert {(curve.data_path, curve.array_index) for curve in curves} == {
             (path, index) for path in ("location", "rotation_euler", "scale") for index in range(3)
         }
@@ -266,7 +266,7 @@ def test_keyframes_on_the_selected_control_alone():
     meshes.activate(obj)
     grab(vertex=3 * COLUMNS + 3, size=0.1)
     assert bpy.ops.meanvalue.keyframe_handles(selected=True) == {'FINISHED'}
-    assert [line.control.animation_data is not None for line in obj.meanvalue.handles] == [False, True]
+    assert [handle.control.animation_data is not None for handle in obj.meanvalue.handles] == [False, True]
     meshes.activate(obj)
     with steps.refused("No control is selected"):
         bpy.ops.meanvalue.keyframe_handles(selected=True)

@@ -75,9 +75,9 @@ def test_a_bone_carries_a_handle():
     obj, _control = handles.tube()
     armature = armatures.make(Hand=((0.0, 0.0, 9.6), (0.0, 0.0, 11.0)))
     bpy.ops.object.mode_set(mode='POSE')
-    line = obj.meanvalue.handles["Top"]
-    line.control = armature
-    line.bone = "Hand"
+    handle = obj.meanvalue.handles["Top"]
+    handle.control = armature
+    handle.bone = "Hand"
     update()
     assert is_at_rest(obj)
     assert bpy.ops.meanvalue.unbind.poll()  # the mesh is worked on while the armature is active
@@ -188,7 +188,7 @@ def test_it_waits_while_the_mesh_is_edited(status):
 
 def test_a_handle_goes_with_its_control(status):
     """X in the 3D View; what is left follows the others."""
-    obj, control, _middle = handles.three_lines()
+    obj, control, _middle = handles.three_handles()
     move(control, (2.0, 0.0, 0.0))
     meshes.activate(obj)
     steps.add_group(obj, "Side", range(40, 44))
@@ -282,14 +282,14 @@ def test_disabled_while_live_nothing_is_left_and_enabled_it_goes_on():
 
 def test_a_soft_handle_gives_way_by_its_strength():
     obj, control = handles.tube()
-    line = obj.meanvalue.handles["Top"]
+    handle = obj.meanvalue.handles["Top"]
     reached = []
     for strength in (0.0, 0.5, 1.0):
-        line.is_soft, line.strength = True, strength
+        handle.is_soft, handle.strength = True, strength
         control.location.x = 3.0
         update()
         reached.append(float((shown(obj)[TOP, 0] - rest(obj)[TOP, 0]).mean()))
-    line.is_soft = False
+    handle.is_soft = False
     update()
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 3.0).max() < 1e-4
     assert reached[0] < reached[1] < reached[2]

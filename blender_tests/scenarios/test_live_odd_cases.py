@@ -128,7 +128,7 @@ def test_a_mesh_emptied_while_live(status):
     assert status(obj)[1] is True
 
 
-def test_removing_a_line_of_a_duplicate_leaves_the_originals_control_alone(status):
+def test_removing_a_handle_of_a_duplicate_leaves_the_originals_control_alone(status):
     obj, control = handles.tube()
     name = control.name
     meshes.activate(obj)
@@ -162,9 +162,9 @@ def test_reset_of_bones_that_are_parent_and_child():
     obj.vertex_groups.active_index = obj.vertex_groups["Middle"].index
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
     for name, bone in (("Top", "Child"), ("Middle", "Parent")):
-        line = obj.meanvalue.handles[name]
-        line.control = rig
-        line.bone = bone
+        handle = obj.meanvalue.handles[name]
+        handle.control = rig
+        handle.bone = bone
     obj.meanvalue.handles.move(1, 2)
     obj.update_tag()
     update()
@@ -177,14 +177,14 @@ def test_reset_of_bones_that_are_parent_and_child():
     handles.assert_reset_puts_at_rest(obj)
 
 
-def test_a_line_its_points_and_its_control_are_shown_in_the_same_colour():
-    """Points are drawn in the line's colour as it is; an object's is linear, and made brighter when it is shown."""
+def test_a_handle_its_points_and_its_control_are_shown_in_the_same_color():
+    """Points are drawn in the handle's colour as it is; an object's is linear, and made brighter when it is shown."""
     obj, control = handles.tube()
-    line = obj.meanvalue.handles["Top"]
-    assert line.bl_rna.properties["color"].subtype == 'COLOR_GAMMA'
-    made, chosen = tuple(line.color), (0.1, 0.2, 0.3)
+    handle = obj.meanvalue.handles["Top"]
+    assert handle.bl_rna.properties["color"].subtype == 'COLOR_GAMMA'
+    made, chosen = tuple(handle.color), (0.1, 0.2, 0.3)
     assert np.abs(shown_color(control) - made).max() < 1e-4
-    line.color = chosen
+    handle.color = chosen
     assert np.abs(shown_color(control) - chosen).max() < 1e-4
 
 

@@ -47,10 +47,10 @@ def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path):
     match()
     lines = obj.meanvalue.handles
     pairs = obj.meanvalue.capture.pairs
-    assert [line.name for line in lines] == list(LABELS)
+    assert [handle.name for handle in lines] == list(LABELS)
     assert [pair.vertex for pair in pairs] == MARKED
-    assert all((line.follows, line.is_soft, line.strength) == ('CONTROL', True, 1.0) for line in lines)
-    assert [line.control for line in lines] == [pair.control for pair in pairs]
+    assert all((handle.follows, handle.is_soft, handle.strength) == ('CONTROL', True, 1.0) for handle in lines)
+    assert [handle.control for handle in lines] == [pair.control for pair in pairs]
     assert all(pair.control.parent == obj for pair in pairs)
     assert all(pair.distance == pytest.approx(OFF_SKIN, abs=1e-3) for pair in pairs)
 
@@ -127,7 +127,7 @@ def test_matching_again_does_not_pile_up(tmp_path):
     for _ in range(2):
         match()
         assert counts() == first
-    assert [line.name for line in obj.meanvalue.handles] == ["Own", *LABELS]
+    assert [handle.name for handle in obj.meanvalue.handles] == ["Own", *LABELS]
     assert obj.meanvalue.handles["Own"].follows == 'REST'
     assert obj.meanvalue.handles["M0"].strength == 0.25
     assert obj.meanvalue.capture.pairs[0].control.name == control
@@ -288,7 +288,7 @@ def test_of_a_skeleton_joints_without_a_place_get_no_handle(tmp_path):
     take_files.bring_in(path, unit='METRES')
     obj.meanvalue.capture.align = 'NONE'
     match()
-    assert [line.name for line in obj.meanvalue.handles] == [name for name in SKELETON if name != "Jaw"]
+    assert [handle.name for handle in obj.meanvalue.handles] == [name for name in SKELETON if name != "Jaw"]
     assert bpy.ops.meanvalue.pick_marker_point(marker="Jaw", vertex=100) == {'FINISHED'}
     match()
     assert "Jaw" in obj.meanvalue.handles

@@ -192,7 +192,7 @@ def test_a_handle_is_found_on_all_copies():
     meshes.activate(obj)
     assert bpy.ops.meanvalue.grab(vertex=right, offset=(0.0, 0.0, 1.0)) == {'FINISHED'}
     handles.update()
-    assert [line.name for line in obj.meanvalue.handles] == ["Handle"]
+    assert [handle.name for handle in obj.meanvalue.handles] == ["Handle"]
     assert np.allclose(lifts(obj)[(0, 8)], 1.0, atol=1e-4)
 
 

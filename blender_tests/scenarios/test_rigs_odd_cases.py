@@ -57,7 +57,7 @@ def test_a_rig_that_is_not_evaluated_here_is_not_taken_for_none(part):
     obj, _armature, control, shape = posed()
     control.location.x += 1.0
     scene, other = bpy.context.scene, bpy.data.scenes.new("Other")
-    for each in (obj, control, *(line.control for line in obj.meanvalue.handles if line.control)):
+    for each in (obj, control, *(handle.control for handle in obj.meanvalue.handles if handle.control)):
         if each.name not in other.collection.objects:
             other.collection.objects.link(each)
             scene.collection.objects.unlink(each)

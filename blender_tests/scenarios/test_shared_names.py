@@ -57,7 +57,7 @@ def test_a_handle_named_as_a_bone_without_a_group_gets_another_name(pin):
     assert obj.meanvalue.handles[-1].name == "Tip.001"
 
 
-def test_a_control_that_another_line_follows_stays_until_that_one_goes():
+def test_a_control_that_another_handle_follows_stays_until_that_one_goes():
     obj, control = handles.tube(live=True)
     bottom = obj.meanvalue.handles["Bottom"]
     bottom.follows = 'CONTROL'

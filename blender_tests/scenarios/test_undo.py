@@ -98,7 +98,7 @@ def test_a_group_that_is_added_in_edit_mode():
     bpy.ops.object.mode_set(mode='EDIT')
     remember()
     press(lambda *how: bpy.ops.meanvalue.add_handle(*how, group="A"))
-    assert current().mode == 'OBJECT' and [line.name for line in current().meanvalue.handles] == ["A"]
+    assert current().mode == 'OBJECT' and [handle.name for handle in current().meanvalue.handles] == ["A"]
     bpy.ops.ed.undo()
     assert len(current().meanvalue.handles) == 0 and len(bpy.data.objects) == 1
 

@@ -70,19 +70,19 @@ def test_a_walk_without_a_static_trial_is_laid_on_the_pose_of_the_mesh(tmp_path)
     assert off[True] < 0.12 and off[True] < 0.5 * off[False], off
 
 
-def cuff_lines(obj):
-    return [line for line in obj.meanvalue.handles if line.cuff]
+def cuff_handles(obj):
+    return [handle for handle in obj.meanvalue.handles if handle.cuff]
 
 
 def cuff_places(obj, part, sample):
     """{cuff: (rest (k, 3), now (k, 3))} of the vertices of cuffs, in the object's space."""
     controls_at(obj, sample)
-    members = part("scene.vertex_groups").members(obj, [line.name for line in cuff_lines(obj)])
+    members = part("scene.vertex_groups").members(obj, [handle.name for handle in cuff_handles(obj)])
     rest = np.array([vertex.co for vertex in obj.data.vertices])
     move, apply = part("posing.bridge.controls").move, part("scene.core.motion").apply
     return {
-        line.cuff: (rest[members[line.name]], apply(move(obj, line), rest[members[line.name]]))
-        for line in cuff_lines(obj)
+        handle.cuff: (rest[members[handle.name]], apply(move(obj, handle), rest[members[handle.name]]))
+        for handle in cuff_handles(obj)
     }
 
 
@@ -90,24 +90,24 @@ def test_shanks_have_cuffs_that_go_where_the_bone_takes_them(tmp_path, part):
     obj, bones = set_up(tmp_path, gaps=0.05, noise=0.001)
     capture = obj.meanvalue.capture
     assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
-    assert {"shank.L cuff", "shank.R cuff"} <= {line.cuff for line in cuff_lines(obj)}
-    assert all((line.follows, line.is_soft, line.made_control) == ('CONTROL', True, True) for line in cuff_lines(obj))
+    assert {"shank.L cuff", "shank.R cuff"} <= {handle.cuff for handle in cuff_handles(obj)}
+    assert all(handle.follows == 'CONTROL' and handle.is_soft for handle in cuff_handles(obj))
     vertices = np.array([vertex.co for vertex in obj.data.vertices])
     for sample in (37, 80):
         truth = body_mesh.posed(vertices, bones, np.array([sample]) / walking_figure.RATE_HZ)[0]
         for name, (rest, now) in cuff_places(obj, part, sample).items():
             indices = [int(np.linalg.norm(vertices - place, axis=1).argmin()) for place in rest]
             assert np.linalg.norm(now - truth[indices], axis=1).max() < 0.05, (name, sample)
-    chosen = cuff_lines(obj)[0]
+    chosen = cuff_handles(obj)[0]
     chosen.strength = 0.25
-    controls = {line.cuff: line.control for line in cuff_lines(obj)}
+    controls = {handle.cuff: handle.control for handle in cuff_handles(obj)}
     assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
-    assert {line.cuff: line.control for line in cuff_lines(obj)} == controls, "used again"
-    assert cuff_lines(obj)[0].strength == 0.25
+    assert {handle.cuff: handle.control for handle in cuff_handles(obj)} == controls, "used again"
+    assert cuff_handles(obj)[0].strength == 0.25
     capture.use_cuffs = False
     count, groups = len(bpy.data.objects), len(obj.vertex_groups)
     assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
-    assert not cuff_lines(obj) and len(obj.meanvalue.handles) == 41
+    assert not cuff_handles(obj) and len(obj.meanvalue.handles) == 41
     assert len(bpy.data.objects) == count - len(controls) and len(obj.vertex_groups) == groups - len(controls)
 
 

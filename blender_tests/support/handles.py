@@ -23,7 +23,7 @@ def tube(name="Tube", live=True):
     return obj, bpy.context.object
 
 
-def three_lines(live=True):
+def three_handles(live=True):
     """(object, control of Top, vertices of Middle): as tube(), with a second pin in the middle."""
     obj = meshes.tube(RINGS, SEGMENTS, "Tube")
     middle = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)

@@ -12,7 +12,7 @@ UPPER = [vertex for vertex in range(handles.RINGS * handles.SEGMENTS) if vertex 
 
 
 def tube(live=False):
-    """(object, armature object) with the result key there; the tube's control is its line's."""
+    """(object, armature object) with the result key there; the tube's control is its handle's."""
     obj, _control = handles.tube(live=True)
     obj.meanvalue.live = live
     height = max(vertex.co.z for vertex in obj.data.vertices)

@@ -94,7 +94,7 @@ def select_handle_from_the_menu_takes_the_active_line(ui):
 
 
 def a_pin_removed_while_live_shows_at_once(ui):
-    _obj, control, _middle = handles.three_lines()
+    _obj, control, _middle = handles.three_handles()
     control.location.x += 2.0
     ui.remember()
     ui.frame_all()
@@ -230,7 +230,7 @@ def deleted_during_a_solve(ui):
 
 
 def a_control_or_a_mesh_deleted_undone_and_redone(ui):
-    handles.three_lines()
+    handles.three_handles()
     ui.remember()
     ui.frame_all()
     yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "it is at rest")
