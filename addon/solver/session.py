@@ -15,7 +15,7 @@ from .core import result
 from .core.deformer_cache import DeformerCache
 
 # What is said of input that the native module refuses.
-REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Bind"
+REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Update"
 REFUSED_POSE = "The solver cannot reach this pose: {}"
 
 CACHE_ENTRIES = 4

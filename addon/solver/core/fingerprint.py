@@ -87,7 +87,7 @@ def stale_reasons(bound, now):
 
 
 def needs_bind(reasons):
-    """True if the artist must press Bind; else Solve binds again by itself."""
+    """True if the artist must press Update; else what poses the mesh next binds again by itself."""
     return not NEEDS_BIND.isdisjoint(reasons)
 
 
