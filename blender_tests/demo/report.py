@@ -2,6 +2,13 @@
 """The printed report, also written as report.txt. No bpy."""
 
 
+ABOUT = (
+    "meshes posed by their anchors",
+    "G is eq 15 of the paper, scaled to a rest bounding box of diagonal 1; the start is the rest shape with its",
+    "anchors on their targets. The solver minimises G and the cost of lengths together.",
+)
+
+
 def subject_lines(title, figures, seconds, files):
     """Lines about one mesh.
 
@@ -20,15 +27,15 @@ def subject_lines(title, figures, seconds, files):
     ]
     if figures.guarded_count:
         rows.insert(3, ("guarded vertices", f"{figures.guarded_count:,} encoded by a fallback rule"))
-    return [title, *(f"  {label + ':':<25}{value}" for label, value in rows), ""]
+    return block(title, rows)
 
 
-def text(blender_version, addon_version, blocks):
-    """The whole report from the lines of each mesh."""
-    head = [
-        f"Mean-Value Deform {addon_version}, Blender {blender_version}",
-        "G is eq 15 of the paper, scaled to a rest bounding box of diagonal 1; the start is the rest shape with its",
-        "anchors on their targets. The solver minimises G and the cost of lengths together.",
-        "",
-    ]
+def block(title, rows):
+    """Lines of a subject from its rows (label, value)."""
+    return [title, *(f"  {label + ':':<27}{value}" for label, value in rows), ""]
+
+
+def text(about, blender_version, addon_version, blocks):
+    """The whole report from the lines of each subject. about: what is shown, and lines that explain the figures."""
+    head = [f"Mean-Value Deform {addon_version}, Blender {blender_version}: {about[0]}", *about[1:], ""]
     return "\n".join(head + [line for block in blocks for line in block])

@@ -37,13 +37,14 @@ def main(argv):
         make_folder(options.output)
         pose.install_addon(os.environ.get("MEANVALUE_ADDON_ZIP"))
         if special:
-            text, name = special.text(addon_version(), special.blocks(options, empty_scene)), f"{argv[0]}_report.txt"
+            about, blocks, name = special.ABOUT, special.blocks(options, empty_scene), f"{argv[0]}_report.txt"
         else:
             blocks = [run_subject(make, options) for make in makers(options)]
-            text, name = report.text(bpy.app.version_string, addon_version(), blocks), "report.txt"
+            about, name = report.ABOUT, "report.txt"
     except DemoError as error:
         print(f"./dev demo: {error}", file=sys.stderr)
         return 1
+    text = report.text(about, bpy.app.version_string, addon_version(), blocks)
     (options.output / name).write_text(text, encoding="utf-8")
     print("\n" + text)
     print(f"Written to {options.output}: {name} and the files above")

@@ -174,15 +174,6 @@ def test_parts_that_are_not_held():
 # -- cache -----------------------------------------------------------------------------------------------------------
 
 
-def test_the_least_recently_used_goes_first():
-    cache = DeformerCache(capacity=2, byte_limit=100)
-    cache.put("a", 1, 10)
-    cache.put("b", 2, 10)
-    assert cache.get("a") == 1
-    cache.put("c", 3, 10)
-    assert [cache.get(key) for key in "abc"] == [1, None, 3]
-
-
 def test_bytes_are_limited_but_the_newest_stays():
     cache = DeformerCache(capacity=9, byte_limit=100)
     cache.put("a", 1, 60)
@@ -191,18 +182,6 @@ def test_bytes_are_limited_but_the_newest_stays():
     cache.put("c", 3, 500)
     assert [cache.get(key) for key in "bc"] == [None, 3]
     assert len(cache) == 1
-
-
-def test_the_newest_of_a_family_is_found_and_stays_as_old_as_it_is():
-    cache = DeformerCache(capacity=3, byte_limit=100)
-    cache.put("a", 1, 10, family="mesh")
-    cache.put("b", 2, 10, family="mesh")
-    cache.put("c", 3, 10, family="other")
-    assert cache.relative("mesh") == 2
-    assert cache.relative("none") is None
-    cache.put("d", 4, 10)
-    assert cache.get("a") is None
-    assert cache.relative("mesh") == 2
 
 
 # -- wording ---------------------------------------------------------------------------------------------------------

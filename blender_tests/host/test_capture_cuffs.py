@@ -4,7 +4,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
 from addon.capture.bridge import marker_cuffs
 from addon.capture.core import cuffs, marker_sets
@@ -89,20 +88,6 @@ def test_without_names_what_is_stiff_is_found_from_the_capture():
     moving = next(cuff for cuff in made if cuff.markers == (3, 4, 5))
     truth = np.einsum("fij,j->fi", walking_figure.turn_x(angles), moving.centre - pivot) + pivot
     assert np.linalg.norm(moving.centres - truth, axis=1).max() < 0.003
-
-
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_the_ring_is_that_of_the_nearer_leg(side):
-    middle = np.array([0.1 * side, 0.0, 0.5])
-    ring = ring_around(middle, UP, VERTICES, TRIANGLES, NOTHING)
-    assert (side * VERTICES[ring.numbers, 0] > 0.0).all()
-    assert ring.bare == pytest.approx(2.0 * np.pi)
-    chosen = ring.spread(4, set(ring.numbers[:2].tolist()))
-    assert len(set(chosen)) == 4 and not set(chosen) & set(ring.numbers[:2].tolist())
-
-
-def test_no_ring_where_the_plane_misses_the_mesh():
-    assert ring_around(np.array([0.0, 0.0, 9.0]), UP, VERTICES, TRIANGLES, NOTHING) is None
 
 
 def test_markers_all_round_need_no_cuff():

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: gaps and filter, on a generated walk; without Blender."""
 
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from addon.capture.bridge import mended_takes
 from addon.capture.core import filtering, gaps, readers
 from addon.errors import MeanValueError
 from addon.scene.core.checks import InvalidMotionError
-from addon.solver.core.steps import result_of
 from blender_tests.support import mesh_files, walking_figure
 
 
@@ -191,18 +188,3 @@ def test_gaps_separate_runs_and_stay(walk):
 def test_impossible_cut_offs_are_refused(rate, cutoff):
     with pytest.raises(InvalidMotionError, match="Hz"):
         filtering.low_pass(np.zeros((10, 1, 3)), rate, cutoff)
-
-
-def test_a_mended_take_is_remembered_while_nothing_of_it_changes():
-    recording = SimpleNamespace(positions=walking_figure.take(80, gaps=0.1).positions, rate_hz=100.0)
-    mended = [result_of(mended_takes.steps(recording, (10, 50), 6.0)) for _ in range(2)]
-    assert mended[1] is mended[0]
-    filled, how = gaps.fill_gaps(recording.positions, 10, 50)
-    assert np.array_equal(mended[0][1], how)
-    assert np.array_equal(mended[0][0], filtering.low_pass(filled, 100.0, 6.0), equal_nan=True)
-    assert np.array_equal(result_of(mended_takes.steps(recording, (10, 50), None))[0], filled, equal_nan=True)
-    recording.positions[40, 3] += 0.1
-    again = result_of(mended_takes.steps(recording, (10, 50), None))[0]
-    assert np.array_equal(again, gaps.fill_gaps(recording.positions, 10, 50)[0], equal_nan=True)
-    with pytest.raises(ValueError, match="read-only"):
-        again[0] = 0.0

@@ -5,13 +5,13 @@
 import numpy as np
 import pytest
 
-from addon.capture.core import facing, marker_sets, proportions, readers
+from addon.capture.core import marker_sets, readers
 from addon.capture.core.alignment import align_to_mesh
 from addon.capture.core.limb import Limb
 from addon.capture.core.limb_posing import posed_and_actor
 from addon.capture.core.matching import match_to_surface
 from addon.capture.core.skin import skin_targets
-from addon.scene.core.surface import Surface, outward
+from addon.scene.core.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()
@@ -92,23 +92,6 @@ def ways_from_axis(points, joints, side):
     ways = points - joints[f"wrist.{side}"][:, None]
     ways -= (ways * axis[:, None]).sum(axis=2, keepdims=True) * axis[:, None]
     return ways / np.linalg.norm(ways, axis=2, keepdims=True)
-
-
-def test_the_hand_tells_its_back_and_its_thumb():
-    skin, _ = Surface(VERTICES, TRIANGLES).samples(12000)
-    for side, sign in (("L", 1.0), ("R", -1.0)):
-        arm = skin[sign * skin[:, 0] > 0.25]
-        from_tip = 0.8 - sign * arm[:, 0]
-        for turn in (0.0, -1.0, -1.5):  # palms down, then forward
-            rolled = arm @ walking_figure.turn_x(np.array(turn)).T
-            hand = facing.hand_of(rolled, from_tip - from_tip.min(), side, 1.79, np.array([0.0, -1.0]))
-            back = walking_figure.turn_x(np.array(turn)) @ [0.0, 0.0, 1.0]
-            assert hand.back @ back > np.cos(np.radians(10.0)), (side, turn)
-            assert abs(hand.thumb @ back) < 0.2 and hand.thumb @ [0.0, -1.0, 1.0] > 0.0
-        fist = np.random.default_rng(0).standard_normal((400, 3))
-        fist *= 0.05 / np.linalg.norm(fist, axis=1, keepdims=True)
-        assert facing.hand_of(fist, 0.05 + fist[:, 0], side, 1.79, np.array([0.0, -1.0])) is None, "it tells nothing"
-        assert facing.hand_of(arm, from_tip - from_tip.min(), side, 1.79, None) is None
 
 
 def test_feet_stay_flat_where_legs_are_moved_apart():
@@ -201,16 +184,3 @@ def test_the_actor_keeps_the_lengths_that_were_captured(legs):
             assert abs(lengths[2] / lengths[0] - 1.0) < 0.01, (side, ends, lengths)
             is_stretched = legs != 1.0 and ends[1] != "WristOut"
             assert (abs(lengths[1] / lengths[0] - 1.0) > 0.1) == is_stretched, (side, ends, lengths)
-
-
-def test_the_crotch_is_found_where_legs_part_and_nowhere_else():
-    for legs in (0.7, 1.0, 1.3):
-        vertices, triangles, bones = body_mesh.body(legs)
-        skin, normals = Surface(vertices, triangles).samples(12000)
-        height = np.ptp(vertices[:, 2])
-        pelvis = vertices[bones == "pelvis"]
-        lowest = pelvis[np.abs(pelvis[:, 0]) < 0.05][:, 2].min() / height
-        assert proportions.crotch_of(skin, outward(skin, normals)) == pytest.approx(lowest, abs=0.01)
-    skirt, faces = body_mesh.capsule(np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 1.5]), (0.3, 0.2), 24, 20)
-    skin, normals = Surface(skirt, faces).samples(12000)
-    assert proportions.crotch_of(skin, outward(skin, normals)) is None

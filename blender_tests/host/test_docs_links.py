@@ -73,16 +73,6 @@ def test_linked_headings_have_one_name_in_site_and_repository(page):
         assert slug(heading) == slug_of_site(heading) or slug(heading) not in linked, f"'{heading}' is linked"
 
 
-def test_wrong_links_are_found():
-    page = DOCS / "index.md"
-    assert problem(page, "guide/grab.md") is None
-    assert "no guide/grap.md" in problem(page, "guide/grap.md")
-    assert "no heading #nowhere" in problem(page, "installing.md#nowhere")
-    assert problem(page, "installing.md#the-python-module") is None
-    assert "leaves docs" in problem(page, "../README.md")
-    assert links("[a](b.md) `[c](d.md)` ![e](f.png)\n```\n[g](h.md)\n```\n") == ["b.md", "f.png"]
-
-
 def test_every_page_is_in_the_menu_of_the_site():
     menu = SITE.read_text().partition("\nnav:")[2]
     named = set(re.findall(r"[\w/]+\.md", menu))

@@ -49,22 +49,6 @@ def test_a_wheel_is_made_again_only_when_what_it_is_made_of_has_changed(builder,
     assert len(made) == 4
 
 
-def test_the_digest_is_of_sources_and_not_of_what_python_leaves_beside_them(builder, tmp_path, monkeypatch):
-    monkeypatch.setattr(builder, "ROOT", tmp_path)
-    monkeypatch.setattr(builder, "SOURCES", ("one.txt", "folder"))
-    (tmp_path / "folder" / "__pycache__").mkdir(parents=True)
-    (tmp_path / "one.txt").write_text("a")
-    (tmp_path / "folder" / "two.cpp").write_text("b")
-    before = builder.digest()
-    (tmp_path / "folder" / "__pycache__" / "two.pyc").write_text("c")
-    assert builder.digest() == before
-    (tmp_path / "folder" / "two.cpp").write_text("changed")
-    changed = builder.digest()
-    assert changed != before
-    (tmp_path / "folder" / "two.cpp").rename(tmp_path / "folder" / "three.cpp")
-    assert builder.digest() not in {before, changed}
-
-
 def test_all_that_a_wheel_is_made_of_is_there(builder):
     assert [name for name in builder.SOURCES if not (ROOT / name).exists()] == []
 

@@ -142,23 +142,6 @@ def test_a_flipped_triangle_is_found_and_a_turned_mesh_is_none():
     assert flips.flipped(vertices, folded, triangles).any()
 
 
-def test_nearest_points_with_normals_are_those_of_looking_at_every_triangle():
-    given = two_figures()
-    surface = Surface(given.target, given.target_triangles)
-    rng = np.random.default_rng(3)
-    points, normals = surface.samples(25)
-    points = points + 0.02 * rng.standard_normal(points.shape)
-    away = surface.nearest(points, -normals, 0.4, 0.05)[3]
-    units = flips.crosses(surface.vertices, surface.triangles)
-    units /= np.linalg.norm(units, axis=1, keepdims=True)
-    assert np.isfinite(away).any()
-    assert np.isinf(away).any()
-    for point, normal, found in zip(points, -normals, away, strict=True):
-        allowed = surface.triangles[units @ normal > 0.4]
-        truth = Surface(surface.vertices, allowed).nearest(point[None])[3][0]
-        assert found == pytest.approx(truth, abs=1e-12) if truth <= 0.05 else np.isinf(found)
-
-
 def changed(**fields):
     given = two_figures()
     return WrapInput(**{**{name: getattr(given, name) for name in given.__dataclass_fields__}, **fields})

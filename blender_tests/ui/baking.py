@@ -148,39 +148,3 @@ def a_size_that_hurts_is_asked_about(ui):
     yield from ui.key('ESC')
     assert ui.status_text() is None
     assert bpy.context.scene.frame_current == 1
-
-
-def the_panel(ui):
-    with _only_the_bake_panels():
-        yield from _tube(ui)
-        yield from ui.screenshot("bake_5_panel_cache")
-        settings = tube().meanvalue.bake
-        settings.use_part, settings.frame_range, settings.frame_end = True, 'OWN', -5
-        yield from ui.screenshot("bake_6_panel_part_and_range_error")
-        settings.use_part, settings.target = False, 'SHAPE_KEYS'
-        settings.frame_end = FRAMES
-        yield from ui.screenshot("bake_7_panel_keys")
-    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
-        assert bpy.ops.meanvalue.bake('EXEC_DEFAULT', keys='EVERY', key_step=10) == {'FINISHED'}
-    yield from ui.screenshot("bake_8_a_bake_plays")
-
-
-@contextlib.contextmanager
-def _only_the_bake_panels():
-    """Open, and in place of all others: the sidebar has no room for more."""
-    main, bake = installed.part("posing.ui.panel").CLASSES, installed.part("baking.panel").CLASSES
-    usual = [(cls.bl_options, cls.bl_parent_id) for cls in bake]
-    for cls in reversed((*main, *bake)):
-        bpy.utils.unregister_class(cls)
-    bake[0].bl_parent_id = ""
-    for cls in bake:
-        cls.bl_options = set()
-        bpy.utils.register_class(cls)
-    try:
-        yield
-    finally:
-        for cls, (options, parent) in zip(reversed(bake), reversed(usual), strict=True):
-            bpy.utils.unregister_class(cls)
-            cls.bl_options, cls.bl_parent_id = options, parent
-        for cls in (*main, *bake):
-            bpy.utils.register_class(cls)

@@ -60,39 +60,6 @@ def disabled_during_a_bind(ui):
     assert text is None, text
 
 
-def a_control_that_follows_its_own_mesh_comes_to_rest(ui):
-    obj, control = handles.tube()
-    control.location.x += 0.5
-    ui.frame_all()
-    yield from ui.wait_until(lambda: is_settled(obj), "it has followed")
-    own = handles.hang_control_on_top(obj)
-    ui.frame_all()
-    yield from ui.pause(1.0)
-    own.location.x += 0.1
-    yield from ui.pause(2.0)
-    first = handles.shown(obj)[handles.TOP[0], 0]
-    yield from ui.pause(2.0)
-    second = handles.shown(obj)[handles.TOP[0], 0]
-    obj.meanvalue.live = False
-    yield from ui.pause(0.5)
-    assert abs(second - first) < 0.05, (first, second)
-
-
-def select_handle_from_the_menu_takes_the_active_line(ui):
-    handles.tube()
-    ui.remember()
-    ui.frame_all()
-    yield from ui.invoke("meanvalue.select_handle", index=1)
-    obj = bpy.data.objects["Tube"]
-    meshes.activate(obj)
-    obj.meanvalue.active_handle = 0
-    ui.remember()
-    yield from ui.invoke("meanvalue.select_handle")
-    obj = bpy.data.objects["Tube"]
-    assert obj.meanvalue.active_handle == 0
-    assert obj.mode == 'EDIT'
-
-
 def a_pin_removed_while_live_shows_at_once(ui):
     _obj, control, _middle = handles.three_handles()
     control.location.x += 2.0

@@ -54,40 +54,6 @@ def escape_during_a_bind(ui):
     assert not sheet().meanvalue.bound.is_bound
 
 
-def escape_while_the_mesh_is_read(ui):
-    yield from _sheet(ui, live=False)
-    before = snapshot(sheet())
-    with _reading_slowly():
-        yield from ui.invoke("meanvalue.bind")
-        yield from ui.wait_until(
-            lambda: "Binding 'Sheet': reading the mesh" in (ui.status_text() or ""), "the status bar tells of it"
-        )
-        yield from ui.key('ESC')
-        yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
-    assert_same(before, snapshot(sheet()))
-    assert any("Cancelled" in line for line in ui.reports()), ui.reports()
-    with _reading_slowly():
-        yield from ui.invoke("meanvalue.bind")
-        yield from ui.wait_until(lambda: "reading the mesh" in (ui.status_text() or ""), "it is read again")
-        sheet().name = "Renamed"
-        yield from ui.wait_until(lambda: ui.status_text() is None, "it notices that the object is another one")
-    assert any("'Sheet' is gone" in line for line in ui.reports()), ui.reports()
-    assert not bpy.data.objects["Renamed"].meanvalue.bound.is_bound
-
-
-@contextlib.contextmanager
-def _reading_slowly():
-    """One slice of 3,000 vertices a tick."""
-    groups = installed.part("scene.vertex_groups")
-    background = installed.part("widgets.background")
-    usual = groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS
-    groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS = 3000, 0.0, 0.0
-    try:
-        yield
-    finally:
-        groups.SLICE, background.SLICE_SECONDS, background.PATIENCE_SECONDS = usual
-
-
 def escape_during_a_solve(ui):
     yield from _sheet(ui, live=False)
     yield from ui.invoke("meanvalue.bind")
@@ -122,17 +88,6 @@ def _solving_until_cancelled():
         yield
     finally:
         session.solve_steps = solve_steps
-
-
-def another_file_during_a_bind(ui):
-    yield from _sheet(ui, live=False)
-    yield from ui.invoke("meanvalue.bind")
-    yield from ui.wait_until(lambda: "Binding" in (ui.status_text() or ""), "it binds")
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    yield
-    yield
-    assert "Sheet" not in bpy.data.objects
-    assert installed.part("solver.job")._running == set()
 
 
 def a_slow_drag_ends_with_the_answer(ui):

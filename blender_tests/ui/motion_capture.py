@@ -112,29 +112,6 @@ def _pick(ui):
     assert _tube().meanvalue.capture.pairs[name].vertex == goal
 
 
-def the_mesh_follows_while_it_is_played(ui):
-    meshes.tube(RINGS, SEGMENTS, "Tube")
-    ui.frame_all()
-    with view.override():
-        bpy.ops.meanvalue.import_motion('EXEC_DEFAULT', True, filepath=_take_file(), up_axis='Z')
-    capture = _tube().meanvalue.capture
-    capture.align, capture.reference_frame = 'NONE', 1.0
-    meshes.activate(_tube())
-    yield from ui.invoke("meanvalue.match_markers")
-    yield from ui.open_tab("Mean-Value")
-    _tube().meanvalue.live = True
-    assert _tube().meanvalue.live
-    bpy.context.scene.frame_set(9)
-
-    def follows():
-        key = _tube().data.shape_keys and _tube().data.shape_keys.key_blocks.get("Mean-Value")
-        top = _tube().data.vertices[(RINGS - 1) * SEGMENTS].co.x
-        return key is not None and key.data[(RINGS - 1) * SEGMENTS].co.x > top + 1.0
-
-    yield from ui.wait_until(follows, "the mesh has followed")
-    yield from ui.screenshot("capture_07_followed")
-
-
 def a_body_in_the_walk(ui):
     """Aligned by itself, matched with progress, and followed."""
     vertices, triangles, _bones = body_mesh.body()

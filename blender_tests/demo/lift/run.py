@@ -9,6 +9,7 @@ from PIL import Image
 
 from .. import built_in, common_options, creature, markers, photograph, pictures, pose, stage
 
+ABOUT = ("an animated octopus",)
 DESCRIPTION = """\
 The octopus lifts a tentacle by one anchor vertex, up and down, solved by the add-on's operators at each step: an
 animated picture."""
@@ -21,12 +22,6 @@ WIDTH, HEIGHT = 480, 320
 def options(argv):
     """The command line after `lift`."""
     return common_options.parse(common_options.parser("lift", DESCRIPTION, ("octopus",), "there is one subject"), argv)
-
-
-def text(version, found):
-    """The report."""
-    heading = f"An animated octopus, add-on {version}, Blender {bpy.app.version_string}"
-    return "\n".join([heading, "", *(line for block in found for line in block)])
 
 
 def blocks(words, empty_scene):

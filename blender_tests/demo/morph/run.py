@@ -7,11 +7,15 @@ import bpy
 import numpy as np
 from support import meshes
 
-from .. import built_in, common_options, pictures, pose, row, scene_mesh, stage
+from .. import built_in, common_options, pictures, pose, report, row, scene_mesh, stage
 from . import measures, subjects
 
 APART = 0.06  # left free between two figures, over the width of the widest
 
+ABOUT = (
+    "mixing shapes",
+    "Each picture has straight lines, as shape keys go, above, and the rotation-aware mix below.",
+)
 DESCRIPTION = """\
 Shape keys that turn instead of shrinking, a sequence from one creature to another, and a part that is grafted: by the
 add-on's operators on generated models. Pictures with straight lines above and the rotation-aware mix below, the .blend
@@ -49,7 +53,7 @@ def one(subject, words, empty_scene):
     rows.append(("baked", baked))
     rows.append(("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())))
     rows.append(("files", f"{path.name}, {subject.stem}.blend"))
-    return [subject.title, *(f"  {label + ':':<27}{value}" for label, value in rows), ""]
+    return report.block(subject.title, rows)
 
 
 def add_object(subject, name, shape):
@@ -113,12 +117,3 @@ def draw(path, subject, rows, words, empty_scene):
         row.render(path, points, subject.azimuth_deg, words.engine, words.samples, subject.elevation_deg)
         views.append(pictures.read_png(path))
     row.on_top(path, *views)
-
-
-def text(addon_version, lines):
-    head = [
-        f"Mean-Value Deform {addon_version}, Blender {bpy.app.version_string}: mixing shapes",
-        "Each picture has straight lines, as shape keys go, above, and the rotation-aware mix below.",
-        "",
-    ]
-    return "\n".join(head + [line for block in lines for line in block])

@@ -8,7 +8,7 @@ import numpy as np
 from mathutils import Matrix
 from support import mesh_files, meshes
 
-from .. import common_options, pictures, pose, scene_mesh, stage
+from .. import common_options, pictures, pose, report, scene_mesh, stage
 from . import figures
 
 BODY_COLOUR = (0.60, 0.42, 0.33)
@@ -17,6 +17,7 @@ MAKERS = {"walker": figures.walker, "makehuman": figures.makehuman}
 #: Of the length of the upper arm: how far around a joint the mesh may change, how big a handle is, how far it is moved.
 REACH, GRIP, PUSH = 0.55, 0.11, 0.07
 
+ABOUT = ("correctives on posed rigs",)
 DESCRIPTION = """\
 Correctives on a posed rig: an elbow and a shoulder that skinning has collapsed are pushed out where they are seen, by
 the add-on's operators. Pictures of skinning alone, of the corrective, and of the arm at rest with the corrective."""
@@ -42,14 +43,6 @@ def blocks(words, empty_scene):
     return found
 
 
-def text(version, found):
-    """The report."""
-    return "\n".join(
-        [f"Correctives on posed rigs, add-on {version}, Blender {bpy.app.version_string}", ""]
-        + [line for block in found for line in block]
-    )
-
-
 def one(figure, words, empty_scene):
     """Poses, corrects, draws and measures one body; returns its lines of the report."""
     empty_scene()
@@ -63,14 +56,13 @@ def one(figure, words, empty_scene):
     bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"rig_{figure.stem}.blend"), check_existing=False)
     path = words.output / f"rig_{figure.stem}.png"
     draw(path, figure, obj, armature, words)
-    return [
-        figure.title,
-        f"  vertices, bones:           {len(figure.vertices):,}, {len(figure.bones)}",
-        f"  handles off their controls: at most {missed:.1e} of the size",
-        f"  seconds:                   {seconds:.2f}",
-        f"  files:                     {path.name}, rig_{figure.stem}.blend",
-        "",
+    rows = [
+        ("vertices, bones", f"{len(figure.vertices):,}, {len(figure.bones)}"),
+        ("handles off their controls", f"at most {missed:.1e} of the size"),
+        ("seconds", f"{seconds:.2f}"),
+        ("files", f"{path.name}, rig_{figure.stem}.blend"),
     ]
+    return report.block(figure.title, rows)
 
 
 def add_body(figure):

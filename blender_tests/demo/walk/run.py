@@ -3,14 +3,17 @@
 
 import time
 
-import bpy
-
-from .. import common_options, pictures, row
+from .. import common_options, pictures, report, row
 from . import capture, gait, left_out, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
 PER_ROW = 12
 
+ABOUT = (
+    "motion capture",
+    "The skinned figure is the generated one turned by its own bones with blended weights. Second differences are",
+    "from sample to sample, 100 a second.",
+)
 DESCRIPTION = """\
 Motion capture without a skeleton, from the file to the picture: a generated figure is moved by a generated C3D file
 of 41 markers with gaps and noise. Import, match and bake by the add-on's operators, then film strips, the .blend and
@@ -69,7 +72,7 @@ def one(make, words, empty_scene):
     rows = [*measures.rows(subject, carried), *gait.rows(subject, carried), *left]
     rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
     rows.append(("files", ", ".join([*files, f"{subject.stem}.blend"])))
-    return [subject.title, *(f"  {label + ':':<27}{value}" for label, value in rows), ""]
+    return report.block(subject.title, rows)
 
 
 def draw(subject, carried, words, empty_scene):
@@ -86,13 +89,3 @@ def draw(subject, carried, words, empty_scene):
     every = range(0, len(carried.shapes), EVERY)
     strip.draw(close, subject, carried, list(every), strip.SIDE + 40.0, "BLENDER_WORKBENCH", 1, PER_ROW)
     return [path.name, close.name]
-
-
-def text(addon_version, lines):
-    head = [
-        f"Mean-Value Deform {addon_version}, Blender {bpy.app.version_string}: motion capture",
-        "The skinned figure is the generated one turned by its own bones with blended weights. Second differences are",
-        "from sample to sample, 100 a second.",
-        "",
-    ]
-    return "\n".join(head + [line for block in lines for line in block])
