@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """In-between keys against the mixes that they stand for, at random settings of the sliders."""
 
-
 import numpy as np
 import pytest
 

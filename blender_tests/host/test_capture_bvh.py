@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture/: BVH files."""
 
-
 import numpy as np
 import pytest
 
 from addon.capture.core import bvh_file
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files
+from blender_tests.support.capture_files import has_note
 from blender_tests.support.mesh_files import content_of
 
 MOVES = ("Xposition", "Yposition", "Zposition")
@@ -21,10 +21,6 @@ LABELS = ("Hips", "Knee", "Knee_end", "Chest", "Head", "Head_end")
 
 def read_bvh(content, **options):
     return bvh_file.read(content, "walk.bvh", **options)
-
-
-def has_note(take, *words):
-    return any(all(word in note for word in words) for note in take.notes)
 
 
 def moves(frames=4):

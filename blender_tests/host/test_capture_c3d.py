@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture/: the samples of C3D files, and which of their points are markers."""
 
-
 import numpy as np
 import pytest
 
 from addon.capture.core import c3d_file
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
+from blender_tests.support.capture_files import has_note
 
 METRES = walker.positions()
 GAPPY = walker.with_gaps(METRES, (1, 3, 7), (7, 0, 2), (7, 15, 20))
@@ -19,10 +19,6 @@ FLOAT_ERROR = 5e-7
 
 def read_c3d(content, **options):
     return c3d_file.read(content, "take.c3d", **options)
-
-
-def has_note(take, *words):
-    return any(all(word in note for word in words) for note in take.notes)
 
 
 # -- samples ---------------------------------------------------------------------------------------------------------

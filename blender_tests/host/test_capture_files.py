@@ -9,6 +9,7 @@ import pytest
 from addon.capture.core import c3d_file, readers, units
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
+from blender_tests.support.capture_files import has_note
 from blender_tests.support.mesh_files import path_of
 
 METRES = walker.positions()
@@ -18,10 +19,6 @@ FLOAT_ERROR = 5e-7
 
 def read_c3d(content, **options):
     return c3d_file.read(content, "take.c3d", **options)
-
-
-def has_note(take, *words):
-    return any(all(word in note for word in words) for note in take.notes)
 
 
 # -- units and axes --------------------------------------------------------------------------------------------------

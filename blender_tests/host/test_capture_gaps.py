@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: gaps and filter, on a generated walk; without Blender."""
 
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: how arms and feet of a reference are laid on those of a mesh, for several marker sets."""
 
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: markers laid onto a mesh, matched to it, and the skin under them; without Blender."""
 
-
 import numpy as np
 import pytest
 

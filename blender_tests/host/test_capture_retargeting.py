@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: motion for other proportions, on a generated walk whose joints are known; without Blender."""
 
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: rotations fitted to many sets of points at once; without Blender."""
 
-
 import numpy as np
 import pytest
 

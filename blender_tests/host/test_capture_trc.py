@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture/: TRC files."""
 
-
 import numpy as np
 import pytest
 
 from addon.capture.core import trc_file
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
+from blender_tests.support.capture_files import has_note
 from blender_tests.support.mesh_files import content_of
 
 METRES = walker.positions()
@@ -19,10 +19,6 @@ DECIMALS = 1e-8
 
 def read_trc(content, **options):
     return trc_file.read(content, "walk.trc", **options)
-
-
-def has_note(take, *words):
-    return any(all(word in note for word in words) for note in take.notes)
 
 
 def test_trc_gives_back_what_was_written_upright_in_metres():

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The short lane of `./dev fuzz`: damaged files of every kind end in an error by name, or are read."""
 
-
 import pytest
 
 pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")

@@ -279,8 +279,6 @@ def test_targets_of_another_form_are_named(clip):
             deformer.solve_sequence(wrong)
 
 
-
-
 def test_what_single_precision_cannot_hold_is_refused_or_told():
     points, faces, anchors, pieces = bar(200)
     targets = np.repeat(points[anchors][None], 4, axis=0)

@@ -170,3 +170,8 @@ def _write_joint(lines, joint, kind, indent):
     for child in children:
         _write_joint(lines, child, "JOINT", indent + "\t")
     lines.append(f"{indent}}}")
+
+
+def has_note(take, *words):
+    """Whether one of the notes of a Take has all these words."""
+    return any(all(word in note for word in words) for note in take.notes)

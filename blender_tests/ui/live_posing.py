@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Handles dragged with the mouse: the mesh follows, and everything can be taken back."""
 
-
 import bpy
 import numpy as np
 from support import handles, meshes

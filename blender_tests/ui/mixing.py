@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shape keys that turn, in Properties: switched on, dragged, baked to in-between keys, stopped by Esc, undone."""
 
-
 import bpy
 import numpy as np
 from harness import view

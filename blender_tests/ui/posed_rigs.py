@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh on a bent arm: its controls are where it is seen, go along with the bones, and move what is seen."""
 
-
 import bpy
 import numpy as np
 from support import rigs

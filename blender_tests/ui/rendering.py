@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render of an animation while a mesh is live: it must be told, since the mesh stays as it is."""
 
-
 import bpy
 from support import handles, installed
 

@@ -58,7 +58,7 @@ def one(figure, words, empty_scene):
     draw(path, figure, obj, armature, words)
     rows = [
         ("vertices, bones", f"{len(figure.vertices):,}, {len(figure.bones)}"),
-        ("handles off their controls", f"at most {missed:.1e} of the size"),
+        ("handles off controls", f"at most {missed:.1e} of the size"),
         ("seconds", f"{seconds:.2f}"),
         ("files", f"{path.name}, rig_{figure.stem}.blend"),
     ]
