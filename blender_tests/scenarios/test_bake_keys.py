@@ -128,13 +128,12 @@ def test_a_mesh_without_keys_is_without_keys_again(tmp_path):
     assert not bpy.data.actions
 
 
-def test_baked_again_they_are_replaced_and_unchanged_left_alone(solved, capfd):
+def test_baked_again_they_are_replaced_and_unchanged_left_alone(solved):
     obj = tube()
     bake(target='SHAPE_KEYS', keys='EVERY')
     count = len(obj.data.shape_keys.key_blocks)
-    capfd.readouterr()
     bake(target='SHAPE_KEYS', keys='EVERY')
-    assert "nothing has changed" in capfd.readouterr().out
+    assert len(obj.data.shape_keys.key_blocks) == count
     bake(target='SHAPE_KEYS', keys='EVERY', key_step=2)
     assert len(obj.data.shape_keys.key_blocks) < count
     assert off(played(obj, [1, 3, 5]), solved[[0, 2, 4]]) < 1e-5

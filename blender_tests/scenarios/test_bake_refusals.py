@@ -65,7 +65,7 @@ def test_a_place_that_cannot_be_written_to_is_told_before_any_frame_is_sampled(s
 def test_a_file_that_was_saved_under_another_name_is_told_so(saved, tmp_path):
     bake()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "second.blend"))
-    with steps.refused("the bake of 'Tube' in 'scene.blend'", "Overwrite"):
+    with steps.refused("'Tube'", "'scene.blend'"):
         bpy.ops.meanvalue.bake()
     bake(overwrite_any=True)
 
@@ -81,7 +81,7 @@ def test_files_of_others_are_not_overwritten(saved):
     obj, _control, path = saved
     path.parent.mkdir()
     path.write_text("precious")
-    with steps.refused("something else than a bake", "Overwrite"):
+    with steps.refused("Overwrite"):
         bpy.ops.meanvalue.bake()
     assert path.read_text() == "precious"
     bake(overwrite_any=True)
@@ -90,7 +90,7 @@ def test_files_of_others_are_not_overwritten(saved):
     copy = bpy.context.object
     assert copy != obj
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    with steps.refused("the bake of 'Tube'"):
+    with steps.refused("'Tube'"):
         bpy.ops.meanvalue.bake(path=str(path))
 
 
@@ -129,7 +129,7 @@ def test_an_edited_mesh_must_be_looked_at(saved):
     bake()
     bpy.ops.meanvalue.unbake()
     steps.edit_mesh(obj, lambda mesh: mesh.verts.new((0.0, 0.0, 0.0)))
-    with steps.refused("137 vertices (136 when bound)"):
+    with steps.refused("Update"):
         bpy.ops.meanvalue.bake()
 
 

@@ -39,43 +39,32 @@ def flip_face(bm):
     bm.faces[5].normal_flip()
 
 
-@pytest.mark.parametrize(
-    "edit, texts",
-    [
-        (add_vertex, ("has 26 vertices", "(25 when bound)")),
-        (delete_last_face, ("15 faces", "(16 when bound)")),
-        (split_face, ("17 faces", "(16 when bound)")),
-        (flip_face, ("join the vertices in another way",)),
-    ],
-)
-def test_changed_mesh_asks_for_bind(grid, status, edit, texts):
+@pytest.mark.parametrize("edit", [add_vertex, delete_last_face, split_face, flip_face])
+def test_changed_mesh_asks_for_update(grid, status, edit):
     steps.solve()
     steps.edit_mesh(grid, edit)
     before = snapshot(grid)
-    with steps.refused(*texts, "press Update"):
+    with steps.refused("Update"):
         bpy.ops.meanvalue.solve_from_key()
     assert_same(before, snapshot(grid))
-    told = status(grid)
-    assert told.state.name == "STALE"
-    for text in (*texts, "press Update"):
-        assert text in told.text
+    assert status(grid).state.name == "STALE" and "Update" in status(grid).text
 
 
 def test_edited_rest_shape_asks_for_bind(grid, status):
     steps.move(grid, [7], (0.0, 0.0, 0.25), grid.data.shape_keys.key_blocks["Basis"])
     bpy.context.view_layer.update()
     before = snapshot(grid)
-    with steps.refused("rest shape was edited", "press Update"):
+    with steps.refused("rest shape", "Update"):
         bpy.ops.meanvalue.solve_from_key()
     assert_same(before, snapshot(grid))
-    assert "rest shape was edited" in status(grid).text
+    assert status(grid).state.name == "STALE"
 
 
 def test_moved_vertices_of_a_mesh_without_keys_are_an_edited_rest_shape():
     obj = steps.bound_grid(meshes.grid())
     obj.data.vertices[7].co.z += 0.25
     steps.add_pose_key(obj)
-    with steps.refused("rest shape was edited"):
+    with steps.refused("rest shape"):
         bpy.ops.meanvalue.solve_from_key()
 
 
@@ -93,26 +82,21 @@ def test_rest_shape_put_back_is_bound_again(grid, status):
     steps.solve()
 
 
-def test_changed_anchors_bind_again_by_themselves(grid, status, capfd):
+def test_changed_anchors_bind_again_by_themselves(grid, status):
     grid.vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
     bpy.context.view_layer.update()
     assert status(grid).state.name == "BOUND"
-    capfd.readouterr()
     steps.solve()
-    assert "Bound again, because the handles changed" in capfd.readouterr().out
     assert grid.meanvalue.bound.anchor_count == 5
     assert status(grid).state.name == "BOUND"
     rest, result = steps.key_positions(grid, "Basis"), steps.key_positions(grid, "Mean-Value")
     assert np.array_equal(rest[22], result[22])
 
 
-def test_changed_region_binds_again_by_itself(grid, status, capfd):
+def test_changed_region_binds_again_by_itself(grid):
     steps.add_group(grid, "Arm", [17, 18, 19, 22, 23, 24])
     grid.meanvalue.roi_group = "Arm"
-    assert "region changed" in status(grid).text
-    capfd.readouterr()
     steps.solve()
-    assert "Bound again, because the region changed" in capfd.readouterr().out
     rest, result = steps.key_positions(grid, "Basis"), steps.key_positions(grid, "Mean-Value")
     fixed = [index for index in range(25) if index not in (17, 18, 19, 22, 23, 24)]
     assert np.array_equal(rest[fixed], result[fixed])
@@ -150,7 +134,7 @@ def test_reordered_vertices_are_noticed(grid):
         bm.verts.sort()
 
     steps.edit_mesh(grid, reverse)
-    with steps.refused("press Update"):
+    with steps.refused("Update"):
         bpy.ops.meanvalue.solve_from_key()
 
 

@@ -119,7 +119,7 @@ def test_finish_and_grab_again_poses_on_top():
     assert [key.value for key in keys][1:] == [1.0, 1.0] and set(keys.keys()) == {"Basis", "Kept Pose", "Mean-Value"}
 
 
-def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses(capfd):
+def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses():
     obj = sheet()
     grab()
     other = obj.copy()
@@ -129,7 +129,6 @@ def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses(capfd):
     meshes.activate(obj)
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
     assert {other.meanvalue.handles[0].name, other.meanvalue.roi_group} <= set(other.vertex_groups.keys())
-    assert "The mesh is shared with 1 other object" in capfd.readouterr().out
 
 
 def test_what_is_kept_is_not_what_the_next_pose_writes():
@@ -137,7 +136,7 @@ def test_what_is_kept_is_not_what_the_next_pose_writes():
     grab()
     meshes.activate(obj)
     before = snapshot(obj)
-    with steps.refused("'Mean-Value' is the key that posing writes", "another name"):
+    with steps.refused("'Mean-Value'"):
         bpy.ops.meanvalue.finish(name="Mean-Value")
     assert_same(before, snapshot(obj))
     obj.data.shape_keys.key_blocks["Mean-Value"].name = obj.meanvalue.result_key = "Kept Pose"

@@ -55,7 +55,7 @@ def test_distance_is_measured_on_the_rest_shape_without_the_objects_scale():
     assert members(obj, "Region") == AROUND
 
 
-def test_a_distance_that_was_never_given_fits_the_mesh(capfd):
+def test_a_distance_that_was_never_given_fits_the_mesh():
     for size in (1.0, 100.0):
         obj = meshes.grid(columns=11, rows=11)
         for vertex in obj.data.vertices:
@@ -63,7 +63,6 @@ def test_a_distance_that_was_never_given_fits_the_mesh(capfd):
         steps.list_anchors(obj, Handle=[60])
         grow(mode='DISTANCE')
         assert 5 < len(members(obj, "Region")) < 60
-    assert "around 'Handle'" in capfd.readouterr().out
 
 
 def test_growing_again_replaces_the_region_and_turns_invert_off():

@@ -99,18 +99,6 @@ def test_choosing_a_control_for_an_object_scaled_to_nothing(capfd):
     assert "Traceback" not in err.out + err.err, (err.out + err.err)[-400:]
 
 
-def test_live_turned_on_in_edit_mode(status):
-    obj, control = handles.tube(live=False)
-    meshes.activate(obj)
-    bpy.ops.object.mode_set(mode='EDIT')
-    obj.meanvalue.live = True
-    update()
-    bpy.ops.object.mode_set(mode='OBJECT')
-    update()
-    move(control, (1.0, 0.0, 0.0))
-    assert status(obj)[1] is False, status(obj)
-
-
 def test_a_muted_result_is_told(status):
     obj, control = handles.tube()
     obj.data.shape_keys.key_blocks["Mean-Value"].value = 0.0
@@ -190,15 +178,6 @@ def test_a_handle_its_points_and_its_control_are_shown_in_the_same_color():
 
 def shown_color(obj):
     return np.array(Color(obj.color[:3]).from_scene_linear_to_srgb())
-
-
-def test_the_control_is_shown_in_the_mirrored_object():
-    obj, _control = handles.tube()
-    obj.scale = (-1, 1, 1)
-    update()
-    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
-    update()
-    assert is_at_rest(obj, 1e-4), np.abs(shown(obj) - rest(obj)).max()
 
 
 def test_the_object_is_in_an_excluded_collection(status):

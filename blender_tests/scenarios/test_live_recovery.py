@@ -111,41 +111,6 @@ def test_an_animated_handle_is_turned_off():
     assert follows(obj, (2, 0, 0), TOP)
 
 
-def test_names_swapped_between_two_live_objects():
-    first, first_control = handles.tube("First")
-    second, second_control = handles.tube("Second")
-    basis = second.data.shape_keys.reference_key
-    for point in basis.data:
-        point.co.x *= 3.0
-    second.data.update_tag()
-    update()
-    second.meanvalue.live = False
-    update()
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    second.meanvalue.live = True
-    update()
-    first.name = "Swap"
-    second.name = "First"
-    first.name = "Second"
-    update()
-    move(first_control, (1.0, 0.0, 0.0))
-    move(second_control, (0.0, 1.0, 0.0))
-    assert follows(first, (1, 0, 0)) and follows(first, (0, 0, 0), BOTTOM)
-    assert follows(second, (0, 1, 0)) and follows(second, (0, 0, 0), BOTTOM)
-
-
-def test_a_second_result_name_for_a_shared_mesh_as_the_message_advises(status):
-    obj, control = handles.tube()
-    twin = obj.copy()
-    bpy.context.collection.objects.link(twin)
-    update()
-    move(control, (2.0, 0.0, 0.0))
-    twin.meanvalue.result_key = "Twin"
-    update()
-    keys = obj.data.shape_keys.key_blocks
-    assert not keys["Mean-Value"].mute, "the first object's result was muted"
-
-
 def test_reset_of_a_control_that_is_a_child_of_another():
     obj, control, _middle = three_handles()
     obj.meanvalue.active_handle = 1

@@ -136,26 +136,22 @@ def test_bind_counts_what_is_messy_and_it_can_be_selected(capfd):
     assert set(selected(obj)) >= {0, 1, 5, 6, *range(23, 32)}
 
 
-def test_problems_can_be_looked_for_without_a_binding(capfd):
+def test_problems_can_be_looked_for_without_a_binding():
     obj = messy_grid()
     assert bpy.ops.meanvalue.select_problems(kind='WIRE') == {'FINISHED'}
     assert selected(obj) == [29, 30]
     clean = meshes.grid()
     assert bpy.ops.meanvalue.select_problems() == {'FINISHED'}
     assert clean.mode == 'OBJECT'
-    assert "Nothing unusual was found" in capfd.readouterr().out
 
 
-def test_what_is_hidden_is_shown_when_it_is_selected(capfd):
+def test_what_is_hidden_is_shown_when_it_is_selected():
     obj = messy_grid()
     obj.data.vertices[30].hide = True
     obj.data.edges[0].hide = True
     assert bpy.ops.meanvalue.select_problems(kind='WIRE') == {'FINISHED'}
-    assert "1 of them was hidden" in capfd.readouterr().out
     assert selected(obj) == [29, 30]
     assert not obj.data.vertices[30].hide
-    assert bpy.ops.meanvalue.select_problems(kind='WIRE') == {'FINISHED'}
-    assert "hidden" not in capfd.readouterr().out
 
 
 # -- an open seam -----------------------------------------------------------------------------------------------------

@@ -105,7 +105,7 @@ def test_by_picked_pairs_from_anywhere_at_any_size(tmp_path):
     for name, number in (("M0", 0), ("M2", 1)):
         assert bpy.ops.meanvalue.pick_marker_point(marker=name, vertex=MARKED[number]) == {'FINISHED'}
     before = snapshot(obj)
-    with steps.refused("at least 3 markers", "2 markers have one"):
+    with steps.refused("at least 3 markers"):
         bpy.ops.meanvalue.match_markers()
     assert_same(before, snapshot(obj))
     for number in (6, 12, 17, 19):

@@ -49,7 +49,7 @@ def test_a_mesh_of_two_objects_is_solved_with_a_note(capfd):
     other = duplicate(obj, linked=True)
     capfd.readouterr()
     steps.solve()
-    assert "shared with 1 other object" in capfd.readouterr().out
+    assert "shared" in capfd.readouterr().out
     meshes.activate(other)
     assert other.data.shape_keys.key_blocks.keys() == ["Basis", "Pose", "Mean-Value"]
 

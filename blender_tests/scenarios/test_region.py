@@ -60,15 +60,3 @@ def test_anchors_outside_the_region_go_to_their_targets():
     rest = steps.key_positions(obj, "Basis")
     others = [index for index in OUTSIDE if index != 24]
     assert np.array_equal(rest[others], result[others])
-
-
-def test_result_is_the_native_answer(native):
-    obj = pose_with_region(ARM)
-    rest = steps.key_positions(obj, "Basis")
-    obj.data.calc_loop_triangles()
-    triangles = np.array([tuple(triangle.vertices) for triangle in obj.data.loop_triangles], np.int32)
-    roi = np.zeros(25, bool)
-    roi[ARM] = True
-    deformer = native.Deformer(rest.astype(np.float64), triangles, np.array([12], np.int32), roi=roi)
-    solution = deformer.solve(steps.key_positions(obj, "Pose")[[12]].astype(np.float64))
-    assert np.array_equal(steps.key_positions(obj, "Mean-Value"), solution.vertices.astype(np.float32))
