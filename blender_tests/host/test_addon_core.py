@@ -184,7 +184,7 @@ def test_bytes_are_limited_but_the_newest_stays():
     assert len(cache) == 1
 
 
-# -- wording ---------------------------------------------------------------------------------------------------------
+# -- what a solve tells ------------------------------------------------------------------------------------------------
 
 
 def posed_grid(moved):
@@ -204,18 +204,9 @@ def posed_grid(moved):
     return bind_input, pose[bind_input.anchors]
 
 
-def test_a_pose_of_moved_anchors_in_the_region_needs_no_warning():
-    assert list(result.pose_warnings(*posed_grid([1]))) == []
-
-
-def test_a_pose_that_moves_no_anchor_is_told():
-    (warning,) = result.pose_warnings(*posed_grid([]))
-    assert warning.startswith("No handle has been moved")
-
-
-def test_moved_anchors_outside_the_region_are_told():
-    (warning,) = result.pose_warnings(*posed_grid([0, 1]))
-    assert warning.startswith("1 vertex of moved handles outside the region")
+@pytest.mark.parametrize(("moved", "warnings"), [([1], 0), ([], 1), ([0, 1], 1)])
+def test_poses_that_move_no_handle_or_one_outside_the_region_are_told(moved, warnings):
+    assert len(list(result.pose_warnings(*posed_grid(moved)))) == warnings
 
 
 # -- springs ---------------------------------------------------------------------------------------------------------

@@ -53,14 +53,6 @@ def test_short_gaps_are_smooth_and_near_the_truth(walk, label):
         assert np.abs(np.diff(steps, axis=0)).max() < np.abs(np.diff(true_steps, axis=0)).max() + 0.004
 
 
-def test_a_cubic_path_is_met_almost_exactly():
-    t = np.linspace(0.0, 1.0, 101)[:, None]
-    path = np.concatenate([t, t**2, 0.5 * t**2 - t], axis=1)[:, None]
-    filled, how = gaps.fill_gaps(with_gap(path, 0, 40, 50))
-    assert np.abs(filled - path).max() < 1e-12
-    assert (how[40:50, 0] == gaps.SPLINE).all()
-
-
 def test_longer_gaps_move_with_a_rigid_body():
     rng = np.random.default_rng(1)
     body = rng.standard_normal((5, 3))

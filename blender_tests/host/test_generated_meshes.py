@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What holds for every mesh: generated ones of all scales, far from the origin, cut and welded."""
+"""What holds for every mesh: generated ones of all scales, far from the origin."""
 
 import numpy as np
 import pytest
@@ -19,32 +19,6 @@ def bar(seed):
     points = np.asarray(points, np.float64)
     points /= np.linalg.norm(np.ptp(points, axis=0))
     return points + np.random.default_rng(seed).normal(scale=0.002, size=points.shape), np.asarray(faces, np.int32)
-
-
-def cut(points, faces, rng):
-    """Opened along a line: where the two sides meet, each has vertices of its own."""
-    middle = points[faces].mean(axis=1)[:, 0]
-    beyond = middle > np.quantile(middle, rng.uniform(0.3, 0.7))
-    shared = np.intersect1d(faces[beyond], faces[~beyond])
-    numbers = np.arange(len(points))
-    numbers[shared] = len(points) + np.arange(len(shared))
-    faces = faces.copy()
-    faces[beyond] = numbers[faces[beyond]]
-    return np.concatenate([points, points[shared]]), faces
-
-
-def welded(points, faces, rng):
-    """Two vertices made one here and there, and what collapses by that left out: no manifold any more."""
-    numbers = np.arange(len(points))
-    for a, b in rng.choice(len(points), (4, 2), replace=False):
-        numbers[b] = a
-    faces = numbers[faces]
-    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return points, faces[whole]
-
-
-def as_it_is(points, faces, _rng):
-    return points, faces
 
 
 def ends(points):
@@ -69,11 +43,10 @@ def solved(points, faces, anchors, pieces, targets):
     return np.array(solution.vertices)
 
 
-@pytest.mark.parametrize("damage", [as_it_is, cut, welded])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_shape_is_the_same_at_every_scale_and_place(damage, seed):
+def test_the_shape_is_the_same_at_every_scale_and_place(seed):
     rng = np.random.default_rng(seed)
-    points, faces = damage(*bar(seed), rng)
+    points, faces = bar(seed)
     anchors, pieces, targets = ends(points)
     expected = solved(points, faces, anchors, pieces, targets)
     assert np.abs(expected - points).max() > 0.1

@@ -34,14 +34,6 @@ def test_encoding_arrays_have_the_documented_shapes_and_are_read_only():
             array[...] = 0
 
 
-def test_predict_and_energy_agree():
-    encoding = meanvalue.encode(VERTICES, TRIANGLES)
-    pose = VERTICES * [1.0, 1.3, 0.8]
-    residual = pose - encoding.predict(pose)
-    assert encoding.energy(pose) == pytest.approx(0.5 * (residual**2).sum(), rel=1e-12)
-    assert encoding.energy(VERTICES) < 1e-25
-
-
 def test_deformer_meets_its_anchors_and_reports():
     deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS, method="full")
     solution = deformer.solve(bent_targets())

@@ -7,7 +7,6 @@ import meanvalue
 import pytest
 
 from addon.posing.core import system_info
-from addon.widgets.core import last_message
 
 
 def test_lines_under_their_headings_and_nothing_empty():
@@ -33,22 +32,11 @@ def test_names_and_paths_are_left_out(message, clean):
     assert system_info.without_names(message, private) == clean
 
 
-def test_kinds_are_counted():
-    assert system_info.counted(["SUBSURF", "ARMATURE", "SUBSURF"]) == "ARMATURE, SUBSURF 2"
-    assert system_info.counted([]) == "none"
-
-
 def test_the_processor_is_named(tmp_path):
     listing = tmp_path / "cpuinfo"
     listing.write_text("processor : 0\nmodel name\t: Some  CPU 3000 @ 2 GHz\nmodel name : another\n")
     assert system_info.processor(listing) == "Some CPU 3000 @ 2 GHz"
     assert system_info.processor(tmp_path / "missing")
-
-
-def test_the_last_message_is_kept():
-    last_message.remember("one")
-    last_message.remember("two")
-    assert last_message.last() == "two"
 
 
 def test_the_module_tells_how_it_was_built():

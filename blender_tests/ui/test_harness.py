@@ -38,14 +38,6 @@ def test_crash_is_told_with_its_step_and_leaves_the_rest(judged):
     assert "SIGSEGV" in problems["first"] and "at the step: key G" in problems["first"]
 
 
-def test_crash_between_scenarios_is_not_lost(judged):
-    assert "SIGSEGV" in judged([{"begin": "first"}, ended("first")], "@@ first\n", "Blender crashed: SIGSEGV")["first"]
-
-
-def test_quitting_within_a_scenario_is_a_failure(judged):
-    assert "ended before" in judged([{"begin": "first"}, ended("first"), {"begin": "second"}], "")["second"]
-
-
 def test_failure_to_start_is_told(judged):
     assert "no display" in judged([], "no display\n", "Blender ended with status 1")["first"]
 

@@ -111,23 +111,9 @@ def _on(obj, place):
 
 
 def _ball(name, rings, around, x):
-    mesh = bpy.data.meshes.new(name)
-    polar = np.pi * np.arange(1, rings) / rings
-    angle = 2.0 * np.pi * np.arange(around) / around
-    vertices = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
-    vertices += [(np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)) for p in polar for a in angle]
-    faces = []
-    for k in range(around):
-        following = (k + 1) % around
-        faces.append((0, 2 + k, 2 + following))
-        last = 2 + (rings - 2) * around
-        faces.append((1, last + following, last + k))
-        for row in range(rings - 2):
-            high, low = 2 + row * around, 2 + (row + 1) * around
-            faces.append((high + k, low + k, low + following, high + following))
-    mesh.from_pydata(vertices, [], faces)
-    obj = bpy.data.objects.new(name, mesh)
-    bpy.context.collection.objects.link(obj)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=around, ring_count=rings)
+    obj = bpy.context.object
+    obj.name = obj.data.name = name
     obj.location.x = x
     bpy.context.view_layer.update()
     meshes.activate(obj)

@@ -2,6 +2,8 @@
 """How well the mesh foretells a marker: each is let go in turn, and its point on the skin compared with where it is
 carried when it takes part. Without cuffs, which are laid by all the markers of a limb."""
 
+import contextlib
+
 import bpy
 import numpy as np
 
@@ -46,24 +48,21 @@ def rows(subject, carried):
     return [("a marker by the others", f"{told}; least surely: {worst}")]
 
 
-class let_go:  # noqa: N801  used as a function
-    """Context manager: inside, the soft handle of a control is free, whatever its curves say."""
-
-    def __init__(self, control):
-        self._control = control
-        animation = control.animation_data
-        curves = animation.action.fcurves if animation is not None and animation.action is not None else ()
-        self._curves = [curve for curve in curves if curve.data_path == "meanvalue.influence" and not curve.mute]
-
-    def __enter__(self):
-        self._before = self._control.meanvalue.influence
-        for curve in self._curves:
-            curve.mute = True
-        self._control.meanvalue.influence = 0.0
-
-    def __exit__(self, *_):
-        self._control.meanvalue.influence = self._before
-        for curve in self._curves:
+@contextlib.contextmanager
+def let_go(control):
+    """Inside, the soft handle of a control is free, whatever its curves say."""
+    animation = control.animation_data
+    curves = animation.action.fcurves if animation is not None and animation.action is not None else ()
+    curves = [curve for curve in curves if curve.data_path == "meanvalue.influence" and not curve.mute]
+    before = control.meanvalue.influence
+    for curve in curves:
+        curve.mute = True
+    control.meanvalue.influence = 0.0
+    try:
+        yield
+    finally:
+        control.meanvalue.influence = before
+        for curve in curves:
             curve.mute = False
 
 
