@@ -52,7 +52,7 @@ def disabled_during_a_bind(ui):
     bpy.ops.meanvalue.add_handle(group="High", live=False)
     ui.remember()
     yield from ui.invoke("meanvalue.bind")
-    yield from ui.wait_until(lambda: "Binding" in (ui.status_text() or ""), "it binds")
+    yield from ui.wait_until(ui.status_text, "it binds")
     installed.disable()
     yield from ui.pause(1.0)
     text = ui.status_text()

@@ -39,7 +39,7 @@ def escape_during_a_bind(ui):
     yield from _sheet(ui, live=False)
     before = snapshot(sheet())
     yield from ui.invoke("meanvalue.bind")
-    yield from ui.wait_until(lambda: "Binding 'Sheet'" in (ui.status_text() or ""), "the status bar tells of the bind")
+    yield from ui.wait_until(ui.status_text, "the status bar tells of the bind")
     yield from ui.screenshot("long_1_binding", amid_work=True)
     assert "Esc: Cancel" in ui.status_text()
     yield from ui.key('ESC')
