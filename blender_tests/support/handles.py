@@ -64,18 +64,6 @@ def is_at_rest(obj, tolerance=1e-5):
     return bool(np.abs(shown(obj) - rest(obj)).max() < tolerance)
 
 
-def hang_control_on_top(obj):
-    """Gives Top a control that hangs on a vertex of its own; the control."""
-    own = bpy.data.objects.new("Own", None)
-    bpy.context.collection.objects.link(own)
-    own.parent = obj
-    own.parent_type = 'VERTEX'
-    own.parent_vertices[0] = TOP[0]
-    update()
-    obj.meanvalue.handles["Top"].control = own
-    return own
-
-
 def assert_reset_puts_at_rest(obj):
     meshes.activate(obj)
     assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
