@@ -20,6 +20,8 @@ from blender_tests.demo import pictures, row
 from blender_tests.demo.walk import capture, gait, measures, strip, subjects
 from blender_tests.support import walking_figure
 
+pytestmark = pytest.mark.slow
+
 SPACING = 0.026  # 3,300 vertices
 FRAMES = 70
 

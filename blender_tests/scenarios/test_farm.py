@@ -15,6 +15,8 @@ from support import farm
 from support.baking import curves
 from support.farm import baked_at_once, planned, run, two_clips
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def command(tmp_path):

@@ -13,6 +13,8 @@ from support import handles
 from support.handles import TOP, move, rest, shown
 from support.resident import resident_bytes
 
+pytestmark = pytest.mark.slow
+
 UPDATES = int(os.environ.get("MEANVALUE_LIVE_UPDATES", "300"))
 WARM_UP = 100
 #: What heap and Blender's own records may grow by, whatever the number of updates: a copy of the shape kept for each

@@ -22,6 +22,8 @@ from blender_tests.demo import arguments, pose, scene_mesh, user_file
 from blender_tests.demo.off_file import read_off
 from blender_tests.support.mesh_files import DATA, read_obj
 
+pytestmark = pytest.mark.slow
+
 CHANGING = ("keys", "active key", "settings", "relative", "datablocks")
 FELINE, BEAST = DATA / "models" / "feline.off", DATA / "models" / "beast_quads.obj"
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from support import body_mesh, meshes, take_files, walking_figure
 
+pytestmark = pytest.mark.slow
+
 FRAMES = 120
 
 
