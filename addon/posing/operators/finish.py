@@ -76,39 +76,25 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         return f"{kept}. {removed} removed", notes
 
     def _keep(self, obj):
-        settings = obj.meanvalue
-        shape = shape_keys.result_positions(obj)
-        kept = None if self.keep == 'REST' or shape is None else _key_with(obj, shape)
-        is_rest = kept is not None and kept == obj.data.shape_keys.reference_key
-        if shape is None or is_rest or self.keep == 'NOTHING':
-            settings.live = False
-            shape_keys.remove(obj, [settings.result_key])
-            reference_key.remove_lone(obj)
-            return "The mesh is as it was" if self.keep == 'NOTHING' else "Nothing was posed: the mesh is as it was", []
-        if kept is not None:
-            settings.live = False
-            shape_keys.remove(obj, [settings.result_key])
-            shape_keys.show_fully(obj.data.shape_keys, kept)
-            return f"The pose is shape key '{kept.name}'", []
-        if self.keep == 'REST':
-            notes = new_rest.become(obj)
-            settings.live = False
-            shape_keys.remove(obj, [settings.result_key])
-            reference_key.remove_lone(obj)
-            return "The pose is the rest shape now", notes
+        """Returns (sentence, [notes])."""
+        settings, keys = obj.meanvalue, obj.data.shape_keys
+        is_posed = shape_keys.result_positions(obj) is not None
+        notes = new_rest.become(obj) if is_posed and self.keep == 'REST' else []
+        keeps_key = is_posed and self.keep == 'SHAPE_KEY'
+        same = _key_of_the_pose(obj) if keeps_key else None
         settings.live = False
-        keys = obj.data.shape_keys
-        key = _key_of_the_pose(obj)
-        if key is None:
+        if keeps_key and same is None:
             key = keys.key_blocks[settings.result_key]
             key.name = _kept_name(obj, self.name)
             return f"The pose is shape key '{key.name}'", []
         shape_keys.remove(obj, [settings.result_key])
-        if key == keys.reference_key:
-            reference_key.remove_lone(obj)
-            return "Nothing was posed, so the mesh is as it was", []
-        shape_keys.show_fully(keys, key)
-        return f"The pose is shape key '{key.name}', which was kept before", []
+        if same is not None and same != keys.reference_key:
+            shape_keys.show_fully(keys, same)
+            return f"The pose is shape key '{same.name}', which was kept before", []
+        reference_key.remove_lone(obj)
+        if is_posed and self.keep == 'REST':
+            return "The pose is the rest shape now", notes
+        return "The mesh is as it was", []
 
     def draw(self, _context):
         layout = self.layout
@@ -159,14 +145,6 @@ def _is_copy(other, obj):
     ours, theirs = ({(handle.name, handle.control) for handle in each.meanvalue.handles} for each in (obj, other))
     mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
     return theirs <= ours and not mine and any(control is not None for _, control in theirs)
-
-
-def _key_with(obj, shape):
-    """The key, but for the one that posing writes, that has n x 3 `shape` already: the rest shape or a kept pose."""
-    for key in obj.data.shape_keys.key_blocks:
-        if key.name != obj.meanvalue.result_key and np.allclose(shape_keys.positions(key), shape, rtol=0.0, atol=1e-6):
-            return key
-    return None
 
 
 def _kept_name(obj, wanted):
