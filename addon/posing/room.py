@@ -69,6 +69,8 @@ CLASSES = (
 #: What is hung into Blender's own user interface.
 _USER_INTERFACE = (menus, keymap, grab_tool, overlay)
 
+_must_look = True  # at all objects: the add-on may be enabled in a file of an earlier version
+
 
 def register():
     subject.finders.append(moved_meshes.mesh_moved_by)
@@ -78,6 +80,8 @@ def register():
 
 
 def unregister():
+    global _must_look
+    _must_look = True
     roll.remove_kind(Follower)
     grab.end_all()
     subject.finders.remove(moved_meshes.mesh_moved_by)
@@ -90,6 +94,8 @@ def unregister():
 
 
 def scene_updated(depsgraph):
+    if _must_look:
+        another_file()
     moved_meshes.note(depsgraph)
     if orphans.are_there() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.register(orphans.remove, first_interval=0.0)
@@ -103,6 +109,8 @@ def chosen(active):
 
 
 def another_file():
+    global _must_look
+    _must_look = False
     orphans.forget()
     orphans.note()
     old_files.carry_over(bpy.data.objects)

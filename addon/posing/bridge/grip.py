@@ -8,7 +8,7 @@ from mathutils import Quaternion, Vector
 from ... import ids
 from ...errors import SceneError
 from ...live import engine, roll
-from ...scene import key_states, mesh_arrays, shape_keys, shown_shape, vertex_groups
+from ...scene import key_states, mesh_arrays, rig_space, shape_keys, shown_shape, vertex_groups
 from . import bound_record, control_places, controls, new_handles, region
 from .region import HANDLE_SHARE, radius
 
@@ -45,6 +45,7 @@ class Grip:
         _require_can_be_posed(obj)
         if self.is_new:
             _require_edges(obj, vertex)
+            rig_space.measure(obj)  # throws before anything is changed
             members = near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
             self.has_size = bool(obj.meanvalue.roi_group) or not _moving_handles(obj)
             handle = new_handles.add_handle(obj, members, new_name=ids.HANDLE_GROUP)
@@ -110,7 +111,7 @@ class Grip:
             return Vector(), 0.0
         end = np.average(self._seen, axis=0, weights=weights)
         way = Vector(self._pivot) - obj.matrix_world @ Vector(end.tolist())
-        reach = radius(obj, handle.size) * max(obj.matrix_world.to_scale())
+        reach = radius(obj, handle.size) * max(map(abs, obj.matrix_world.to_scale()))
         return way, float(np.clip((way.length / reach - LEAST_LIMB) / (WHOLE_LIMB - LEAST_LIMB), 0.0, 1.0))
 
     def has_moved(self, obj, offset):
@@ -174,7 +175,7 @@ class _Before:
             self._bring_region_back(obj)
         if self._result is not None:
             shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[settings.result_key], self._result)
-        elif not self.live:
+        else:
             shape_keys.remove(obj, [settings.result_key])
             if not self._had_keys:
                 obj.shape_key_clear()

@@ -42,7 +42,8 @@ def remove():
         if control is None or mesh in bpy.data.objects:
             continue
         del _made_for[name]
-        if control.type == 'EMPTY' and control.parent is None and not control.children and not _is_followed(control):
+        is_ours = control.type == 'EMPTY' and control.users <= len(control.users_collection)  # nobody else uses it
+        if is_ours and control.parent is None and not control.children and not _is_followed(control):
             actions.remove_action(control)
             bpy.data.objects.remove(control)
             _made_for[name] = mesh  # redo brings it back

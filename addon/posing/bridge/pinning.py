@@ -3,7 +3,7 @@
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import vertex_groups
+from ...scene import rig_space, vertex_groups
 from . import controls, new_handles, region
 from .grip import handle_at, near_vertices
 
@@ -14,8 +14,11 @@ def toggle(obj, vertex, size):
     if index is not None:
         return _let_go(obj, index), []
     members = near_vertices(obj, vertex, region.HANDLE_SHARE * region.radius(obj, size))
+    is_posed = new_handles.is_posed(obj, members)
+    if is_posed:
+        rig_space.measure(obj)  # throws before anything is changed
     handle = new_handles.add_handle(obj, members, new_name=ids.PIN_GROUP)
-    if new_handles.is_posed(obj, members):
+    if is_posed:
         new_handles.make_handle(obj, handle, members, new_handles.PIN_COLOR)
         handle.is_pin = True
     else:

@@ -243,7 +243,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         return obj
 
     def _show(self, context, obj):
-        length = self.size * self._whole * max(obj.matrix_world.to_scale())
+        length = self.size * self._whole * max(map(abs, obj.matrix_world.to_scale()))
         has_size = self._grip is None or self._grip.has_size
         self._circle.show(*_view(context), self._mouse, self._pressed.place, length if has_size else 0.0)
         live = engine.status(obj) if self._grip is not None else None

@@ -56,6 +56,7 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
             notes.append("Live is off: it would have the controls pose the mesh again")
         key = obj.data.shape_keys.key_blocks[self.key]
         message, warnings = super().finish(obj, posing, outcome)
+        self._pins = ()  # Repeat Last goes on with this instance
         if self.key != obj.meanvalue.result_key and key.value != 0.0:
             key.value = 0.0
             message += f". Shape key '{self.key}' has the value 0 now, so that it is not added"
@@ -64,7 +65,9 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
     def refuse(self, error):
         obj = bpy.data.objects.get(self._object_name)
         for name in self._pins if obj else ():
-            controls.remove_handle(obj, obj.meanvalue.handles.find(name))
+            if name in obj.meanvalue.handles:
+                controls.remove_handle(obj, obj.meanvalue.handles.find(name))
+        self._pins = ()
         return super().refuse(error)
 
     def _prepare_scene(self, obj):

@@ -41,7 +41,7 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
         if drag_circle.is_shown or view is None or subject.object_problem(obj) is not None:
             return
         size = tool.operator_properties(MEANVALUE_OT_grab.bl_idname).size
-        length = size * _size(obj) * max(obj.matrix_world.to_scale())
+        length = size * _size(obj) * max(map(abs, obj.matrix_world.to_scale()))
         place = obj.matrix_world.translation
         drag_circle.draw(mouse, HOVER_COLOR, drag_circle.pixels(context.region, view, place, length))
 
