@@ -125,6 +125,7 @@ void Morpher::Bound::encode_shapes(const MorphBinding& binding, Execution& execu
         refuse_mirrored(binding, rings);
         encoded = encode_alike(rings, binding.shapes, threads, execution);
         std::vector<const Encoding*> of_shapes;
+        of_shapes.reserve(encoded.size());
         for (const Encoding& encoding : encoded)
             of_shapes.push_back(&encoding);
         encodings = std::make_unique<EncodingBlend>(of_shapes, execution);

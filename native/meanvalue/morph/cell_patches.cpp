@@ -72,7 +72,7 @@ void CellPatches::spread(const Encoding& layout, const Execution& execution) {
         if (of[v] >= 0) known[v] = {{of[v], 1.0}};
     }
     const double across = std::sqrt(static_cast<double>(vertices) / std::max<Index>(1, count()));
-    const int rounds = across < 1.5 ? 0 : static_cast<int>(kSpreads * across + 0.5);
+    const int rounds = across < 1.5 ? 0 : static_cast<int>(std::lround(kSpreads * across));
     std::vector<double> sums(count(), 0.0);
     std::vector<Index> seen;
     for (int round = 0; round < rounds; ++round) {

@@ -87,6 +87,7 @@ std::vector<char> FollowingParts::parts_carried_along(const std::vector<Position
         if (may_follow[components.part_of[v]]) small.push_back(static_cast<Index>(v));
     }
     std::vector<Eigen::RowVector3d> middles;
+    middles.reserve(shapes.size());
     for (const Positions& shape : shapes)
         middles.emplace_back(shape.colwise().mean());
     // Of each shape from all others, so that the order of the sums is no matter of threads.
