@@ -158,6 +158,7 @@ TEST(Morpher, PartsFollowWithTheBitsOfOneThreadOnSeveral) {
     const Morpher morpher(binding, execution);
     std::vector<Positions> found(3);
     std::vector<std::thread> callers;
+    callers.reserve(found.size());
     for (Positions& result : found)
         callers.emplace_back([&] {
             Execution own;

@@ -57,6 +57,7 @@ TEST(Preconditioner, SolvesAsIfSpringsThatDoNotCountHadNotBeenFactored) {
     Chain chain(rows, strengths);
     for (const double lost : {1.0, 0.4, 0.0}) {
         std::vector<double> amounts;
+        amounts.reserve(strengths.size());
         for (const double strength : strengths)
             amounts.push_back(lost * strength);
         DiagonalDowndate downdate;

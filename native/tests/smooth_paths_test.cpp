@@ -28,6 +28,7 @@ std::vector<std::vector<float>> path(const std::function<double(Index)>& x, std:
 std::vector<std::vector<float>> smoothed(std::vector<std::vector<float>> frames, double limit,
                                          std::vector<char> is_solved = std::vector<char>(kFrames, 1)) {
     std::vector<float*> points;
+    points.reserve(frames.size());
     for (auto& frame : frames)
         points.push_back(frame.data());
     const std::vector<double> limits(kFrames, limit);
@@ -71,6 +72,7 @@ TEST(SmoothPaths, WhatIsAsRoughAsTheTargetsKeepsItsBits) {
     const PathSmoother smoother(std::vector<char>(kFrames, 1), kWidth);
     auto frames = motion;
     std::vector<float*> points;
+    points.reserve(frames.size());
     for (auto& frame : frames)
         points.push_back(frame.data());
     smoother.smooth(points, 1, smoother.roughness_of(targets, 5, {0}, points), Execution());
