@@ -29,11 +29,6 @@ def points_tell_as_sliders(key):
     return hasattr(key, "points") and bpy.app.version >= (4, 3, 0)
 
 
-def tells_of_copies():
-    """Whether Blender evaluates an object again, and tells of it, when a script writes to its evaluated copy."""
-    return hasattr(bpy.types.ShapeKey, "points")
-
-
 def corner_store(mesh):
     """(collection, property) of the vertex index of every face corner."""
     attribute = mesh.attributes.get(".corner_vert")
