@@ -8,7 +8,6 @@ from bpy.props import CollectionProperty, EnumProperty, IntProperty
 from .. import wording
 from ..scene import views
 from ..scene.declarations import aside
-from ..widgets.core import last_message
 from .bridge import control_places, controls
 from .handle_properties import MEANVALUE_PG_handle
 
@@ -66,7 +65,6 @@ def _tell(obj, names):
         f"{wording.quoted(names)} of '{obj.name}' followed a shape key and {pins} now."
         " The mesh goes on showing its pose. To pose by a key again, choose it and press Solve from Shape Key"
     )
-    last_message.remember(text)
     print("Mean-Value:", text)
     if not bpy.app.background:
         bpy.app.timers.register(lambda: views.pop_up("Mean-Value", text), first_interval=0.1)

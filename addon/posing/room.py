@@ -6,7 +6,7 @@ import bpy
 from ..live import roll
 from ..scene import subject
 from . import old_files, properties
-from .bridge import controls, moved_meshes, object_status, orphans, overlay_data
+from .bridge import controls, moved_meshes, orphans, overlay_data
 from .live.follower import Follower
 from .operators import (
     add_handle,
@@ -119,5 +119,4 @@ def another_file():
 def forget():
     """Undo, redo or loading replaced everything that was read."""
     moved_meshes.forget()
-    object_status.clear()
     overlay_data.clear()

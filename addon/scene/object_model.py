@@ -126,13 +126,9 @@ class ObjectModel:
         """The add-on has written the n x 3 float32 `shape` to its key just now, made of what the solver found."""
         self.written, self.solution = shape, solution
 
-    def is_current(self, obj, stamp, quiet_seconds=0.0):
-        """Whether what is known from `stamp` need not be read again: it is as it was, or was told of less than
-        `quiet_seconds` ago."""
-        if stamp is None or stamp.signature != self.kind.signature(obj):
-            return False
-        is_quiet = clock() - self._told_at >= quiet_seconds
-        return not is_quiet or (stamp.content == self.content and not self.is_unchecked)
+    def was_told_within(self, seconds):
+        """Whether Blender has told of an edit in the last `seconds`."""
+        return clock() - self._told_at < seconds
 
     @property
     def quiet_in(self):
@@ -148,16 +144,18 @@ class ObjectModel:
 
     def is_read(self, obj):
         """Whether result() is of the object as it is, as far as Blender has told."""
-        return self._stamp is not None and self._is_known() and self._stamp == self.stamp(obj)
+        return self._stamp is not None and self.is_known and self._stamp == self.stamp(obj)
 
     def is_usable(self, obj):
         """Whether result() is of an object that is quick to take for this one, which may have been edited since."""
-        return self._is_known() and self._stamp is not None and self._stamp.signature == self.kind.signature(obj)
+        return self.is_known and self._stamp is not None and self._stamp.signature == self.kind.signature(obj)
 
     def read_anew(self):
         self._stamp = None
 
-    def _is_known(self):
+    @property
+    def is_known(self):
+        """Whether there is a result() of what was read last."""
         return self._error is not None or self._result() is not None
 
     def read_on(self, obj, seconds=math.inf):
@@ -189,7 +187,7 @@ class ObjectModel:
 
     def result(self, obj):
         """What read_on() has read; the same one until there is other content. @throws MeanValueError."""
-        if not self._is_known():
+        if not self.is_known:
             self.read_on(obj)
         if self._error is not None:
             raise self._error

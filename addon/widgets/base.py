@@ -4,23 +4,18 @@
 from .. import wording
 from ..errors import CancelledError, MeanValueError
 from ..scene import subject
-from .core import last_message
 
 
 class Reporting:
     """Mix-in: how operators tell what they did, and why they did nothing."""
 
-    def say(self, level, text):
-        last_message.remember(text)
-        self.report({level}, text)
-
     def refuse(self, error):
-        self.say('INFO' if isinstance(error, CancelledError) else 'ERROR', wording.sentence(str(error)))
+        self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))
         return {'CANCELLED'}
 
     def tell(self, message, warnings):
         text = " ".join(wording.sentence(part) for part in (message, *warnings))
-        self.say('WARNING' if warnings else 'INFO', text)
+        self.report({'WARNING' if warnings else 'INFO'}, text)
         return {'FINISHED'}
 
 

@@ -85,7 +85,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         _go_on_with(context, collections)
         lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
         for line in lines[:-1]:
-            self.say('INFO', wording.sentence(line))
+            self.report({'INFO'}, wording.sentence(line))
         empty = [note for pair in zip(read, frames, strict=True) for note in _empty_ends(*pair)]
         return self.tell(lines[-1], [*empty, *_notes(context.scene, read, self.time)])
 

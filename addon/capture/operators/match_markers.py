@@ -5,7 +5,7 @@ import bpy
 
 from ... import wording
 from ...errors import SceneError
-from ...posing.bridge import object_status, scene_input, targets
+from ...posing.bridge import scene_input, targets
 from ...scene import shape_keys, vertex_groups
 from ...widgets.background import BackgroundOperator
 from ..bridge import cuff_handles, marker_handles, marker_matching, marker_pairs, match_input
@@ -69,7 +69,7 @@ def _account(obj, matched):
         parts.append(f"Of the samples {wording.listed(filled)}")
     parts += matched.told_of_cuffs
     if not obj.meanvalue.live and not obj.meanvalue.baked.target:
-        parts.append(object_status.NOT_SEEN_YET)
+        parts.append("To see the mesh follow, press Live, or Bake")
     return ". ".join(parts)
 
 

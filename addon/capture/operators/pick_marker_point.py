@@ -69,7 +69,7 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
             if found is not None:
                 vertex = under_mouse.vertex_under(obj, *found)
                 if vertex is None:
-                    self.say('INFO', f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
+                    self.report({'INFO'}, f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
                 else:
                     self.vertex = vertex
                     self._stop(context)

@@ -4,16 +4,13 @@
 from dataclasses import fields
 
 from ...solver.core.fingerprint import Fingerprint
-from ...solver.core.result import BindSummary, SolveSummary
 
 
 def read_fingerprint(record):
     """The Fingerprint that was bound, or None if nothing is."""
-    return _read(record, Fingerprint) if record.is_bound else None
-
-
-def read_summary(record):
-    return _read(record, BindSummary)
+    if not record.is_bound:
+        return None
+    return Fingerprint(**{field.name: getattr(record, field.name) for field in fields(Fingerprint)})
 
 
 def write(record, fingerprint, summary):
@@ -25,13 +22,8 @@ def write(record, fingerprint, summary):
 
 
 def write_solve(record, summary):
-    _write(record, summary)
+    _write(record, summary, "solve_")
     record.is_solved = True
-
-
-def read_solve(record):
-    """The SolveSummary of the last solve, or None."""
-    return _read(record, SolveSummary) if record.is_solved else None
 
 
 def clear(record):
@@ -40,15 +32,6 @@ def clear(record):
             record.property_unset(prop.identifier)
 
 
-def _read(record, kind):
-    return kind(**{field.name: getattr(record, _property_name(kind, field)) for field in fields(kind)})
-
-
-def _write(record, value):
+def _write(record, value, prefix=""):
     for field in fields(value):
-        setattr(record, _property_name(type(value), field), getattr(value, field.name))
-
-
-def _property_name(kind, field):
-    """Fields of the solve summary are prefixed, since both summaries have seconds."""
-    return f"solve_{field.name}" if kind is SolveSummary else field.name
+        setattr(record, prefix + field.name, getattr(value, field.name))

@@ -72,13 +72,14 @@ def look(obj):
     model.is_watched = True
     known, positions = _known.get(key), shown_shape.all_positions(obj)
     is_same_mesh = known is not None and known.vertex_count == len(positions)
-    if not is_same_mesh or not model.is_current(obj, known.stamp, object_model.QUIET_SECONDS):
+    is_same_list = known is not None and known.stamp.signature == model.stamp(obj).signature
+    if not (is_same_mesh and is_same_list and model.was_told_within(object_model.QUIET_SECONDS)):
         reading = shared_readings.finished(obj, scene_input.HandleReading)
-        if reading is not None:
+        if reading is not None and not (is_same_mesh and known.stamp == model.stamp(obj)):
             known = _known[key] = _read(obj, model.stamp(obj), reading, positions)
-        elif not is_same_mesh or known.look is None:
+        elif reading is None and (not is_same_mesh or known.look is None):
             return NOTHING
-        elif known.stamp.signature != model.stamp(obj).signature:
+        elif reading is None and not is_same_list:
             return known.look  # its handles may be others than those that there are now
     colors = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
     if known.look is None or known.look_colors != colors or not np.array_equal(known.look_positions, positions):

@@ -224,7 +224,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             selection.choose(obj)
             return self.tell(f"'{obj.name}' is the active object", [])
         if handle is None:
-            self.say('INFO', "Press and drag to grab the mesh here; Shift-click pins it.")
+            self.report({'INFO'}, "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
         return self.tell(f"'{handle.name}' is the active {'pin' if handle.follows == 'REST' else 'handle'}", [])
 

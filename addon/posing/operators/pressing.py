@@ -55,7 +55,7 @@ class ToolOperator(Reporting):
 
     def warn(self, error):
         """As refuse(), without Blender's popup under the mouse, which takes the next click."""
-        self.say('WARNING', wording.sentence(str(error)))
+        self.report({'WARNING'}, wording.sentence(str(error)))
         return {'CANCELLED'}
 
     def find_object(self, context):

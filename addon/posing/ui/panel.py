@@ -5,7 +5,7 @@ import bpy
 
 from ... import ids, wording
 from ...live import engine
-from ...scene import mirrors, shape_keys, subject
+from ...scene import mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay, panels
 from ...widgets.panels import PanelPart, SidebarPanel
@@ -98,10 +98,8 @@ class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
         obj = subject.of(context)
         handle = _active_handle(obj)
         layout.prop_search(handle, "name", obj, "vertex_groups", text="Group")
-        status = object_status.last_known(obj)
-        count = status.member_counts.get(handle.name) if status else None
-        if count is not None:
-            layout.label(text=wording.vertices(count))
+        count = object_status.member_count(obj, handle.name)
+        layout.label(text="" if count is None else wording.vertices(count))
         layout.prop(handle, "follows")
         if handle.follows == 'CONTROL':
             layout.prop(handle, "control")
@@ -226,7 +224,7 @@ def _draw_status(layout, context, obj):
 
 def _status(obj):
     """(text, whether it is a problem, whether Update mends it), or None if all is well."""
-    status = object_status.status(obj, object_status.QUIET_SECONDS)  # drawing again when it changes hangs on this
+    status = object_status.status(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
     if not obj.meanvalue.handles:
         return None
     wants_update = status.state is State.STALE or any(

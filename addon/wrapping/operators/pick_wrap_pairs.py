@@ -82,7 +82,7 @@ class MEANVALUE_OT_pick_wrap_pairs(MeshOperator, bpy.types.Operator):
                 else:
                     self._click(obj, target, under_mouse.view_under(context, event))
             except MeanValueError as error:  # said, and the artist clicks again
-                self.say('WARNING', wording.sentence(str(error)))
+                self.report({'WARNING'}, wording.sentence(str(error)))
             self._tell_next(context, obj)
             return {'RUNNING_MODAL'}
         return {'PASS_THROUGH'} if event.type in VIEW_EVENTS else {'RUNNING_MODAL'}
