@@ -106,7 +106,7 @@ def copies(obj):
 
 
 @pytest.mark.parametrize("has_keys", [True, False])
-def test_measuring_that_fails_leaves_no_trace_and_calls_no_handler(part, has_keys):
+def test_measuring_that_fails_leaves_no_trace(part, has_keys):
     obj = all_at_once()[0] if has_keys else rigs.arm()[0]
     rig_space, called = part("scene.rig_space"), []
     update()
@@ -117,9 +117,11 @@ def test_measuring_that_fails_leaves_no_trace_and_calls_no_handler(part, has_key
         raise ZeroDivisionError
     assert copies(obj) == before
     assert rig_space.measure(obj) is None or copies(obj) == before
+    assert not called
+    update()
     update()
     bpy.app.handlers.depsgraph_update_post.pop()
-    assert not called and copies(obj) == before
+    assert len(called) <= 1 and copies(obj) == before  # from 4.3 on Blender evaluates once more what was written to
     assert np.array_equal(rigs.seen(obj), seen)
 
 

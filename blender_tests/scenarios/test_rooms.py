@@ -53,7 +53,7 @@ def without(room, target):
 def test_the_others_work_without(room, tmp_path):
     reduced = without(room, tmp_path / pathlib.Path(installed.ZIP).name)
     wanted = [f"{TESTS}/scenarios/{each}" for name, tests in QUICK.items() if name != room for each in tests]
-    folders = {name: tmp_path / name.lower() for name in ("SCRIPTS", "CONFIG", "RESOURCES")}
+    folders = {name: tmp_path / name.lower() for name in ("SCRIPTS", "CONFIG", "RESOURCES", "EXTENSIONS")}
     for folder in folders.values():
         folder.mkdir()
     environment = {

@@ -61,3 +61,24 @@ def a_corrective_at_a_bent_elbow(ui):
     rigs.bend(bpy.data.objects["Rig"], 0.0)
     yield from ui.wait_until(_settled, "the arm is straight")
     yield from ui.screenshot("rig_3_straight")
+
+
+def a_rig_at_rest_costs_nothing(ui):
+    """Live on a bent rig before anything is posed: measuring what the rig does is no reason to measure it again."""
+    obj, _armature = rigs.arm()
+    ui.remember()
+    yield from ui.open_tab("Mean-Value")
+    rigs.handle(obj, "Top", TOP)
+    rigs.bend(bpy.data.objects["Rig"], 60.0)
+    yield from ui.wait_until(_settled, "the mesh is bound")
+    yield from ui.pause(1.5)
+    evaluated = []
+
+    def count(_scene, _depsgraph):
+        evaluated.append(_settled())
+
+    bpy.app.handlers.depsgraph_update_post.append(count)
+    yield from ui.pause(2.0)
+    bpy.app.handlers.depsgraph_update_post.remove(count)
+    assert len(evaluated) == 0
+    assert _settled()
