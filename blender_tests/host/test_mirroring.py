@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/posing/core/mirroring.py: a part of a body, solved with its images, is the body solved as a whole."""
+"""addon/posing/core/solver_mesh.py: a part of a body, solved with its images, is the body solved as a whole."""
 
 import meanvalue
 import numpy as np

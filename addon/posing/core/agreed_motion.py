@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from ...scene.core import rigid
+
 #: A handle is moved as one if no vertex is farther from where that has it than this share of the handle's size.
 AS_ONE = 1e-4
 
@@ -28,13 +30,16 @@ def agreed(points, goals, turns, shifts):
         return goals
     is_known = np.isfinite(goals).all(axis=(-1, -2), keepdims=True)
     known = np.where(is_known, goals, points)
-    turn, scale, goal_middle = _similarity(arms, known)
+    turn = rigid.fit_rotations(arms, known)
+    goal_middle = known.mean(axis=-2, keepdims=True)
+    along_arms = (known - goal_middle) * (arms @ np.swapaxes(turn, -1, -2))
+    scale = along_arms.sum(axis=(-1, -2), keepdims=True) / (arms**2).sum()
     fitted = goal_middle + scale * (arms @ np.swapaxes(turn, -1, -2))
     centre = (turns @ middle + shifts).mean(axis=0)
     moved = goal_middle + scale * ((centre - middle)[None] @ np.swapaxes(turn, -1, -2)) - centre
     along = moved @ turns.mean(axis=0).T
     mean_turn = np.einsum("hij,...jk,hlk->...il", turns, turn, turns) / len(turns)
-    nearest = _nearest_turn(*np.linalg.svd(mean_turn))
+    nearest = rigid.nearest_rotations(mean_turn)
     result = centre + along + scale * ((points - centre) @ np.swapaxes(nearest, -1, -2))
     is_as_one = _most(fitted - known) <= AS_ONE * size
     is_changed = _most(result - known) > THE_SAME * size
@@ -43,21 +48,3 @@ def agreed(points, goals, turns, shifts):
 
 def _most(offsets):
     return np.abs(offsets).max(axis=(-1, -2), keepdims=True)
-
-
-def _similarity(arms, goals):
-    """(turn ... x 3 x 3, scale ... x 1 x 1, middle ... x 1 x 3) that takes k x 3 `arms` nearest to ... x k x 3 goals
-    (S. Umeyama, Least-squares estimation of transformation parameters between two point patterns, 1991)."""
-    middle = goals.mean(axis=-2, keepdims=True)
-    u, values, v = np.linalg.svd(np.swapaxes(goals - middle, -1, -2) @ arms)
-    signs = np.ones(values.shape)
-    signs[..., 2] = np.linalg.det(u @ v)
-    scale = (values * signs).sum(axis=-1) / (arms**2).sum()
-    return _nearest_turn(u, values, v), scale[..., None, None], middle
-
-
-def _nearest_turn(u, _values, v):
-    """... x 3 x 3 rotation nearest to the matrix with this singular value decomposition."""
-    signs = np.ones(u.shape[:-1])
-    signs[..., 2] = np.linalg.det(u @ v)
-    return (u * signs[..., None, :]) @ v

@@ -11,6 +11,7 @@ from ...errors import SceneError
 from ...scene.core import fixed_points
 from ...scene.core.finite import require_finite
 from ...solver.core.fingerprint import Fingerprint, digest
+from . import solver_mesh as solver_meshes
 from . import springs, welding
 
 #: What becomes of parts that nothing holds, unless it is said.
@@ -89,8 +90,8 @@ class BindInput:
 
     @cached_property
     def solver_mesh(self):
-        """What goes to the solver, see core.welding and core.mirroring."""
-        return welding.of(self)
+        """What goes to the solver."""
+        return solver_meshes.of(self)
 
     @cached_property
     def hard_anchors(self):
@@ -150,14 +151,8 @@ class BindInput:
                 f"The Merge Distance {self.merge_distance:g} is more than {wording.share(MOST_MERGED)} of the mesh's "
                 f"size ({self.diagonal:g}), and would merge what is no seam. Choose a smaller one (Advanced > Solver)"
             )
-        mesh = self.rest, self.face_corners, self.face_starts
-        collapsed = welding.collapsed_share(*mesh, self.merge_distance)
-        if collapsed > welding.MOST_COLLAPSED:
-            named = welding.harmless_distance(*mesh, self.merge_distance)
-            raise SceneError(
-                f"The Merge Distance {self.merge_distance:g} is longer than edges of the mesh, and would merge "
-                f"{wording.share(collapsed)} of its edges to points. Choose {named:g} or less (Advanced > Solver)"
-            )
+        if self.merge_distance > 0.0:
+            self._require_no_more_than_seams()
         outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
         if outside:
             raise SceneError(
@@ -175,6 +170,15 @@ class BindInput:
                 f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "
                 "three that are not in one line (handles, pins and vertices outside the region count). "
                 "Pin more vertices, or choose a region that leaves some vertices out"
+            )
+
+    def _require_no_more_than_seams(self):
+        mesh = self.rest, self.face_corners, self.face_starts
+        collapsed, harmless = welding.collapsed_share(*mesh, self.merge_distance)
+        if collapsed > welding.MOST_COLLAPSED:
+            raise SceneError(
+                f"The Merge Distance {self.merge_distance:g} is longer than edges of the mesh, and would merge "
+                f"{wording.share(collapsed)} of its edges to points. Choose {harmless:g} or less (Advanced > Solver)"
             )
 
 

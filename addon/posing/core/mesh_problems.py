@@ -7,7 +7,8 @@ import numpy as np
 
 from ... import wording
 from ...scene.core import fixed_points
-from . import coincidence
+from ...solver.core.steps import result_of
+from . import welding
 
 #: Vertices nearer to each other than this share of the size lie in one place.
 SAME_PLACE = 1e-7
@@ -49,12 +50,7 @@ def find(rest, triangles, report=None, places=None):
     report: the native one of a binding, which knows some of them; places: which vertex of what the solver gets each of
     the n is (BindInput.solver_mesh). Doubles that are one there are none.
     """
-    steps = search(rest, triangles, report, places)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    return result_of(search(rest, triangles, report, places))
 
 
 def search(rest, triangles, report=None, places=None):
@@ -103,7 +99,7 @@ def _doubles(rest, triangles, places):
     is_used[triangles] = True
     used = np.flatnonzero(is_used)
     distance = SAME_PLACE * fixed_points.bounding_box_diagonal(rest)
-    first = coincidence.first_of_place(rest[used], distance)
+    first = welding.first_of_place(rest[used], distance)
     apart = np.flatnonzero(first != np.arange(len(used)))
     if len(apart) == 0:
         return "", apart
@@ -175,13 +171,6 @@ def _of_edges(triangles):
     edges = _edges(triangles).astype(np.int64)
     directed = edges[:, 0] * count + edges[:, 1]
     low, high = np.minimum(*edges.T), np.maximum(*edges.T)
-    # All of both kinds are gone along twice in one direction: nothing else needs to be looked at.
-    ordered = np.sort(directed)
-    start, end = np.divmod(ordered[1:][ordered[1:] == ordered[:-1]], count)
-    ends = np.unique(np.minimum(start, end) * count + np.maximum(start, end))
-    place = np.searchsorted(ends, low * count + high)
-    among = np.append(ends, -1)[place] == low * count + high
-    edges, directed, low, high = edges[among], directed[among], low[among], high[among]
     _, of_edge, uses = np.unique(low * count + high, return_inverse=True, return_counts=True)
     uses = uses[of_edge.ravel()]
     _, of_directed, ways = np.unique(directed, return_inverse=True, return_counts=True)

@@ -10,14 +10,19 @@ def reflection(plane):
     return np.eye(3) - 2.0 * np.outer(normal, normal), 2.0 * plane[3] * normal
 
 
+def edge_ends(face_corners, face_starts):
+    """Where the edge from each face corner goes to: the next corner of its face."""
+    following = np.append(face_corners[1:], face_corners[:1])
+    following[np.append(face_starts[1:], len(face_corners)) - 1] = face_corners[face_starts]
+    return following
+
+
 def is_a_border(seam, face_corners, face_starts):
     """Whether the mesh ends at the vertices of n bool `seam`: a half does. One that goes on beyond the plane, or does
     not reach it, has nothing to be joined to there."""
     if not seam.any():
         return False
-    following = np.append(face_corners[1:], face_corners[:1])
-    ends = np.append(face_starts[1:], len(face_corners)) - 1
-    following[ends] = face_corners[face_starts]
+    following = edge_ends(face_corners, face_starts)
     lies_in = seam[face_corners] & seam[following]
     edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
     if len(edges) == 0:

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from . import rigid
+
 IDENTITY = np.eye(4)
 
 #: Matrices that Blender composes from float32 parts agree no better than this, relative to their size.
@@ -37,12 +39,7 @@ def fitted(before, after):
 
     Where the points leave the rotation open (one point, a line), the part that they leave open is not turned.
     """
-    before_centre, after_centre = before.mean(axis=0, dtype=np.float64), after.mean(axis=0, dtype=np.float64)
     move = np.eye(4)
-    correlation = (after - after_centre).T @ (before - before_centre)
-    left, values, right = np.linalg.svd(correlation)
-    if values[1] > 1e-9 * max(values[0], 1e-300):
-        signs = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-        move[:3, :3] = left @ signs @ right
-    move[:3, 3] = after_centre - move[:3, :3] @ before_centre
+    move[:3, :3] = rigid.fit_rotations(before, after)
+    move[:3, 3] = after.mean(axis=0, dtype=np.float64) - move[:3, :3] @ before.mean(axis=0, dtype=np.float64)
     return move

@@ -3,8 +3,9 @@
 
 import numpy as np
 
-from ...solver.core.fingerprint import digest
+from ...solver.core.fingerprint import remembered
 from . import fixed_points, mirror_planes
+from .nearness import near_pairs
 
 #: A vertex is the mirror image of another if it is no farther from it than this share of the mesh's size. Nearly all
 #: meshes are symmetric to rounding: what that pairs is out of the way for the wider search.
@@ -14,30 +15,17 @@ TOLERANCES = (1e-6, 1e-3)
 #: compared with all others.
 MOST_TOGETHER = 64
 
-#: Pairs are remembered for so many meshes: a mesh is read again after every edit of anything.
-REMEMBERED = 4
 
-_remembered = {}
-
-
+@remembered
 def find(rest, face_corners, face_starts, plane):
     """n int32: the mirror image of each vertex, itself for one in the plane, -1 where there is none.
 
     As of a BindInput; plane: unit normal and distance. Each is its twin's twin. Among vertices at one place (split
-    edges) the faces around decide. Not to be written to.
+    edges) the faces around decide.
     """
-    key = digest(rest, face_corners, face_starts, np.asarray(plane, np.float64))
-    if key not in _remembered:
-        while len(_remembered) >= REMEMBERED:
-            del _remembered[next(iter(_remembered))]
-        _remembered[key] = _found(rest.astype(np.float64), face_corners, face_starts, plane)
-        _remembered[key].flags.writeable = False
-    return _remembered[key]
-
-
-def _found(points, corners, starts, plane):
+    points = rest.astype(np.float64)
     size = fixed_points.bounding_box_diagonal(points)
-    middles = _middles_around(points, corners, starts)
+    middles = _middles_around(points, face_corners, face_starts)
     matrix, shift = mirror_planes.reflection(plane)
     images, image_middles = points @ matrix.T + shift, middles @ matrix.T + shift
     twins = np.full(len(points), -1, np.int32)
@@ -63,36 +51,11 @@ def _middles_around(points, corners, starts):
 
 
 def _nearest(wanted, wanted_middles, points, middles, distance):
-    """m ints: the point at most `distance` from each wanted place whose surroundings are nearest, -1 for none,
-    and where there are more than MOST_TOGETHER.
-
-    Points are sorted into cells of twice that: what is near enough is in one of eight.
-    """
-    cell = 2.0 * distance
-    corner = np.minimum(points.min(axis=0), wanted.min(axis=0)) - 2.0 * cell
-    counts = (np.ceil((np.maximum(points.max(axis=0), wanted.max(axis=0)) - corner) / cell) + 3).astype(np.int64)
-
-    def keys(cells):
-        return (cells[:, 0] * counts[1] + cells[:, 1]) * counts[2] + cells[:, 2]
-
-    own = keys(((points - corner) / cell).astype(np.int64))
-    order = np.argsort(own, kind="stable")
-    own = own[order]
-    lowest = ((wanted - corner) / cell - 0.5).astype(np.int64)
+    """m ints: the point at most `distance` from each wanted place whose surroundings are nearest, -1 for none."""
     best, found = np.full(len(wanted), np.inf), np.full(len(wanted), -1)
-    is_crowded = np.zeros(len(wanted), bool)
-    for number in range(8):
-        cells = keys(lowest + np.array([number & 1, number >> 1 & 1, number >> 2]))
-        begin, end = np.searchsorted(own, cells, "left"), np.searchsorted(own, cells, "right")
-        is_crowded |= end - begin > MOST_TOGETHER
-        end = np.where(is_crowded, begin, end)
-        for step in range(int((end - begin).max(initial=0))):
-            asking = np.flatnonzero(begin + step < end)
-            candidates = order[begin[asking] + step]
-            apart = ((wanted[asking] - points[candidates]) ** 2).sum(axis=1)
-            unlike = apart + ((wanted_middles[asking] - middles[candidates]) ** 2).sum(axis=1)
-            is_better = (apart <= distance**2) & (unlike < best[asking])
-            best[asking[is_better]] = unlike[is_better]
-            found[asking[is_better]] = candidates[is_better]
-    found[is_crowded] = -1
+    for asking, candidates, apart in near_pairs(wanted, points, distance, MOST_TOGETHER):
+        unlike = apart + ((wanted_middles[asking] - middles[candidates]) ** 2).sum(axis=1)
+        is_better = unlike < best[asking]
+        best[asking[is_better]] = unlike[is_better]
+        found[asking[is_better]] = candidates[is_better]
     return found

@@ -6,6 +6,7 @@ duplication, renaming and reopening without any bookkeeping.
 """
 
 import enum
+import functools
 import hashlib
 from dataclasses import astuple, dataclass
 
@@ -28,6 +29,10 @@ class StaleReason(enum.Enum):
 
 #: After these the anchors may no longer mean the same vertices: the artist must look and bind again.
 NEEDS_BIND = frozenset({StaleReason.VERTICES, StaleReason.FACES, StaleReason.REST_SHAPE})
+
+
+#: Results of a `remembered` function that are kept.
+REMEMBERED = 4
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,25 @@ def digest(*parts):
         state.update(f"{array.dtype.str}{array.shape}".encode())
         state.update(array.tobytes())
     return state.hexdigest()
+
+
+def remembered(function):
+    """Decorator of a function of arrays and numbers to an array: the last few results are kept by the arguments'
+    content, since a mesh is read again after every edit of anything. They are not to be written to."""
+    known = {}
+
+    @functools.wraps(function)
+    def result_of(*arguments):
+        key = digest(*arguments)
+        if key not in known:
+            result = function(*arguments)
+            result.flags.writeable = False
+            while len(known) >= REMEMBERED:
+                del known[next(iter(known))]
+            known[key] = result
+        return known[key]
+
+    return result_of
 
 
 def stale_reasons(bound, now):

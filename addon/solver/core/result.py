@@ -42,30 +42,14 @@ def torn_notes(bind_input, targets):
             f"{wording.vertices(torn)} of moved handles outside the region: the vertices around stay in place, which "
             "tears the surface there. Take the surroundings into the region"
         )
-    merged = bind_input.solver_mesh.merged(targets)
-    kept_back = _missing_count(merged, targets, bind_input)
+    missed = np.abs(bind_input.solver_mesh.met(targets) - targets).max(axis=1, initial=0.0)
+    kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
     if kept_back:
         yield (
-            f"Merge Distance keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: of two "
-            "handles on merged vertices the upper one in the list leads, or one that is not soft"
+            f"Mirroring or Merge Distance keeps {wording.vertices(kept_back)} from where the handle is: a handle "
+            "across the mirror plane goes along it and turns in it, and of two handles on mirrored or merged places "
+            "the upper one in the list leads, or one that is not soft"
         )
-    kept_back = _missing_count(bind_input.solver_mesh.met(targets), merged, bind_input)
-    if kept_back:
-        yield (
-            f"Mirroring keeps {wording.vertices(kept_back)} from where {_their(kept_back)} handle is: a handle across "
-            "the mirror plane goes along it and turns in it, and of two handles on mirrored places the upper one in "
-            "the list leads"
-        )
-
-
-def _missing_count(met, targets, bind_input):
-    """How many of k x 3 `targets` are not met."""
-    missed = np.abs(met - targets).max(axis=1, initial=0.0)
-    return np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
-
-
-def _their(count):
-    return "its" if count == 1 else "their"
 
 
 @dataclass(frozen=True)
