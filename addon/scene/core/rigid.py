@@ -35,46 +35,10 @@ def fit_rotations(source, target, weights=None, prior=None, strength=PRIOR):
 
 
 def nearest_rotations(matrices):
-    """(..., 3, 3) -> (..., 3, 3): the rotations R with the greatest tr(R^T M).
-
-    That greatest value l (the sum of the singular values, the last one with the sign of det M) is the largest root of
-    l^4 - 2 |M|^2 l^2 - 8 det(M) l + 2 |M^T M|^2 - |M|^4 (Horn 1987), found by Newton's method from above. With
-    s = (l^2 - |M|^2) / 2, by Cayley and Hamilton, R = ((l^2 - s) M + l cof(M) - M M^T M) / (l s - det M). Where the
-    divisor, the product of the sums of two singular values, is next to nothing: singular value decomposition, which is
-    twenty times slower.
-    """
-    matrices = np.asarray(matrices, float)
-    size = np.sqrt((matrices**2).sum(axis=(-1, -2), keepdims=True))
-    m = matrices / np.where(size > 1e-300, size, 1.0)
-    # Rows of cofactors are cross products of the other two; numpy's own is slow on few.
-    second, third = m[..., [1, 2, 0], :], m[..., [2, 0, 1], :]
-    cofactors = second[..., [1, 2, 0]] * third[..., [2, 0, 1]] - second[..., [2, 0, 1]] * third[..., [1, 2, 0]]
-    determinant = (m[..., 0, :] * cofactors[..., 0, :]).sum(axis=-1)
-    square = np.swapaxes(m, -1, -2) @ m
-    constant = 2.0 * (square**2).sum(axis=(-1, -2)) - 1.0
-    root = np.full(determinant.shape, np.sqrt(3.0))
-    for _ in range(24):
-        value = ((root**2 - 2.0) * root - 8.0 * determinant) * root + constant
-        slope = 4.0 * (root**2 - 1.0) * root - 8.0 * determinant
-        step = np.where(slope > 1e-12, value / np.where(slope > 1e-12, slope, 1.0), 0.0)
-        root = root - step
-        if np.abs(step).max(initial=0.0) < 1e-14:
-            break
-    half = 0.5 * (root**2 - 1.0)
-    divisor = root * half - determinant
-    is_clear = (divisor > 1e-4) & (size[..., 0, 0] > 1e-300)
-    weights = [x[..., None, None] for x in (root**2 - half, root, np.where(is_clear, divisor, 1.0))]
-    result = (weights[0] * m + weights[1] * cofactors - m @ square) / weights[2]
-    if not is_clear.all():
-        result[~is_clear] = _nearest_by_singular_values(m[~is_clear])
-    return result
-
-
-def _nearest_by_singular_values(matrices):
+    """(..., 3, 3) -> (..., 3, 3): the rotations R with the greatest tr(R^T M)."""
     left, _, right = np.linalg.svd(matrices)
-    signs = np.ones(matrices.shape[:-1])
-    signs[..., 2] = np.where(np.linalg.det(left) * np.linalg.det(right) < 0.0, -1.0, 1.0)
-    return (left * signs[..., None, :]) @ right
+    left[..., 2] *= np.where(np.linalg.det(left @ right) < 0.0, -1.0, 1.0)[..., None]
+    return left @ right
 
 
 def turns_between(before, after):
