@@ -4,7 +4,6 @@
 import bpy
 
 from . import wording
-from .posing.operators.copy_system_info import MEANVALUE_OT_copy_system_info
 from .posing.ui import keymap
 from .solver import native_loader
 from .widgets import text_box
@@ -26,7 +25,7 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
             split = box.split(factor=0.3)
             split.label(text=label)
             split.label(text=value)
-        box.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
+        box.operator("meanvalue.copy_system_info", icon='COPYDOWN')
         box = self.layout.box()
         box.label(text="Shortcuts")
         keymap.draw(box)

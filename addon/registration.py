@@ -8,7 +8,7 @@ import bpy
 from . import handlers, manual, preferences, properties
 from .scene import object_model
 from .solver import job, native_loader, session
-from .widgets import background, overlay
+from .widgets import base, overlay
 
 #: Each is a folder with a room.py. Without its line, and its folder, the rest goes on working.
 ROOMS = tuple(
@@ -38,7 +38,7 @@ def register():
 
 
 def unregister():
-    background.end_all()
+    base.end_all()
     manual.unregister()
     overlay.unregister()
     for room in reversed(ROOMS):

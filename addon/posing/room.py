@@ -10,23 +10,16 @@ from .bridge import controls, moved_meshes, orphans, overlay_data
 from .live.follower import Follower
 from .operators import (
     add_handle,
-    apply_pose,
     bind,
     copy_system_info,
     drive_by_bone,
     finish,
     grab,
-    grow_region,
-    keep_pose,
-    keyframe_handles,
-    paint_region,
-    remove_handle,
-    reset_handles,
-    select_handle,
+    handles,
+    pose,
+    regions,
     select_problems,
     solve,
-    solve_from_key,
-    unbind,
 )
 from .ui import grab_tool, handle_list, keymap, menus, overlay, panel
 
@@ -45,21 +38,21 @@ PAGES = {
 CLASSES = (
     grab.MEANVALUE_OT_grab,
     add_handle.MEANVALUE_OT_add_handle,
-    remove_handle.MEANVALUE_OT_remove_handle,
-    select_handle.MEANVALUE_OT_select_handle,
-    reset_handles.MEANVALUE_OT_reset_handles,
+    handles.MEANVALUE_OT_remove_handle,
+    handles.MEANVALUE_OT_select_handle,
+    handles.MEANVALUE_OT_reset_handles,
     select_problems.MEANVALUE_OT_select_problems,
-    keep_pose.MEANVALUE_OT_keep_pose,
+    pose.MEANVALUE_OT_keep_pose,
     drive_by_bone.MEANVALUE_OT_drive_by_bone,
-    keyframe_handles.MEANVALUE_OT_keyframe_handles,
+    handles.MEANVALUE_OT_keyframe_handles,
     finish.MEANVALUE_OT_finish,
-    apply_pose.MEANVALUE_OT_apply_pose,
+    pose.MEANVALUE_OT_apply_pose,
     bind.MEANVALUE_OT_bind,
-    unbind.MEANVALUE_OT_unbind,
+    bind.MEANVALUE_OT_unbind,
     solve.MEANVALUE_OT_solve,
-    solve_from_key.MEANVALUE_OT_solve_from_key,
-    grow_region.MEANVALUE_OT_grow_region,
-    paint_region.MEANVALUE_OT_paint_region,
+    solve.MEANVALUE_OT_solve_from_key,
+    regions.MEANVALUE_OT_grow_region,
+    regions.MEANVALUE_OT_paint_region,
     copy_system_info.MEANVALUE_OT_copy_system_info,
     handle_list.MEANVALUE_UL_handles,
     *panel.CLASSES,
@@ -83,7 +76,6 @@ def unregister():
     global _must_look
     _must_look = True
     roll.remove_kind(Follower)
-    grab.end_all()
     subject.finders.remove(moved_meshes.mesh_moved_by)
     for module in reversed(_USER_INTERFACE):
         module.unregister()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Members of vertex groups. A vertex is a member if its weight is above zero."""
 
+import array
 import math
 import time
 
@@ -18,28 +19,31 @@ WEIGHT_STEPS = 255
 
 
 class Reading:
-    """The members of groups, read a slice of the vertices at a time, so that nobody has to wait for a big mesh.
+    """The weights of groups, read a slice of the vertices at a time, so that nobody has to wait for a big mesh.
 
     Blender has no bulk access to weights, so this is the slow part of reading a scene: 10 ms for 50,000 vertices, 40 ms
     where each is in five groups. Nothing of Blender's is kept: the object is handed in for each slice. What was read
     is worth nothing once the object was edited.
     """
 
-    def __init__(self, obj, names, weighted=""):
-        """weighted: name of the group whose `member_weights` are wanted."""
+    def __init__(self, obj, names):
         self._indices = {name: obj.vertex_groups[name].index for name in names if name in obj.vertex_groups}
-        self._weighted = self._indices.get(weighted)
-        self._member_weights = []
-        self._found = {index: [] for index in self._indices.values()}
+        self._found = {index: (array.array("i"), array.array("f")) for index in self._indices.values()}
         self.vertex_count = len(obj.data.vertices)
         self._next = 0 if self._found else self.vertex_count
 
     def go_on(self, obj, seconds=math.inf):
         """Reads for about so long, a slice in any case. Returns whether all is read."""
         until = time.monotonic() + seconds
-        vertices = obj.data.vertices
+        vertices, found = obj.data.vertices, self._found
         while self._next < self.vertex_count:
-            self._read(vertices[self._next : self._next + SLICE])
+            for number, vertex in enumerate(vertices[self._next : self._next + SLICE], self._next):
+                for element in vertex.groups:
+                    if element.group in found:
+                        numbers, weights = found[element.group]
+                        numbers.append(number)
+                        weights.append(element.weight)
+            self._next += SLICE
             if time.monotonic() >= until:
                 break
         return self._next >= self.vertex_count
@@ -49,46 +53,27 @@ class Reading:
         """How much is read, 0 to 1."""
         return min(1.0, self._next / max(1, self.vertex_count))
 
-    def _read(self, vertices):
-        found = self._found
-        for number, vertex in enumerate(vertices, self._next):
-            for element in vertex.groups:
-                if element.group in found and element.weight > 0.0:
-                    found[element.group].append(number)
-                    if element.group == self._weighted:
-                        self._member_weights.append(element.weight)
-        self._next += SLICE
-
     @property
     def members(self):
         """{name: ascending vertex indices, int32} of the groups that exist."""
-        return {name: np.array(self._found[index], np.int32) for name, index in self._indices.items()}
-
-    @property
-    def member_weights(self):
-        """Of the members of the group `weighted`, in their order, float64 above 0 up to 1."""
-        return np.array(self._member_weights, np.float64)
-
-
-class WeightReading(Reading):
-    """As Reading, for the weights themselves."""
-
-    def __init__(self, obj, names):
-        super().__init__(obj, names)
-        self._weights = {index: np.zeros(self.vertex_count) for index in self._found}
-
-    def _read(self, vertices):
-        weights = self._weights
-        for number, vertex in enumerate(vertices, self._next):
-            for element in vertex.groups:
-                if element.group in weights:
-                    weights[element.group][number] = element.weight
-        self._next += SLICE
+        found = {name: [np.array(each) for each in self._found[index]] for name, index in self._indices.items()}
+        return {name: numbers[weights > 0.0].astype(np.int32) for name, (numbers, weights) in found.items()}
 
     @property
     def weights(self):
         """{name: n float64, 0 to 1} of the groups that exist."""
-        return {name: self._weights[index] for name, index in self._indices.items()}
+        result = {name: np.zeros(self.vertex_count) for name in self._indices}
+        for name, index in self._indices.items():
+            numbers, weights = self._found[index]
+            result[name][np.array(numbers, np.int32)] = weights
+        return result
+
+
+def weights(obj, names):
+    """{name: n float64, 0 to 1} of the groups that exist, all read in one pass over the vertices."""
+    reading = Reading(obj, names)
+    reading.go_on(obj)
+    return reading.weights
 
 
 def members(obj, names):
@@ -100,10 +85,8 @@ def members(obj, names):
 
 def full_members(obj, name):
     """Vertex indices of those that the group has in full: without what subdividing put between these and others."""
-    reading = Reading(obj, [name], weighted=name)
-    reading.go_on(obj)
-    weights = reading.member_weights
-    return reading.members.get(name, np.empty(0, np.int32))[weights > weights.max(initial=0.0) - 1e-6]
+    found = weights(obj, [name]).get(name, np.zeros(1))
+    return np.flatnonzero((found > 0.0) & (found > found.max(initial=0.0) - 1e-6)).astype(np.int32)
 
 
 def require(obj, name, role, remedy):

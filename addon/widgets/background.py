@@ -10,7 +10,7 @@ from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import subject
 from ..solver.core.steps import result_of
 from ..solver.job import Job, run
-from .base import MeshOperator
+from .base import MeshOperator, ModalOperator
 
 #: How often a running job is looked at.
 TICK_SECONDS = 0.05
@@ -27,33 +27,23 @@ VIEW_EVENTS = {
     'INBETWEEN_MOUSEMOVE', 'TRACKPADPAN', 'TRACKPADZOOM', 'MOUSEROTATE', 'NDOF_MOTION',
 }  # fmt: skip
 
-#: Operators that show progress, to be ended when the add-on is disabled: Blender does not tell them.
-_running = []
 
-
-def end_all():
-    for operator in list(_running):
-        operator.cancel(bpy.context)
-
-
-class BackgroundOperator(MeshOperator):
+class BackgroundOperator(ModalOperator, MeshOperator):
     """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
 
-    prepare() reads the scene and returns an object as posing/bridge/posing.py has it: read_triangles(obj), which is
-    called next, work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading),
-    which raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
-    MeanValueError before they have changed anything. before() and after() are for what has to be done on the main
-    thread before and after the job, in slices. Without a window, or called to execute, all is done before the
-    operator returns.
+    prepare() reads the scene and returns None where nothing is to be solved, or an object as posing/bridge/posing.py
+    has it: read_triangles(obj), which is called next, work(execution), the steps of a Job, which must not touch
+    Blender, and require_unchanged(obj, reading), which raises if the scene is another by then. finish() writes the
+    outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. before() and
+    after() are for what has to be done on the main thread before and after the job, in slices. Without a window, or
+    called to execute, all is done before the operator returns.
     """
 
     #: Said in the status bar, with the stage behind it.
     doing = ""
 
-    _job = None
-    _steps = None
+    _job = _steps = _prepared = None
     _progress = ("", 0.0)
-    _timer = None
     _object_name = ""
     _object_identity = None
 
@@ -82,54 +72,64 @@ class BackgroundOperator(MeshOperator):
 
     def run(self, obj):
         self._remember_object(obj)
-        return result_of(self._all_steps())
+        try:
+            return result_of(self._all_steps())
+        finally:
+            self._let_go()
 
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        obj = subject.of(context)
-        self._remember_object(obj)
+        self._remember_object(subject.of(context))
         self._steps = self._all_steps()
         until = time.monotonic() + PATIENCE_SECONDS
         while time.monotonic() < until:
             ended = self._step()
             if ended is not None:
+                self._let_go()
                 return ended
             if self._job is not None:
                 self._job.wait(max(0.0, until - time.monotonic()))
-        _running.append(self)
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(TICK_SECONDS, window=context.window)
-        manager.progress_begin(0.0, 1.0)
-        manager.modal_handler_add(self)
+        context.window_manager.progress_begin(0.0, 1.0)
         self._show_progress(context)
-        return {'RUNNING_MODAL'}
+        return self.begin(context, TICK_SECONDS)
 
     def modal(self, context, event):
-        ended = None
-        if event.type == 'ESC' and event.value == 'PRESS' and not event.is_repeat:  # held, it would press twice
-            ended = self._stop_working()
-        elif event.type == 'TIMER':
-            try:
-                ended = self._step()
-            except BaseException:
-                if self._job is not None:
-                    self._job.drop()
-                self._stop_showing(context)
-                raise
+        ended = {'CANCELLED'}  # by an error that nobody foresaw
+        try:
+            ended = self._react(event)
+        finally:
+            if ended is not None:
+                self.end(context)
         if ended is not None:
-            self._stop_showing(context)
             return ended
         if event.type == 'TIMER':
             self._show_progress(context)
         return {'PASS_THROUGH'} if event.type in VIEW_EVENTS or 'TIMER' in event.type else {'RUNNING_MODAL'}
 
-    def cancel(self, context):
-        """Blender ends the operator: another file is loaded, or it quits."""
+    def end(self, context):
+        super().end(context)
+        context.window_manager.progress_end()
+        self._let_go()
+
+    def _let_go(self):
+        """Of the arrays that are held."""
+        if self._steps is not None:
+            self._steps.close()
         if self._job is not None:
-            self._job.cancel()
-            self._job.wait()
-        self._stop_showing(context)
+            self._job.drop()
+        self._steps = self._job = self._prepared = None
+
+    def _react(self, event):
+        """Returns as _step(). A job that is stopped ends when the solver has noticed."""
+        if event.type == 'TIMER':
+            return self._step()
+        if event.type != 'ESC' or event.value != 'PRESS' or event.is_repeat:  # held, it would press twice
+            return None
+        if self._job is None or self._job.is_finished:
+            return self.refuse(CancelledError(self.stopped()))
+        self._job.cancel()
+        return None
 
     def _all_steps(self):
         """The whole work. Between steps that nobody notices it gives (name of the stage, share of it that is done).
@@ -138,8 +138,10 @@ class BackgroundOperator(MeshOperator):
         """
         reading = self.start_reading(self._object())
         yield from self._read(reading)
-        prepared = self.prepare(self._object(), reading)
+        self._prepared = prepared = self.prepare(self._object(), reading)
         yield "reading the mesh", 1.0
+        if prepared is None:
+            return self.finish(self._object(), None, None)
         yield from _in_slices(self.before(prepared))
         prepared.read_triangles(self._object())
         if self._steps is None:  # called to execute
@@ -176,14 +178,6 @@ class BackgroundOperator(MeshOperator):
         except MeanValueError as error:
             return self.refuse(error)
 
-    def _stop_working(self):
-        """Returns as _step(). A job ends when the solver has noticed."""
-        if self._job is not None and not self._job.is_finished:
-            self._job.cancel()
-            return None
-        self._steps.close()
-        return self.refuse(CancelledError(self.stopped()))
-
     def _remember_object(self, obj):
         self._object_name, self._object_identity = obj.name, compat.session_key(obj)
 
@@ -202,15 +196,6 @@ class BackgroundOperator(MeshOperator):
             text = f"{self.doing} '{self._object_name}': {self.progress_text(stage, share)}"
         context.window_manager.progress_update(share)
         context.workspace.status_text_set(text)
-
-    def _stop_showing(self, context):
-        self._steps = self._job = None  # and the arrays that they hold
-        _running.remove(self)
-        manager = context.window_manager
-        manager.event_timer_remove(self._timer)
-        manager.progress_end()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
 
 
 def _in_slices(steps):

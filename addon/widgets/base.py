@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What all operators share: what they work on, when they are available, and how they report."""
 
+import bpy
+
 from .. import wording
 from ..errors import CancelledError, MeanValueError
 from ..scene import subject
@@ -17,6 +19,42 @@ class Reporting:
         text = " ".join(wording.sentence(part) for part in (message, *warnings))
         self.report({'WARNING' if warnings else 'INFO'}, text)
         return {'FINISHED'}
+
+
+#: Operators that go on, to be ended when the add-on is disabled: Blender does not tell them.
+_running = []
+
+
+def end_all():
+    for operator in list(_running):
+        operator.cancel(bpy.context)
+
+
+class ModalOperator(Reporting):
+    """Mix-in of operators that go on beside the interface, with a timer. Subclasses define modal()."""
+
+    _timer = None
+
+    def begin(self, context, tick_seconds):
+        """What invoke() returns to go on."""
+        self._timer = context.window_manager.event_timer_add(tick_seconds, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        _running.append(self)
+        return {'RUNNING_MODAL'}
+
+    def end(self, context):
+        """However it ends. Blender keeps the operator: subclasses let go here of what they hold."""
+        if self._timer is None:
+            return
+        _running.remove(self)
+        context.window_manager.event_timer_remove(self._timer)
+        self._timer = None
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+
+    def cancel(self, context):
+        """Blender ends the operator: another file is loaded, or it quits."""
+        self.end(context)
 
 
 class MeshOperator(Reporting):

@@ -6,7 +6,7 @@ of_rooms = []
 
 
 class OperatorMenu:
-    """Mix-in: subclasses have `operators`, classes; None draws a line."""
+    """Mix-in: subclasses have `operators`, classes or their names; None draws a line."""
 
     operators = ()
 
@@ -20,4 +20,4 @@ def draw_operators(layout, operators):
         if operator is None:
             layout.separator()
         else:
-            layout.operator(operator.bl_idname)
+            layout.operator(getattr(operator, "bl_idname", operator))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addon.posing.core import springs
-from addon.posing.core.bind_input import region_weights, soft_border
+from addon.posing.core.bind_input import soft_border
 from addon.posing.core.region_growth import distances, falloff, grown_by_distance, grown_by_rings, parts_within
 from addon.posing.core.tinted_faces import tinted_faces
 
@@ -126,13 +126,6 @@ def test_what_is_folded_back_is_not_near():
     positions[right, 0], positions[right, 2] = 20.0 - positions[right, 0], 0.1
     found = distances(edges, positions, np.array([220 - 5 * 21]), 10.0)
     assert found[220 + 5 * 21] > 7.0
-
-
-def test_weights_of_a_region_and_of_its_inverse():
-    members, weights = np.array([1, 2]), np.array([1.0, 0.25])
-    assert region_weights(4, members, weights, False).tolist() == [0.0, 1.0, 0.25, 0.0]
-    assert region_weights(4, members, weights, True).tolist() == [1.0, 0.0, 0.75, 1.0]
-    assert region_weights(3, None, None, False).tolist() == [1.0, 1.0, 1.0]
 
 
 def test_only_weights_between_none_and_all_are_a_border():

@@ -154,6 +154,32 @@ def test_the_end_of_a_limb_turns_with_it_and_comes_back():
     assert np.allclose(control.matrix_world, turned, atol=1e-5), "R by the artist stays"
 
 
+def test_the_end_of_a_limb_of_a_mirrored_object_turns_as_well():
+    vertices, faces = bent_limb.limb(16, 60)
+    obj = meshes.make_object(vertices.tolist(), faces, "Limb")
+    obj.scale = (-1.0, -1.0, -1.0)
+    handles.update()
+    grab(vertex=55 * 16, offset=(0.7, 0.0, -1.5), size=0.35)
+    turn = obj.meanvalue.handles[0].control.rotation_euler.to_quaternion()
+    assert 0.3 < turn.angle < 3.0
+
+
+def test_the_surroundings_of_a_removed_handle_are_held_again():
+    obj = sheet()
+    grab()
+    first = region_weights(obj)
+    grab(vertex=3 * COLUMNS + 3, offset=(0.0, 0.0, -1.0), size=0.1)
+    assert (region_weights(obj) > 0.0).sum() > (first > 0.0).sum()
+    meshes.activate(obj)
+    for left in (first, None):
+        obj.meanvalue.active_handle = len(obj.meanvalue.handles) - 1
+        assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
+        if left is None:
+            assert obj.meanvalue.roi_group == "" and len(obj.vertex_groups) == 0
+        else:
+            assert np.array_equal(region_weights(obj), left)
+
+
 def test_pins_stay_and_are_let_go_again():
     obj = sheet()
     pin(BESIDE - 4)
@@ -215,6 +241,18 @@ def test_the_artists_own_group_is_not_written_to():
 
 def take_hold(obj, vertex=MIDDLE):
     return installed.part("posing.bridge.grip").Grip(obj, vertex, 0.2)
+
+
+def test_a_first_grab_that_is_taken_back_leaves_no_key_where_live_was_on():
+    obj = sheet()
+    obj.meanvalue.live = True
+    grip = take_hold(obj)
+    grip.move(obj, np.array((0.0, 0.0, 1.0)))
+    handles.update()
+    assert obj.data.shape_keys is not None
+    grip.take_back(obj)
+    handles.update()
+    assert obj.data.shape_keys is None and obj.meanvalue.live and len(obj.meanvalue.handles) == 0
 
 
 @pytest.mark.parametrize("name, is_inverted", [("", False), ("Painted", True), ("Gone", False)])

@@ -135,6 +135,18 @@ def test_a_follower_holds_little(timers, part):
     assert len(fields) <= 15, fields
 
 
+def test_a_control_that_something_else_uses_stays_when_its_mesh_is_deleted(timers, part):
+    obj, control = posed(timers)
+    name = control.name
+    bpy.ops.object.camera_add()
+    bpy.context.object.constraints.new('TRACK_TO').target = control
+    meshes.activate(obj)
+    bpy.ops.object.delete()
+    update()
+    part("posing.bridge.orphans").remove()
+    assert name in bpy.data.objects
+
+
 def test_controls_go_with_a_mesh_that_is_deleted(timers, part):
     obj, control = posed(timers)
     other, other_control = handles.tube("Other")

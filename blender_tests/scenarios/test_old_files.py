@@ -7,7 +7,7 @@ import pathlib
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps
+from support import installed, meshes, steps
 
 FILES = pathlib.Path(__file__).parent.parent / "files"
 RECORDED = json.loads((FILES / "version_0_1.json").read_text())["objects"]
@@ -67,6 +67,20 @@ def test_all_is_there_and_shown_as_before(opened):
     for obj, recorded in objects():
         require_settings(obj, recorded)
         require_shown(obj, recorded["shown"])
+
+
+def test_a_file_that_was_open_when_the_add_on_is_enabled_is_carried_over(tmp_path):
+    path = tmp_path / "old.blend"
+    path.write_bytes((FILES / "version_0_1.blend").read_bytes())
+    installed.disable()
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+    finally:
+        installed.enable()
+    bpy.data.objects[0].update_tag()
+    bpy.context.view_layer.update()
+    for obj, recorded in objects():
+        require_settings(obj, recorded)
 
 
 def test_handles_that_followed_a_key_are_pins_and_it_is_told_how_to_go_on(opened):

@@ -57,6 +57,19 @@ def test_groups_that_cannot_hold_the_mesh_are_no_pins_afterwards(posed):
     assert len(posed.meanvalue.handles) == 0
 
 
+def test_repeating_it_after_its_pins_were_made_keeps_them(posed):
+    assert bpy.ops.meanvalue.solve_from_key(groups="hand, feet") == {'FINISHED'}
+    keys = posed.data.shape_keys
+    posed.active_shape_key_index = keys.key_blocks.find("Pose")
+    first = steps.key_positions(posed, "Mean-Value")
+    assert bpy.ops.meanvalue.solve_from_key(groups="hand, feet") == {'FINISHED'}
+    assert np.abs(steps.key_positions(posed, "Mean-Value") - first).max() < 1e-4
+    posed.vertex_groups.remove(posed.vertex_groups["hand"])
+    with steps.refused("no vertex group 'hand'"):
+        bpy.ops.meanvalue.solve_from_key(groups="hand, feet")
+    assert [handle.name for handle in posed.meanvalue.handles] == ["hand", "feet"]
+
+
 def test_nothing_follows_afterwards():
     obj, control = handles.tube()
     meshes.activate(obj)

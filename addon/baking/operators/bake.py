@@ -37,8 +37,6 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         ),
     }
 
-    _prepared = None
-
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
@@ -62,8 +60,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return None if bakeable.of(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        self._prepared = preparing.Preparation(obj, bpy.context.scene, self._options(obj), reading)
-        return self._prepared
+        return preparing.Preparation(obj, bpy.context.scene, self._options(obj), reading)
 
     def before(self, prepared):
         with engine.held():

@@ -48,7 +48,7 @@ class MixReading:
         self._groups = [key.vertex_group for key in keys]
         self._shapes = []
         self._masks = None
-        self._weights = vertex_groups.WeightReading(obj, set(filter(None, self._groups)))
+        self._weights = vertex_groups.Reading(obj, set(filter(None, self._groups)))
 
     @property
     def share(self):

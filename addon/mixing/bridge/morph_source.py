@@ -47,9 +47,7 @@ def add_key(obj, shape, name, value, group=""):
     A part is placed so that its border meets that of the mesh. Returns the name of the key; the active key stays.
     """
     if group:
-        reading = vertex_groups.WeightReading(obj, [group])
-        reading.go_on(obj)
-        mask = reading.weights[group]
+        mask = vertex_groups.weights(obj, [group])[group]
         if not mask.any():
             raise SceneError(f"The vertex group '{group}' has no vertices with a weight above zero. Assign the part")
         rest = shape_keys.rest_positions(obj.data)
@@ -63,12 +61,11 @@ def add_key(obj, shape, name, value, group=""):
 def _mixed(source, rest):
     """In straight lines, whatever key is relative to which."""
     shape = rest.astype(np.float64)
-    reading = vertex_groups.WeightReading(source, {key.vertex_group for key in source.data.shape_keys.key_blocks})
-    reading.go_on(source)
+    weights = vertex_groups.weights(source, {key.vertex_group for key in source.data.shape_keys.key_blocks})
     for key in source.data.shape_keys.key_blocks:
         if key.mute or key == source.data.shape_keys.reference_key or not key.value:
             continue
         offset = shape_keys.positions(key) - shape_keys.positions(key.relative_key)
-        mask = reading.weights.get(key.vertex_group)
+        mask = weights.get(key.vertex_group)
         shape += key.value * (offset if mask is None else mask[:, None] * offset)
     return shape

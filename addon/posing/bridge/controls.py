@@ -9,7 +9,7 @@ from ... import compat
 from ...errors import SceneError
 from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
-from . import control_places, orphans
+from . import control_places, orphans, region
 
 #: A control is this much of the part that it moves: it is seen and clicked, and hides little of what it poses.
 SIZE_OVER_PART = 0.8
@@ -73,8 +73,9 @@ def is_deleted(handle):
 
 def remove_deleted(obj):
     """For operators: removes the handles that is_deleted() tells of."""
-    for handle in [each for each in obj.meanvalue.handles if is_deleted(each)]:
-        remove_handle(obj, obj.meanvalue.handles.find(handle.name))
+    for name in [handle.name for handle in obj.meanvalue.handles if is_deleted(handle)]:
+        region.let_go(obj, obj.meanvalue.handles[name])
+        remove_handle(obj, obj.meanvalue.handles.find(name))
 
 
 def _is_in_a_scene(control):

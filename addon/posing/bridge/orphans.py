@@ -42,12 +42,13 @@ def remove():
         if control is None or mesh in bpy.data.objects:
             continue
         del _made_for[name]
-        is_ours = control.type == 'EMPTY' and control.users <= len(control.users_collection)  # nobody else uses it
-        if is_ours and control.parent is None and not control.children and not _is_followed(control):
+        if control.type == 'EMPTY' and control.parent is None and not _is_used(control):
             actions.remove_action(control)
             bpy.data.objects.remove(control)
             _made_for[name] = mesh  # redo brings it back
 
 
-def _is_followed(control):
-    return any(handle.control == control for obj in bpy.data.objects for handle in obj.meanvalue.handles)
+def _is_used(control):
+    """By anything but what it is in: as a parent, by constraints, drivers, modifiers, handles."""
+    users = bpy.data.user_map(subset={control})[control]
+    return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) for user in users)

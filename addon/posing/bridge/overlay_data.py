@@ -98,9 +98,7 @@ def _read(obj, stamp, reading, positions):
     anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *reading.faces)
     vertices, corners, freedom = np.empty(0, np.int32), np.empty((0, 3), np.int32), np.empty(0)
     if region in members:
-        freedom = bind_input.region_weights(
-            len(obj.data.vertices), members[region], reading.region_weights, obj.meanvalue.roi_invert
-        )
+        freedom = scene_input.region_weights(obj, reading)
         freedom = scene_input.effective_region(obj, freedom, rest, None if twins is None else twins[None])
         vertices, corners, freedom = _tint(obj, reading.faces, freedom, positions)
     return _Known(stamp, len(positions), anchors, handles, vertices, freedom.astype(np.float32), corners)

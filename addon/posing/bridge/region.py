@@ -63,9 +63,7 @@ def weights(obj):
     name = settings.roi_group
     if name not in obj.vertex_groups:
         return np.zeros(len(obj.data.vertices))
-    reading = vertex_groups.WeightReading(obj, [name])
-    reading.go_on(obj)
-    found = reading.weights[name]
+    found = vertex_groups.weights(obj, [name])[name]
     return 1.0 - found if settings.roi_invert else found
 
 
@@ -175,6 +173,20 @@ def without(obj, handle, weights):
     is_own = own > 0.0
     is_as_made = np.abs(np.maximum(own, others) - weights)[is_own] <= 1.01 / vertex_groups.WEIGHT_STEPS
     return np.where(is_own, others, weights) if is_as_made.all() else weights
+
+
+def let_go(obj, handle):
+    """Takes the surroundings of a handle that is to be removed out of a region that was made for handles; the region is
+    gone with the last of them."""
+    settings = obj.meanvalue
+    is_ours = settings.roi_group in obj.vertex_groups and settings.roi_group == settings.made_region
+    if handle.size == 0.0 or not is_ours or obj.data.is_editmode:
+        return
+    left = without(obj, handle, weights(obj))
+    if left.any():
+        write(obj, left)
+    else:
+        remove_made_group(obj)
 
 
 def handles_outside(obj, mask):

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
+import numpy as np
+
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import mirrors, object_model, shape_keys, vertex_groups
 from ...scene.core import mirror_planes
 from ...scene.core.finite import require_finite
 from ..core import springs, welding
-from ..core.bind_input import BindInput, anchor_layout, region_weights, soft_border
+from ..core.bind_input import BindInput, anchor_layout, soft_border
 from . import scene_reading, targets
 from .scene_reading import SceneReading
 
@@ -56,9 +58,7 @@ def gather(obj, reading=None):
     handles = targets.enabled_handles(obj)
     names = [handle.name for handle in handles]
     region_name = settings.roi_group
-    freedom = region_weights(
-        len(obj.data.vertices), members.get(region_name), reading.region_weights, settings.roi_invert
-    )
+    freedom = region_weights(obj, reading)
     _require_members(names, members, region_name, settings.roi_invert, freedom)
     anchors, handle_numbers = anchor_layout([members[name] for name in names])
     rest = shape_keys.rest_positions(obj.data)
@@ -91,6 +91,13 @@ def gather(obj, reading=None):
     )
     bind_input.check()
     return bind_input
+
+
+def region_weights(obj, reading):
+    """n float64, 0 to 1: how freely each vertex moves by the group of the region; all may where there is none."""
+    if reading.region_weights is None:
+        return np.ones(len(obj.data.vertices))
+    return 1.0 - reading.region_weights if obj.meanvalue.roi_invert else reading.region_weights
 
 
 def effective_region(obj, freedom, rest, twins):

@@ -16,14 +16,14 @@ class SceneReading:
     was edited.
 
     members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
-    region_weights  of the region's members, float64, above 0 up to 1
+    region_weights  n float64, 0 to 1, of the region; None if there is none
     faces    (corners, starts) as of mesh_arrays.faces()
     """
 
     def __init__(self, obj):
         self.members = self.region_weights = self.faces = None
         self._mesh, self._names = _mesh_facts(obj), _names(obj)
-        self._groups = vertex_groups.Reading(obj, self._names, weighted=obj.meanvalue.roi_group)
+        self._groups = vertex_groups.Reading(obj, self._names)
 
     def go_on(self, obj, seconds=math.inf):
         """Reads for about so long, something in any case. Returns whether all is read."""
@@ -31,17 +31,14 @@ class SceneReading:
         if self.members is None:
             if not self._groups.go_on(obj, seconds):
                 return False
-            self.members, self.region_weights = self._groups.members, self._groups.member_weights
+            self.members = self._groups.members
+            self.region_weights = self._groups.weights.get(obj.meanvalue.roi_group)
             self._groups = None
             if time.monotonic() >= until:
                 return False
         if self.faces is None:
             self.faces = mesh_arrays.faces(obj.data)
         return True
-
-    @property
-    def is_finished(self):
-        return self.faces is not None
 
     @property
     def share(self):

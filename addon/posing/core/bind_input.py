@@ -193,18 +193,6 @@ def anchor_layout(members):
     return anchors, numbers[first].astype(np.int32)
 
 
-def region_weights(vertex_count, members, weights, invert):
-    """n float64, 0 to 1: how freely each vertex moves, from the indices of the region's group and their weights.
-
-    members is None where there is no group: all may move.
-    """
-    if members is None:
-        return np.ones(vertex_count)
-    result = np.zeros(vertex_count)
-    result[members] = weights
-    return 1.0 - result if invert else result
-
-
 def soft_border(weights, anchors, rigidity):
     """(border, border_strengths) as of BindInput from n region weights, 0 to 1; (None, None) if they are yes or no."""
     is_border = (weights > 0.0) & (weights < 1.0)

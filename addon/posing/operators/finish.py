@@ -11,7 +11,7 @@ from ...scene import new_rest, reference_key, selection, shape_keys, subject
 from ...scene.core import fixed_points
 from ...solver import session
 from ..bridge import bound_record, controls, region
-from .settled import NothingToDo, SettledOperator
+from .pose import SettledOperator
 
 #: Of the mesh's size: poses nearer to each other are one, since each was settled to no more than that.
 SAME_POSE = 1e-4
@@ -60,7 +60,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
 
     def prepare(self, obj, reading):
         if self.keep == 'NOTHING':
-            return NothingToDo()
+            return None
         if self.keep == 'SHAPE_KEY' and shape_keys.result_positions(obj) is not None:
             _kept_name(obj, self.name)  # throws before anything is changed
         return super().prepare(obj, reading)

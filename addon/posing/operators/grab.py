@@ -5,16 +5,16 @@ import bpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ... import compat, ids
+from ... import compat, ids, wording
 from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ...scene import selection, subject
 from ...widgets import under_mouse
+from ...widgets.base import ModalOperator
 from ..bridge import controls, pinning, region
 from ..bridge.grip import Grip, handle_at
-from . import keyframe_handles, tool_choice
+from . import handles, pressing, tool_choice
 from .drag_circle import DragCircle
-from .pressing import LEAST_SIZE, MOST_SIZE, ToolOperator, in_front, require_vertex, size_property
 
 #: What a notch of the wheel makes of Size.
 WHEEL_STEP = 1.15
@@ -26,25 +26,35 @@ TICK_SECONDS = 0.1
 GROW = {'WHEELUPMOUSE', 'RIGHT_BRACKET', 'NUMPAD_PLUS', 'PAGE_UP'}
 SHRINK = {'WHEELDOWNMOUSE', 'LEFT_BRACKET', 'NUMPAD_MINUS', 'PAGE_DOWN'}
 
-#: Drags that go on, to be ended when the add-on is disabled: Blender does not tell them.
-_running = []
+#: Of Size, a share of the mesh's size: how far the surroundings follow at first, and its limits.
+FIRST_SIZE = 0.2
+LEAST_SIZE = 0.005
+MOST_SIZE = 3.0
 
 
-def end_all():
-    for operator in list(_running):
-        operator.cancel(bpy.context)
-
-
-class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
+class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     """Press on the mesh and drag: what is under the mouse becomes a handle, and its surroundings follow"""
 
     bl_idname = "meanvalue.grab"
     bl_label = "Grab"
     bl_options = {'REGISTER', 'UNDO'}
 
-    size: size_property(
-        "How far the surroundings of the handle follow, as a share of the mesh's size. They follow less the farther "
-        "they are"
+    vertex: bpy.props.IntProperty(
+        name="Vertex", description="The vertex that is pressed", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
+    )
+    #: Adjusting the operator runs it again from before, when another object may have been the active one.
+    object_name: bpy.props.StringProperty(
+        name="Object", description="The mesh object. If empty: the active one", options={'HIDDEN', 'SKIP_SAVE'}
+    )
+    size: bpy.props.FloatProperty(
+        name="Size",
+        description="How far the surroundings of the handle follow, as a share of the mesh's size. They follow less "
+        "the farther they are",
+        default=FIRST_SIZE,
+        min=LEAST_SIZE,
+        soft_max=1.0,
+        max=MOST_SIZE,
+        subtype='FACTOR',
     )
     offset: bpy.props.FloatVectorProperty(
         name="Move",
@@ -70,18 +80,16 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         options={'HIDDEN', 'SKIP_SAVE'},
     )
 
-    @classmethod
-    def poll(cls, context):
-        return context.mode != 'OBJECT' or super().poll(context)  # choosing the tool leaves other modes
+    _grip = _circle = _pressed = None
 
     def execute(self, context):
         """All at once, for scripts and the last-operation panel."""
         try:
             if context.mode != 'OBJECT':
                 raise SceneError("Grab works in Object Mode. Go back to Object Mode")
-            obj = self.find_object(context)
+            obj = pressing.find_object(context, self.object_name)
             if self.handle not in obj.meanvalue.handles:
-                require_vertex(obj, self.vertex)
+                pressing.require_vertex(obj, self.vertex)
             if self.pin:
                 message, notes = pinning.toggle(obj, self.vertex, self.size)
                 if obj != subject.of(context):
@@ -101,62 +109,64 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             tool_choice.choose(context)
             return {'CANCELLED'}  # there is nothing to undo or to adjust
         try:
-            obj, self._pressed, self._covered = self.find_pressed(context, event)
+            obj, self._pressed, self._covered = pressing.find_pressed(context, event)
             if self.pin and self._covered:
-                raise SceneError(in_front(obj, self._covered))
+                raise SceneError(pressing.in_front(obj, self._covered))
+            if not self.pin:
+                self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
         except SceneError as error:
-            return self.warn(error)
+            return self._warn(error)
         self.object_name, self._identity = obj.name, compat.session_key(obj)
         if self.pin:
             self.vertex = pinning.pressed_vertex(obj, self._pressed)
             return self.execute(context)
         self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
-        self._grip = None
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
         own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
         self.size = self._size_taken = own_size or self.size
-        self._timer = context.window_manager.event_timer_add(TICK_SECONDS, window=context.window)
         self._circle = DragCircle()
-        _running.append(self)
-        try:
-            self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
-            self._show(context, obj)
-        except MeanValueError as error:
-            self._end(context)
-            return self.warn(error)
-        except BaseException:
-            self._end(context)
-            raise
-        context.window_manager.modal_handler_add(self)
-        return {'RUNNING_MODAL'}
+        self._show(context, obj)
+        return self.begin(context, TICK_SECONDS)
 
     def modal(self, context, event):
-        is_timer = 'TIMER' in event.type  # it may be another operator's
+        result = {'CANCELLED'}  # by an error that nobody foresaw
         try:
-            obj = self._object()
-            if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
-                return self._give_up(context, obj)
-            if event.type == 'LEFTMOUSE' and event.value == 'RELEASE':
-                return self._let_go(context, obj)
-            if event.type == 'MOUSEMOVE':
-                self._drag(context, event, obj)
-            elif event.value == 'PRESS' and event.type in GROW | SHRINK:
-                self._resize(context, 1.0 if event.type in GROW else -1.0)
-            elif is_timer:
-                self._take_size(obj)
-            self._show(context, obj)
+            result = self._react(context, event)
         except MeanValueError as error:
-            self._end(context)
-            self.warn(error)
-            return {'CANCELLED'} if self._grip is None else {'FINISHED'}  # what was made can be undone
-        except BaseException:
-            self._end(context)
-            raise
+            self._warn(error)
+            result = {'CANCELLED'} if self._grip is None else {'FINISHED'}  # what was made can be undone
+        finally:
+            if result & {'CANCELLED', 'FINISHED'}:
+                self.end(context)
+        return result
+
+    def _react(self, context, event):
+        """What modal() returns. @throws MeanValueError."""
+        obj = self._object()
+        if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
+            return self._give_up(context, obj)
+        if event.type == 'LEFTMOUSE' and event.value == 'RELEASE':
+            return self._let_go(context, obj)
+        is_timer = 'TIMER' in event.type  # it may be another operator's
+        if event.type == 'MOUSEMOVE':
+            self._drag(context, event, obj)
+        elif event.value == 'PRESS' and event.type in GROW | SHRINK:
+            self._resize(context, 1.0 if event.type in GROW else -1.0)
+        elif is_timer:
+            self._take_size(obj)
+        self._show(context, obj)
         return {'PASS_THROUGH'} if is_timer else {'RUNNING_MODAL'}
 
-    def cancel(self, context):
-        """Blender ends the operator: another file is loaded, or it quits."""
-        self._end(context)
+    def end(self, context):
+        super().end(context)
+        if self._circle is not None:
+            self._circle.remove()
+        self._grip = self._circle = self._pressed = None
+
+    def _warn(self, error):
+        """As refuse(), without Blender's popup under the mouse, which takes the next click."""
+        self.report({'WARNING'}, wording.sentence(str(error)))
+        return {'CANCELLED'}
 
     def _drag(self, context, event, obj):
         self._mouse = Vector((event.mouse_region_x, event.mouse_region_y))
@@ -164,7 +174,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
             if (self._mouse - self._start).length < context.preferences.inputs.drag_threshold_mouse:
                 return
             if self._covered:
-                raise SceneError(in_front(obj, self._covered))
+                raise SceneError(pressing.in_front(obj, self._covered))
             self._grip = Grip(obj, self.vertex, self.size, self.handle)
             self._active = context.view_layer.objects.active.name if context.view_layer.objects.active else ""
             context.view_layer.objects.active = obj  # Properties and overlay show what is posed
@@ -195,7 +205,6 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
                 engine.look_again(obj)
 
     def _let_go(self, context, obj):
-        self._end(context)
         if self._grip is None:
             return self._click(context, obj)
         self._take_size(obj)
@@ -205,7 +214,7 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         _select_control(context, obj, self._grip)
         message, notes = _outcome(obj, self._grip, Vector(self.offset))
         if context.scene.tool_settings.use_keyframe_insert_auto:
-            keyframe_handles.insert(controls.mover(handle), notes)
+            handles.insert(controls.mover(handle), notes)
         return self.tell(message, notes)
 
     def _click(self, context, obj):
@@ -229,7 +238,6 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         return self.tell(f"'{handle.name}' is the active {'pin' if handle.follows == 'REST' else 'handle'}", [])
 
     def _give_up(self, context, obj):
-        self._end(context)
         if self._grip is not None:
             self._grip.take_back(obj)
             engine.look_again(obj)
@@ -251,16 +259,6 @@ class MEANVALUE_OT_grab(ToolOperator, bpy.types.Operator):
         parts = [f"Grab:{size}", "R after release turns it", "Esc cancels"]
         parts += [live[0]] if live is not None and live[1] else []
         context.workspace.status_text_set("   ".join(parts))
-
-    def _end(self, context):
-        if self._timer is None:
-            return
-        _running.remove(self)
-        self._circle.remove()
-        context.window_manager.event_timer_remove(self._timer)
-        self._timer = None
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
 
 
 def _view(context):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the operators of the Grab tool share: what is pressed on, and Size."""
+"""What Grab is pressed on."""
 
-import bpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
@@ -9,89 +8,47 @@ from ... import wording
 from ...errors import SceneError
 from ...scene import subject, views
 from ...widgets import under_mouse
-from ...widgets.base import Reporting
 from ..bridge import control_places, controls
-
-#: Of Size, a share of the mesh's size: how far the surroundings follow at first, and its limits.
-FIRST_SIZE = 0.2
-LEAST_SIZE = 0.005
-MOST_SIZE = 3.0
 
 #: A press so near to a control, in pixels at interface scale 1, is meant for it, wherever the surface is.
 CONTROL_PIXELS = 12.0
 
 
-def size_property(description):
-    return bpy.props.FloatProperty(
-        name="Size",
-        description=description,
-        default=FIRST_SIZE,
-        min=LEAST_SIZE,
-        soft_max=1.0,
-        max=MOST_SIZE,
-        subtype='FACTOR',
-    )
+def find_object(context, name):
+    """The object `name`, or the active one. @throws SceneError if there is none that can be worked on."""
+    obj = context.view_layer.objects.get(name) if name else subject.of(context)
+    problem = subject.object_problem(obj)
+    if problem:
+        raise SceneError(problem)
+    return obj
 
 
-class ToolOperator(Reporting):
-    """Mix-in: what is pressed on, for operators of the tool."""
+def find_pressed(context, event):
+    """(mesh object, Pressed, name of the active mesh that it covers or ""). The active mesh's controls come first.
 
-    vertex: bpy.props.IntProperty(
-        name="Vertex", description="The vertex that is pressed", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
-    )
-    #: Adjusting the operator runs it again from before, when another object may have been the active one.
-    object_name: bpy.props.StringProperty(
-        name="Object", description="The mesh object. If empty: the active one", options={'HIDDEN', 'SKIP_SAVE'}
-    )
-
-    @classmethod
-    def poll(cls, context):
-        problem = None
-        if context.mode != 'OBJECT':
-            problem = "Grab works in Object Mode. Go back to Object Mode"
-        if problem:
-            cls.poll_message_set(wording.sentence(problem))
-        return problem is None
-
-    def warn(self, error):
-        """As refuse(), without Blender's popup under the mouse, which takes the next click."""
-        self.report({'WARNING'}, wording.sentence(str(error)))
-        return {'CANCELLED'}
-
-    def find_object(self, context):
-        """@throws SceneError if there is none that can be worked on."""
-        obj = context.view_layer.objects.get(self.object_name) if self.object_name else subject.of(context)
-        problem = subject.object_problem(obj)
-        if problem:
-            raise SceneError(problem)
-        return obj
-
-    def find_pressed(self, context, event):
-        """(mesh object, Pressed, name of the active mesh that it covers or ""). The active mesh's controls come first.
-
-        @throws SceneError where there is nothing to grab.
-        """
-        found = under_mouse.view_of(context)
-        if found is None:
-            raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
-        seen = *found, (event.mouse_region_x, event.mouse_region_y)
-        active = subject.of(context)
-        is_usable = subject.object_problem(active) is None
-        at_control = _control_under(context, active, *seen) if is_usable else None
-        if at_control is not None:
-            return active, at_control, ""
-        obj = under_mouse.first_object(context, *seen)
-        if obj is None:
-            raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
-        problem = subject.object_problem(obj)
-        if problem:
-            raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
-        pressed = under_mouse.press(obj, *seen)
-        if pressed is None:
-            raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
-        is_covering = obj != active and is_usable and len(active.meanvalue.handles) > 0
-        is_covering = is_covering and under_mouse.place_under(active, *seen) is not None
-        return obj, pressed, active.name if is_covering else ""
+    @throws SceneError where there is nothing to grab.
+    """
+    found = under_mouse.view_of(context)
+    if found is None:
+        raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
+    seen = *found, (event.mouse_region_x, event.mouse_region_y)
+    active = subject.of(context)
+    is_usable = subject.object_problem(active) is None
+    at_control = _control_under(context, active, *seen) if is_usable else None
+    if at_control is not None:
+        return active, at_control, ""
+    obj = under_mouse.first_object(context, *seen)
+    if obj is None:
+        raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
+    problem = subject.object_problem(obj)
+    if problem:
+        raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
+    pressed = under_mouse.press(obj, *seen)
+    if pressed is None:
+        raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
+    is_covering = obj != active and is_usable and len(active.meanvalue.handles) > 0
+    is_covering = is_covering and under_mouse.place_under(active, *seen) is not None
+    return obj, pressed, active.name if is_covering else ""
 
 
 def require_vertex(obj, vertex):

@@ -6,7 +6,6 @@ from mathutils import Vector
 
 from ...scene import subject
 from ..operators import drag_circle
-from ..operators.grab import MEANVALUE_OT_grab
 
 #: Fainter than while something is dragged: how far the mesh is from the eye under the mouse is not known yet.
 HOVER_COLOR = (1.0, 1.0, 1.0, 0.35)
@@ -15,7 +14,7 @@ HOVER_COLOR = (1.0, 1.0, 1.0, 0.35)
 class MeanValueGrabTool(bpy.types.WorkSpaceTool):
     bl_space_type = 'VIEW_3D'
     bl_context_mode = 'OBJECT'
-    bl_idname = MEANVALUE_OT_grab.bl_idname
+    bl_idname = "meanvalue.grab"
     bl_label = "Mean-Value Grab"
     bl_description = (
         "Press on a mesh and drag: what is under the mouse becomes a handle, and its surroundings follow, as far as "
@@ -24,23 +23,23 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
     bl_icon = "brush.uv_sculpt.grab"  # of those that Blender has from 3.4 to 5.x
     bl_cursor = 'CROSSHAIR'
     bl_keymap = (
-        (MEANVALUE_OT_grab.bl_idname, {"type": 'LEFTMOUSE', "value": 'PRESS'}, None),
+        ("meanvalue.grab", {"type": 'LEFTMOUSE', "value": 'PRESS'}, None),
         (
-            MEANVALUE_OT_grab.bl_idname,
+            "meanvalue.grab",
             {"type": 'LEFTMOUSE', "value": 'PRESS', "shift": True},
             {"properties": [("pin", True)]},
         ),
     )
 
     def draw_settings(context, layout, tool):  # noqa: N805  Blender calls it without an instance
-        layout.prop(tool.operator_properties(MEANVALUE_OT_grab.bl_idname), "size")
+        layout.prop(tool.operator_properties("meanvalue.grab"), "size")
 
     def draw_cursor(context, tool, mouse):  # noqa: N805
         obj = subject.of(context)
         view = context.region_data
         if drag_circle.is_shown or view is None or subject.object_problem(obj) is not None:
             return
-        size = tool.operator_properties(MEANVALUE_OT_grab.bl_idname).size
+        size = tool.operator_properties("meanvalue.grab").size
         length = size * _size(obj) * max(map(abs, obj.matrix_world.to_scale()))
         place = obj.matrix_world.translation
         drag_circle.draw(mouse, HOVER_COLOR, drag_circle.pixels(context.region, view, place, length))

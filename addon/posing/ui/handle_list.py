@@ -5,7 +5,6 @@ import bpy
 
 from ...scene import subject
 from ..bridge import controls
-from ..operators.select_handle import MEANVALUE_OT_select_handle
 
 FOLLOWS_ICONS = {'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 
@@ -27,7 +26,7 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
         name.active = item.is_enabled
         icon = 'ERROR' if broken else FOLLOWS_ICONS[item.follows]
         name.label(text=item.name, icon=icon, translate=False)
-        row.operator(MEANVALUE_OT_select_handle.bl_idname, text="", icon='RESTRICT_SELECT_OFF').index = index
+        row.operator("meanvalue.select_handle", text="", icon='RESTRICT_SELECT_OFF').index = index
 
     def filter_items(self, _context, data, collection):
         """Without the handles whose control was deleted."""

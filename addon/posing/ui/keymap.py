@@ -7,8 +7,6 @@ Blender keeps what the artist changed beside what is registered here, so that it
 import bpy
 
 from ...scene import subject
-from ..operators.add_handle import MEANVALUE_OT_add_handle
-from ..operators.reset_handles import MEANVALUE_OT_reset_handles
 
 #: For wm.context_toggle: Live of the mesh that is worked on, also while one of its controls is the active object.
 LIVE = "meanvalue_live"
@@ -16,9 +14,9 @@ LIVE = "meanvalue_live"
 #: (keymap, operator, its properties, key, modifiers)
 SHORTCUTS = (
     ("Object Mode", "wm.context_toggle", {"data_path": f"scene.{LIVE}"}, 'L', {"alt": True}),
-    ("Object Mode", MEANVALUE_OT_reset_handles.bl_idname, {}, 'L', {"alt": True, "shift": True}),
-    ("Mesh", MEANVALUE_OT_add_handle.bl_idname, {}, 'H', {"ctrl": True, "alt": True}),
-    ("Mesh", MEANVALUE_OT_add_handle.bl_idname, {"pin": True}, 'P', {"ctrl": True, "alt": True}),
+    ("Object Mode", "meanvalue.reset_handles", {}, 'L', {"alt": True, "shift": True}),
+    ("Mesh", "meanvalue.add_handle", {}, 'H', {"ctrl": True, "alt": True}),
+    ("Mesh", "meanvalue.add_handle", {"pin": True}, 'P', {"ctrl": True, "alt": True}),
 )
 
 _made = []  # (keymap, item)

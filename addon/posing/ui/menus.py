@@ -6,29 +6,12 @@ import bpy
 from ... import ids
 from ...scene import subject
 from ...widgets import menus
-from ..operators.add_handle import MEANVALUE_OT_add_handle
-from ..operators.apply_pose import MEANVALUE_OT_apply_pose
-from ..operators.bind import MEANVALUE_OT_bind
-from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
-from ..operators.drive_by_bone import MEANVALUE_OT_drive_by_bone
-from ..operators.finish import MEANVALUE_OT_finish
-from ..operators.grow_region import MEANVALUE_OT_grow_region
-from ..operators.keep_pose import MEANVALUE_OT_keep_pose
-from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
-from ..operators.paint_region import MEANVALUE_OT_paint_region
-from ..operators.remove_handle import MEANVALUE_OT_remove_handle
-from ..operators.reset_handles import MEANVALUE_OT_reset_handles
-from ..operators.select_handle import MEANVALUE_OT_select_handle
-from ..operators.select_problems import MEANVALUE_OT_select_problems
-from ..operators.solve import MEANVALUE_OT_solve
-from ..operators.solve_from_key import MEANVALUE_OT_solve_from_key
-from ..operators.unbind import MEANVALUE_OT_unbind
 
 
 def draw_add(layout):
     """The two ways to hold the selected vertices."""
-    layout.operator(MEANVALUE_OT_add_handle.bl_idname, icon='EMPTY_AXIS')
-    layout.operator(MEANVALUE_OT_add_handle.bl_idname, text="Add Pin", icon='PINNED').pin = True
+    layout.operator("meanvalue.add_handle", icon='EMPTY_AXIS')
+    layout.operator("meanvalue.add_handle", text="Add Pin", icon='PINNED').pin = True
 
 
 class MEANVALUE_MT_handles(bpy.types.Menu):
@@ -40,11 +23,11 @@ class MEANVALUE_MT_handles(bpy.types.Menu):
     def draw(self, context):
         layout = self.layout
         draw_add(layout)
-        menus.draw_operators(layout, (MEANVALUE_OT_select_handle, MEANVALUE_OT_remove_handle, None))
+        menus.draw_operators(layout, ("meanvalue.select_handle", "meanvalue.remove_handle", None))
         obj = subject.of(context)
         if subject.object_problem(obj) is None:
             layout.prop(obj.meanvalue, "live")
-        menus.draw_operators(layout, (MEANVALUE_OT_reset_handles, MEANVALUE_OT_keyframe_handles))
+        menus.draw_operators(layout, ("meanvalue.reset_handles", "meanvalue.keyframe_handles"))
 
 
 class MEANVALUE_MT_apply(bpy.types.Menu):
@@ -56,9 +39,9 @@ class MEANVALUE_MT_apply(bpy.types.Menu):
     def draw(self, _context):
         layout = self.layout
         layout.operator_context = 'INVOKE_DEFAULT'
-        finish = MEANVALUE_OT_finish.bl_idname
+        finish = "meanvalue.finish"
         layout.operator(finish, text="Save as Shape Key", icon='SHAPEKEY_DATA').keep = 'SHAPE_KEY'
-        layout.operator(MEANVALUE_OT_apply_pose.bl_idname, icon='MESH_DATA')
+        layout.operator("meanvalue.apply_pose", icon='MESH_DATA')
         layout.operator(finish, text="Apply and Finish", icon='CHECKMARK').keep = 'REST'
         layout.separator()
         layout.operator(finish, text="Cancel", icon='X').keep = 'NOTHING'
@@ -71,8 +54,8 @@ class MEANVALUE_MT_pose(bpy.types.Menu):
     bl_label = "Pose"
 
     def draw(self, _context):
-        solve = (MEANVALUE_OT_solve, MEANVALUE_OT_solve_from_key, None)
-        menus.draw_operators(self.layout, (*solve, MEANVALUE_OT_keep_pose, MEANVALUE_OT_drive_by_bone))
+        solve = ("meanvalue.solve", "meanvalue.solve_from_key", None)
+        menus.draw_operators(self.layout, (*solve, "meanvalue.keep_pose", "meanvalue.drive_by_bone"))
         self.layout.menu(MEANVALUE_MT_apply.bl_idname)
 
 
@@ -81,7 +64,7 @@ class MEANVALUE_MT_region(menus.OperatorMenu, bpy.types.Menu):
 
     bl_idname = "MEANVALUE_MT_region"
     bl_label = "Region"
-    operators = (MEANVALUE_OT_grow_region, MEANVALUE_OT_paint_region)
+    operators = ("meanvalue.grow_region", "meanvalue.paint_region")
 
 
 class MEANVALUE_MT_advanced(menus.OperatorMenu, bpy.types.Menu):
@@ -90,10 +73,10 @@ class MEANVALUE_MT_advanced(menus.OperatorMenu, bpy.types.Menu):
     bl_idname = "MEANVALUE_MT_advanced"
     bl_label = "Advanced"
     operators = (
-        MEANVALUE_OT_bind,
-        MEANVALUE_OT_unbind,
-        MEANVALUE_OT_select_problems,
-        MEANVALUE_OT_copy_system_info,
+        "meanvalue.bind",
+        "meanvalue.unbind",
+        "meanvalue.select_problems",
+        "meanvalue.copy_system_info",
     )
 
 
@@ -117,7 +100,7 @@ class MEANVALUE_MT_edit_mesh(bpy.types.Menu):
 
     def draw(self, _context):
         draw_add(self.layout)
-        menus.draw_operators(self.layout, (MEANVALUE_OT_select_handle, MEANVALUE_OT_remove_handle))
+        menus.draw_operators(self.layout, ("meanvalue.select_handle", "meanvalue.remove_handle"))
 
 
 def meanvalue_draw_object_menu(self, context):

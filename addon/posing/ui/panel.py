@@ -13,20 +13,6 @@ from ...widgets.text_box import draw_wrapped
 from ..bridge import controls, object_status, targets
 from ..bridge.object_status import State
 from ..operators import tool_choice
-from ..operators.bind import MEANVALUE_OT_bind
-from ..operators.copy_system_info import MEANVALUE_OT_copy_system_info
-from ..operators.drive_by_bone import MEANVALUE_OT_drive_by_bone
-from ..operators.grab import MEANVALUE_OT_grab
-from ..operators.grow_region import MEANVALUE_OT_grow_region
-from ..operators.keep_pose import MEANVALUE_OT_keep_pose
-from ..operators.keyframe_handles import MEANVALUE_OT_keyframe_handles
-from ..operators.paint_region import MEANVALUE_OT_paint_region
-from ..operators.remove_handle import MEANVALUE_OT_remove_handle
-from ..operators.reset_handles import MEANVALUE_OT_reset_handles
-from ..operators.select_problems import MEANVALUE_OT_select_problems
-from ..operators.solve import MEANVALUE_OT_solve
-from ..operators.solve_from_key import MEANVALUE_OT_solve_from_key
-from ..operators.unbind import MEANVALUE_OT_unbind
 from .handle_list import MEANVALUE_UL_handles
 from .menus import MEANVALUE_MT_apply, draw_add
 
@@ -108,7 +94,7 @@ class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
             problem = controls.problem(obj, handle)
             if problem:
                 draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
-                layout.operator(MEANVALUE_OT_bind.bl_idname, icon='FILE_REFRESH')
+                layout.operator("meanvalue.bind", icon='FILE_REFRESH')
         layout.prop(handle, "is_soft")
         strength = layout.row()
         strength.active = handle.is_soft
@@ -126,9 +112,9 @@ class MEANVALUE_PT_region(PosingPart, bpy.types.Panel):
         row.prop_search(settings, "roi_group", subject.of(context), "vertex_groups", text="")
         row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
         buttons = self.layout.column(align=True)
-        buttons.operator(MEANVALUE_OT_grow_region.bl_idname, icon='EMPTY_AXIS')
+        buttons.operator("meanvalue.grow_region", icon='EMPTY_AXIS')
         is_painting = subject.of(context).mode == 'WEIGHT_PAINT'
-        buttons.operator(MEANVALUE_OT_paint_region.bl_idname, icon='BRUSH_DATA', depress=is_painting)
+        buttons.operator("meanvalue.paint_region", icon='BRUSH_DATA', depress=is_painting)
 
 
 class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
@@ -152,13 +138,13 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         layout.prop(settings, "merge_distance")
         layout.prop(settings, "result_key")
         row = layout.row(align=True)
-        row.operator(MEANVALUE_OT_bind.bl_idname)
-        row.operator(MEANVALUE_OT_unbind.bl_idname)
+        row.operator("meanvalue.bind")
+        row.operator("meanvalue.unbind")
         solve = layout.column(align=True)
-        solve.operator(MEANVALUE_OT_solve.bl_idname)
-        solve.operator(MEANVALUE_OT_solve_from_key.bl_idname)
-        layout.operator_menu_enum(MEANVALUE_OT_select_problems.bl_idname, "kind", icon='RESTRICT_SELECT_OFF')
-        layout.operator(MEANVALUE_OT_copy_system_info.bl_idname, icon='COPYDOWN')
+        solve.operator("meanvalue.solve")
+        solve.operator("meanvalue.solve_from_key")
+        layout.operator_menu_enum("meanvalue.select_problems", "kind", icon='RESTRICT_SELECT_OFF')
+        layout.operator("meanvalue.copy_system_info", icon='COPYDOWN')
 
 
 def _active_handle(obj):
@@ -172,7 +158,7 @@ def _draw_grab(layout, context, obj):
     grab = layout.row()
     grab.scale_y = 1.8
     is_active = tool_choice.is_active(context)
-    button = grab.operator(MEANVALUE_OT_grab.bl_idname, text="Grab", icon='VIEW_PAN', depress=is_active)
+    button = grab.operator("meanvalue.grab", text="Grab", icon='VIEW_PAN', depress=is_active)
     button.choose_tool = True
     column = layout.column()
     column.use_property_split = True
@@ -188,17 +174,17 @@ def _draw_handles(layout, obj):
     row = layout.row()
     row.template_list(MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", rows=3)
     buttons = row.column(align=True)
-    buttons.operator(MEANVALUE_OT_remove_handle.bl_idname, icon='REMOVE', text="")
+    buttons.operator("meanvalue.remove_handle", icon='REMOVE', text="")
     buttons.prop(settings, "show_overlay", text="", toggle=True, icon='OVERLAY')
     layout.prop(settings, "live", toggle=True, icon='PLAY')
     row = layout.row(align=True)
-    row.operator(MEANVALUE_OT_reset_handles.bl_idname, icon='LOOP_BACK', text="Reset")
-    row.operator(MEANVALUE_OT_keyframe_handles.bl_idname, icon='KEY_HLT', text="Keyframe")
+    row.operator("meanvalue.reset_handles", icon='LOOP_BACK', text="Reset")
+    row.operator("meanvalue.keyframe_handles", icon='KEY_HLT', text="Keyframe")
 
 
 def _draw_pose(layout, obj):
     column = layout.column(align=True)
-    column.operator(MEANVALUE_OT_keep_pose.bl_idname, icon='SHAPEKEY_DATA')
+    column.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
     key = shape_keys.kept(obj)
     row = column.row(align=True)
     if key is None:  # the place of the slider: nothing moves when there is one
@@ -207,7 +193,7 @@ def _draw_pose(layout, obj):
     else:
         row.prop(key, "name", text="")
         row.prop(key, "value", text="", slider=True)
-        row.operator(MEANVALUE_OT_drive_by_bone.bl_idname, text="", icon='DRIVER')
+        row.operator("meanvalue.drive_by_bone", text="", icon='DRIVER')
     layout.menu(MEANVALUE_MT_apply.bl_idname, icon='CHECKMARK')
 
 
@@ -219,7 +205,7 @@ def _draw_status(layout, context, obj):
     text, is_problem, wants_update = found
     draw_wrapped(layout, context, wording.sentence(text), icon='ERROR' if is_problem else 'INFO')
     if wants_update:
-        layout.operator(MEANVALUE_OT_bind.bl_idname, icon='FILE_REFRESH')
+        layout.operator("meanvalue.bind", icon='FILE_REFRESH')
 
 
 def _status(obj):
