@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...scene import shape_keys
-from ..core import drivers, leja
+from ..core import polynomials
 from . import mixed_keys
 
 #: A polynomial may go below 0 and above 1 between the places of its sliders.
@@ -18,13 +18,13 @@ def make(obj, mix_input, found):
     remove(obj)
     mixed_keys.remove(obj)
     names = [slider.name for slider in mix_input.sliders]
-    knots = [leja.places(slider.low, slider.high) for slider in mix_input.sliders]
+    knots = [polynomials.places(slider.low, slider.high) for slider in mix_input.sliders]
     made = []
-    for node in found.nodes:
-        shape = (mix_input.rest + node.offset).astype(np.float32)
-        key = shape_keys.add_shape(obj, drivers.label(names, knots, node.orders), shape)
+    for each in found.shapes:
+        shape = (mix_input.rest + each.offset).astype(np.float32)
+        key = shape_keys.add_shape(obj, polynomials.label(names, knots, each.orders), shape)
         key.slider_min, key.slider_max = -FARTHEST, FARTHEST
-        text, sliders = drivers.expression(knots, node.orders)
+        text, sliders = polynomials.expression(knots, each.orders)
         _drive(obj.data.shape_keys, key, text, [names[slider] for slider in sliders])
         made.append(key.name)
     return made
@@ -59,7 +59,7 @@ def _drive(keys, key, text, sliders):
     _make_plain(curve)
     driver = curve.driver
     driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
-    names = [*drivers.VARIABLES[: len(sliders)], ids.MIX_MARK]  # the last is not in the expression
+    names = [*polynomials.VARIABLES[: len(sliders)], ids.MIX_MARK]  # the last is not in the expression
     for name, slider in zip(names, [*sliders, sliders[0]], strict=True):
         variable = driver.variables.new()
         variable.name = name

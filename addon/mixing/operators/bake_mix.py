@@ -9,7 +9,9 @@ from ...widgets.background import BackgroundOperator
 from ..bridge import in_between_keys, mixed_keys
 from ..bridge.mix_reading import gather
 from ..bridge.mixing import InBetweenSearch
-from ..core import leja
+
+#: Where the tolerance is not reached.
+ADVICE = "Allow more keys (At Most), raise the tolerance, or bake the animation to a point cache"
 
 
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
@@ -74,44 +76,17 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     def finish(self, obj, prepared, found):
         settings = obj.meanvalue.mix
         share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
-        if not found.nodes and found.error > prepared.tolerance:
-            raise SceneError(
-                f"No in-between key brings the mix of '{obj.name}' nearer than straight lines, which are {share:.2%} "
-                f"of its size off: {_advice(prepared.bind_input, found)}"
-            )
-        if not found.nodes:
-            return _without_any(obj, share)
+        is_near = found.error <= prepared.tolerance
+        if not found.shapes and not is_near:
+            raise SceneError(f"No in-between key brings the mix of '{obj.name}' nearer than straight lines. {ADVICE}")
+        if not found.shapes:
+            text = f"No in-between keys are needed: in straight lines the mix is within {share:.2%} of the size"
+            removed = in_between_keys.remove(obj)
+            if not removed:
+                raise SceneError(text)
+            return text, [f"Removed {wording.counted(removed, 'key')} that stood for a former mix"]
         settings.is_on = False
         made = in_between_keys.make(obj, prepared.bind_input, found)
         settings.note = f"{wording.counted(len(made), 'in-between key')}, within {share:.2%} of the mesh's size"
-        warnings = []
-        if found.error > prepared.tolerance:
-            warnings.append(
-                f"The tolerance of {settings.tolerance_share:g}% is not reached with "
-                f"{wording.counted(len(made), 'key')}: {_advice(prepared.bind_input, found)}"
-            )
-        return f"'{obj.name}' has {settings.note}, driven by its sliders", warnings
-
-
-def _advice(mix_input, found):
-    """What helps where the tolerance is not reached."""
-    others = "raise the tolerance, or bake the animation to a point cache"
-    if found.used_up:
-        names = wording.listed([f"'{mix_input.sliders[slider].name}'" for slider in found.used_up])
-        return (
-            f"all {leja.MOST} places along {names} are used up, since the mix goes unevenly there. More keys would not "
-            f"help; narrow the slider's range, {others}"
-        )
-    if found.would_more_help:
-        return f"allow more of them, {others}"
-    return f"no key that could be added brings the mix nearer. More keys would not help; {others}"
-
-
-def _without_any(obj, share):
-    """@throws SceneError where nothing had to be changed."""
-    text = f"No in-between keys are needed: in straight lines, too, the mix is within {share:.2%} of the size"
-    advice = "Lower the tolerance if that is too much"
-    removed = in_between_keys.remove(obj)
-    if not removed:
-        raise SceneError(f"{text}. {advice}")
-    return text, [f"Removed {wording.counted(removed, 'key')} that stood for a former mix", advice]
+        text = f"'{obj.name}' has {settings.note}, driven by its sliders"
+        return text, [] if is_near else [f"That is more than the tolerance. {ADVICE}"]
