@@ -91,11 +91,6 @@ def partners(obj, rest, corners, starts):
     return None if obj.meanvalue.symmetric == 'NONE' else twins.find(rest, corners, starts, _symmetric_row(obj))
 
 
-def unpaired(obj, rest, corners, starts):
-    """Indices of the vertices that have no mirror image across the plane of Symmetric."""
-    return np.flatnonzero(partners(obj, rest, corners, starts) < 0)
-
-
 def _read(obj):
     """([Plane], [sentence])."""
     planes, found = [], []

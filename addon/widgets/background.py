@@ -48,7 +48,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
     _object_identity = None
 
     def start_reading(self, _obj):
-        """The SceneReading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
+        """The reading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
         return
 
     def before(self, _prepared):

@@ -11,7 +11,7 @@ def test_in_slices_as_in_one_go(part, monkeypatch):
     steps.list_anchors(obj, A=[0, 4, 20], B=[24, 23])
     steps.add_group(obj, "Region", range(10, 25))
     obj.meanvalue.roi_group = "Region"
-    reading = part("posing.bridge.scene_reading").SceneReading
+    reading = part("posing.bridge.scene_input").HandleReading
     whole, sliced = reading(obj), reading(obj)
     assert whole.go_on(obj)
     shares = []

@@ -15,7 +15,7 @@ class Source:
     """@throws SceneError, StaleBindingError."""
 
     def __init__(self, obj, reading=None):
-        self.posing = Posing.to_bake(obj, reading)
+        self.posing = Posing(obj, reading)
         self._targets = self._weights = None
 
     def begin(self, obj, count):

@@ -9,6 +9,9 @@ from ...solver import session
 from ...solver.core import fingerprint, result
 from . import bound_record, scene_input, targets
 
+#: Of a Posing: the targets are where the controls are.
+CONTROLS = ""
+
 
 class Posing:
     """Arrays of one object; work() binds if need be and solves.
@@ -18,53 +21,32 @@ class Posing:
     changes     what changed since the binding on record, in words, "" if nothing
     """
 
-    def __init__(self, bind_input, goal=None, changes="", start=None, key=""):
-        """key: name of the shape key that the targets were read from; "" for the controls."""
-        self.bind_input = bind_input
-        self.targets = goal
-        self._key = key
-        self.changes = changes
-        self._start = start
-        self.binding = session.cached(bind_input)
-        self._known = session.earlier(bind_input) if self.binding is None else None
+    def __init__(self, obj, reading=None, goal=None, is_checked=True, settles=False):
+        """goal: CONTROLS, or the name of a shape key that has the targets; None to bind only. is_checked: whether it is
+        told what changed since the binding on record. settles: from the result that is there; the better answer of that
+        and of rest. reading: see scene_input.gather().
+
+        @throws SceneError; StaleBindingError if the artist has to look first.
+        """
+        self.bind_input = scene_input.gather(obj, reading)
+        self.changes = _what_changed(obj, self.bind_input) if is_checked else ""
+        self._goal = goal
+        self.targets = self._gather_targets(obj, self.bind_input)
+        shape = shape_keys.result_positions(obj) if settles else None
+        self._start = shape.astype(np.float64) if shape is not None and result.all_finite(shape) else None
+        self.binding = session.cached(self.bind_input)
+        self._known = session.earlier(self.bind_input) if self.binding is None else None
         self._triangles = None
+
+    def _gather_targets(self, obj, bind_input):
+        if self._goal is None:
+            return None
+        return targets.gather_from_key(obj, bind_input, self._goal) if self._goal else targets.gather(obj, bind_input)
 
     def read_triangles(self, obj):
         """Before work(): apart from the rest, since it takes long on a big mesh."""
         if self.binding is None and self._known is None:
             self._triangles = mesh_arrays.triangles(obj.data, self.bind_input.rest)
-
-    @classmethod
-    def to_bind(cls, obj, reading=None):
-        """reading: see scene_input.gather(). @throws SceneError."""
-        return cls(scene_input.gather(obj, reading))
-
-    @classmethod
-    def to_solve(cls, obj, reading=None):
-        """@throws SceneError; StaleBindingError if the artist has to look first."""
-        bind_input = scene_input.gather(obj, reading)
-        return cls(bind_input, targets.gather(obj, bind_input), _what_changed(obj, bind_input))
-
-    @classmethod
-    def to_solve_from_key(cls, obj, key, reading=None):
-        """As to_solve(), by the shape key `key`; binds if need be. @throws likewise."""
-        bind_input = scene_input.gather(obj, reading)
-        changes = _what_changed(obj, bind_input)
-        return cls(bind_input, targets.gather_from_key(obj, bind_input, key), changes, key=key)
-
-    @classmethod
-    def to_bake(cls, obj, reading=None):
-        """As to_bind(), which it may be the first time. @throws SceneError; StaleBindingError as to_solve()."""
-        bind_input = scene_input.gather(obj, reading)
-        return cls(bind_input, changes=_what_changed(obj, bind_input))
-
-    @classmethod
-    def to_settle(cls, obj, reading=None):
-        """As to_solve(), from the result that is there; the better answer of that and of rest. @throws likewise."""
-        bind_input = scene_input.gather(obj, reading)
-        shape = shape_keys.result_positions(obj)
-        start = shape.astype(np.float64) if shape is not None and result.all_finite(shape) else None
-        return cls(bind_input, targets.gather(obj, bind_input), start=start)
 
     def work(self, execution):
         """Steps (see workers.job) to (n x 3 positions, SolveSummary) if there are targets, else None.
@@ -102,11 +84,9 @@ class Posing:
         problem = subject.object_problem(obj) or subject.mode_problem(obj)
         if problem is None:
             now = scene_input.gather(obj, reading)
+            goal = self._gather_targets(obj, now)
             is_same = now.fingerprint == self.bind_input.fingerprint
-            if is_same and self.targets is not None:
-                goal = targets.gather_from_key(obj, now, self._key) if self._key else targets.gather(obj, now)
-                is_same = goal.is_near(self.targets, 0.0)
-            if is_same:
+            if is_same and (goal is None or goal.is_near(self.targets, 0.0)):
                 return
         raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
 

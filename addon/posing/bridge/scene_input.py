@@ -1,23 +1,65 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
+import math
+import time
+
 import numpy as np
 
-from ... import ids, wording
+from ... import compat, ids, wording
 from ...errors import SceneError
-from ...scene import mirrors, object_model, shape_keys, vertex_groups
+from ...scene import declarations, mesh_arrays, mirrors, object_model, shape_keys, vertex_groups
 from ...scene.core import mirror_planes
 from ...scene.core.finite import require_finite
 from ..core import springs, welding
 from ..core.bind_input import BindInput, anchor_layout, soft_border
-from . import scene_reading, targets
-from .scene_reading import SceneReading
+from . import controls, targets
 
 
-class HandleReading(SceneReading):
-    """What poses are made of, as scene/object_model.py wants a kind of reading: BindInputs."""
+class HandleReading:
+    """What poses are made of, as scene/object_model.py wants a kind of reading: BindInputs.
 
-    signature = staticmethod(scene_reading.signature)
+    Nothing of Blender's is kept: the object is handed in for each part. What was read is worth nothing once the object
+    was edited. All are None until read:
+
+    members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
+    region_weights  n float64, 0 to 1, of the region; None if there is none
+    faces    (corners, starts) as of mesh_arrays.faces()
+    """
+
+    def __init__(self, obj):
+        self.members = self.region_weights = self.faces = None
+        self._mesh, self._names = _mesh_facts(obj), _names(obj)
+        self._groups = vertex_groups.Reading(obj, self._names)
+
+    def go_on(self, obj, seconds=math.inf):
+        """Reads for about so long, something in any case. Returns whether all is read."""
+        until = time.monotonic() + seconds
+        if self.members is None:
+            if not self._groups.go_on(obj, seconds):
+                return False
+            self.members = self._groups.members
+            self.region_weights = self._groups.weights.get(obj.meanvalue.roi_group)
+            self._groups = None
+            if time.monotonic() >= until:
+                return False
+        if self.faces is None:
+            self.faces = mesh_arrays.faces(obj.data)
+        return True
+
+    @property
+    def share(self):
+        """How much is read, 0 to 1."""
+        return 1.0 if self._groups is None else self._groups.share
+
+    def fits(self, obj):
+        """Whether it is of this object as it is now, as far as that is quick to tell."""
+        return self._mesh == _mesh_facts(obj) and self._names == _names(obj)
+
+    @staticmethod
+    def signature(obj):
+        deleted = tuple(handle.name for handle in obj.meanvalue.handles if controls.is_deleted(handle))
+        return _mesh_facts(obj), declarations.values(obj.meanvalue), deleted
 
     def result(self, obj):
         return gather(obj, self)
@@ -31,26 +73,36 @@ class HandleReading(SceneReading):
         return obj.meanvalue.result_key
 
 
+def _names(obj):
+    return {handle.name for handle in obj.meanvalue.handles} | {obj.meanvalue.roi_group}
+
+
+def _mesh_facts(obj):
+    mesh = obj.data
+    counts = len(mesh.vertices), len(mesh.polygons)
+    return obj.name, compat.session_key(mesh), counts, tuple(obj.vertex_groups.keys()), mirrors.signature(obj)
+
+
 def model(obj):
     """The ObjectModel of what `obj` is posed by."""
     return object_model.of(obj, HandleReading)
 
 
 def start_reading(obj):
-    """The SceneReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
+    """The HandleReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
     require_handles(obj)
-    return SceneReading(obj)
+    return HandleReading(obj)
 
 
 def gather(obj, reading=None):
     """The BindInput of `obj`, checked. @throws SceneError.
 
-    reading: a SceneReading since which the object was not edited; gone on with if it is not finished, and left alone
+    reading: a HandleReading since which the object was not edited; gone on with if it is not finished, and left alone
     if it does not fit.
     """
     require_handles(obj)
     if reading is None or not reading.fits(obj):
-        reading = SceneReading(obj)
+        reading = HandleReading(obj)
     reading.go_on(obj)
     members = reading.members
     corners, starts = reading.faces

@@ -6,11 +6,11 @@ import numpy as np
 from ...errors import SceneError, StaleBindingError
 from ...live import roll
 from ...live.following import Following
-from ...scene import mesh_arrays, shape_keys, subject
+from ...scene import mesh_arrays, rig_space, shape_keys, subject
+from ...scene.core import motion
 from ...solver import session
 from ...solver.core import fingerprint, result
 from ..bridge import bound_record, controls, scene_input, targets
-from .live_targets import LiveTargets
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
 #: own tolerance is 1e-4): a shape that was reopened or undone is not written again.
@@ -186,3 +186,62 @@ def _start(shown, solution):
     if solution is not None:
         return solution
     return shown.astype(np.float64) if result.all_finite(shown) else None
+
+
+class LiveTargets:
+    """Where the anchors are wanted, behind a rig that may move at any time.
+
+    What the rig does is measured when it is quiet, or right before a solve that needs it; never at each step of a drag.
+    A handle whose control stays where it was beside the rig keeps its targets, so that a rig that moves changes no key.
+    """
+
+    def __init__(self):
+        self._measured = None  # revision of the rig that `_space` is of
+        self._gone_along = None  # and that for which controls were put to where it has their handles
+        self._space = None
+        self._known = {}  # see targets.positions()
+
+    def is_behind(self, obj):
+        """Whether the rig may have moved since controls that go along with it did so."""
+        return self._gone_along != _revision(obj)
+
+    def gather(self, obj, bind_input, former):
+        """The Targets of `obj`; former: those before, or None. @throws SceneError."""
+        found = targets.problem(obj)
+        if found:
+            raise SceneError(found)
+        if self._measured != _revision(obj):
+            if former is not None:
+                goal, known = self._behind(obj, bind_input)
+                if goal.is_near(former, motion.NOISE * bind_input.diagonal):
+                    self._known = known
+                    return goal
+            self._measure(obj)
+        goal, self._known = self._behind(obj, bind_input)
+        return goal
+
+    def catch_up(self, obj, bind_input):
+        """Has the controls that go along with the rig do so, and measures what it does if that is not known.
+
+        @throws SceneError.
+        """
+        if self._measured != _revision(obj):
+            self._measure(obj)
+        targets.follow_rig(obj, bind_input, self._space)
+        self._gone_along = self._measured
+
+    def _measure(self, obj):
+        self._space = rig_space.measure(obj)
+        self._measured = _revision(obj)
+
+    def _behind(self, obj, bind_input):
+        """(Targets, what is known of handles then). Without a rig nothing is kept. @throws SceneError."""
+        known = dict(self._known)
+        is_kept = self._space is not None or known
+        return targets.gather_behind(obj, bind_input, self._space, known if is_kept else None), known
+
+
+def _revision(obj):
+    """Another one where the rig may be."""
+    model = scene_input.model(obj)
+    return model.rig_revision, model.content, rig_space.sliders(obj)

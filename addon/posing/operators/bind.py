@@ -29,7 +29,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         return scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        return Posing.to_bind(obj, reading)
+        return Posing(obj, reading, is_checked=False)
 
     def after(self, posing):
         """What is unusual about the mesh is counted in slices: all of it takes half a second for 200,000 vertices."""
@@ -57,8 +57,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         made = _make_own_controls(obj)
         posing.record(obj)
         report = posing.binding.deformer.report
-        guarded = result.guarded_notes(report, posing.bind_input.solver_mesh.places)
-        notes = [*mesh_problems.text(self._problems), *guarded, *result.size_notes(report)]
+        notes = [*mesh_problems.text(self._problems), *result.size_notes(report)]
         if made:
             notes.insert(0, f"{wording.counted(made, 'control')} made")
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])

@@ -160,28 +160,16 @@ def _kept_name(obj, wanted):
 
 
 def remove_what_was_made(obj):
-    """Takes away all handles, what was made for them, the region and the binding. Returns what that was, in words."""
+    """Takes away all handles, what was made for them, the region and the binding. Returns how many, in words."""
     settings = obj.meanvalue
     count = len(settings.handles)
-    made_controls = sum(
-        handle.made_control and controls.owner_of(handle.control) == obj
-        for handle in settings.handles
-        if handle.control
-    )
-    made_groups = 0
     if bpy.context.object != obj:
         selection.choose(obj)
     for index in reversed(range(count)):
-        made_groups += controls.remove_handle(obj, index)
-    made_groups += region.remove_made_group(obj)
+        controls.remove_handle(obj, index)
+    region.remove_made_group(obj)
     if settings.bound.is_bound:
         session.forget(bound_record.read_fingerprint(settings.bound))
         bound_record.clear(settings.bound)
     settings.former_result = ""
-    return wording.listed(
-        (
-            wording.counted(count, "handle or pin", "handles and pins"),
-            wording.counted(made_controls, "control"),
-            wording.counted(made_groups, "vertex group"),
-        )
-    )
+    return wording.counted(count, "handle or pin", "handles and pins")

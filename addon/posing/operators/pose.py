@@ -9,7 +9,7 @@ from ...scene import new_rest, shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import bound_record, controls, scene_input
-from ..bridge.posing import Posing
+from ..bridge.posing import CONTROLS, Posing
 
 
 class SettledOperator(BackgroundOperator):
@@ -24,7 +24,7 @@ class SettledOperator(BackgroundOperator):
         return None if _is_settled(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        return None if _is_settled(obj) else Posing.to_settle(obj, reading)
+        return None if _is_settled(obj) else Posing(obj, reading, CONTROLS, is_checked=False, settles=True)
 
     def finish(self, obj, prepared, outcome):
         if prepared is not None:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shows the artist what is messy about a mesh."""
 
+import contextlib
+
 import bpy
 import numpy as np
 from bpy.props import EnumProperty
@@ -14,7 +16,10 @@ from ..bridge import scene_input
 from ..core import mesh_problems
 
 ALL = 'ALL'
-UNPAIRED = 'UNPAIRED'
+KINDS = (
+    *mesh_problems.KINDS,
+    ('UNPAIRED', "Unpaired", "Vertices without a mirror image across the axis of Symmetric"),
+)
 
 
 class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
@@ -28,15 +33,12 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
         description="What to select",
         items=(
             (ALL, "All", "Whatever is unusual"),
-            *mesh_problems.KINDS,
-            (UNPAIRED, "Unpaired", "Vertices without a mirror image across the axis of Symmetric"),
+            *KINDS,
         ),
         default=ALL,
     )
 
     def run(self, obj):
-        if self.kind == UNPAIRED:
-            return _select_unpaired(obj)
         found = [each for each in problems(obj) if self.kind in {ALL, each.kind}]
         if not found:
             what = "Nothing unusual" if self.kind == ALL else f"Nothing of the kind '{_name(self.kind)}'"
@@ -52,28 +54,19 @@ def problems(obj):
     """All mesh_problems.Problem of `obj`; those that only a binding knows where there is one that fits the scene."""
     rest = shape_keys.rest_positions(obj.data)
     triangles = mesh_arrays.triangles(obj.data, rest)
-    try:
+    report = places = None
+    with contextlib.suppress(SceneError):  # no handles yet, say: the mesh can be looked at all the same
         bind_input = scene_input.gather(obj)
-    except SceneError:  # no handles yet, say: the mesh can be looked at all the same
-        return mesh_problems.find(rest, triangles)
-    binding = session.cached(bind_input)
-    if binding is None:
-        return mesh_problems.find(rest, triangles, places=bind_input.solver_mesh.places)
-    return mesh_problems.find(rest, triangles, binding.deformer.report, bind_input.solver_mesh.places)
-
-
-def _select_unpaired(obj):
-    axis = obj.meanvalue.symmetric
-    if axis == 'NONE':
-        return "Symmetric is off: choose an axis first", []
-    unpaired = mirrors.unpaired(obj, shape_keys.rest_positions(obj.data), *mesh_arrays.faces(obj.data))
-    count = len(obj.data.vertices)
-    if len(unpaired) == 0:
-        return f"All {wording.vertices(count)} have a mirror image across {axis}", []
-    selection.choose(obj)
-    notes = selection.edit_with_selected(obj, unpaired)
-    return f"{len(unpaired):,} of {wording.vertices(count)} have no mirror image across {axis}: selected", notes
+        places, binding = bind_input.solver_mesh.places, session.cached(bind_input)
+        report = binding.deformer.report if binding is not None else None
+    found = mesh_problems.find(rest, triangles, report, places)
+    partners = mirrors.partners(obj, rest, *mesh_arrays.faces(obj.data))
+    unpaired = np.flatnonzero(partners < 0) if partners is not None else ()
+    if len(unpaired):
+        text = f"{wording.vertices(len(unpaired))} without a mirror image across {obj.meanvalue.symmetric}"
+        found.append(mesh_problems.Problem('UNPAIRED', text, unpaired))
+    return found
 
 
 def _name(kind):
-    return next(name for identifier, name, _ in mesh_problems.KINDS if identifier == kind)
+    return next(name for identifier, name, _ in KINDS if identifier == kind)

@@ -10,7 +10,7 @@ from ...scene import rig_space, shape_keys, subject, vertex_groups
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import bound_record, controls, new_handles, scene_input, targets
-from ..bridge.posing import Posing
+from ..bridge.posing import CONTROLS, Posing
 
 
 class SolvingOperator(BackgroundOperator):
@@ -54,7 +54,7 @@ class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
         return scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        return Posing.to_solve(obj, reading)
+        return Posing(obj, reading, CONTROLS)
 
 
 class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
@@ -92,7 +92,7 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
 
     def prepare(self, obj, reading):
         self._prepare_scene(obj)
-        return Posing.to_solve_from_key(obj, self.key, reading)
+        return Posing(obj, reading, self.key)
 
     def finish(self, obj, posing, outcome):
         notes = list(_ignored(obj, posing.bind_input, self.key))

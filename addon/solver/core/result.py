@@ -102,22 +102,6 @@ class BindSummary:
         )
 
 
-def guarded_notes(report, places):
-    """A sentence on the vertices that the encoder had to treat by a fallback rule, if there are any. places: as of
-    BindSummary.of()."""
-
-    def count(vertices):
-        is_guarded = np.zeros(int(places.max(initial=-1)) + 1, bool)
-        vertices = np.asarray(vertices, int)
-        is_guarded[vertices[vertices < len(is_guarded)]] = True
-        return int(np.count_nonzero(is_guarded[places]))
-
-    if count(report.guarded):
-        counts = {reason: count(vertices) for reason, vertices in report.guarded_by_reason.items()}
-        rules = ", ".join(f"{reason}: {number:,}" for reason, number in counts.items() if number)
-        yield f"{wording.vertices(count(report.guarded))} encoded by a fallback rule ({rules})"
-
-
 # Bind and the first solve take some ten seconds here, and a minute for four times as many; Blender waits meanwhile.
 MANY_FREE_VERTICES = 250_000
 
