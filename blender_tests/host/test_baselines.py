@@ -15,7 +15,13 @@ from blender_tests.support.native_calls import (  # noqa: E402
     tube,
 )
 
-METHODS = ["laplacian", "laplacian_surface_editing", "pyramid", "arap"]
+METHODS = ["laplacian", "laplacian_surface_editing", "pyramid", "arap", "rotation_invariant"]
+
+
+def test_it_is_a_module_of_its_own():
+    from meanvalue.baselines import arap
+
+    assert arap is meanvalue.baselines.arap and meanvalue.baselines.__name__ == "meanvalue.baselines"
 
 
 def method(name):

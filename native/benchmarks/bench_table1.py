@@ -22,9 +22,6 @@ def measure(case):
     """(table rows, outcomes by method) of one deformation; the paper's rows come first."""
     found, rows = {}, paper_rows(case)
     for outcome in table1_methods.outcomes(case):
-        if isinstance(outcome, str):
-            rows.append([case.name, outcome, *[""] * 3, table1_methods.MISSING, *[""] * 5])
-            continue
         found[outcome.method] = outcome
         rows.append(
             [case.name, outcome.method, len(case.vertices), int(case.roi.sum()), len(case.anchors), outcome.energy,

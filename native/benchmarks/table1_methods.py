@@ -8,7 +8,6 @@ import meanvalue
 
 from native.benchmarks import reporting
 
-MISSING = "missing"
 LONG_SECONDS, REPEATS = 6.0, 5  # a longer run is not repeated
 
 
@@ -28,7 +27,7 @@ class Outcome:
 
 
 def outcomes(case):
-    """Yields the outcome of every method, or the name of one that this build does not have."""
+    """Yields the outcome of every method."""
     encoding = meanvalue.encode(case.vertices, case.faces)
 
     def energy(vertices):
@@ -37,20 +36,20 @@ def outcomes(case):
     for method in ("paper", "full"):
         yield by_deformer(case, method, energy)
     for method, function, options in baselines():
-        yield by_baseline(case, method, function, options, energy) if function else method
+        yield by_baseline(case, method, function, options, energy)
 
 
 def baselines():
-    """(name, function or None, options) of the other methods."""
-    module = getattr(meanvalue, "baselines", None)
-    names = [
-        ("pyramid", "pyramid", {}),
-        ("surface editing", "laplacian_surface_editing", {"rounds": 1}),
-        ("surface editing, 5 rounds", "laplacian_surface_editing", {"rounds": 5}),
-        ("laplacian", "laplacian", {}),
-        ("arap", "arap", {}),
+    """(name, function, options) of the other methods."""
+    module = meanvalue.baselines
+    return [
+        ("pyramid", module.pyramid, {}),
+        ("surface editing", module.laplacian_surface_editing, {"rounds": 1}),
+        ("surface editing, 5 rounds", module.laplacian_surface_editing, {"rounds": 5}),
+        ("laplacian", module.laplacian, {}),
+        ("rotation-invariant", module.rotation_invariant, {}),
+        ("arap", module.arap, {}),
     ]
-    return [(title, getattr(module, name, None), options) for title, name, options in names]
 
 
 def by_deformer(case, method, energy):

@@ -7,6 +7,7 @@
 #include "meanvalue/baselines/laplacian_surface_editing.h"
 #include "meanvalue/baselines/poisson_morph.h"
 #include "meanvalue/baselines/pyramid.h"
+#include "meanvalue/baselines/rotation_invariant.h"
 
 namespace meanvalue::bindings {
 namespace {
@@ -20,33 +21,31 @@ constexpr const char* kArguments =
     "threads: 0 for every core; the result does not depend on it.\n"
     "Returns (n, 3) float64. Raises InvalidInput that names what is wrong, SolverFailure, Cancelled.";
 
-/// Converts the arguments that all baselines share and calls `method` with the interpreter released.
-template <typename Method>
-py::array_t<double> run(const py::object& vertices, const py::object& faces, const py::object& anchors,
-                        const py::object& targets, const std::optional<py::object>& roi, int threads,
-                        const SharedExecution& execution, const Method& method) {
-    const PositionsArray positions(vertices, "vertices");
-    const Triangles triangles = as_triangles(faces, "faces");
-    const PositionsArray target_positions(targets, "targets");
-    const baselines::Problem problem{
-        positions.view(),     triangles, as_indices(anchors, "anchors", "vertex"), target_positions.view(),
-        as_flags(roi, "roi"), threads};
-    const SharedExecution held = execution_or_new(execution);
-    Positions deformed;
-    {
-        const py::gil_scoped_release released;
-        deformed = method(problem, *held);
-    }
-    return to_array(std::move(deformed));
-}
-
-/// Binds one baseline: `call` takes the options between the shared arguments and (problem, execution).
-template <typename Call, typename... Options>
-void bind_baseline(py::module_& module, const char* name, const std::string& summary, const Call& call,
-                   const Options&... options) {
+/// Binds a method that takes (problem, execution, options...): converts what all of them share, and calls it with the
+/// interpreter released.
+template <typename... Options, typename Method, typename... Names>
+void bind_baseline(py::module_& module, const char* name, const std::string& summary, const Method& method,
+                   const Names&... names) {
+    const auto call = [method](const py::object& vertices, const py::object& faces, const py::object& anchors,
+                               const py::object& targets, const std::optional<py::object>& roi, Options... options,
+                               int threads, const SharedExecution& execution) {
+        const PositionsArray positions(vertices, "vertices");
+        const Triangles triangles = as_triangles(faces, "faces");
+        const PositionsArray target_positions(targets, "targets");
+        const baselines::Problem problem{
+            positions.view(),     triangles, as_indices(anchors, "anchors", "vertex"), target_positions.view(),
+            as_flags(roi, "roi"), threads};
+        const SharedExecution held = execution_or_new(execution);
+        Positions deformed;
+        {
+            const py::gil_scoped_release released;
+            deformed = method(problem, *held, options...);
+        }
+        return to_array(std::move(deformed));
+    };
     const std::string text = summary + "\n" + kArguments;
     module.def(name, call, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::arg("targets"),
-               py::arg("roi") = py::none(), py::kw_only(), options..., py::arg("threads") = 0,
+               py::arg("roi") = py::none(), py::kw_only(), names..., py::arg("threads") = 0,
                py::arg("execution") = py::none(), text.c_str());
 }
 
@@ -54,57 +53,44 @@ void bind_linear(py::module_& module) {
     bind_baseline(
         module, "laplacian",
         "Laplacian coordinates (Alexa 2003): uniform weights, kept as vectors, so that details do not turn.\n",
-        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
-           const std::optional<py::object>& roi, int threads, const SharedExecution& execution) {
-            return run(vertices, faces, anchors, targets, roi, threads, execution, baselines::laplacian);
-        });
-
-    const baselines::LaplacianSurfaceEditingOptions defaults;
-    bind_baseline(
+        baselines::laplacian);
+    bind_baseline<int>(
         module, "laplacian_surface_editing",
         "Laplacian surface editing (Sorkine et al. 2004): Laplacian coordinates up to linearised similarities.\n\n"
         "rounds: 1 for the published linear method; more turn the coordinates by the best rotation of their\n"
         "ring after each solve and fit the similarities anew.\n",
-        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
-           const std::optional<py::object>& roi, int rounds, int threads, const SharedExecution& execution) {
-            return run(vertices, faces, anchors, targets, roi, threads, execution,
-                       [rounds](const baselines::Problem& problem, Execution& held) {
-                           return baselines::laplacian_surface_editing(problem, {rounds}, held);
-                       });
+        [](const baselines::Problem& problem, Execution& execution, int rounds) {
+            return baselines::laplacian_surface_editing(problem, {rounds}, execution);
         },
-        py::arg("rounds") = defaults.rounds);
+        py::arg("rounds") = baselines::LaplacianSurfaceEditingOptions().rounds);
+    bind_baseline(
+        module, "rotation_invariant",
+        "Linear rotation-invariant coordinates (Lipman et al. 2005): edges are kept in local frames, and frames\n"
+        "relative to their neighbors', by two linear solves, frames first.\n\n"
+        "The frame of an anchor is turned by the rotation that fits best to those of it and its ring that are\n"
+        "anchors; of a single anchor, or on a line, to its ring where Laplacian coordinates lead.\n",
+        baselines::rotation_invariant);
 }
 
 void bind_iterative(py::module_& module) {
-    const baselines::PyramidOptions pyramid_defaults;
-    bind_baseline(
+    bind_baseline<int>(
         module, "pyramid",
         "Pyramid coordinates (Sheffer and Kraevoy 2004), a reconstruction.\n\n"
         "sweeps: how many damped Jacobi sweeps are made; there is no objective that could tell when to end.\n",
-        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
-           const std::optional<py::object>& roi, int sweeps, int threads, const SharedExecution& execution) {
-            return run(vertices, faces, anchors, targets, roi, threads, execution,
-                       [sweeps](const baselines::Problem& problem, Execution& held) {
-                           return baselines::pyramid(problem, {sweeps}, held);
-                       });
+        [](const baselines::Problem& problem, Execution& execution, int sweeps) {
+            return baselines::pyramid(problem, {sweeps}, execution);
         },
-        py::arg("sweeps") = pyramid_defaults.sweeps);
-
-    const baselines::ArapOptions arap_defaults;
-    bind_baseline(
+        py::arg("sweeps") = baselines::PyramidOptions().sweeps);
+    const baselines::ArapOptions defaults;
+    bind_baseline<int, double>(
         module, "arap",
         "As rigid as possible, spokes (Sorkine and Alexa 2007), with positive cotangent weights.\n\n"
         "iterations: at most; tolerance: stop when no vertex moves farther than this share of the rest\n"
         "shape's bounding-box diagonal.\n",
-        [](const py::object& vertices, const py::object& faces, const py::object& anchors, const py::object& targets,
-           const std::optional<py::object>& roi, int iterations, double tolerance, int threads,
-           const SharedExecution& execution) {
-            return run(vertices, faces, anchors, targets, roi, threads, execution,
-                       [iterations, tolerance](const baselines::Problem& problem, Execution& held) {
-                           return baselines::arap(problem, {iterations, tolerance}, held);
-                       });
+        [](const baselines::Problem& problem, Execution& execution, int iterations, double tolerance) {
+            return baselines::arap(problem, {iterations, tolerance}, execution);
         },
-        py::arg("iterations") = arap_defaults.iterations, py::arg("tolerance") = arap_defaults.tolerance);
+        py::arg("iterations") = defaults.iterations, py::arg("tolerance") = defaults.tolerance);
 }
 
 void bind_morphs(py::module_& module) {
@@ -139,6 +125,8 @@ void bind_baselines(py::module_& module) {
     bind_linear(baselines);
     bind_iterative(baselines);
     bind_morphs(baselines);
+    py::module_::import("sys").attr("modules")["meanvalue.baselines"] =
+        baselines;  // for `import meanvalue.baselines`
 }
 
 }  // namespace meanvalue::bindings

@@ -1,3 +1,4 @@
+#include <Eigen/QR>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -7,9 +8,11 @@
 #include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/baselines/laplacian_surface_editing.h"
 #include "meanvalue/baselines/pyramid.h"
+#include "meanvalue/baselines/rotation_invariant.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/encoding/predictor.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
@@ -48,8 +51,12 @@ Baseline arap() {
             [](const Problem& problem, Execution& execution) { return baselines::arap(problem, {}, execution); }};
 }
 
+Baseline rotation_invariant() {
+    return {"rotation invariant", baselines::rotation_invariant};
+}
+
 std::vector<Baseline> all_methods() {
-    return {laplacian(), editing(1), editing(5), pyramid(), arap()};
+    return {laplacian(), editing(1), editing(5), pyramid(), arap(), rotation_invariant()};
 }
 
 Positions deform(const Baseline& method, const Mesh& mesh, const std::vector<Index>& anchors,
@@ -365,6 +372,95 @@ TEST(Arap, StopsAtItsTolerance) {
     std::vector<double> energies;
     baselines::arap(problem, {1000, 1e-3}, execution, &energies);
     EXPECT_LT(energies.size(), 100u);
+}
+
+TEST(RotationInvariant, IsExactUnderRigidMotion) {
+    for (const double angle_deg : {20.0, 120.0, 180.0}) {
+        EXPECT_LT(miss(rotation_invariant(), torus(24, 12), 1.0, angle_deg), 1e-9);
+        EXPECT_LT(miss(rotation_invariant(), grid(9, 8, 0.05), 1.0, angle_deg), 1e-9);
+    }
+}
+
+/// The two systems as they are in print: local frames and their differences along edges, then edges in these frames;
+/// dense. @param frames 3n x 3, filled for what is fixed: F_i transposed. @param positions filled likewise.
+void solve_as_in_print(const Mesh& mesh, const std::vector<char>& is_fixed, Eigen::MatrixXd& frames,
+                       Positions& positions) {
+    const Index count = mesh.vertex_count();
+    std::vector<Matrix3> rest_frames;
+    for (Index v = 0; v < count; ++v)
+        rest_frames.push_back(Eigen::Quaterniond::UnitRandom().toRotationMatrix());
+    std::vector<Index> free_lines;
+    std::vector<Index> free;
+    for (Index v = 0; v < count; ++v) {
+        if (is_fixed[v]) continue;
+        free.push_back(v);
+        free_lines.insert(free_lines.end(), {3 * v, 3 * v + 1, 3 * v + 2});
+    }
+    const OneRings rings = collect_one_rings(TriangleMesh(count, mesh.faces, Execution()), Execution());
+    const auto edges = static_cast<Eigen::Index>(rings.vertices.size());
+    Eigen::MatrixXd turn_rows = Eigen::MatrixXd::Zero(3 * edges, 3 * static_cast<Eigen::Index>(count));
+    Eigen::MatrixXd edge_rows = Eigen::MatrixXd::Zero(edges, count);
+    const auto for_each_edge = [&](const auto& visit) {
+        for (Index i = 0, edge = 0; i < count; ++i) {
+            for (const Index* j = rings.begin(i); j != rings.end(i); ++j)
+                visit(edge++, i, *j);
+        }
+    };
+    for_each_edge([&](Index edge, Index i, Index j) {
+        turn_rows.block<3, 3>(3 * edge, 3 * j).setIdentity();
+        turn_rows.block<3, 3>(3 * edge, 3 * i) = -rest_frames[j].transpose() * rest_frames[i];
+        edge_rows(edge, j) = 1.0;
+        edge_rows(edge, i) = -1.0;
+    });
+    for (Index v = 0; v < count; ++v)
+        frames.middleRows<3>(3 * v) = rest_frames[v].transpose() * frames.middleRows<3>(3 * v);
+    frames(free_lines, Eigen::all).setZero();
+    frames(free_lines, Eigen::all) =
+        -turn_rows(Eigen::all, free_lines).colPivHouseholderQr().solve(turn_rows * frames);
+    Positions wanted(edges, 3);
+    for_each_edge([&](Index edge, Index i, Index j) {
+        const Matrix3 frame = fit_rotation(frames.middleRows<3>(3 * i).transpose());
+        const Vector3 local = rest_frames[i].transpose() * Vector3(mesh.vertices.row(j) - mesh.vertices.row(i));
+        wanted.row(edge) = (frame * local).transpose();
+    });
+    positions(free, Eigen::all).setZero();
+    positions(free, Eigen::all) =
+        edge_rows(Eigen::all, free).colPivHouseholderQr().solve(wanted - edge_rows * positions);
+}
+
+TEST(RotationInvariant, IsTheMethodAsInPrintWhicheverTheFrames) {
+    const Mesh mesh = with_noise(torus(8, 6), 0.05, 2);
+    // A triangle with a handle's turn, and another that stays.
+    const Index far = mesh.faces(mesh.faces.rows() / 2, 0);
+    std::vector<Index> anchors = {mesh.faces(0, 0), mesh.faces(0, 1), mesh.faces(0, 2)};
+    for (int c = 0; c < 3; ++c)
+        anchors.push_back(mesh.faces(mesh.faces.rows() / 2, c));
+    const Matrix3 turn = Eigen::AngleAxisd(1.2, Vector3(1, 2, 2).normalized()).toRotationMatrix();
+    const Vector3 centre = mesh.vertices.row(far);
+    Positions positions = mesh.vertices;
+    Eigen::MatrixXd frames = Matrix3::Identity().replicate(mesh.vertex_count(), 1);
+    std::vector<char> is_fixed(mesh.vertex_count(), 0);
+    for (std::size_t k = 0; k < anchors.size(); ++k) {
+        const Index v = anchors[k];
+        is_fixed[v] = 1;
+        if (k < 3) continue;
+        positions.row(v) = (centre + turn * (Vector3(mesh.vertices.row(v)) - centre)).transpose();
+        frames.middleRows<3>(3 * v) = turn.transpose();
+    }
+    const Positions targets = rows_of(positions, anchors);
+    solve_as_in_print(mesh, is_fixed, frames, positions);
+    EXPECT_LT(largest_distance(deform(rotation_invariant(), mesh, anchors, targets), positions),
+              1e-9 * mesh.diagonal());
+}
+
+TEST(RotationInvariant, TurnsDetailsWithAHandleWhichLaplacianCoordinatesDoNot) {
+    const Bend bend(kPi / 2);
+    const Encoding encoding = encoding_of(bend.mesh);
+    Execution execution;
+    const auto energy_of = [&](const Baseline& method) {
+        return energy(encoding, deform(method, bend.mesh, bend.anchors, bend.targets), 1, execution);
+    };
+    EXPECT_LT(energy_of(rotation_invariant()), 0.1 * energy_of(laplacian()));
 }
 
 TEST(Baselines, MeanValueEnergyIsLowestForItsOwnMinimiserAndHighestForLaplacianCoordinates) {

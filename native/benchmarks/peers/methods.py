@@ -65,6 +65,7 @@ PEERS = {
         Method("CGAL SRE", "cgal", {"variant": "sre"}, largest=300_000, largest_reason="like CGAL, but slower"),
         Method(LIBIGL, "libigl", {"energy": "ARAP_ENERGY_TYPE_SPOKES_AND_RIMS"}),
         Method("libigl spokes", "libigl", {"energy": "ARAP_ENERGY_TYPE_SPOKES"}),
+        Method("rotation-invariant", "baseline", {"baseline": "rotation_invariant"}, 1, 60_000, "binds for each update"),
         Method("Open3D", "open3d", {"energy": "Spokes"}, 100, 60_000, "half a minute an update"),
         Method("Blender Laplacian Deform", "blender", {}, 10, 60_000,
                "bind takes minutes; its manual warns from 100,000"),
@@ -163,8 +164,8 @@ def blender_command(method, folder, options):
 
 
 COMMANDS = {
-    "ours": python_command, "libigl": python_command, "open3d": python_command, "cgal": cgal_command,
-    "blender": blender_command,
+    "ours": python_command, "baseline": python_command, "libigl": python_command, "open3d": python_command,
+    "cgal": cgal_command, "blender": blender_command,
 }  # fmt: skip
 
 

@@ -1,7 +1,6 @@
 // Laplacian coordinates: Alexa, "Differential coordinates for local mesh morphing and deformation", 2003.
 #pragma once
 
-#include "meanvalue/baselines/least_squares.h"
 #include "meanvalue/baselines/problem.h"
 
 namespace meanvalue::baselines {
@@ -11,12 +10,9 @@ namespace meanvalue::baselines {
 /// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: one scalar factorisation.
 Positions laplacian(const Problem& problem, Execution& execution);
 
-/// (L V)_i = v_i - (1/m_i) sum_j v_j for each row of setup.unknowns.
-LinearRows<1> uniform_laplacian(const Setup& setup, const Execution& execution);
-
-/// Where iterative methods start: setup.carried, with the rest of the way to the anchors spread smoothly, by keeping
+/// Where other methods start: setup.carried, with the rest of the way to the anchors spread smoothly, by keeping
 /// its Laplacian coordinates. Met exactly by a similarity of all anchors.
 /// @return n x 3, what is not solved for exactly at its place.
-Positions smooth_start(const Setup& setup, Execution& execution);
+Positions smooth_start(const Setup& setup, const Execution& execution);
 
 }  // namespace meanvalue::baselines

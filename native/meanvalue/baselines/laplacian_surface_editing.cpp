@@ -44,9 +44,9 @@ std::vector<Matrix3> star_rotations(const Setup& setup, const PositionsView& res
 /// (L V')_i - T_i(V') R_i delta_i, where T_i = s I + [h]_x fits the turned rest star R_i q_k to that of V'. With q_k
 /// relative to the star's centroid, the pseudo-inverse of the paper's A_i falls apart: for R_i = I it is
 /// s = sum_k q_k . v'_k / sum_k |q_k|^2 and h = M^+ sum_k q_k x v'_k, M = sum_k (|q_k|^2 I - q_k q_k^T).
-LinearRows<3> editing_rows(const Setup& setup, const PositionsView& rest, const std::vector<Matrix3>& rotations,
-                           const Execution& execution) {
-    LinearRows<3> rows;
+Rows editing_rows(const Setup& setup, const PositionsView& rest, const std::vector<Matrix3>& rotations,
+                  const Execution& execution) {
+    std::vector<RowEntry> entries;
     std::vector<Index> star;
     std::vector<Vector3> offsets;  // q_k
     for (std::size_t row = 0; row < setup.unknowns.rows.size(); ++row) {
@@ -74,11 +74,17 @@ LinearRows<3> editing_rows(const Setup& setup, const PositionsView& rest, const 
         const Vector3 growth = spread > 0.0 ? Vector3(rotation * delta / spread) : Vector3::Zero();
         for (std::size_t k = 0; k < star.size(); ++k) {
             const double laplacian = star[k] == v ? 1.0 : -1.0 / valence;
-            rows.add(star[k], laplacian * Matrix3::Identity() - growth * (rotation * offsets[k]).transpose() -
-                                  turn * cross_matrix(offsets[k]) * rotation.transpose());
+            const Matrix3 block = laplacian * Matrix3::Identity() - growth * (rotation * offsets[k]).transpose() -
+                                  turn * cross_matrix(offsets[k]) * rotation.transpose();
+            for (int r = 0; r < 3; ++r) {
+                for (int c = 0; c < 3; ++c)
+                    entries.emplace_back(3 * static_cast<std::int64_t>(row) + r, 3 * star[k] + c, block(r, c));
+            }
         }
-        rows.end_row();
     }
+    execution.check();
+    Rows rows(3 * static_cast<Eigen::Index>(setup.unknowns.rows.size()), 3 * rest.rows());
+    rows.setFromTriplets(entries.begin(), entries.end());
     return rows;
 }
 
@@ -89,15 +95,20 @@ Positions laplacian_surface_editing(const Problem& problem, const LaplacianSurfa
     if (options.rounds < 1) throw InvalidInput(message("rounds is ", options.rounds, "; give 1 or more"));
     const Setup setup = set_up(problem, execution);
     execution.begin_stage("solve");
-    const Positions nothing = Positions::Zero(static_cast<Eigen::Index>(setup.unknowns.rows.size()), 3);
+    require_short_rings(setup);
+    std::vector<Index> free;
+    for (const Index v : setup.unknowns.free)
+        free.insert(free.end(), {3 * v, 3 * v + 1, 3 * v + 2});
     std::vector<Matrix3> rotations(setup.unknowns.rows.size(), Matrix3::Identity());
     SparseCholesky cholesky;
     Positions positions = setup.start;
+    Eigen::MatrixXd coordinates = Eigen::Map<const Eigen::VectorXd>(positions.data(), positions.size());
     for (int round = 0; round < options.rounds; ++round) {
         execution.set_progress(static_cast<double>(round) / options.rounds);
         if (round > 0) rotations = star_rotations(setup, problem.vertices, positions, execution);
-        minimise_rows(editing_rows(setup, problem.vertices, rotations, execution), nothing, setup.unknowns, cholesky,
-                      positions, execution);
+        const Rows rows = editing_rows(setup, problem.vertices, rotations, execution);
+        minimise_rows(rows, Eigen::VectorXd::Zero(rows.rows()), free, cholesky, coordinates, execution);
+        positions = Eigen::Map<const Positions>(coordinates.data(), positions.rows(), 3);
     }
     return positions;
 }

@@ -138,13 +138,12 @@ void drop_rings(const std::vector<std::uint8_t>& flags, const Execution& executi
 }
 
 /// The flags of all shapes together, and in each encoding the coefficients of what is not steep in any.
-std::vector<std::uint8_t> fill_coefficients(const OneRings& rings, const Shapes& shapes, const PositionsView* normals,
-                                            int threads, const Execution& execution,
-                                            std::vector<Encoding>& encodings) {
+std::vector<std::uint8_t> fill_coefficients(const OneRings& rings, const Shapes& shapes, int threads,
+                                            const Execution& execution, std::vector<Encoding>& encodings) {
     std::vector<std::uint8_t> flags(rings.vertex_count(), 0);
     for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
         parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
-            RingEncoder encoder(shapes[shape], normals);
+            RingEncoder encoder(shapes[shape]);
             for (Index v = begin; v < end; ++v) {
                 if (rings.kinds[v] != RingKind::kAbsent)
                     flags[v] |= encode_vertex(encoder, v, false, encodings[shape]);
@@ -154,14 +153,15 @@ std::vector<std::uint8_t> fill_coefficients(const OneRings& rings, const Shapes&
     return flags;
 }
 
-std::vector<Encoding> encode_rings(const OneRings& rings, const Shapes& shapes, const PositionsView* normals,
-                                   int threads, Execution& execution) {
+}  // namespace
+
+std::vector<Encoding> encode_alike(const OneRings& rings, const Shapes& shapes, int threads, Execution& execution) {
     execution.begin_stage("encode");
     const RingReplacements replacements = replace_degenerate_rings(rings, shapes, threads, execution);
     std::vector<Encoding> encodings(shapes.size());
     for (Encoding& encoding : encodings)
         lay_out_rings(rings, replacements, execution, encoding);
-    std::vector<std::uint8_t> flags = fill_coefficients(rings, shapes, normals, threads, execution, encodings);
+    std::vector<std::uint8_t> flags = fill_coefficients(rings, shapes, threads, execution, encodings);
     bool all_predictable = true;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         execution.check_every(v);
@@ -171,7 +171,7 @@ std::vector<Encoding> encode_rings(const OneRings& rings, const Shapes& shapes, 
     }
     for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
         Encoding& encoding = encodings[shape];
-        RingEncoder encoder(shapes[shape], normals);
+        RingEncoder encoder(shapes[shape]);
         for (Index v = 0; v < rings.vertex_count(); ++v) {
             execution.check_every(v);
             if (flags[v] == 0) continue;
@@ -186,20 +186,8 @@ std::vector<Encoding> encode_rings(const OneRings& rings, const Shapes& shapes, 
     return encodings;
 }
 
-}  // namespace
-
 Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
-    return std::move(encode_rings(rings, {positions}, nullptr, threads, execution).front());
-}
-
-std::vector<Encoding> encode_alike(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
-                                   Execution& execution) {
-    return encode_rings(rings, shapes, nullptr, threads, execution);
-}
-
-Encoding encode_with_normals(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
-                             int threads, Execution& execution) {
-    return std::move(encode_rings(rings, {positions}, &normals, threads, execution).front());
+    return std::move(encode_alike(rings, {positions}, threads, execution).front());
 }
 
 }  // namespace meanvalue

@@ -23,9 +23,4 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
 std::vector<Encoding> encode_alike(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
                                    Execution& execution);
 
-/// One shape in planes across normals that the caller chose; to be decoded by predict_along().
-/// @param normals n x 3 of unit length, or zero where a vertex has none: it is not predictable then.
-Encoding encode_with_normals(const OneRings& rings, const PositionsView& positions, const PositionsView& normals,
-                             int threads, Execution& execution);
-
 }  // namespace meanvalue

@@ -142,11 +142,7 @@ class RingLinearisation {
 }  // namespace
 
 Vector3 predict(const EncodedRing& ring, const PositionsView& positions) {
-    return predict_along(ring, positions,
-                         soft_normal(ring_area(positions, ring.ring, ring.valence), ring.softening).normal);
-}
-
-Vector3 predict_along(const EncodedRing& ring, const PositionsView& positions, const Vector3& normal) {
+    const Vector3 normal = soft_normal(ring_area(positions, ring.ring, ring.valence), ring.softening).normal;
     const Vector3 centre = weighted_centre(ring, positions);
     double offset = 0.0;
     for (Index k = 0; k < ring.valence; ++k) {

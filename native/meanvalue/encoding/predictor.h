@@ -13,10 +13,6 @@ namespace meanvalue {
 /// @param positions n x 3, at least as far as the ring reaches; @param ring of a predictable vertex.
 Vector3 predict(const EncodedRing& ring, const PositionsView& positions);
 
-/// The same about a normal that the caller chose, for encodings made with normals of their own: encode_along().
-/// @param normal of the length kRestNormalLength.
-Vector3 predict_along(const EncodedRing& ring, const PositionsView& positions, const Vector3& normal);
-
 /// F_i(V) and dF_i/dv_k for every ring vertex k, in closed form (docs/algorithm.md, "Derivative of F").
 /// Exact wherever F is differentiable; at a projected neighbour that coincides with the projected vertex,
 /// a subgradient.

@@ -51,7 +51,7 @@ std::vector<double> RingEncoder::steep_weights() const {
 
 void RingEncoder::project(Index vertex, const Index* ring, Index valence) {
     const RingArea polygon = ring_area(positions_, ring, valence);
-    projected_.normal = normals_ != nullptr ? Vector3(normals_->row(vertex)) : polygon.area.normalized();
+    projected_.normal = polygon.area.normalized();
     softening_ = kSoftness * polygon.area.norm() / polygon.spread;
     projected_.tangential.resize(valence);
     projected_.radius.resize(valence);

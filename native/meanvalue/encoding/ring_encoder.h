@@ -13,10 +13,8 @@ namespace meanvalue {
 /// scratch memory.
 class RingEncoder {
   public:
-    /// @param positions n x 3; @param normals n x 3 of unit length or zero, or nullptr for those of the rings. Both
-    /// must outlive the encoder.
-    explicit RingEncoder(const PositionsView& positions, const PositionsView* normals = nullptr)
-        : positions_(positions), normals_(normals) {}
+    /// @param positions n x 3; must outlive the encoder.
+    explicit RingEncoder(const PositionsView& positions) : positions_(positions) {}
 
     /// @param ring spans a plane (spans_a_plane()). @param as_steep whether it is or not: another shape's is.
     /// @return GuardReason flags; where kNotPredictable is among them, the coefficients mean nothing.
@@ -36,7 +34,6 @@ class RingEncoder {
     void fill_heights(std::uint8_t flags);
 
     const PositionsView& positions_;
-    const PositionsView* normals_;
     ProjectedRing projected_;
     double radius_sum_ = 0.0;
     double softening_ = 0.0;

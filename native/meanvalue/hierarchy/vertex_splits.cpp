@@ -79,25 +79,6 @@ std::size_t Splits::bytes() const {
            (weights.capacity() + heights.capacity() + softening.capacity()) * sizeof(double);
 }
 
-OneRings removal_rings(const Splits& splits, Index vertex_count, const Execution& execution) {
-    std::vector<Index> number(vertex_count, -1);
-    for (Index k = 0; k < splits.size(); ++k)
-        number[splits.vertices[k]] = k;
-    OneRings rings;
-    for (Index v = 0; v < vertex_count; ++v) {
-        execution.check_every(v);
-        if (number[v] < 0) {
-            rings.append(nullptr, nullptr, RingKind::kAbsent, false);
-            continue;
-        }
-        const Index* const ring = splits.ring.data();
-        const bool closed = splits.closed[number[v]] != 0;
-        rings.append(ring + splits.offsets[number[v]], ring + splits.offsets[number[v] + 1],
-                     closed ? RingKind::kClosed : RingKind::kOpen, closed);
-    }
-    return rings;
-}
-
 SplitRecorder::SplitRecorder(Index vertex_count) : depth_(vertex_count, 0) {
     // Enough for most meshes, so that it need not be copied while it grows; what stays unused costs nothing.
     constexpr std::size_t kUsualRing = 6;

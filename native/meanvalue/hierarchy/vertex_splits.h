@@ -38,9 +38,6 @@ struct Splits {
     std::size_t bytes() const;
 };
 
-/// The rings of all n vertices by which they are placed; kAbsent ones for those that are no splits.
-OneRings removal_rings(const Splits& splits, Index vertex_count, const Execution& execution);
-
 /// Takes splits down in the order of removal, and gives them out in that of use.
 class SplitRecorder {
   public:

@@ -10,8 +10,7 @@ constexpr std::int64_t kEntriesPerCheck = 1 << 20;
 
 }  // namespace
 
-template <int Size>
-SymmetricBlocks<Size>::SymmetricBlocks(const std::vector<std::vector<Index>>& columns, const Execution& execution) {
+BlockMatrix::BlockMatrix(const std::vector<std::vector<Index>>& columns, const Execution& execution) {
     for (const std::vector<Index>& column : columns) {
         execution.check_every(block_start_.size());
         block_row_.insert(block_row_.end(), column.begin(), column.end());
@@ -20,44 +19,40 @@ SymmetricBlocks<Size>::SymmetricBlocks(const std::vector<std::vector<Index>>& co
     take_room(execution);
 }
 
-template <int Size>
-void SymmetricBlocks<Size>::take_room(const Execution& execution) {
-    const std::int64_t size = Size * static_cast<std::int64_t>(block_column_count());
+void BlockMatrix::take_room(const Execution& execution) {
+    const std::int64_t size = kSize * static_cast<std::int64_t>(block_column_count());
     matrix_.resize(size, size);
-    matrix_.resizeNonZeros(Size * Size * block_start_.back());
+    matrix_.resizeNonZeros(kSize * kSize * block_start_.back());
     std::int64_t* outer = matrix_.outerIndexPtr();
     std::int64_t* inner = matrix_.innerIndexPtr();
     for (Index column = 0; column < block_column_count(); ++column) {
         execution.check_every(column);
-        for (int c = 0; c < Size; ++c) {
+        for (int c = 0; c < kSize; ++c) {
             *outer++ = inner - matrix_.innerIndexPtr();
             for (std::int64_t position = block_start_[column]; position < block_start_[column + 1]; ++position) {
-                for (int r = 0; r < Size; ++r)
-                    *inner++ = Size * std::int64_t{block_row_[position]} + r;
+                for (int r = 0; r < kSize; ++r)
+                    *inner++ = kSize * std::int64_t{block_row_[position]} + r;
             }
         }
     }
     *outer = inner - matrix_.innerIndexPtr();
 }
 
-template <int Size>
-SymmetricBlocks<Size> SymmetricBlocks<Size>::with_same_pattern(const Execution& execution) const {
-    SymmetricBlocks result;
+BlockMatrix BlockMatrix::with_same_pattern(const Execution& execution) const {
+    BlockMatrix result;
     result.block_start_ = block_start_;
     result.block_row_ = block_row_;
     result.take_room(execution);
     return result;
 }
 
-template <int Size>
-std::int64_t SymmetricBlocks<Size>::find(Index row, Index column) const {
+std::int64_t BlockMatrix::find(Index row, Index column) const {
     const auto begin = block_row_.begin() + block_start_[column];
     const auto end = block_row_.begin() + block_start_[column + 1];
     return std::lower_bound(begin, end, row) - block_row_.begin();
 }
 
-template <int Size>
-void SymmetricBlocks<Size>::set_zero(const Execution& execution) {
+void BlockMatrix::set_zero(const Execution& execution) {
     double* const values = matrix_.valuePtr();
     for (std::int64_t begin = 0; begin < matrix_.nonZeros(); begin += kEntriesPerCheck) {
         execution.check();
@@ -65,36 +60,32 @@ void SymmetricBlocks<Size>::set_zero(const Execution& execution) {
     }
 }
 
-template <int Size>
-void SymmetricBlocks<Size>::add_identity_multiples(const std::vector<double>& values, double scale) {
+void BlockMatrix::add_identity_multiples(const std::vector<double>& values, double scale) {
     for (Index column = 0; column < block_column_count(); ++column) {
         for (std::int64_t position = block_start_[column]; position < block_start_[column + 1]; ++position) {
-            add(position, column, scale * values[position] * Block::Identity());
+            add(position, column, scale * values[position] * Matrix3::Identity());
         }
     }
 }
 
-template <int Size>
-void SymmetricBlocks<Size>::add_to_diagonal(double amount) {
+void BlockMatrix::add_to_diagonal(double amount) {
     for (Index column = 0; column < block_column_count(); ++column) {
-        add(block_start_[column], column, amount * Block::Identity());
+        add(block_start_[column], column, amount * Matrix3::Identity());
     }
 }
 
-template <int Size>
-double SymmetricBlocks<Size>::largest_on_diagonal() const {
+double BlockMatrix::largest_on_diagonal() const {
     double largest = 0.0;
     for (Index column = 0; column < block_column_count(); ++column) {
-        const std::int64_t stride = Size * (block_start_[column + 1] - block_start_[column]);
-        const double* first = matrix_.valuePtr() + Size * Size * block_start_[column];
-        for (int c = 0; c < Size; ++c)
+        const std::int64_t stride = kSize * (block_start_[column + 1] - block_start_[column]);
+        const double* first = matrix_.valuePtr() + kSize * kSize * block_start_[column];
+        for (int c = 0; c < kSize; ++c)
             largest = std::max(largest, first[c * stride + c]);
     }
     return largest;
 }
 
-template <int Size>
-SparseMatrix SymmetricBlocks<Size>::with_numbers(const std::vector<double>& values) const {
+SparseMatrix BlockMatrix::with_numbers(const std::vector<double>& values) const {
     SparseMatrix result(block_column_count(), block_column_count());
     result.resizeNonZeros(block_count());
     std::copy(block_start_.begin(), block_start_.end(), result.outerIndexPtr());
@@ -103,18 +94,13 @@ SparseMatrix SymmetricBlocks<Size>::with_numbers(const std::vector<double>& valu
     return result;
 }
 
-template <int Size>
-std::size_t SymmetricBlocks<Size>::bytes() const {
+std::size_t BlockMatrix::bytes() const {
     return pattern_bytes() + static_cast<std::size_t>(matrix_.nonZeros()) * sizeof(double);
 }
 
-template <int Size>
-std::size_t SymmetricBlocks<Size>::pattern_bytes() const {
+std::size_t BlockMatrix::pattern_bytes() const {
     return static_cast<std::size_t>(matrix_.nonZeros()) * sizeof(std::int64_t) +
            block_row_.capacity() * sizeof(Index) + block_start_.capacity() * sizeof(std::int64_t);
 }
-
-template class SymmetricBlocks<1>;
-template class SymmetricBlocks<3>;
 
 }  // namespace meanvalue

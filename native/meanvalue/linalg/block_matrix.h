@@ -1,4 +1,4 @@
-// A symmetric sparse matrix of square blocks with a fixed pattern, filled anew at each iteration.
+// A symmetric sparse matrix of 3 x 3 blocks with a fixed pattern, filled anew at each iteration.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -14,27 +14,26 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
 /// The lower triangle, by columns, with whole blocks on the diagonal: what is above the diagonal inside those
 /// must be ignored by whoever reads matrix().
-template <int Size>
-class SymmetricBlocks {
-  public:
-    using Block = Eigen::Matrix<double, Size, Size>;
+class BlockMatrix {
+    static constexpr int kSize = 3;
 
-    SymmetricBlocks() = default;
+  public:
+    BlockMatrix() = default;
     /// @param columns for each block column the block rows at or below it, ascending, the diagonal first.
     /// @throws Cancelled.
-    SymmetricBlocks(const std::vector<std::vector<Index>>& columns, const Execution& execution);
+    BlockMatrix(const std::vector<std::vector<Index>>& columns, const Execution& execution);
 
     /// Where block (row, column) is, for add(). @pre row >= column and the block is in the pattern.
     std::int64_t find(Index row, Index column) const;
 
     /// @throws Cancelled. The values are unset until then.
     void set_zero(const Execution& execution);
-    void add(std::int64_t position, Index column, const Block& block) {
-        const std::int64_t stride = Size * (block_start_[column + 1] - block_start_[column]);
+    void add(std::int64_t position, Index column, const Matrix3& block) {
+        const std::int64_t stride = kSize * (block_start_[column + 1] - block_start_[column]);
         double* entry =
-            matrix_.valuePtr() + Size * Size * block_start_[column] + Size * (position - block_start_[column]);
-        for (int c = 0; c < Size; ++c, entry += stride) {
-            for (int r = 0; r < Size; ++r)
+            matrix_.valuePtr() + kSize * kSize * block_start_[column] + kSize * (position - block_start_[column]);
+        for (int c = 0; c < kSize; ++c, entry += stride) {
+            for (int r = 0; r < kSize; ++r)
                 entry[r] += block(r, c);
         }
     }
@@ -45,7 +44,7 @@ class SymmetricBlocks {
     double largest_on_diagonal() const;
 
     /// A matrix with the same blocks, of which none is set. @throws Cancelled.
-    SymmetricBlocks with_same_pattern(const Execution& execution) const;
+    BlockMatrix with_same_pattern(const Execution& execution) const;
     /// A matrix with one number where this one has a block. @param values one number a block.
     SparseMatrix with_numbers(const std::vector<double>& values) const;
 
@@ -62,7 +61,5 @@ class SymmetricBlocks {
     std::vector<Index> block_row_;
     SparseMatrix matrix_;
 };
-
-using BlockMatrix = SymmetricBlocks<3>;
 
 }  // namespace meanvalue

@@ -57,3 +57,13 @@ def pyramid(
     threads: int = 0,
     execution: Execution | None = None,
 ) -> NDArray[np.float64]: ...
+def rotation_invariant(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    anchors: ArrayLike,
+    targets: ArrayLike,
+    roi: ArrayLike | None = None,
+    *,
+    threads: int = 0,
+    execution: Execution | None = None,
+) -> NDArray[np.float64]: ...
