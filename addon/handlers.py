@@ -2,15 +2,14 @@
 """What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
 Live posing follows what moved (live/engine.py); all else only forgets or marks. A room hears of it by functions of its
-room.py: scene_updated(depsgraph), chosen(active), forget(), another_file(), those that it has. A timer has the panel
-drawn again when an edited object has been left alone for a moment, since Blender has no reason to draw then.
+room.py: scene_updated(depsgraph), chosen(active), forget(), another_file(), those that it has.
 """
 
 import bpy
 from bpy.app.handlers import persistent
 
 from .live import engine
-from .scene import object_model, shared_readings, views
+from .scene import object_model, shared_readings
 from .solver import session
 
 _rooms = ()
@@ -30,7 +29,7 @@ def meanvalue_scene_updated(_scene, depsgraph):
     _have_heard("scene_updated", depsgraph)
     _note_active_object(depsgraph)
     if engine.scene_updated(depsgraph):
-        _draw_again_when_quiet()
+        shared_readings.look_again_when_quiet()
 
 
 @persistent
@@ -105,25 +104,6 @@ def _forget_what_was_read():
     _have_heard("forget")
 
 
-def _draw_again_when_quiet():
-    if _is_drawn() and not bpy.app.timers.is_registered(_draw_again):
-        bpy.app.timers.register(_draw_again, first_interval=object_model.QUIET_SECONDS)
-
-
-def _is_drawn():
-    """Timers are never called in the background, and one left over keeps the bpy module of 4.5 from ending."""
-    return not bpy.app.background
-
-
-def _draw_again():
-    """Timer: None ends it, a number calls it again after so many seconds."""
-    remaining = object_model.quiet_in()
-    if remaining > 0.0:
-        return remaining
-    views.draw_again()
-    return None
-
-
 def register(rooms):
     global _rooms
     unregister()
@@ -139,7 +119,5 @@ def unregister():
     for list_name, handler in _HANDLERS:
         handlers = getattr(bpy.app.handlers, list_name)
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]
-    if bpy.app.timers.is_registered(_draw_again):
-        bpy.app.timers.unregister(_draw_again)
     shared_readings.stop()
     engine.shut_down()

@@ -82,7 +82,7 @@ class ObjectModel:
         self.written = self.solution = None
         self.is_unchecked = self.is_watched = self.is_awaited = False
         self.content = next(_numbers)
-        self._told_at = -math.inf
+        self.told_at = -math.inf
         self._restarts = self._compared = 0
         self._reading = self._stamp = self._kept = self._error = None
         self._result = _nothing
@@ -117,7 +117,7 @@ class ObjectModel:
         self._is_to_be_compared()
 
     def _is_to_be_compared(self):
-        self.is_unchecked, self._compared, self._told_at = True, 0, clock()
+        self.is_unchecked, self._compared, self.told_at = True, 0, clock()
 
     def rig_moved(self):
         self.rig_revision, self.rig_moved_at = next(_numbers), clock()
@@ -128,12 +128,7 @@ class ObjectModel:
 
     def was_told_within(self, seconds):
         """Whether Blender has told of an edit in the last `seconds`."""
-        return clock() - self._told_at < seconds
-
-    @property
-    def quiet_in(self):
-        """Seconds until it has been left alone for QUIET_SECONDS; 0 if it has."""
-        return max(0.0, self._told_at + QUIET_SECONDS - clock())
+        return clock() - self.told_at < seconds
 
     # What was read of it
 
@@ -254,7 +249,8 @@ def edited(obj):
 
 def quiet_in():
     """Seconds until all that is shown has been left alone long enough; 0 if it has."""
-    return max((model.quiet_in for model in _models.values() if model.is_watched), default=0.0)
+    told_at = max((model.told_at for model in _models.values() if model.is_watched), default=-math.inf)
+    return max(0.0, told_at + QUIET_SECONDS - clock())
 
 
 def forget(key):

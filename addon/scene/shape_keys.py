@@ -5,13 +5,30 @@ import bmesh
 import bpy
 import numpy as np
 
-from .. import compat
+from .. import compat, ids
 from ..errors import SceneError
-from . import mesh_arrays, reference_key
+from . import mesh_arrays
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
 ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
+
+
+#: On the datablock of a mesh's keys: without it the Basis is the artist's, to be kept.
+MADE = "meanvalue_made"
+
+
+def make_basis(obj):
+    """The rest shape as the first key of a mesh without any."""
+    obj.shape_key_add(name=ids.BASIS_KEY, from_mix=False)
+    obj.data.shape_keys[MADE] = True
+
+
+def remove_lone_basis(obj):
+    """Takes the last key away, if it is the Basis and the add-on made it."""
+    keys = obj.data.shape_keys
+    if keys is not None and len(keys.key_blocks) == 1 and keys.get(MADE):
+        obj.shape_key_clear()
 
 
 def positions(key):
@@ -64,7 +81,7 @@ def ensure_result_key(obj):
     mesh = obj.data
     settings = obj.meanvalue
     if mesh.shape_keys is None:
-        reference_key.make(obj)
+        make_basis(obj)
     active_index = obj.active_shape_key_index
     name = settings.result_key
     if name not in mesh.shape_keys.key_blocks:
@@ -151,7 +168,7 @@ def show_fully(keys, key):
 def add_shape(obj, name, shape):
     """A new key with the n x 3 float32 `shape`, at value 0; the Basis too if missing. The active key stays active."""
     if obj.data.shape_keys is None:
-        reference_key.make(obj)
+        make_basis(obj)
     active_index = obj.active_shape_key_index
     key = obj.shape_key_add(name=name, from_mix=False)
     write_positions(obj.data, key, shape)

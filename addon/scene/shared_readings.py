@@ -22,14 +22,24 @@ def finished(obj, kind):
     if _goes_on(obj, model, math.inf if bpy.app.background else SLICE_SECONDS):
         return model.reading
     model.is_awaited = True
-    if not bpy.app.timers.is_registered(_read_on):
-        bpy.app.timers.register(_read_on, first_interval=PAUSE_SECONDS)
+    _schedule(PAUSE_SECONDS)
     return None
+
+
+def look_again_when_quiet():
+    """What is shown was edited. Blender has no reason of its own to draw when it has been left alone for a moment."""
+    _schedule(object_model.QUIET_SECONDS)
 
 
 def stop():
     if bpy.app.timers.is_registered(_read_on):
         bpy.app.timers.unregister(_read_on)
+
+
+def _schedule(seconds):
+    """Timers are never called in the background, and one left over keeps the bpy module of 4.5 from ending."""
+    if not bpy.app.background and not bpy.app.timers.is_registered(_read_on):
+        bpy.app.timers.register(_read_on, first_interval=seconds)
 
 
 def _read_on():
@@ -44,6 +54,10 @@ def _read_on():
             return PAUSE_SECONDS
         model.is_awaited = False
         views.draw_again()
+    remaining = object_model.quiet_in()
+    if remaining > 0.0:
+        return remaining
+    views.draw_again()
     return None
 
 

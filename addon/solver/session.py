@@ -5,6 +5,7 @@ Deformers are a cache of what the scene already says: nothing is lost when one i
 a Blender object.
 """
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,6 @@ import numpy as np
 from ..errors import CancelledError, SceneError, SolverError
 from . import native_loader
 from .core import result
-from .core.deformer_cache import DeformerCache
 
 # What is said of input that the native module refuses.
 REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Update"
@@ -20,6 +20,50 @@ REFUSED_POSE = "The solver cannot reach this pose: {}"
 
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
+
+
+class DeformerCache:
+    """Keeps at most `capacity` entries and, but for the newest, at most `byte_limit` bytes.
+
+    Only a cache: whatever is dropped is built again on demand, with the same result to the tolerance.
+    """
+
+    def __init__(self, capacity, byte_limit):
+        self._capacity = capacity
+        self._byte_limit = byte_limit
+        self._entries = OrderedDict()
+
+    def __len__(self):
+        return len(self._entries)
+
+    def get(self, key):
+        """The entry, now the newest, or None."""
+        if key not in self._entries:
+            return None
+        self._entries.move_to_end(key)
+        return self._entries[key][0]
+
+    def relative(self, family):
+        """The newest entry that was put with this family, or None. It stays as old as it is."""
+        found = (entry for entry, _, its_family in reversed(self._entries.values()) if its_family == family)
+        return next(found, None)
+
+    def put(self, key, entry, byte_count, family=None):
+        """family: what entries have in common that may be made from each other."""
+        self._entries[key] = (entry, byte_count, family)
+        self._entries.move_to_end(key)
+        while len(self._entries) > 1 and (len(self._entries) > self._capacity or self._total() > self._byte_limit):
+            self._entries.popitem(last=False)
+
+    def discard(self, key):
+        self._entries.pop(key, None)
+
+    def clear(self):
+        self._entries.clear()
+
+    def _total(self):
+        return sum(byte_count for _, byte_count, _ in self._entries.values())
+
 
 _cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 

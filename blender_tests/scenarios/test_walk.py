@@ -81,7 +81,7 @@ def cuff_places(obj, part, sample):
     controls_at(obj, sample)
     members = part("scene.vertex_groups").members(obj, [handle.name for handle in cuff_handles(obj)])
     rest = np.array([vertex.co for vertex in obj.data.vertices])
-    move, apply = part("posing.bridge.controls").move, part("scene.core.motion").apply
+    move, apply = part("posing.bridge.control_places").move, part("scene.core.motion").apply
     return {
         handle.cuff: (rest[members[handle.name]], apply(move(obj, handle), rest[members[handle.name]]))
         for handle in cuff_handles(obj)

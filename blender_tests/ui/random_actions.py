@@ -224,7 +224,7 @@ def _check_consistency():
 
 def _check_anchors(obj, keys):
     """Every hard handle is where its control has it, every pin is at rest."""
-    controls = installed.part("posing.bridge.controls")
+    control_places = installed.part("posing.bridge.control_places")
     rest = np.array([tuple(point.co) for point in keys.reference_key.data])
     result = np.array([tuple(point.co) for point in keys.key_blocks[obj.meanvalue.result_key].data])
     assert np.isfinite(result).all()
@@ -239,7 +239,7 @@ def _check_anchors(obj, keys):
         taken.update(members)
         if not members or line.is_soft:
             continue
-        move = np.eye(4) if line.follows == 'REST' else controls.move(obj, line)
+        move = np.eye(4) if line.follows == 'REST' else control_places.move(obj, line)
         wanted = rest[members] @ move[:3, :3].T + move[:3, 3]
         error = np.abs(result[members] - wanted).max()
         assert error < 1e-3 * (1.0 + np.abs(wanted).max()), (obj.name, line.name, error)

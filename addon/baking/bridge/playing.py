@@ -6,7 +6,7 @@ import json
 import bpy
 
 from ... import compat, ids, wording
-from ...scene import actions, bakeable, reference_key, shape_keys
+from ...scene import actions, bakeable, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ..core import bake_times
 
@@ -42,7 +42,7 @@ def play_keys(obj, plan, kept, shapes, prefix, is_absolute):
     mesh = obj.data
     record = obj.meanvalue.baked
     if mesh.shape_keys is None:
-        reference_key.make(obj)
+        shape_keys.make_basis(obj)
     keys = mesh.shape_keys
     was_relative = keys.use_relative
     active_index = obj.active_shape_key_index
@@ -95,7 +95,7 @@ def take_back(obj):
     said = f"the modifier '{record.modifier}'" if record.modifier else ""
     if record.target == TO_KEYS:
         said = wording.counted(_remove_keys(obj, names_in(record.keys), record.was_relative), "shape key")
-        reference_key.remove_lone(obj)
+        shape_keys.remove_lone_basis(obj)
     keys = obj.data.shape_keys
     for name in names_in(record.muted):
         if keys is not None and name in keys.key_blocks:
@@ -115,7 +115,7 @@ def keep(obj):
     obj.meanvalue.live = False
     if obj.meanvalue.result_key in names_in(record.muted) and keys.use_relative:
         shape_keys.remove(obj, [obj.meanvalue.result_key])
-        reference_key.remove_lone(obj)
+        shape_keys.remove_lone_basis(obj)
     _forget(obj)
 
 

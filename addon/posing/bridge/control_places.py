@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where controls are: in the object's space as seen, and in the space of the shape key, where handles are at rest.
+"""Where controls are, and where they are put back to: in the object's space as seen, and in that of the shape key.
 
 A *place* is a 4 x 4 matrix in one of the two (scene/core/seen_space.py). A *rig transform* takes the second to the
 first, for the vertices of one handle; it is motion.IDENTITY without a rig. Controls that Add Handle made have it in
@@ -9,10 +9,14 @@ their parent inverse: so they stand where the handle is seen, and their channels
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from ...errors import SceneError
 from ...scene import rig_space, vertex_groups
 from ...scene.core import motion
+
+#: A bone that deforms its own handle by half has moved it by half of what is missing each time that it is put back.
+MOST_RESETS = 24
 
 
 def at_rest(handle):
@@ -29,6 +33,11 @@ def in_key(placement, rig_transform):
     """4 x 4 in the key's space, of a placement()."""
     place, is_in_key = placement
     return place if is_in_key or rig_transform is motion.IDENTITY else np.linalg.inv(rig_transform) @ place
+
+
+def move(obj, handle, rig_transform=motion.IDENTITY):
+    """4 x 4: how the control has moved its handle from the rest shape, in the key's space. @throws SceneError."""
+    return motion.between(at_rest(handle), place_in_key(obj, handle, rig_transform))
 
 
 def placement(obj, handle):
@@ -159,6 +168,53 @@ def is_flat(matrix):
 
 
 def to_blender(matrix):
-    from mathutils import Matrix
-
     return Matrix(matrix.tolist())
+
+
+def reset(obj, handles):
+    """Puts controls back to where their handles are in the rest shape. Returns those of `handles` that are elsewhere.
+
+    Those that Add Handle made take the scale that the object has now: a turn of them would shear else.
+    """
+    for handle in handles:
+        if follows_rig(obj, handle):
+            set_frame(handle, unscaled(obj))
+    bpy.context.view_layer.update()
+    handles = sorted(handles, key=_depth)
+    for _ in range(MOST_RESETS):
+        transforms = _follow_rig(obj, handles)
+        if not _elsewhere(obj, handles, transforms):
+            break
+        for handle, transform in zip(handles, transforms, strict=True):  # all: what is reset takes its children along
+            put(handle, np.array(obj.matrix_world) @ transform @ at_rest(handle))
+            bpy.context.view_layer.update()  # the next may be a child of this one
+        if not rig_space.is_there(obj):
+            break
+    return _elsewhere(obj, handles, _follow_rig(obj, handles))
+
+
+def _depth(handle):
+    """How many parents the control has: those are reset before it."""
+    control = handle.control
+    bone = control.pose.bones.get(handle.bone) if control.type == 'ARMATURE' and handle.bone else None
+    count = len(bone.parent_recursive) if bone is not None else 0
+    while control.parent is not None:
+        control, count = control.parent, count + 1
+    return count
+
+
+def _follow_rig(obj, handles):
+    """[4 x 4]: the transforms of now, which controls that go along with the rig have followed."""
+    transforms = rig_transforms(obj, handles)
+    for handle, transform in zip(handles, transforms, strict=True):
+        follow_rig(obj, handle, transform)
+    bpy.context.view_layer.update()
+    return transforms
+
+
+def _elsewhere(obj, handles, transforms):
+    return [
+        handle
+        for handle, transform in zip(handles, transforms, strict=True)
+        if move(obj, handle, transform) is not motion.IDENTITY
+    ]

@@ -102,11 +102,6 @@ def mesh_moved_by(control):
     return None
 
 
-def move(obj, handle, transform=motion.IDENTITY):
-    """4 x 4: how the control has moved its handle from the rest shape, in the key's space. @throws SceneError."""
-    return motion.between(control_places.at_rest(handle), control_places.place_in_key(obj, handle, transform))
-
-
 def attach(handle, place):
     """From here on the control is at `place` (4 x 4, in the key's space) with its handle in the rest shape."""
     handle.rest_relation = place.ravel()

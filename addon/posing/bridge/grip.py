@@ -8,12 +8,16 @@ from mathutils import Quaternion, Vector
 from ... import ids
 from ...errors import SceneError
 from ...live import engine, roll
-from ...scene import key_states, mesh_arrays, rig_space, shape_keys, shown_shape, vertex_groups
+from ...scene import mesh_arrays, rig_space, shape_keys, shown_shape, vertex_groups
 from . import bound_record, control_places, controls, new_handles, region
 from .region import HANDLE_SHARE, radius
 
 #: Sizes closer than this are the same one.
 SAME_SIZE = 1e-6
+
+#: Of how a shape key is shown, what making and muting the result changes; the limits of the slider before the value,
+#: which they cut off.
+KEY_STATE = ("mute", "vertex_group", "slider_min", "slider_max", "value")
 
 #: The end of a limb is where its region's weights are no higher.
 END_OF_LIMB = 0.25
@@ -156,7 +160,7 @@ class _Before:
         self._weights = None
         self._result = shape_keys.result_positions(obj)
         self._had_keys = obj.data.shape_keys is not None
-        self._keys = key_states.read(obj)
+        self._keys = _read_keys(obj)
         self._former_result = settings.former_result
         self._active_group = vertex_groups.active_name(obj)
 
@@ -183,7 +187,7 @@ class _Before:
             bound_record.clear(settings.bound)
         for kind in self.others:
             kind.turn(obj, True)
-        key_states.bring_back(obj, self._keys)
+        _bring_keys_back(obj, self._keys)
         settings.former_result = self._former_result
         vertex_groups.make_active(obj, self._active_group)
         obj.update_tag()
@@ -198,6 +202,27 @@ class _Before:
             region.remove_made_group(obj)
         settings.roi_group, settings.roi_invert = name, is_inverted
         settings.made_region = made_region  # after the region, which says that the artist chose it
+
+
+def _read_keys(obj):
+    """{name of a key: how it is shown}, for _bring_keys_back()."""
+    keys = obj.data.shape_keys
+    return {
+        key.name: (key.relative_key.name, *(getattr(key, name) for name in KEY_STATE))
+        for key in (keys.key_blocks if keys else ())
+    }
+
+
+def _bring_keys_back(obj, states):
+    """Has the keys that are still there be shown as when _read_keys() was called."""
+    blocks = obj.data.shape_keys.key_blocks if obj.data.shape_keys else {}
+    for name, (relative_to, *values) in states.items():
+        if name not in blocks:
+            continue
+        if relative_to in blocks:
+            blocks[name].relative_key = blocks[relative_to]
+        for attribute, value in zip(KEY_STATE, values, strict=True):
+            setattr(blocks[name], attribute, value)
 
 
 def handle_at(obj, vertex):

@@ -108,7 +108,7 @@ def positions(obj, bind_input, space, known=None):
     moves = []
     for members, handle in _moving(obj, bind_input):
         transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
-        move = controls.move(obj, handle, transform)
+        move = control_places.move(obj, handle, transform)
         former = known.get(handle.name) if known is not None else None
         if former is not None and motion.same(former[0], move):
             placed[members] = former[1]

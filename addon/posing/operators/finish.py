@@ -7,7 +7,7 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import new_rest, reference_key, selection, shape_keys, subject
+from ...scene import new_rest, selection, shape_keys, subject
 from ...scene.core import fixed_points
 from ...solver import session
 from ..bridge import bound_record, controls, region
@@ -91,7 +91,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         if same is not None and same != keys.reference_key:
             shape_keys.show_fully(keys, same)
             return f"The pose is shape key '{same.name}', which was kept before", []
-        reference_key.remove_lone(obj)
+        shape_keys.remove_lone_basis(obj)
         if is_posed and self.keep == 'REST':
             return "The pose is the rest shape now", notes
         return "The mesh is as it was", []

@@ -8,7 +8,7 @@ from ...errors import SceneError
 from ...live import engine
 from ...scene import selection, vertex_groups
 from ...widgets.base import MeshOperator
-from ..bridge import controls, region, resets
+from ..bridge import control_places, controls, region
 
 #: What Blender calls the channels of rotation in each mode of rotation; Euler angles in all others.
 ROTATIONS = {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}
@@ -101,7 +101,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         handles = [handle for handle in obj.meanvalue.handles if handle.follows == 'CONTROL']
         usable = [handle for handle in handles if controls.problem(obj, handle) is None]
         with engine.held():  # the mesh follows once, when all are where they belong
-            held = [handle.name for handle in resets.reset(obj, usable)]
+            held = [handle.name for handle in control_places.reset(obj, usable)]
         obj.update_tag()
         bpy.context.view_layer.update()
         notes = [controls.problem(obj, handle) for handle in handles if handle not in usable]
