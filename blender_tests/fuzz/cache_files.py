@@ -12,14 +12,12 @@ import types
 
 import numpy as np
 
-from addon.baking.bridge import baking
-from addon.baking.bridge.handle_clip import HandleClip
-from addon.baking.bridge.plan import BakePlan
-from addon.baking.core import bake_report, chunk_store, frame_ranges, point_cache
+from addon.baking.bridge.clips import BakePlan, HandleClip
+from addon.baking.core import bake_times, chunk_store, point_cache
 from addon.capture.core import known_sets, marker_sets
 from addon.errors import MeanValueError
 from addon.posing.core.bind_input import BindInput
-from addon.scene.core import checked_json
+from addon.solver.core import steps
 
 from .mutations import mutated, with_odd_values
 
@@ -134,10 +132,10 @@ class Plans(OfJson):
     def _read(self, folder, options):
         plan = FARM.read_plan(folder)
         for clip in plan["clips"]:
-            own = set(frame_ranges.parse(clip["frames"]))
-            assert {frame for part in clip["chunks"] for frame in frame_ranges.parse(part)} == own
+            own = set(FARM.parse(clip["frames"]))
+            assert {frame for part in clip["chunks"] for frame in FARM.parse(part)} == own
         _out, clip, frames = FARM.task_of(options, "tasks.tsv")
-        assert set(frames) <= set(frame_ranges.parse(clip["frames"]))
+        assert set(frames) <= set(FARM.parse(clip["frames"]))
 
 
 class Chunks(OfJson):
@@ -148,14 +146,12 @@ class Chunks(OfJson):
 
     def __init__(self, folder):
         self._rows = np.random.default_rng(2).standard_normal((4, 5, 3))
-        columns = {"energies": [0.1, None, 0.3, 0.4], "distances": [0.0] * 4, "iterations": [3] * 4}
-        self._report = {**columns, "converged": [True] * 4, "errors": ["", "a", "", ""]}
-        self._store(folder).write([1, 2, 3, 4], self._rows, self._report)
+        self._store(folder).write(1, self._rows, ["", "a", "", ""])
         self._cache = next(folder.glob("*.pc2"))
         self.seeds = [self._cache.with_suffix(".json").read_bytes()]
 
     def _store(self, folder):
-        return chunk_store.ChunkStore(folder, self.KEY, [1, 2, 3, 4], 5)
+        return chunk_store.ChunkStore(folder, self.KEY, range(1, 5), 5)
 
     def attempt(self, content, folder):
         (folder / self._cache.name).write_bytes(self._cache.read_bytes())
@@ -165,38 +161,25 @@ class Chunks(OfJson):
     def _merge(self, folder):
         store = self._store(folder)
         assert store.has([1, 2, 3, 4]) == (not store.missing())
-        steps = store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4))
-        while True:
-            try:
-                next(steps)
-            except StopIteration as end:
-                columns = end.value
-                break
-        bake_report.BakeReport([1, 2, 3, 4], columns).text()
+        steps.result_of(store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4)))
+        assert list(bake_times.notes([1, 2, 3, 4], store.problems()))
         assert len(store.rows()[3]) == 5
 
 
-class Reports(OfJson):
-    """The report beside a cache, of which a part is baked again."""
+class Markers(OfJson):
+    """The marker beside a cache."""
 
-    name = "report"
+    name = "marker"
 
     def __init__(self, folder):
-        plan, _ = a_plan()
-        columns = {"energies": [0.1, 0.2, 0.3], "distances": [0.0] * 3, "iterations": [3] * 3}
-        report = bake_report.BakeReport(plan.times, {**columns, "converged": [True] * 3, "errors": [""] * 3})
-        baking.write_report(folder / "seed.pc2", report, {"key": plan.key, "object": "Cube"})
-        self.seeds = [baking.report_path(folder / "seed.pc2").read_bytes()]
-        self._frames = report.content()["frames"][:1]
+        point_cache.write_marker(folder / "seed.pc2", {"key": "key", "object": "Cube", "blend": "a.blend"})
+        self.seeds = [point_cache.marker_path(folder / "seed.pc2").read_bytes()]
 
     def attempt(self, content, folder):
         path = folder / "a.pc2"
-        path.write_bytes(b"")
-        baking.report_path(path).write_bytes(content)
-        former = checked_json.read_json(baking.report_path(path)) or {}
-        merged = bake_report.with_frames(former.get("frames"), self._frames)
-        assert self._frames[0] in merged
-        return len(merged) > 1
+        point_cache.write(path, point_cache.Header(0, 1.0, 1.0, 0), [])
+        point_cache.marker_path(path).write_bytes(content)
+        return point_cache.is_current(path, "key", point_cache.Header(0, 1.0, 1.0, 0))
 
 
 class MarkerSets(OfJson):
@@ -231,8 +214,8 @@ class FrameRanges:
 
     @staticmethod
     def _read(text):
-        frames = frame_ranges.parse(text)
-        assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
+        frames = FARM.parse(text)
+        assert FARM.parse(FARM.spelled(frames)) == frames
 
 
-KINDS = (PointCaches, Bundles, Plans, Chunks, Reports, MarkerSets, FrameRanges)
+KINDS = (PointCaches, Bundles, Plans, Chunks, Markers, MarkerSets, FrameRanges)

@@ -18,7 +18,7 @@ from .mutations import mutated
 HANGS_AFTER = 10
 #: The memory for a file: so many times its size, and what an empty one takes.
 MEMORY_FACTOR, MEMORY_AT_LEAST = 128, 2_000_000
-#: Lists of frames are as long as they say, up to frame_ranges.MOST_FRAMES.
+#: Lists of frames are as long as they say, up to MOST_FRAMES of meanvalue_farm.py.
 MEMORY_OF_FRAMES = 250_000_000
 #: A disk in memory, where there is one: opening a file to write it anew takes longer than reading it otherwise.
 MEMORY_DISK = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None

@@ -1,38 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/baking/core: lists of frames, times of samples, and which frames are kept as keys."""
+"""addon/baking/core: times of samples, and which frames are kept as keys."""
 
 import numpy as np
 import pytest
 
-from addon.baking.core import bake_times, frame_ranges, key_reduction
+from addon.baking.core import bake_times, key_reduction
 from addon.errors import SceneError
 from addon.solver.core.steps import result_of
-
-
-@pytest.mark.parametrize(
-    ("text", "frames"),
-    [
-        ("7", [7]),
-        ("1-4", [1, 2, 3, 4]),
-        ("7-7", [7]),
-        ("41,42", [41, 42]),
-        ("1-3,10,11", [1, 2, 3, 10, 11]),
-        ("1..4", [1, 2, 3, 4]),
-        ("-5-2", list(range(-5, 3))),
-        ("-5--3", [-5, -4, -3]),
-        ("-5..-3", [-5, -4, -3]),
-        (" 3 , 1 - 2, 2", [1, 2, 3]),
-    ],
-)
-def test_lists_of_frames(text, frames):
-    assert frame_ranges.parse(text) == frames
-    assert frame_ranges.parse(frame_ranges.spelled(frames)) == frames
-
-
-@pytest.mark.parametrize("text", ["", "a", "1-", "1,,2", "1.5", "4-1", "1-2-3", "1-99999999999"])
-def test_what_is_no_list_of_frames(text):
-    with pytest.raises(SceneError, match="Write"):
-        frame_ranges.parse(text)
 
 
 def test_times():

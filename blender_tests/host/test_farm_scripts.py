@@ -4,11 +4,19 @@
 import os
 import pathlib
 import re
+import runpy
 import subprocess
+import types
 
 import pytest
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm" / "slurm_submit.sh"
+from addon import errors
+
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm"
+SCRIPT = FOLDER / "slurm_submit.sh"
+
+farm = runpy.run_path(str(FOLDER / "meanvalue_farm.py"))
+farm["parse"].__globals__["addon"] = types.SimpleNamespace(errors=errors)
 
 SCONTROL = """#!/bin/bash
 echo "MaxArraySize            = {size}"
@@ -91,3 +99,29 @@ def test_scripts_pass_on_their_offset():
         text = SCRIPT.with_name(script).read_text()
         assert re.search(r"index=.*SLURM_ARRAY_TASK_ID \+ \$\{2:-0\}", text), script
         assert '--index "$index"' in text
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ("7", [7]),
+        ("1-4", [1, 2, 3, 4]),
+        ("7-7", [7]),
+        ("41,42", [41, 42]),
+        ("1-3,10,11", [1, 2, 3, 10, 11]),
+        ("1..4", [1, 2, 3, 4]),
+        ("-5-2", list(range(-5, 3))),
+        ("-5--3", [-5, -4, -3]),
+        ("-5..-3", [-5, -4, -3]),
+        (" 3 , 1 - 2, 2", [1, 2, 3]),
+    ],
+)
+def test_lists_of_frames(text, frames):
+    assert farm["parse"](text) == frames
+    assert farm["parse"](farm["spelled"](frames)) == frames
+
+
+@pytest.mark.parametrize("text", ["", "a", "1-", "1,,2", "1.5", "4-1", "1-2-3", "1-99999999999"])
+def test_what_is_no_list_of_frames(text):
+    with pytest.raises(errors.SceneError, match="Write"):
+        farm["parse"](text)

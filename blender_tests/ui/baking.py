@@ -37,7 +37,8 @@ def cache_of(folder):
 @contextlib.contextmanager
 def _chunks_of(frames, waits_at, until=lambda execution: execution.cancelled):
     """Chunks of so many frames; the one that begins at row `waits_at` begins only once `until(execution)`."""
-    plan, clip = installed.part("baking.bridge.plan").BakePlan, installed.part("baking.bridge.handle_clip").HandleClip
+    clips = installed.part("baking.bridge.clips")
+    plan, clip = clips.BakePlan, clips.HandleClip
     chunks, solve = plan.chunks, clip.solve_rows
 
     def late(self, binding, begin, end, execution, *rest):

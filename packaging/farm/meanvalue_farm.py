@@ -30,15 +30,17 @@ LEGACY, EXTENSION = "meanvalue_deform", "meanvalue"
 SCHEMA = 3
 DONE, FAILED, BAD_ARGUMENTS, INCOMPLETE, DAMAGED = range(5)
 
+#: More frames than this are a slip of the pen.
+MOST_FRAMES = 1_000_000
+
 #: How often a line of progress is printed.
 PROGRESS_SECONDS = 0.5
 
 #: Modules of the add-on, each under the last part of its name; and those that only plan needs.
 PARTS = (
     "errors", "posing.core.bind_input", "scene.core.checked_json", "scene.core.whole_files", "solver.job",
-    "solver.native_loader", "solver.session", "solver.core.steps", "baking.bridge.baking", "baking.bridge.handle_clip",
-    "baking.bridge.plan", "baking.core.bake_report", "baking.core.bake_times", "baking.core.chunk_store",
-    "baking.core.frame_ranges", "baking.core.point_cache",
+    "solver.native_loader", "solver.session", "solver.core.steps", "baking.bridge.clips", "baking.core.bake_times",
+    "baking.core.chunk_store", "baking.core.point_cache",
 )  # fmt: skip
 PLANNING = (
     "live.engine", "scene.mesh_arrays", "scene.subject", "baking.bridge.handle_source", "baking.bridge.sampling",
@@ -122,21 +124,22 @@ def clip_of(text, frames, objects):
     problem = addon.subject.object_problem(obj) or addon.subject.mode_problem(obj)
     if problem:
         raise addon.errors.SceneError(problem)
-    runs = addon.frame_ranges.runs(addon.frame_ranges.parse(own_frames))
+    runs = runs_of(parse(own_frames))
     if len(runs) != 1:
         raise addon.errors.SceneError(f"A clip has no gaps, but {own_frames} has. Give each part a name of its own")
     return re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip", obj, runs[0]
 
 
 def plan_of(scene, obj, numbers, portable):
-    source = addon.handle_source.Source(obj)
-    triangles = addon.mesh_arrays.triangles(obj.data, source.posing.bind_input.rest)
+    source = addon.handle_source
+    bind_input = source.bind(obj).bind_input
+    triangles = addon.mesh_arrays.triangles(obj.data, bind_input.rest)
     times = addon.bake_times.sample_times(*numbers)
     with addon.engine.held():
-        addon.steps.result_of(addon.sampling.sample(scene.name, lambda: obj, source, times))
+        rows = addon.steps.result_of(addon.sampling.sample(scene, times, lambda: source.row(obj, bind_input)))
     for note in source.notes(obj):
         say(f"{obj.name}: {note}")
-    return addon.plan.BakePlan(source.clip(portable), times, 1.0), triangles
+    return addon.clips.BakePlan(source.clip(bind_input, np.array(rows), portable), times, 1.0), triangles
 
 
 def write_plan(out, clips, chunk):
@@ -191,8 +194,8 @@ def load_clip(path, sha256):
 
             kind = addon.bind_input.BindInput
             mesh = kind(**{field.name: value(f"mesh_{field.name}") for field in dataclasses.fields(kind)})
-            clip = addon.handle_clip.HandleClip(mesh, value("targets"), value("weights"), value("portable"))
-            return addon.plan.BakePlan(clip, value("times"), value("spacing")), value("triangles")
+            clip = addon.clips.HandleClip(mesh, value("targets"), value("weights"), value("portable"))
+            return addon.clips.BakePlan(clip, value("times"), value("spacing")), value("triangles")
 
 
 def sha256_of(file):
@@ -208,37 +211,37 @@ def sha256_of(file):
 def run_bake(options):
     out, clip, frames = task_of(options, "tasks.tsv")
     plan, triangles = load_and_check(out, clip)
-    store = store_of(out, clip, plan, frames)
+    store = store_of(out, clip, plan, plan.numbers)
     if store.has(frames):
         say(f"{clip['name']} {spelled(frames)}: done before")
         return
     begun = time.monotonic()
-    for first, last in addon.frame_ranges.runs(frames):
-        own = list(range(first, last + 1))
-        if not store.has(own):
+    for first, last in runs_of(frames):
+        if not store.has(range(first, last + 1)):
             begin = plan.numbers.index(first)
-            store.write(own, *solve(plan, triangles, begin, begin + len(own), options.threads))
+            store.write(first, *solve(plan, triangles, begin, begin + last + 1 - first, options.threads))
     say(f"{clip['name']} {spelled(frames)}: {len(frames)} frames in {time.monotonic() - begun:.1f} s")
 
 
 def run_merge(options):
     out, clip, frames = task_of(options, "clips.tsv")
-    if len(addon.frame_ranges.runs(frames)) != 1:
+    if len(runs_of(frames)) != 1:
         raise addon.errors.SceneError(f"A point cache has no gaps, but {spelled(frames)} has. Merge one range")
     plan, _triangles = load_and_check(out, clip)
     path = out / clip["name"] / f"{clip['name']}.pc2"
-    header = addon.point_cache.Header(plan.vertices, float(frames[0]), plan.spacing, len(frames))
+    store = store_of(out, clip, plan, range(frames[0], frames[-1] + 1))
+    header = dataclasses.replace(plan.header, start=float(frames[0]), samples=len(frames))
     key = f"{plan.key} {spelled(frames)}"
-    if addon.baking.is_current(path, key, header):
+    if addon.point_cache.is_current(path, key, header):
         say(f"{path}: done before")
         return
-    for begun in (out / clip["name"] / "chunks").glob("*.pc2"):
+    for begun in store.folder.glob("*.pc2"):
         addon.whole_files.remove_abandoned(begun)
-    columns = addon.steps.result_of(store_of(out, clip, plan, frames).merge(path, header))
-    report = addon.bake_report.BakeReport(frames, columns)
-    addon.baking.write_report(path, report, {"key": key, "clip": clip["name"]})
+    problems = store.problems()
+    addon.steps.result_of(store.merge(path, header))
+    addon.point_cache.write_marker(path, {"key": key, "clip": clip["name"]})
     say(f"{path}: {len(frames)} frames")
-    for note in report.notes():
+    for note in addon.bake_times.notes(frames, problems):
         say(f"warning: {note}")
 
 
@@ -247,10 +250,10 @@ def run_status(options):
     missing, index = [], 0
     for clip in read_plan(out / "plan")["clips"]:
         plan, _triangles = load_clip(out / "plan" / f"{clip['name']}.npz", clip["sha256"])
-        store = store_of(out, clip, plan, addon.frame_ranges.parse(clip["frames"]))
+        store = store_of(out, clip, plan, plan.numbers)
         there = set(store.frames) - set(store.missing())
         for part in clip["chunks"]:
-            if not there.issuperset(addon.frame_ranges.parse(part)):
+            if not there.issuperset(parse(part)):
                 missing.append(index)
             index += 1
         if not options.missing:
@@ -296,7 +299,7 @@ def load_and_check(out, clip):
 
 def task_of(options, table):
     """(OUT, clip of plan.json, frames): by --plan and --index, or by --out, --clip, --frames and --key."""
-    error, parse = addon.errors.SceneError, addon.frame_ranges.parse
+    error = addon.errors.SceneError
     if options.index is not None and options.plan is not None:
         folder = pathlib.Path(options.plan)
         plan = read_plan(folder)
@@ -331,11 +334,43 @@ def read_plan(folder):
 
 
 def store_of(out, clip, plan, frames):
-    return addon.chunk_store.ChunkStore(out / clip["name"] / "chunks", clip["key"], frames, plan.vertices)
+    return addon.chunk_store.ChunkStore(out / clip["name"] / "chunks", clip["key"], frames, plan.header.vertices)
+
+
+# -- frames, as people and render farms write them: 7, 1-200, 41,42, 1-3,10,11, 1..10, -5-10 --------------------------
+
+
+def parse(text):
+    """Frames, ascending, each once. @throws SceneError, also for more than MOST_FRAMES."""
+    frames = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(-?\d{1,12})\s*(?:(?:-|\.\.)\s*(-?\d{1,12})\s*)?", part)
+        if match is None:
+            raise addon.errors.SceneError(f"'{part.strip()[:60]}' is no frame and no range. Write 1-200, or 1-3,10,11")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if not first <= last < first + MOST_FRAMES - len(frames):
+            raise addon.errors.SceneError(
+                f"The range '{part.strip()}' ends before it begins, or has more than {MOST_FRAMES:,} frames. Write "
+                "another one"
+            )
+        frames.update(range(first, last + 1))
+    return sorted(frames)
+
+
+def runs_of(frames):
+    """[(first, last)] of ascending frames."""
+    found = []
+    for frame in frames:
+        if found and frame == found[-1][1] + 1:
+            found[-1] = (found[-1][0], frame)
+        else:
+            found.append((frame, frame))
+    return found
 
 
 def spelled(frames):
-    return addon.frame_ranges.spelled(frames)
+    """The shortest way to write ascending frames: 1-3,10-11; parse() reads it."""
+    return ",".join(str(first) if first == last else f"{first}-{last}" for first, last in runs_of(frames))
 
 
 def say(text):

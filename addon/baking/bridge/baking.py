@@ -1,179 +1,166 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The work of a bake, chunk by chunk: what was done before is kept, what is done stays, whatever happens."""
 
+import itertools
 import pathlib
 import time
 
+import bpy
 import numpy as np
 
 from ...errors import CancelledError, SceneError
-from ...scene.core.checked_json import read_json, write_json
+from ...scene import bakeable
+from ...scene.baked import TO_KEYS
 from ...wording import counted
-from ..core import bake_report, key_reduction, point_cache
-from ..core.bake_report import BakeReport
+from ..core import key_reduction, point_cache
 from ..core.chunk_store import ChunkStore
-
-#: Of the report beside a cache.
-SCHEMA = 1
+from . import handle_source, preparing, sampling
+from .clips import BakePlan, RowClip
 
 
 class Baking:
-    """Steps (see solver/job.py) that solve a plan and write what becomes of it; Blender is not touched.
+    """One object with its options (attributes as properties.py), in place of a Posing for widgets/background.py.
 
-    plan      the BakePlan
-    posing    what binds, of the same mesh
-    path      of the point cache; for shape keys only where the chunks and the report are
-    part      (begin, end) of the rows to bake again in the cache at `path`, or None for all
+    rows            (begin, end) of the samples that are solved, all or a part
+    plan, store     None until sample() went through
+    problems        of all rows, once it is written, as of HandleClip.solve_rows()
+    kept, shapes    for shape keys: which rows, and what they are
+    is_done         whether the point cache is there already
     """
 
-    def __init__(self, plan, posing, path, part=None):
-        self.plan = plan
-        self.path = pathlib.Path(path)
-        self._posing = posing
-        self._is_part = part is not None
-        self._part = part or (0, len(plan.times))
-        numbers = list(plan.numbers)[slice(*self._part)]
-        folder = self.path.with_name(f"{self.path.name.removesuffix('.pc2')}.chunks")
-        self.store = ChunkStore(folder, plan.key, numbers, plan.vertices)
-        self.done = 0
-        self.total = len(numbers)
+    def __init__(self, obj, scene, options, reading=None):
+        """@throws SceneError if the options do not fit the object; nothing was changed then."""
+        self.options = options
+        self.to_keys = options.target == TO_KEYS
+        self.scene_name = scene.name
+        self.times = sampling.times_of(scene, obj, options)
+        self.shown_path, self.path = preparing.paths(obj, options)
+        preparing.require_fit(obj, self.times, options, self.path)
+        self.rows = preparing.rows_of(self.times, options)
+        self.notes = ()  # on what was sampled, sentences
+        self._kind = bakeable.of(obj) or handle_source
+        self.posing = self._kind.bind(obj, reading)
+        self.plan = self.store = self.problems = self.kept = self.shapes = self._execution = None
+        self.is_done = False
+        self._done = self._doing = 0  # rows, and of the chunk that is being solved
         self._begun_at = None  # (seconds, rows that were done then)
-        self._doing = 0  # rows that are being solved
-        self._execution = self._progress_before = None
+
+    def sample(self, find):
+        """Generator of the share that is done. find() returns the object. @throws SceneError."""
+        scene, bind_input = bpy.data.scenes[self.scene_name], self.posing.bind_input
+        rows = yield from sampling.sample(scene, self.times, lambda: self._kind.row(find(), bind_input))
+        if self._kind is handle_source:
+            clip, self.notes = handle_source.clip(bind_input, np.array(rows)), tuple(handle_source.notes(find()))
+        else:
+            clip = RowClip(self._kind, bind_input, np.array(rows))
+        self.plan = BakePlan(clip, self.times, self.options.step / self.options.samples)
+        if self.options.use_part:
+            require_cache(self.path, self.plan.header)
+        elif not self.to_keys:
+            self.is_done = point_cache.is_current(self.path, self.plan.key, self.plan.header)
+        folder = self.path.with_name(f"{self.path.name.removesuffix('.pc2')}.chunks")
+        numbers = self.plan.numbers[slice(*self.rows)]
+        self.store = ChunkStore(folder, self.plan.key, numbers, self.plan.header.vertices)
+
+    def read_triangles(self, obj):
+        if not self.is_done:
+            self.posing.read_triangles(obj)
 
     def work(self, execution):
-        """Steps: binds if need be, and solves all chunks that are missing. @throws MeanValueError."""
+        """Steps (see solver/job.py) that bind if need be and solve what is missing. @throws MeanValueError."""
         self._execution = execution
-        for begin, end, numbers in self._chunks():
+        first, last = self.rows
+        for begin, end in [] if self.is_done else self.plan.chunks():
+            begin, end = max(begin, first), min(end, last)
+            numbers = self.plan.numbers[begin:end]
             if not self.store.has(numbers):
                 try:
                     yield from self._solve(begin, end, numbers)
                 except CancelledError as error:
                     raise CancelledError(self.stopped()) from error
-                finally:
-                    self._doing = 0
-            self.done += end - begin
-
-    def _chunks(self):
-        """[(begin, end, frame numbers)] of what is baked."""
-        first, last = self._part
-        numbers = list(self.plan.numbers)
-        found = [(max(begin, first), min(end, last)) for begin, end in self.plan.chunks()]
-        return [(begin, end, numbers[begin:end]) for begin, end in found if begin < end]
+            self._done += len(numbers)
 
     def _solve(self, begin, end, numbers):
-        if self._posing.binding is None:
-            yield from self._posing.work(self._execution)
-        self._begun_at = self._begun_at or (time.monotonic(), self.done)
-        self._progress_before = self._execution.progress if self._execution is not None else None  # the last chunk's
+        if self.posing.binding is None:
+            yield from self.posing.work(self._execution)
+        self._begun_at = self._begun_at or (time.monotonic(), self._done)
         self._doing = end - begin
-        rows, report = yield from self.plan.clip.solve_rows(self._posing.binding, begin, end, self._execution)
-        self.store.write(numbers, rows, report)
+        rows, problems = yield from self.plan.clip.solve_rows(self.posing.binding, begin, end, self._execution)
+        self._doing = 0
+        self.store.write(numbers[0], rows, problems)
+
+    def require_unchanged(self, obj, reading):
+        """@throws SceneError if the mesh is another by now."""
+        self.posing.require_unchanged(obj, reading)
 
     def stopped(self):
-        """What is kept, for whoever has stopped it."""
-        kept = self.total - len(self.store.missing())
+        """What is kept, for whoever has stopped it; None before anything could be."""
+        if self.store is None:
+            return None
+        total = len(self.store.frames)
+        kept = total - len(self.store.missing())
         if kept == 0:
             return "Stopped, before the first frames were whole"
         verb = "is" if kept == 1 else "are"
-        return f"Stopped. {counted(kept, 'frame')} of {self.total:,} {verb} kept: Bake again goes on from there"
+        return f"Stopped. {counted(kept, 'frame')} of {total:,} {verb} kept: Bake again goes on from there"
 
-    @property
-    def is_solving(self):
-        return self._begun_at is not None
-
-    @property
-    def frames_done(self):
-        """With those of the chunk that is being solved."""
-        share = self._execution.progress if self._execution is not None else 0.0
-        if share == self._progress_before:  # the solver has not begun with this chunk
-            share = 0.0
-        return min(self.total, self.done + int(share * self._doing))
-
-    @property
-    def seconds_left(self):
-        """By the frames that were solved so far, None as long as nothing is known."""
-        if self._begun_at is None or self.frames_done <= self._begun_at[1]:
+    def progress(self):
+        """(rows that are done, of how many, seconds that are left or None), or None as long as nothing is solved."""
+        if self._begun_at is None:
             return None
-        speed = (time.monotonic() - self._begun_at[0]) / (self.frames_done - self._begun_at[1])
-        return speed * (self.total - self.frames_done)
+        total = len(self.store.frames)
+        done = self._done + int(self._execution.progress % 1.0 * self._doing)  # 1 is that of the chunk before
+        seconds, before = time.monotonic() - self._begun_at[0], self._begun_at[1]
+        return done, total, seconds / (done - before) * (total - done) if done > before else None
 
-    def write_cache(self, about):
-        """Generator of rows that are written: puts the cache together and its report beside it. Returns the BakeReport.
-
-        about: {name: text} of what was baked. @throws CacheError; the old cache is then as it was.
-        """
-        if self._is_part:
-            return (yield from self._rewrite_part(about))
-        columns = yield from self.store.merge(self.path, self.plan.header)
-        report = BakeReport(self.plan.times, columns)
-        write_report(self.path, report, {**about, "key": self.plan.key})
-        self.store.remove()
-        return report
-
-    def _rewrite_part(self, about):
-        require_cache(self.path, self.plan)
-        rows = self.store.rows()
-        point_cache.write_again(self.path, self._part[0], (rows[row][None] for row in range(len(rows))))
-        yield len(rows)
-        report = BakeReport(self.plan.times[slice(*self._part)], self.store.reports())
-        former = read_json(report_path(self.path)) or {}
-        content = {
-            **former,
-            **about,
-            "key": f"{former.get('key', '')}, in part {self.plan.key}",
-            "frames": bake_report.with_frames(former.get("frames"), report.content()["frames"]),
-        }
-        write_json(report_path(self.path), content)
-        self.store.remove()
-        return report
-
-    def choose_keys(self, tolerance, key_step):
-        """Generator of rows that are looked at. Returns (rows to keep, their shapes, BakeReport).
-
-        tolerance: a distance, or None for every `key_step`-th row.
-        """
-        rows = self.store.rows()
-        if tolerance is None:
-            kept = key_reduction.every(len(rows), key_step)
+    def write(self, obj):
+        """Generator of the share done: puts the cache together, or chooses the shape keys. @throws CacheError."""
+        if self.is_done:
+            return
+        self.problems = self.store.problems()
+        if self.to_keys:
+            yield from self._choose_keys()
         else:
-            kept = yield from key_reduction.reduced(rows, self.plan.times, tolerance)
-        shapes = []
-        for row in kept:
-            shapes.append(np.array(rows[row]))
-            yield row
-        return kept, shapes, BakeReport(self.plan.times, self.store.reports())
+            yield from self._write_cache(obj)
+            self.store.remove()
+
+    def _write_cache(self, obj):
+        key = self.plan.key
+        if self.options.use_part:
+            self._rewrite_part()
+            key = f"a part is of {key}"
+        else:
+            for row in self.store.merge(self.path, self.plan.header):
+                yield row / len(self.times)
+        point_cache.write_marker(self.path, {"object": obj.name, "blend": preparing.blend_name(), "key": key})
+
+    def _rewrite_part(self):
+        begin, end = self.rows
+        parts = (
+            point_cache.portions(self.path, 0, begin),
+            (row[None] for row in self.store.rows()),
+            point_cache.portions(self.path, end),
+        )
+        point_cache.write(self.path, self.plan.header, itertools.chain(*parts))
+
+    def _choose_keys(self):
+        rows = self.store.rows()
+        if self.options.keys == 'EVERY':
+            self.kept = key_reduction.every(len(rows), self.options.key_step)
+        else:
+            tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
+            self.kept = yield from key_reduction.reduced(rows, self.times, tolerance)
+        self.shapes = [np.array(rows[row]) for row in self.kept]
 
 
-def write_report(path, report, about):
-    """Beside the cache `path`: a BakeReport and what `about` says, as JSON. @throws CacheError."""
-    write_json(report_path(path), {"schema": SCHEMA, **about, **report.content()})
-
-
-def report_path(path):
-    """Of the report that is written beside the cache `path`; it tells whose bake that is, too."""
-    path = pathlib.Path(path)
-    return path.with_name(f"{path.name}.json")
-
-
-def is_current(path, key, header):
-    """Whether the cache at `path` is what was baked with this key."""
-    marker = read_json(report_path(path))
-    try:
-        size = pathlib.Path(path).stat().st_size
-    except OSError:
-        return False
-    return marker is not None and marker.get("key") == key and size == header.bytes
-
-
-def require_cache(path, plan):
+def require_cache(path, header):
     """The cache of which a part is baked again has the same samples. @throws SceneError, CacheError."""
     if not pathlib.Path(path).exists():
         raise SceneError(f"There is no point cache at '{path}' to bake a part of. Turn Part Only off")
     found = point_cache.read_header(path)
-    if found != plan.header:
+    if found != header:
         raise SceneError(
             f"The point cache has {found.samples:,} samples of {found.vertices:,} vertices from frame {found.start:g}, "
-            f"the bake would have {plan.header.samples:,} of {plan.vertices:,} from {plan.header.start:g}. Set the "
-            "range as it was, or turn Part Only off"
+            f"the bake would have {header.samples:,} of {header.vertices:,} from {header.start:g}. Set the range as it "
+            "was, or turn Part Only off"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the handles are over time, whatever moves them: what Bake reads at each frame (as of row_source.py)."""
+"""Where the handles are over time, whatever moves them: a kind of what can be baked (scene/bakeable.py)."""
 
 import bpy
 import numpy as np
@@ -8,43 +8,39 @@ from ...errors import SceneError
 from ...posing.bridge import targets
 from ...posing.bridge.posing import Posing
 from ...scene import actions, rig_space
-from .handle_clip import HandleClip
+from .clips import HandleClip
 
 
-class Source:
+def bind(obj, reading=None):
     """@throws SceneError, StaleBindingError."""
+    posing = Posing(obj, reading)
+    _require_evaluated(obj)
+    return posing
 
-    def __init__(self, obj, reading=None):
-        self.posing = Posing(obj, reading)
-        self._targets = self._weights = None
 
-    def begin(self, obj, count):
-        problem = targets.handles_problem(obj)
-        if problem:
-            raise SceneError(problem)
-        _require_evaluated(obj)
-        self._targets = np.empty((count, len(self.posing.bind_input.anchors), 3))
-        self._weights = np.ones(self._targets.shape[:2])
+def row(obj, bind_input):
+    """k x 4 float64: targets and influences of the anchors. @throws SceneError."""
+    problem = targets.handles_problem(obj)
+    if problem:
+        raise SceneError(problem)
+    try:
+        places = targets.positions(obj, bind_input, rig_space.measure(obj))
+    except np.linalg.LinAlgError as error:
+        raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
+    return np.column_stack([places, targets.influences(obj, bind_input)])
 
-    def read(self, obj, row):
-        problem = targets.handles_problem(obj)
-        if problem:
-            raise SceneError(problem)
-        bind_input = self.posing.bind_input
-        try:
-            self._targets[row] = targets.positions(obj, bind_input, rig_space.measure(obj))
-        except np.linalg.LinAlgError as error:
-            raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
-        self._weights[row] = targets.influences(obj, bind_input)
 
-    def clip(self, portable=False):
-        weights = None if (self._weights == 1.0).all() else self._weights
-        return HandleClip(self.posing.bind_input, self._targets, weights, portable)
+def clip(bind_input, rows, portable=False):
+    """HandleClip of rows, f x k x 4."""
+    weights = None if (rows[..., 3] == 1.0).all() else np.ascontiguousarray(rows[..., 3])
+    return HandleClip(bind_input, np.ascontiguousarray(rows[..., :3]), weights, portable)
 
-    def notes(self, obj):
-        hard = [handle.name for handle in _with_controls(obj) if not handle.is_soft and _is_freed(handle.control)]
-        if hard:
-            yield f"Influence counts for soft handles only; {', '.join(hard)} held fully. Turn Soft on for them"
+
+def notes(obj):
+    """Sentences on what an artist may not expect."""
+    hard = [handle.name for handle in _with_controls(obj) if not handle.is_soft and _is_freed(handle.control)]
+    if hard:
+        yield f"Influence counts for soft handles only; {', '.join(hard)} held fully. Turn Soft on for them"
 
 
 def animated(obj):

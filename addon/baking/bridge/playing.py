@@ -13,16 +13,16 @@ from ..core import bake_times
 EVAL_TIME = "eval_time"
 
 
-def play_cache(obj, path, plan):
+def play_cache(obj, path, header):
     """A Mesh Cache modifier on top of the stack. Returns notes."""
     modifier = obj.modifiers.new(ids.CACHE_MODIFIER, 'MESH_CACHE')
     compat.move_modifier_to_top(obj, modifier)  # it has to see the vertices of the mesh itself
-    scale = 1.0 / plan.spacing
+    scale = 1.0 / header.rate
     modifier.cache_format = 'PC2'
     modifier.filepath = path
     modifier.time_mode, modifier.play_mode = 'FRAME', 'SCENE'
     modifier.frame_scale = scale
-    modifier.frame_start = plan.times[0] * scale  # Blender scales the frame first
+    modifier.frame_start = header.start * scale  # Blender scales the frame first
     modifier.interpolation = 'LINEAR'
     modifier.deform_mode = 'OVERWRITE'
     modifier.forward_axis, modifier.up_axis = 'POS_Y', 'POS_Z'
@@ -37,8 +37,8 @@ def play_cache(obj, path, plan):
         )
 
 
-def play_keys(obj, plan, kept, shapes, prefix, is_absolute):
-    """Shape keys at the rows `kept` with their F-curves. Returns notes. For what has no keys_problem()."""
+def play_keys(obj, times, shapes, prefix, is_absolute):
+    """Shape keys at these times with their F-curves. Returns notes. For what has no keys_problem()."""
     mesh = obj.data
     record = obj.meanvalue.baked
     if mesh.shape_keys is None:
@@ -46,7 +46,6 @@ def play_keys(obj, plan, kept, shapes, prefix, is_absolute):
     keys = mesh.shape_keys
     was_relative = keys.use_relative
     active_index = obj.active_shape_key_index
-    times = plan.times[kept]
     made = []
     for time, shape in zip(times, shapes, strict=True):
         key = obj.shape_key_add(name=_key_name(prefix, time), from_mix=False)
@@ -124,13 +123,6 @@ def _forget(obj):
     for prop in record.bl_rna.properties:
         if prop.identifier not in {"rna_type", "name"}:
             record.property_unset(prop.identifier)
-
-
-def has_all_keys(obj):
-    """Whether the baked shape keys are all there."""
-    keys = obj.data.shape_keys
-    names = names_in(obj.meanvalue.baked.keys)
-    return keys is not None and bool(names) and all(name in keys.key_blocks for name in names)
 
 
 def _hide_result(obj):

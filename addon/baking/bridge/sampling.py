@@ -48,49 +48,33 @@ def animated_range(scene, obj):
     return (first, last) if first <= last else whole
 
 
-def sample(scene_name, find, source, times):
-    """Generator that has `source` read every frame and yields the share that is done.
+def sample(scene, times, read):
+    """Generator that calls read() at every frame and yields the share that is done. Returns what read() returned.
 
-    find() returns the object, or raises SceneError if it is gone. Frames are visited in their order, as physics needs
-    it, and the frame that was current is current again in the end, come what may.
-
-    @throws SceneError, with the frame.
+    Frames are visited in their order, as physics needs it, and the frame that was current is current again in the end,
+    come what may. @throws SceneError, with the frame.
     """
-    former = _scene(scene_name).frame_current, _scene(scene_name).frame_subframe
-    source.begin(find(), len(times))
+    name, former, is_closed = scene.name, (scene.frame_current, scene.frame_subframe), False
+    rows = []
     try:
-        for row, frame in enumerate(times):
-            set_frame(_scene(scene_name), frame)
-            obj = find()
+        for frame in times:
+            scene = bpy.data.scenes.get(name)
+            if scene is None:
+                raise SceneError(f"The scene '{name}' is gone. Bake again")
+            whole = math.floor(frame)
+            scene.frame_set(whole, subframe=float(frame - whole))
             try:
-                source.read(obj, row)
+                rows.append(read())
             except SceneError as error:
                 raise SceneError(f"At frame {bake_times.named(frame)}: {error}") from error
-            yield (row + 1) / len(times)
-    except GeneratorExit:  # perhaps Blender is about to close the file: nothing may be evaluated any more
-        scene = bpy.data.scenes.get(scene_name)
-        if scene is not None:
+            yield len(rows) / len(times)
+    except GeneratorExit:
+        is_closed = True
+        raise
+    finally:
+        scene = bpy.data.scenes.get(name)
+        if scene is not None and is_closed:  # perhaps Blender closes the file: nothing may be evaluated any more
             scene.frame_current, scene.frame_subframe = former
-        raise
-    except BaseException:
-        _go_back(scene_name, former)
-        raise
-    _go_back(scene_name, former)
-
-
-def set_frame(scene, frame):
-    whole = math.floor(frame)
-    scene.frame_set(whole, subframe=float(frame - whole))
-
-
-def _scene(name):
-    scene = bpy.data.scenes.get(name)
-    if scene is None:
-        raise SceneError(f"The scene '{name}' is gone. Bake again")
-    return scene
-
-
-def _go_back(scene_name, former):
-    scene = bpy.data.scenes.get(scene_name)
-    if scene is not None:
-        scene.frame_set(former[0], subframe=former[1])
+        elif scene is not None:
+            scene.frame_set(former[0], subframe=former[1])
+    return rows

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frames that a bake samples, and how much it makes of them."""
+"""The frames that a bake samples, what they are called, and what is said of those that went wrong."""
 
 import numpy as np
 
+from ... import wording
 from ...errors import SceneError
+
+#: Frames that are named in a message.
+MOST_NAMES = 8
 
 
 def sample_times(start, end, step=1, samples=1):
@@ -27,3 +31,11 @@ def rows_of(times, first, last):
 def named(time):
     """A frame as names and messages show it: "12", "12.5"."""
     return f"{time:.3f}".rstrip("0").rstrip(".") if time % 1 else f"{time:.0f}"
+
+
+def notes(times, problems):
+    """Sentences on frames to look at. problems: f texts, "" where all went well."""
+    for problem in sorted(set(problems) - {""}):
+        names = [named(time) for time, each in zip(times, problems, strict=True) if each == problem]
+        shown = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
+        yield f"{wording.counted(len(names), 'frame')} {problem} ({shown})"

@@ -8,16 +8,15 @@ work on one folder without knowing of each other.
 
 import contextlib
 import hashlib
+import itertools
 import pathlib
-
-import numpy as np
 
 from ...errors import DamagedCacheError, IncompleteCacheError
 from ...scene.core import whole_files
 from ...scene.core.checked_json import read_checked_json, write_checked_json
-from . import frame_ranges, point_cache
+from . import point_cache
 
-SCHEMA = 2
+SCHEMA = 3
 
 
 class ChunkStore:
@@ -25,39 +24,38 @@ class ChunkStore:
 
     folder    where they are
     key       digest of everything that the frames depend on
-    frames    numbers of all frames of the clip, ascending; with sub-frames the numbers of the samples
+    frames    range of the numbers of all frames of the clip; with sub-frames the numbers of the samples
     vertices  of the mesh
     """
 
     def __init__(self, folder, key, frames, vertices):
         self.folder = pathlib.Path(folder)
         self.key = key
-        self.frames = list(frames)
+        self.frames = frames
         self.vertices = vertices
 
-    def write(self, frames, rows, report):
-        """Keeps the rows (f, n, 3) of `frames`, with `report`: {name: list of f values}. @throws CacheError."""
-        header = point_cache.Header(self.vertices, float(frames[0]), 1.0, len(frames))
-        data = np.ascontiguousarray(rows, "<f4")
-        runs = frame_ranges.runs(frames)  # the name is of the frames alone: who bakes the same writes the same file
-        path = self.folder / (".".join(f"{first:+07d}_{last:+07d}" for first, last in runs) + ".pc2")
-        point_cache.write(path, header, [data])
+    def write(self, first, rows, problems):
+        """Keeps the rows (f, n, 3) from frame `first` on, with f texts on what went wrong. @throws CacheError."""
+        last = first + len(rows) - 1  # the name is of the frames alone: who bakes the same writes the same file
+        path = self.folder / f"{first:+07d}_{last:+07d}.pc2"
+        header = point_cache.Header(self.vertices, float(first), 1.0, len(rows))
+        point_cache.write(path, header, [rows])
         state = hashlib.sha256(header.packed())
-        state.update(memoryview(data).cast("B") if data.size else b"")
+        state.update(point_cache.as_bytes(rows))
         marker = {
             "schema": SCHEMA,
             "key": self.key,
-            "frames": frame_ranges.spelled(frames),
+            "frames": [first, last],
             "bytes": header.bytes,
             "sha256": state.hexdigest(),
             "vertices": self.vertices,
-            "report": report,
+            "problems": list(problems),
         }
         write_checked_json(path.with_suffix(".json"), marker)
 
     def has(self, frames):
         """Whether each of `frames` is in a chunk."""
-        return set(frames) <= self._where().keys()
+        return self._where().keys() >= set(frames)
 
     def missing(self):
         """The frames that are in no chunk, ascending."""
@@ -67,35 +65,26 @@ class ChunkStore:
     def merge(self, path, header):
         """Generator that puts the chunks together into the cache `path`, and yields how many rows are written.
 
-        Checks that no frame is missing and each chunk is what was written. Returns {name: values of all frames} of the
-        reports. @throws IncompleteCacheError, DamagedCacheError, after which the chunk is gone, CacheError.
+        Checks that no frame is missing and each chunk is what was written.
+
+        @throws IncompleteCacheError, DamagedCacheError, after which the chunk is gone, CacheError.
         """
-        where = self._require_all()
-        reports = self.reports()
+        pieces = self._pieces()
         with whole_files.replacing(path, header.bytes) as file:
             file.write(header.packed())
             done = 0
-            for name, frames in self._stretches(where):
-                marker = self._require_marker(name)
-                begin = frame_ranges.parse(marker["frames"]).index(frames[0])
-                self._copy_checked(name, marker, (begin, begin + len(frames)), file)
-                done += len(frames)
+            for chunk, marker, begin, end in pieces:
+                _copy_checked(chunk, marker, begin, end, file)
+                done += end - begin
                 yield done
-        return reports
 
     def rows(self):
-        """Row k of the clip by `rows()[k]`, (n, 3) float32; rows stay on the disk. @throws IncompleteCacheError."""
-        return _Rows(self, self._require_all())
+        """[(n, 3) float32] of all frames, which stay on the disk. @throws IncompleteCacheError, CacheError."""
+        return [row for chunk, _marker, begin, end in self._pieces() for row in point_cache.mapped(chunk)[begin:end]]
 
-    def reports(self):
-        """{name: values of all frames} of the reports. @throws IncompleteCacheError."""
-        reports = {}
-        for name, frames in self._stretches(self._require_all()):
-            marker = self._require_marker(name)
-            first = frame_ranges.parse(marker["frames"]).index(frames[0])
-            for what, values in marker["report"].items():
-                reports.setdefault(what, []).extend(values[first : first + len(frames)])
-        return reports
+    def problems(self):
+        """[text] of all frames, "" where all went well. @throws IncompleteCacheError."""
+        return [text for _chunk, marker, begin, end in self._pieces() for text in marker["problems"][begin:end]]
 
     def remove(self):
         """Takes all chunks away, whatever their key, and the folder if nothing else is in it."""
@@ -105,93 +94,54 @@ class ChunkStore:
                     path.unlink()
             self.folder.rmdir()
 
-    def chunk_of(self, name):
-        """(frames, (f, n, 3) float32 that stay on the disk) of a chunk. @throws IncompleteCacheError, CacheError."""
-        frames = frame_ranges.parse(self._require_marker(name)["frames"])
-        path = self.folder / f"{name}.pc2"
-        with whole_files.telling(path):
-            return frames, point_cache.mapped(path, len(frames), self.vertices)
-
-    def _copy_checked(self, name, marker, rows, file):
-        """Appends rows [begin, end) of a chunk, all of which is checked. @throws DamagedCacheError."""
-        path = self.folder / f"{name}.pc2"
-        state = hashlib.sha256()
-        row = 0
-        with whole_files.telling(path):
-            state.update(point_cache.read_header(path).packed())
-            for portion in point_cache.portions(path):
-                state.update(memoryview(portion).cast("B"))
-                wanted = portion[max(0, rows[0] - row) : max(0, rows[1] - row)]
-                row += len(portion)
-                if len(wanted):
-                    file.write(memoryview(np.ascontiguousarray(wanted)).cast("B"))
-        if state.hexdigest() != marker["sha256"]:
-            for suffix in (".json", ".pc2"):
-                path.with_suffix(suffix).unlink(missing_ok=True)
-            raise DamagedCacheError(
-                f"Frames {marker['frames']} in {path} are not what was written (a damaged disk, or another program). "
-                "They were taken out: bake again, which solves only them"
-            )
-
-    def _require_all(self):
-        """As _where(). @throws IncompleteCacheError."""
+    def _pieces(self):
+        """[(path of a chunk, its marker, rows [begin, end) of it)] that make the clip. @throws IncompleteCacheError."""
         where = self._where()
-        missing = frame_ranges.spelled([frame for frame in self.frames if frame not in where])
+        missing = [frame for frame in self.frames if frame not in where]
         if missing:
-            few = missing if len(missing) <= 60 else missing[:60].rsplit(",", 1)[0] + ", ..."
-            raise IncompleteCacheError(f"Frames are not baked yet: {few}. Bake them first")
-        return where
+            raise IncompleteCacheError(
+                f"{len(missing)} of {len(self.frames)} frames are not baked yet, the first is {missing[0]}. Bake them "
+                "first"
+            )
+        pieces = []
+        for chunk, frames in itertools.groupby(self.frames, lambda frame: where[frame][0]):
+            frames = list(frames)
+            marker = where[frames[0]][1]
+            begin = frames[0] - marker["frames"][0]
+            pieces.append((chunk, marker, begin, begin + len(frames)))
+        return pieces
 
     def _where(self):
-        """{frame: name of the chunk that has it}."""
-        wanted = set(self.frames)
+        """{frame: (path of the chunk that has it, its marker)}."""
         where = {}
         for path in sorted(self.folder.glob("*.json")):
-            marker = _read_marker(path)  # one that is written at this moment is not there yet
-            if marker is None or marker["key"] != self.key or marker["vertices"] != self.vertices:
+            marker = read_checked_json(path)  # one that is written at this moment is not there yet
+            if marker is None or marker.get("schema") != SCHEMA:
                 continue
+            if marker["key"] != self.key or marker["vertices"] != self.vertices:
+                continue
+            chunk = path.with_suffix(".pc2")
             with contextlib.suppress(OSError):
-                if path.with_suffix(".pc2").stat().st_size == marker["bytes"]:
-                    for frame in wanted.intersection(frame_ranges.parse(marker["frames"])):
-                        where.setdefault(frame, path.stem)
+                if chunk.stat().st_size == marker["bytes"]:
+                    first, last = marker["frames"]
+                    for frame in range(max(first, self.frames[0]), min(last, self.frames[-1]) + 1):
+                        where.setdefault(frame, (chunk, marker))
         return where
 
-    def _stretches(self, where):
-        """(name of a chunk, ascending frames that follow each other in it), in the order of the clip."""
-        found = []
-        for frame in self.frames:
-            if found and found[-1][0] == where[frame] and found[-1][1][-1] == frame - 1:
-                found[-1][1].append(frame)
-            else:
-                found.append((where[frame], [frame]))
-        return found
 
-    def _require_marker(self, name):
-        """Of a chunk that was there a moment ago. @throws IncompleteCacheError."""
-        marker = _read_marker(self.folder / f"{name}.json")
-        if marker is None:
-            raise IncompleteCacheError(f"A part of the bake, {name}, is gone from {self.folder} meanwhile. Bake again")
-        return marker
-
-
-def _read_marker(path):
-    marker = read_checked_json(path)
-    return marker if marker is not None and marker.get("schema") == SCHEMA else None
-
-
-class _Rows:
-    """The rows of a ChunkStore as a sequence, in chunks that are mapped into memory one at a time."""
-
-    def __init__(self, store, where):
-        self._store = store
-        self._where = [where[frame] for frame in store.frames]
-        self._name = self._frames = self._chunk = None
-
-    def __len__(self):
-        return len(self._where)
-
-    def __getitem__(self, row):
-        if self._where[row] != self._name:
-            self._name = self._where[row]
-            self._frames, self._chunk = self._store.chunk_of(self._name)
-        return self._chunk[self._frames.index(self._store.frames[row])]
+def _copy_checked(path, marker, begin, end, file):
+    """Appends rows [begin, end) of a chunk, all of which is checked. @throws DamagedCacheError."""
+    state = hashlib.sha256(point_cache.read_header(path).packed())
+    row = 0
+    for portion in point_cache.portions(path):
+        state.update(point_cache.as_bytes(portion))
+        file.write(point_cache.as_bytes(portion[max(0, begin - row) : max(0, end - row)]))
+        row += len(portion)
+    if state.hexdigest() != marker["sha256"]:
+        first, last = marker["frames"]
+        for suffix in (".json", ".pc2"):
+            path.with_suffix(suffix).unlink(missing_ok=True)
+        raise DamagedCacheError(
+            f"Frames {first} to {last} in {path} are not what was written (a damaged disk, or another program). They "
+            "were taken out: bake again, which solves only them"
+        )

@@ -10,7 +10,7 @@ def every(count, step):
 
 
 def reduced(rows, times, tolerance):
-    """Generator of the rows to keep: the first, the last and as few between as it takes. Yields how far it is.
+    """Generator of the rows to keep: the first, the last and as few between as it takes. Yields the share done.
 
     Each span is as long as it can be, found by doubling and halving; every row within was looked at. So between two
     rows that are kept no vertex is farther than `tolerance` from where the blend has it.
@@ -30,14 +30,14 @@ def reduced(rows, times, tolerance):
             else:
                 bad = end
             reach *= 2
-            yield good
+            yield good / last
         while bad is not None and bad - good > 1:
             middle = (good + bad) // 2
             if _blend_is_near(rows, times, begin, middle, tolerance):
                 good = middle
             else:
                 bad = middle
-            yield good
+            yield good / last
         kept.append(good)
     return kept
 

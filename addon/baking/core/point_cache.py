@@ -11,14 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import CacheError, DamagedCacheError
+from ...errors import DamagedCacheError
 from ...scene.core import whole_files
+from ...scene.core.checked_json import read_json, write_json
 
 _LAYOUT = struct.Struct("<12siiffi")
 _SIGNATURE = b"POINTCACHE2\0"
 _VERSION = 1
 
-#: Rows that are copied or read at a time take about so much memory.
+#: Rows that are copied at a time take about so much memory.
 PORTION_BYTES = 16 << 20
 
 
@@ -53,28 +54,17 @@ def write(path, header, portions):
         file.write(header.packed())
         rows = 0
         for portion in portions:
-            file.write(_bytes_of(portion, header))
+            if portion.shape[1:] != (header.vertices, 3):
+                raise ValueError(f"rows of shape {portion.shape} for a cache of {header.vertices} vertices")
+            file.write(as_bytes(portion))
             rows += len(portion)
         if rows != header.samples:
             raise ValueError(f"{rows} rows for a cache of {header.samples}")
 
 
-def write_again(path, first_row, portions):
-    """Rows from `first_row` on are written anew, in a copy that takes the place of the file when it is whole.
-
-    @throws CacheError, and ValueError if the rows do not fit.
-    """
-    header = read_header(path)
-    with whole_files.replacing(path, header.bytes) as file, pathlib.Path(path).open("rb") as old:
-        for part in _pieces(old):
-            file.write(part)
-        file.seek(_LAYOUT.size + first_row * header.row_bytes)
-        row = first_row
-        for portion in portions:
-            if first_row < 0 or row + len(portion) > header.samples:
-                raise ValueError(f"rows {row} to {row + len(portion)} of a cache of {header.samples}")
-            file.write(_bytes_of(portion, header))
-            row += len(portion)
+def as_bytes(rows):
+    rows = np.ascontiguousarray(rows, "<f4")
+    return memoryview(rows).cast("B") if rows.size else b""
 
 
 def read_header(path):
@@ -96,37 +86,47 @@ def read_header(path):
     return header
 
 
-def read_rows(path, begin, end):
-    """(end - begin, n, 3) float32: samples of a cache. @throws CacheError."""
+def mapped(path):
+    """(samples, n, 3) float32 that stay on the disk. @throws CacheError."""
     header = read_header(path)
-    if not 0 <= begin <= end <= header.samples:
-        raise CacheError(f"'{path}' has {header.samples:,} samples; {begin} to {end} were asked for")
+    shape = (header.samples, header.vertices, 3)
+    with whole_files.telling(path):
+        return np.memmap(path, "<f4", mode="r", offset=_LAYOUT.size, shape=shape) if np.prod(shape) else np.empty(shape)
+
+
+def portions(path, begin=0, end=None):
+    """Goes through rows [begin, end), some at a time: arrays (f, n, 3) float32. @throws CacheError."""
+    header = read_header(path)
+    end = header.samples if end is None else end
+    count = max(1, PORTION_BYTES // max(1, header.row_bytes))
     with whole_files.telling(path), pathlib.Path(path).open("rb") as file:
         file.seek(_LAYOUT.size + begin * header.row_bytes)
-        values = np.fromfile(file, "<f4", 3 * header.vertices * (end - begin))
-    return values.reshape(end - begin, header.vertices, 3)
+        for first in range(begin, end, count):
+            rows = min(count, end - first)
+            yield np.fromfile(file, "<f4", 3 * header.vertices * rows).reshape(rows, header.vertices, 3)
 
 
-def mapped(path, samples, vertices):
-    """(samples, vertices, 3) float32 of a cache, which stay on the disk."""
-    return np.memmap(path, "<f4", mode="r", offset=_LAYOUT.size, shape=(samples, vertices, 3))
+def marker_path(path):
+    """Beside the cache `path`: a dict that says whose it is, and of what."""
+    path = pathlib.Path(path)
+    return path.with_name(f"{path.name}.json")
 
 
-def portions(path):
-    """Goes through all rows of a cache, some at a time: arrays (f, n, 3) float32."""
-    header = read_header(path)
-    count = max(1, PORTION_BYTES // max(1, header.row_bytes))
-    for begin in range(0, header.samples, count):
-        yield read_rows(path, begin, min(begin + count, header.samples))
+def write_marker(path, about):
+    """@throws CacheError."""
+    write_json(marker_path(path), about)
 
 
-def _bytes_of(portion, header):
-    rows = np.ascontiguousarray(portion, "<f4")
-    if rows.shape[1:] != (header.vertices, 3):
-        raise ValueError(f"rows of shape {rows.shape} for a cache of {header.vertices} vertices")
-    return memoryview(rows).cast("B") if rows.size else b""
+def read_marker(path):
+    """{} if there is none."""
+    return read_json(marker_path(path)) or {}
 
 
-def _pieces(file):
-    while piece := file.read(PORTION_BYTES):
-        yield piece
+def is_current(path, key, header):
+    """Whether the cache at `path` is what was baked with this key."""
+    path = pathlib.Path(path)
+    try:
+        size = path.stat().st_size
+    except OSError:
+        return False
+    return read_marker(path).get("key") == key and size == header.bytes

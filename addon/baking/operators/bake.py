@@ -15,6 +15,7 @@ from ...scene.core import whole_files
 from ...widgets.background import BackgroundOperator
 from .. import properties
 from ..bridge import playing, preparing, sampling
+from ..bridge.baking import Baking
 from ..core import bake_times
 
 
@@ -60,7 +61,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return None if bakeable.of(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        return preparing.Preparation(obj, bpy.context.scene, self._options(obj), reading)
+        self._prepared = Baking(obj, bpy.context.scene, self._options(obj), reading)
+        return self._prepared
 
     def before(self, prepared):
         with engine.held():
@@ -73,31 +75,27 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             yield stage, share
 
     def job_progress(self):
-        baking = self._prepared.baking
-        if not baking.is_solving:
+        progress = self._prepared.progress()
+        if progress is None:
             return self._job.progress[0], 0.0
-        left = baking.seconds_left
-        remaining = "" if left is None else f", {wording.duration(left)} left"
-        return f"frame {baking.frames_done:,} of {baking.total:,}{remaining}", baking.frames_done / baking.total
+        done, total, seconds_left = progress
+        remaining = "" if seconds_left is None else f", {wording.duration(seconds_left)} left"
+        return f"frame {done:,} of {total:,}{remaining}", done / total
 
     def progress_text(self, stage, share):
         return f"{wording.stage(stage)}, {share:.0%}    Esc: Stop, and keep what is done"
 
     def stopped(self):
-        prepared = self._prepared
-        return super().stopped() if prepared is None or prepared.baking is None else prepared.baking.stopped()
+        return (self._prepared and self._prepared.stopped()) or super().stopped()
 
     def finish(self, obj, prepared, _outcome):
-        done_before = f"'{obj.name}' is baked already, and nothing has changed since"
-        if prepared.is_done and prepared.to_keys:
-            return done_before, []
         problem = playing.keys_problem(obj, prepared.options.use_absolute) if prepared.to_keys else None
         if problem:
             raise SceneError(problem)
         if prepared.posing.binding is not None and prepared.posing.changes:
             prepared.posing.record(obj)
         notes = list(prepared.notes)
-        if prepared.part is None or obj.meanvalue.baked.path != prepared.shown_path:
+        if not prepared.options.use_part or obj.meanvalue.baked.path != prepared.shown_path:
             playing.take_back(obj)
             notes += _play(obj, prepared)
         scene = bpy.context.scene
@@ -106,10 +104,10 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if shared:
             notes.append(shared)
         if prepared.is_done:
-            return done_before, notes
-        report = prepared.outcome[2] if prepared.to_keys else prepared.outcome
+            return f"'{obj.name}' is baked already, and nothing has changed since", notes
         what = "frame" if prepared.options.samples == 1 else "sample"
-        return f"Baked {wording.counted(len(report.times), what)}", [*report.notes(), *notes]
+        times = prepared.times[slice(*prepared.rows)]
+        return f"Baked {wording.counted(len(times), what)}", [*bake_times.notes(times, prepared.problems), *notes]
 
     def _options(self, obj):
         """What is set of the operator's own properties, and else the object's settings."""
@@ -136,17 +134,15 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
 def _play(obj, prepared):
     """Makes what plays the bake. Yields notes."""
-    record = obj.meanvalue.baked
     if prepared.to_keys:
-        kept, shapes, _report = prepared.outcome
         options = prepared.options
-        yield from playing.play_keys(obj, prepared.plan, kept, shapes, options.prefix, options.use_absolute)
-        record.key = prepared.keys_identity()
-        made = wording.counted(len(kept), "shape key")
-        prepared.baking.store.remove()
+        times = prepared.times[prepared.kept]
+        yield from playing.play_keys(obj, times, prepared.shapes, options.prefix, options.use_absolute)
+        prepared.store.remove()
+        made = wording.counted(len(times), "shape key")
     else:
-        yield from playing.play_cache(obj, prepared.shown_path, prepared.plan)
-        record.key = prepared.plan.key
-        made = f"'{prepared.shown_path}' ({whole_files.in_bytes(prepared.plan.header.bytes)})"
+        header = prepared.plan.header
+        yield from playing.play_cache(obj, prepared.shown_path, header)
+        made = f"'{prepared.shown_path}' ({whole_files.in_bytes(header.bytes)})"
     first, last = (bake_times.named(prepared.times[row]) for row in (0, -1))
-    record.note = f"Frames {first} to {last}, {made}"
+    obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"

@@ -8,9 +8,9 @@ import bpy
 from bpy.props import BoolProperty
 
 from ...posing.operators.finish import remove_what_was_made
-from ...scene.core.checked_json import read_json
 from ...widgets.base import MeshOperator
-from ..bridge import baking, playing
+from ..bridge import playing
+from ..core import point_cache
 
 
 class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
@@ -56,10 +56,10 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
 def _delete(obj, shown_path):
     """What became of the cache. A copy of an object never deletes the original's."""
     path = pathlib.Path(bpy.path.abspath(shown_path))
-    marker = read_json(baking.report_path(path)) or {}
+    marker = point_cache.read_marker(path)
     if marker.get("object") != obj.name:
         return f"'{shown_path}' is of another object, and stays"
     with contextlib.suppress(OSError):
         path.unlink()
-        baking.report_path(path).unlink()
+        point_cache.marker_path(path).unlink()
     return f"'{shown_path}' could not be deleted" if path.exists() else f"'{shown_path}' is deleted"

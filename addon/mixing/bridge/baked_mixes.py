@@ -15,7 +15,7 @@ def is_meant(obj):
     return is_on(obj) or mixed_keys.is_baked(obj)
 
 
-def bind(obj):
+def bind(obj, _reading=None):
     return Mixing(gather(obj))
 
 

@@ -15,11 +15,9 @@ REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
 
 @dataclass(frozen=True, eq=False)
 class Mix:
-    """positions n x 3 float64; energy in the units of the mesh; seconds that the solver took."""
+    """positions n x 3 float64; seconds that the solver took."""
 
     positions: np.ndarray
-    energy: float
-    iterations: int
     converged: bool
     seconds: float
 
@@ -68,7 +66,7 @@ def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
     weights = mix_input.weights(values)
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
         shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
-        return Mix(shape.astype(np.float64), 0.0, 0, True, 0.0)
+        return Mix(shape.astype(np.float64), True, 0.0)
     task = session.call(
         morpher.start_solve,
         weights,
@@ -83,8 +81,6 @@ def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
         raise SolverError("The solver gave positions that are not numbers. Move the sliders closer to 0")
     return Mix(
         positions=solution.vertices,
-        energy=float(solution.energy),
-        iterations=int(solution.iterations),
         converged=bool(solution.converged),
         seconds=float(solution.timings["total"]),
     )
