@@ -44,7 +44,7 @@ class Following:
     solve_seconds  of the last solve
 
     Subclasses define READS, a kind of scene/object_model.py; FOLLOWS and LABEL, in words; asks_for(obj), whether `obj`
-    is theirs, and turn(obj, is_on); places(), why_hidden(), why_it_gives_way(), notes(); and what is called here and
+    is theirs, and turn(obj, is_on); places(), why_hidden(), notes(); and what is called here and
     begins with an underscore and is not defined here.
     """
 
@@ -226,9 +226,9 @@ class Following:
         if self._binding is None:
             work = self._bind_work(obj)
         elif not self._is_shown(obj):
-            work = self._solve_work(obj, is_quiet)
+            work = self._solve_work(obj, is_quiet, settles=False)
         elif is_quiet and not self._is_settled:
-            work = self._settle_work(obj)
+            work = self._solve_work(obj, is_quiet, settles=True)
         else:
             if is_quiet and makes_keys and self._has_chores(obj):
                 self._do_chores(obj)

@@ -97,6 +97,14 @@ def live_objects():
     return [(obj, follower) for obj, _, follower in found]
 
 
+def gives_way_to(other_name):
+    """Why an object does not follow, in words, where another with the same mesh does."""
+    return (
+        f"'{other_name}' has the same mesh and is live. Turn Live, or Rotation-Aware Keys, off for one of them, or "
+        "make the mesh a single user (Object > Relations > Make Single User)"
+    )
+
+
 def in_charge():
     """(object, follower) of those that may write; of several with the same mesh all others give way."""
     writers = {}  # mesh: name of the object that writes its shape key
@@ -105,4 +113,4 @@ def in_charge():
         if writer == obj.name:
             yield obj, follower
         else:
-            follower.give_up(follower.why_it_gives_way(writer))
+            follower.give_up(gives_way_to(writer))

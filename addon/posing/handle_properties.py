@@ -15,7 +15,8 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 
 
 def _choose_group(handle, context):
-    handle.made_group = False  # as for the region
+    """A group that the artist chose is not the add-on's to delete; see controls.name_group()."""
+    handle.made_group = False
     tell(handle, context)
 
 
@@ -32,7 +33,7 @@ def choose_control(handle):
         shown = controls.shown_move(handle.id_data, handle)
         with engine.held():  # the handle has no place with this control yet: Live would move the mesh for a moment
             bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
-        controls.attach_as_shown(handle.id_data, handle, shown)
+        controls.attach_where_they_are(handle.id_data, [handle], [shown])
     except (SceneError, np.linalg.LinAlgError):
         controls.attach(handle, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
     handle.id_data.update_tag()

@@ -11,8 +11,8 @@ from ..scene.declarations import aside
 from .bridge import control_places, controls
 from .handle_properties import MEANVALUE_PG_handle
 
-#: What controls.choose() sets, and what naming the group clears.
-_SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "made_group"}
+#: What controls.choose() and name_group() set.
+_SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "name", "made_group"}
 
 
 class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
@@ -48,7 +48,7 @@ def _carry_over(obj):
             if name not in _SET_APART:
                 setattr(handle, name, getattr(old, name))
         handle.follows = 'REST' if old.follows == 'SHAPE' else old.follows
-        handle.made_group = old.made_group
+        controls.name_group(handle, old.name, old.made_group)
         controls.choose(handle, old.control, control_places.at_rest(old), made=old.made_control)
         if old.follows == 'SHAPE':
             followed_key.append(old.name)

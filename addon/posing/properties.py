@@ -18,12 +18,6 @@ from .handle_properties import MEANVALUE_PG_handle
 from .live import follower
 
 
-def _choose_region(settings, context):
-    """A group that the artist chose is not the add-on's to delete."""
-    settings.made_region = ""
-    tell(settings, context)
-
-
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     """What the mesh was bound as, see posing/bridge/bound_record.py. Counts are for messages, digests for comparing"""
 
@@ -66,7 +60,7 @@ class Settings:
         "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is "
         "free). Without a group, the whole mesh may move",
         maxlen=ids.NAME_LENGTH,
-        update=_choose_region,
+        update=tell,
     )
     roi_invert: BoolProperty(
         name="Invert",
@@ -136,7 +130,7 @@ class Settings:
         maxlen=ids.NAME_LENGTH,
         update=tell,
     )
-    made_region: aside(StringProperty)(options={'HIDDEN'})  # the region's vertex group, if it was made for it
+    made_region: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for a region
     former_result: aside(StringProperty)(options={'HIDDEN'})  # the shape key that the last solve wrote
     show_overlay: aside(BoolProperty)(
         name="Overlay",

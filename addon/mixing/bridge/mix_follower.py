@@ -51,13 +51,6 @@ class MixFollower(Following):
     def why_hidden(obj):
         return mixed_keys.why_hidden(obj)
 
-    @staticmethod
-    def why_it_gives_way(other_name):
-        return (
-            f"'{other_name}' has the same mesh and shapes it too. Turn Rotation-Aware Keys, or Live, off for one of "
-            "them, or make the mesh a single user (Object > Relations > Make Single User)"
-        )
-
     def notes(self):
         return ()
 
@@ -95,13 +88,8 @@ class MixFollower(Following):
 
         return work
 
-    def _solve_work(self, _obj, is_quiet):
-        return self._mix_work(is_draft=not is_quiet)
-
-    def _settle_work(self, _obj):
-        return self._mix_work(is_draft=False)
-
-    def _mix_work(self, is_draft):
+    def _solve_work(self, _obj, is_quiet, settles):
+        is_draft = not (is_quiet or settles)
         morpher, mix_input, wanted = self._binding, self._input, self._wanted
 
         def collect(obj, shape, seconds):

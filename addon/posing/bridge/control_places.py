@@ -26,12 +26,7 @@ def at_rest(handle):
 
 def place_in_key(obj, handle, rig_transform):
     """4 x 4: the control of `handle` in the key's space, with the rig transform of now. @throws SceneError."""
-    return in_key(placement(obj, handle), rig_transform)
-
-
-def in_key(placement, rig_transform):
-    """4 x 4 in the key's space, of a placement()."""
-    place, is_in_key = placement
+    place, is_in_key = placement(obj, handle)
     return place if is_in_key or rig_transform is motion.IDENTITY else np.linalg.inv(rig_transform) @ place
 
 

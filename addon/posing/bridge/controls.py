@@ -107,27 +107,19 @@ def attach(handle, place):
     handle.rest_relation = place.ravel()
 
 
-def attach_as_shown(obj, handle, shown):
-    """From here on the control moves the handle from where both are now; `shown` is its shown_move().
-
-    @throws SceneError.
-    """
-    (transform,) = control_places.rig_transforms(obj, [handle])
-    place = control_places.place_in_key(obj, handle, transform)
-    attach(handle, np.linalg.inv(shown) @ place)
-
-
-def placements(obj, handles):
-    """Where the controls are, for attach_at_rest(). @throws SceneError, also for what that would fail of."""
+def require_places(obj, handles):
+    """@throws SceneError for what attach_where_they_are() would fail of."""
     rig_space.measure(obj)
-    return [control_places.placement(obj, handle) for handle in handles]
+    for handle in handles:
+        control_places.placement(obj, handle)
 
 
-def attach_at_rest(obj, handles, placements):
-    """From here on the controls move their handles in the rest shape from `placements`, where they are."""
+def attach_where_they_are(obj, handles, moves=None):
+    """From here on the controls, where they are now, have moved their handles by `moves`, 4 x 4 as of shown_move();
+    None: not at all. @throws SceneError."""
     transforms = control_places.rig_transforms(obj, handles)
-    for handle, placement, transform in zip(handles, placements, transforms, strict=True):
-        attach(handle, control_places.in_key(placement, transform))
+    for handle, transform, move in zip(handles, transforms, moves or [motion.IDENTITY] * len(handles), strict=True):
+        attach(handle, np.linalg.inv(move) @ control_places.place_in_key(obj, handle, transform))
 
 
 def shown_move(obj, handle):
@@ -187,6 +179,12 @@ def add_control(obj, handle, rest_points, shown_points):
 def is_attached(handle):
     """Whether the place at rest that is known is that of the control."""
     return (handle.attached, handle.attached_bone) == (handle.control, handle.bone)
+
+
+def name_group(handle, name, made):
+    """Sets the vertex group. made: by the add-on, so that it goes with the handle."""
+    handle.name = name
+    handle.made_group = made  # after the name, whose change says that the artist chose it
 
 
 def choose(handle, control, rest_relation, made=True):

@@ -200,8 +200,7 @@ class _Before:
             vertex_groups.replace_weights(obj, obj.vertex_groups[name], weights)
         else:
             region.remove_made_group(obj)
-        settings.roi_group, settings.roi_invert = name, is_inverted
-        settings.made_region = made_region  # after the region, which says that the artist chose it
+        settings.roi_group, settings.roi_invert, settings.made_region = name, is_inverted, made_region
 
 
 def _read_keys(obj):
@@ -263,10 +262,7 @@ def _why_it_waits(obj):
         return None
     others = (other for other in bpy.data.objects if other != obj and other.data == obj.data and other.meanvalue.live)
     other = next(others, None)
-    return other and (
-        f"'{other.name}' has the same mesh and is live. Turn Live off for it, or make the mesh a single user (Object > "
-        "Relations > Make Single User)"
-    )
+    return other and roll.gives_way_to(other.name)
 
 
 def _require_control(obj, handle):

@@ -28,8 +28,7 @@ def add_handle(obj, members, *, group="", new_name=""):
         made.add(members.tolist(), 1.0, 'REPLACE')
         group = made.name
     handle = settings.handles.add()
-    handle.name = group
-    handle.made_group = made_group
+    controls.name_group(handle, group, made_group)
     settings.active_handle = len(settings.handles) - 1
     return handle
 

@@ -32,8 +32,7 @@ def ensure_group(obj):
     group = obj.vertex_groups.get(settings.roi_group)
     if group is None:
         group = vertex_groups.make(obj, settings.roi_group or ids.REGION_GROUP)
-        settings.roi_group = group.name
-        settings.made_region = group.name  # after the region, which says that the artist chose it
+        settings.roi_group = settings.made_region = group.name
     return group
 
 
@@ -41,8 +40,7 @@ def own_group(obj):
     """As ensure_group(), never the artist's own group: a new one takes its place in the settings."""
     settings = obj.meanvalue
     if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
-        settings.roi_group = vertex_groups.make(obj, ids.REGION_GROUP).name
-        settings.made_region = settings.roi_group
+        settings.roi_group = settings.made_region = vertex_groups.make(obj, ids.REGION_GROUP).name
     return ensure_group(obj)
 
 

@@ -67,13 +67,6 @@ class Follower(Following):
         """Why what it writes is not to be seen, in words, or None."""
         return shape_keys.why_result_is_hidden(obj)
 
-    @staticmethod
-    def why_it_gives_way(other_name):
-        return (
-            f"'{other_name}' has the same mesh and is live too. Turn Live off for one of them, or make the mesh a "
-            "single user (Object > Relations > Make Single User)"
-        )
-
     def notes(self):
         """What is wrong with what is shown, in sentences."""
         yield from self._binding.summary.notes()
@@ -132,7 +125,7 @@ class Follower(Following):
 
         return work
 
-    def _solve_work(self, obj, _is_quiet):
+    def _solve_work(self, obj, _is_quiet, settles):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
         model = self._model(obj)
         is_first = model.written is None
@@ -140,37 +133,22 @@ class Follower(Following):
         start = _start(shown, None if is_first else model.solution)
 
         def collect(owner, solved, composed, seconds):
-            self.solve_seconds, self._shown = seconds, wanted
+            if settles and self._wanted is not wanted:
+                return
+            self._is_settled = settles
+            if not settles:
+                self.solve_seconds, self._shown = seconds, wanted
             if is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
                 self._model(owner).wrote(shown, solved)
-            else:
+            elif not (settles and self._near(composed, shown, SAME_TARGETS)):
                 self._write(owner, composed, solved)
 
         def work(execution):
             solved, summary = yield from session.solve_steps(
-                binding, bind_input, wanted, start=start, execution=execution
+                binding, bind_input, wanted, start, settle=settles, execution=execution
             )
             composed = result.compose(bind_input, wanted.positions, solved)
             return lambda owner: collect(owner, solved, composed, summary.seconds)
-
-        return work
-
-    def _settle_work(self, obj):
-        binding, bind_input, wanted = self._binding, self._input, self._wanted
-        shown, solution = self._model(obj).written, self._model(obj).solution
-
-        def collect(owner, settled, composed):
-            if self._wanted is wanted:
-                self._is_settled = True
-                if not self._near(composed, shown, SAME_TARGETS):
-                    self._write(owner, composed, settled)
-
-        def work(execution):
-            settled, _summary = yield from session.solve_steps(
-                binding, bind_input, wanted, _start(shown, solution), settle=True, execution=execution
-            )
-            composed = result.compose(bind_input, wanted.positions, settled)
-            return lambda owner: collect(owner, settled, composed)
 
         return work
 

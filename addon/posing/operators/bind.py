@@ -49,10 +49,9 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     def finish(self, obj, posing, _outcome):
         handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
         handles = [handle for handle in handles if controls.problem(obj, handle) is None]
-        controls.placements(obj, handles)  # throws before anything is changed
+        controls.require_places(obj, handles)  # throws before anything is changed
         if _has_other_rest_shape(obj, posing):
-            for handle in handles:
-                controls.attach_as_shown(obj, handle, controls.shown_move(obj, handle))
+            controls.attach_where_they_are(obj, handles, [controls.shown_move(obj, handle) for handle in handles])
         controls.remove_deleted(obj)
         made = _make_own_controls(obj)
         posing.record(obj)

@@ -80,11 +80,11 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
-        placements = controls.placements(obj, handles)
+        controls.require_places(obj, handles)  # throws before anything is changed
         engine.look_again(obj)
         notes = new_rest.become(obj)
         bound_record.clear(obj.meanvalue.bound)
-        controls.attach_at_rest(obj, handles, placements)
+        controls.attach_where_they_are(obj, handles)
         if subject.sharing_note(obj):
             notes.append(subject.sharing_note(obj))
         return "The pose is the rest shape now", notes
