@@ -10,9 +10,9 @@ from support.wrap_calls import wrapped
 
 from addon.errors import SceneError
 from addon.scene.core.surface import Surface
+from addon.wrapping.bridge.wrapping import Wrap
 from addon.wrapping.core import flips
 from addon.wrapping.core.wrap_input import WrapInput
-from addon.wrapping.core.wrapping import Wrap
 
 
 def triangles_of(quads):

@@ -7,7 +7,28 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, subject
+from ...solver.core.fingerprint import digest
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
+from .wrapping import Wrap
+
+
+class Wrapping(Wrap):
+    """In place of a Posing for widgets/background.py. @throws SceneError."""
+
+    def __init__(self, obj, target):
+        super().__init__(gather(obj, target))
+        self.target_name = target.name
+
+    def read_triangles(self, _obj):
+        pass
+
+    def require_unchanged(self, obj, _reading):
+        """@throws SceneError if one of both meshes is another by now."""
+        target = bpy.data.objects.get(self.target_name)
+        if target is None or _key(gather(obj, target)) != _key(self.given):
+            raise SceneError(
+                f"'{obj.name}' or '{self.target_name}' was changed meanwhile, so the result is dropped. Try again"
+            )
 
 
 def problem(context, obj):
@@ -93,6 +114,10 @@ def write(obj, target, wrapped, tolerance):
     if len(left_over):
         group.add(left_over.tolist(), 1.0, 'REPLACE')
     return key.name, len(left_over)
+
+
+def _key(given):
+    return digest(given.vertices, given.triangles, given.target, given.target_triangles, given.picked, given.points)
 
 
 def _shown(target):

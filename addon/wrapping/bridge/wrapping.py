@@ -1,68 +1,189 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Wrap hands to the solver."""
+"""Fits a mesh onto another by turns of closest points and the solver, from weak springs to stiff ones.
 
-import bpy
+After Amberg, Romdhani, Vetter, Optimal Step Nonrigid ICP Algorithms for Surface Registration (2007), with the energy of
+mean-value encodings in place of theirs: parts turn as far as the pairs say before closest points count at all.
+"""
+
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...errors import SceneError, SolverError
+from ...scene.core.surface import Surface
 from ...solver import native_loader, session
 from ...solver.core import result
-from ...solver.core.fingerprint import digest
-from ..core.wrapping import Wrap
-from . import wrap_scene
+from ...solver.core.steps import Pause
+from ..core import flips
+
+#: How much all springs together count; of one it is this over their number, so that they give way alike at any
+#: resolution. Each is tried until partners are as close as CLOSE, a share of the diagonal, on average, and taken if it
+#: turns no more triangles over than the one before. Picked pairs count PICKED at least.
+STRENGTHS, PICKED, CLOSE = (1.5, 5.0, 15.0, 50.0, 150.0), 15.0, 5e-4
+#: Of the picked pairs while they alone pose the mesh: then they are met.
+POSING = 1.0
+#: Rounds of closest points at each strength at most, and what a round must gain for another one.
+ROUNDS, GAIN = 6, 0.1
+#: Partners look the same way to this cosine and are no farther than this share of the diagonal.
+COSINE, LIMIT = 0.3, 0.05
+#: A vertex is no partner of a point that another place of the mesh is nearer to by this factor, give or take this share
+#: of an edge: insides of mouths, eyes that the other does not have, and what is hidden behind.
+NEARER, SLACK = 2.0, 0.5
+#: What is so many rings around a flipped triangle is let go of; at the end so often, farther each time.
+AROUND, MENDS = 2, 4
+#: The solver's tolerance there: folds are small.
+FINE = 1e-6
+#: Points that are looked up before Blender may draw.
+SLICE = 4000
 
 
-class Wrapping:
-    """In place of a Posing for widgets/background.py."""
+@dataclass(frozen=True, eq=False)
+class Wrapped:
+    """positions: (n, 3) float64; distance: (n,) to the other surface, of vertices without faces 0;
+    has_partner: (n,) bool, drawn to a point of it; flipped: how many triangles are (see flips)."""
 
-    def __init__(self, given, target_name):
-        self.target_name = target_name
+    positions: np.ndarray
+    distance: np.ndarray
+    has_partner: np.ndarray
+    flipped: int
+
+
+class Wrap:
+    """share: how much is done, 0 to 1."""
+
+    def __init__(self, given):
+        given.check()
         self.given = given
-        self._wrap = Wrap(given)
-
-    @property
-    def share(self):
-        return self._wrap.share
-
-    def read_triangles(self, _obj):
-        pass
+        self.share = 0.0
+        self._surface = Surface(given.target, given.target_triangles)
+        self._normals = self._surface.normals()
+        self._is_free = np.zeros(len(given.vertices), bool)
+        self._edges = flips.unique_edges(given.triangles)
 
     def work(self, execution):
-        """Steps (see solver/job.py) to a Wrapped. @throws MeanValueError."""
+        """Steps (see solver/job.py) to the Wrapped. @throws SceneError if no part comes near the other; SolverError."""
+        given = self.given
+        rest = shape = given.start()
+        self._execution = execution
+        if len(given.picked):
+            deformer = yield from self._bind(rest, given.picked, np.full(len(given.picked), POSING))
+            shape = yield from self._solve(deformer, given.points)
+        best = None
+        for number, strength in enumerate(STRENGTHS):
+            self.share = (number + 0.5) / (len(STRENGTHS) + 1)
+            deformer = yield from self._bind(rest, given.used, self._strengths(strength))
+            shape, partners, away = yield from self._rounds(deformer, rest, shape)
+            shape, partners = yield from self._mended(deformer, rest, shape, partners)
+            flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))
+            if best is not None and flipped > best[2]:
+                break
+            best = shape, partners[1], flipped
+            if away < CLOSE * given.diagonal:
+                break
+        shape, weights, flipped = best
+        distance = np.zeros(len(shape))
+        distance[given.used] = (yield from _nearest(self._surface, shape[given.used]))[3]
+        has_partner = np.zeros(len(shape), bool)
+        has_partner[given.used] = weights > 0.0
+        self.share = 1.0
+        return Wrapped(shape, distance, has_partner, flipped)
 
-        def bind(rest, triangles, anchors, strengths):
-            task = session.call(
-                native_loader.module().start_bind, rest, triangles, anchors, strengths=strengths, execution=execution
-            )
-            yield task
-            return session.call(task.result)
+    def _bind(self, rest, anchors, strengths):
+        start, triangles = native_loader.module().start_bind, self.given.triangles
+        task = session.call(start, rest, triangles, anchors, strengths=strengths, execution=self._execution)
+        yield task
+        return session.call(task.result)
 
-        def solve(deformer, targets, weights=None, start=None, tolerance=None):
-            task = session.call(
-                deformer.start_solve,
-                np.ascontiguousarray(targets),
-                weights=weights,
-                start=start,
-                tolerance=tolerance,
-                execution=execution,
-                refused=session.REFUSED_POSE,
-            )
-            yield task
-            vertices = session.call(task.result, refused=session.REFUSED_POSE).vertices
-            if not result.all_finite(vertices):
-                raise SolverError("The solver gave positions that are not numbers. Pick more pairs of points")
-            return vertices
+    def _solve(self, deformer, targets, weights=None, start=None, tolerance=None):
+        task = session.call(
+            deformer.start_solve,
+            np.ascontiguousarray(targets),
+            weights=weights,
+            start=start,
+            tolerance=tolerance,
+            execution=self._execution,
+            refused=session.REFUSED_POSE,
+        )
+        yield task
+        vertices = session.call(task.result, refused=session.REFUSED_POSE).vertices
+        if not result.all_finite(vertices):
+            raise SolverError("The solver gave positions that are not numbers. Pick more pairs of points")
+        return vertices
 
-        return (yield from self._wrap.steps(bind, solve))
+    def _strengths(self, strength):
+        used, picked = self.given.used, self.given.picked
+        result = np.full(len(used), strength / len(used))
+        result[np.isin(used, picked)] = max(strength, PICKED) / len(used)
+        return result
 
-    def require_unchanged(self, obj, _reading):
-        """@throws SceneError if one of both meshes is another by now."""
-        target = bpy.data.objects.get(self.target_name)
-        if target is None or _key(wrap_scene.gather(obj, target)) != _key(self.given):
-            raise SceneError(
-                f"'{obj.name}' or '{self.target_name}' was changed meanwhile, so the result is dropped. Try again"
-            )
+    def _rounds(self, deformer, rest, shape):
+        """Returns (shape, the last (points, weights) of the used vertices, their mean distance from the points)."""
+        last = np.inf
+        for _ in range(ROUNDS):
+            self._let_go(rest, shape, AROUND)
+            points, weights, away = yield from self._partners(shape)
+            if not weights.any():
+                raise SceneError(
+                    "No part of the mesh comes near the other one. Pick more pairs of points, or lay one over the other"
+                )
+            shape = yield from self._solve(deformer, points, weights, shape)
+            if away > (1.0 - GAIN) * last:
+                break
+            last = away
+        return shape, (points, weights), away
+
+    def _partners(self, shape):
+        """(points (u, 3), weights (u,), mean distance to them) of the used vertices; picked ones have their own."""
+        given, used = self.given, self.given.used
+        limit = LIMIT * given.diagonal
+        surface = Surface(shape, given.triangles)
+        normals = surface.normals()[used]
+        triangle, shares, points, away = yield from _nearest(self._surface, shape[used], normals, limit)
+        found = np.isfinite(away)
+        facing = np.einsum("kc,kcj->kj", shares, self._normals[given.target_triangles[triangle]])[found]
+        facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-300)
+        nearest = (yield from _nearest(surface, points[found], facing, limit))[3]
+        found[found] = away[found] <= NEARER * nearest + SLACK * self._edge_lengths(shape)[used[found]]
+        mean = float(away[found].mean()) if found.any() else 0.0
+        points[~found] = shape[used[~found]]
+        weights = found.astype(np.float64)
+        at = np.searchsorted(used, given.picked[np.isin(given.picked, used)])
+        points[at], weights[at] = given.points[np.isin(given.picked, used)], 1.0
+        weights[self._is_free[used]] = 0.0
+        return points, weights, mean
+
+    def _edge_lengths(self, shape):
+        """(n,): mean length of the edges at each vertex."""
+        lengths = np.linalg.norm(shape[self._edges[:, 0]] - shape[self._edges[:, 1]], axis=1)
+        ends = self._edges.ravel()
+        return np.bincount(ends, np.repeat(lengths, 2), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)
+
+    def _mended(self, deformer, rest, shape, partners):
+        """Lets go of the surroundings of flipped triangles, farther each time, until there are none."""
+        points, weights = partners
+        for number in range(MENDS):
+            if not self._let_go(rest, shape, AROUND + number):
+                break
+            weights = np.where(self._is_free[self.given.used], 0.0, weights)
+            shape = yield from self._solve(deformer, points, weights, shape, FINE)
+        return shape, (points, weights)
+
+    def _let_go(self, rest, shape, rings):
+        """Whether triangles are flipped; so many rings around them are drawn nowhere any more."""
+        bad = flips.flipped(rest, shape, self.given.triangles)
+        free = np.zeros(len(shape), bool)
+        free[self.given.triangles[bad]] = True
+        for _ in range(rings):
+            free[self._edges[free[self._edges].any(axis=1)]] = True
+        self._is_free |= free
+        return bool(bad.any())
 
 
-def _key(given):
-    return digest(given.vertices, given.triangles, given.target, given.target_triangles, given.picked, given.points)
+def _nearest(surface, points, normals=None, within=np.inf):
+    """As Surface.nearest(), with Pauses."""
+    found = []
+    for begin in range(0, len(points), SLICE) or [0]:
+        part = slice(begin, begin + SLICE)
+        found.append(surface.nearest(points[part], None if normals is None else normals[part], COSINE, within))
+        yield Pause()
+    return tuple(np.concatenate(each) for each in zip(*found, strict=True))

@@ -100,8 +100,8 @@ class WrapInput:
     def start(self):
         """(n, 3): the mesh turned, scaled and moved so that its pairs are near their points.
 
-        The scale is that of pairs that are near each other, which poses change little: the median over the edges of the
-        shortest tree that joins them (Prim 1957). Turned by least squares (Kabsch 1976).
+        The scale is the median of how much longer the way from a pair to that nearest to it became: poses change what
+        is near each other little. Turned by least squares (Kabsch 1976).
         """
         if not len(self.picked):
             return self.vertices.copy()
@@ -113,16 +113,7 @@ class WrapInput:
 
 
 def _scale(before, after):
-    """The median of how much longer the edges of the shortest tree through the points `before` are in `after`."""
     lengths, others = (np.linalg.norm(points[:, None] - points, axis=2) for points in (before, after))
-    nearest, ratios = np.zeros(len(before), np.int64), []
-    away = lengths[0].copy()
-    left = np.arange(1, len(before))
-    while len(left):
-        new = left[away[left].argmin()]
-        if away[new] > 0.0:
-            ratios.append(others[new, nearest[new]] / away[new])
-        closer = lengths[new] < away
-        nearest[closer], away[closer] = new, lengths[new][closer]
-        left = left[left != new]
-    return float(np.median(ratios))
+    lengths[lengths == 0.0] = np.inf
+    pairs = np.arange(len(before)), lengths.argmin(axis=1)
+    return float(np.median(others[pairs] / lengths[pairs]))

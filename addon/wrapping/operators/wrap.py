@@ -7,7 +7,6 @@ from ... import ids, wording
 from ...scene import subject
 from ...widgets.background import BackgroundOperator
 from ..bridge import wrap_scene
-from ..bridge.wrapping import Wrapping
 
 
 class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
@@ -26,8 +25,7 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
         return super().problem(obj) or wrap_scene.problem(bpy.context, obj)
 
     def prepare(self, obj, _reading):
-        target = wrap_scene.target_of(bpy.context, obj)
-        self._prepared = Wrapping(wrap_scene.gather(obj, target), target.name)
+        self._prepared = wrap_scene.Wrapping(obj, wrap_scene.target_of(bpy.context, obj))
         return self._prepared
 
     def job_progress(self):
