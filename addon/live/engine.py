@@ -47,10 +47,8 @@ def frame_changed(depsgraph):
 
 def _look_at_rendered(depsgraph):
     """On the thread that renders: only looks, and leaves followers and jobs to the main thread."""
-    for key, follower in roll.known():
-        obj = bpy.data.objects.get(follower.name)
-        if obj is not None and roll.identity(obj) == key:
-            render_notes.look(key, obj, follower, depsgraph)
+    for key, obj, follower in roll.known():
+        render_notes.look(key, obj, follower, depsgraph)
 
 
 def _take_note(depsgraph):
@@ -93,12 +91,7 @@ def render_started():
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
-    unsettled = []
-    for key, follower in roll.known():
-        obj = bpy.data.objects.get(follower.name)
-        if obj is not None and roll.identity(obj) == key and follower.is_behind(obj):
-            unsettled.append((key, follower.name))
-    render_notes.begin(unsettled)
+    render_notes.begin([(key, obj.name) for key, obj, follower in roll.known() if follower.is_behind(obj)])
 
 
 def render_ended():

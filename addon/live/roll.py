@@ -40,8 +40,9 @@ def identity(obj):
 
 
 def known():
-    """[(identity, follower)] of all that were live when it was looked last. On any thread."""
-    return list(_followers.items())
+    """[(identity, object, follower)] of all that were live when it was looked last, and are there. On any thread."""
+    found = [(key, bpy.data.objects.get(follower.name), follower) for key, follower in list(_followers.items())]
+    return [each for each in found if each[1] is not None and identity(each[1]) == each[0]]
 
 
 def note(obj):

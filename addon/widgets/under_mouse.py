@@ -67,9 +67,9 @@ def place_under(obj, region, view, mouse):
 
 
 def vertex_under(obj, region, view, mouse):
-    """As own_vertex() of place_under()."""
-    place = place_under(obj, region, view, mouse)
-    return None if place is None else own_vertex(obj, place)
+    """The vertex that was pressed, or whose image was; None on copies and beside the mesh."""
+    pressed = press(obj, region, view, mouse)
+    return None if pressed is None else pressed.vertex
 
 
 def press(obj, region, view, mouse):
@@ -100,17 +100,10 @@ def first_object(context, region, view, mouse):
     return None
 
 
-def own_vertex(obj, place):
-    """The vertex nearest to a place on what is shown of `obj`, (3,) in its own space; None where that is on an image or
-    copy of the mesh."""
-    surface = _Surface(obj)
-    vertex, _distance = surface.nearest(place)
-    return vertex if vertex is not None and surface.has(place) else None
-
-
 def vertex_or_image(obj, place):
-    """(vertex, 3 x 3 Matrix) of a place as of own_vertex(): the vertex that is nearest there, itself or its image in
-    Mirror modifiers, and what turns moves there into its own. None on all other copies."""
+    """(vertex, 3 x 3 Matrix) of a place on what is shown of `obj`, (3,) in its own space: the vertex that is nearest
+    there, itself or its image in Mirror modifiers, and what turns moves there into its own. None on all other copies.
+    """
     surface = _Surface(obj)
     best = None
     for matrix, shift in mirrors.images(obj):

@@ -11,7 +11,6 @@ from addon.posing.core import springs
 from addon.posing.core.bind_input import BindInput, anchor_layout
 from addon.scene.core.finite import require_finite
 from addon.solver.core import fingerprint, result
-from addon.solver.core.fingerprint import StaleReason
 from addon.solver.session import DeformerCache
 
 
@@ -44,26 +43,22 @@ def changed(name, index, value):
 
 
 @pytest.mark.parametrize(
-    "after, reasons",
+    "after, words",
     [
-        (changed("rest", (4, 2), np.nextafter(np.float32(0.1), np.float32(1.0))), [StaleReason.REST_SHAPE]),
-        (changed("face_corners", 0, 8), [StaleReason.FACES]),
-        (square(face_starts=np.array([0, 4, 8], np.int32)), [StaleReason.FACES]),
-        (changed("anchors", 2, 8), [StaleReason.ANCHORS]),
-        (square(anchors=np.array([0, 2, 6, 8], np.int32)), [StaleReason.ANCHORS]),
-        (changed("roi", 7, False), [StaleReason.ROI]),
-        (square(method="fast"), [StaleReason.SETTINGS]),
-        (square(rest=np.zeros((10, 3), np.float32), roi=np.ones(10, bool)), [StaleReason.VERTICES]),
+        (changed("rest", (4, 2), np.nextafter(np.float32(0.1), np.float32(1.0))), "the rest shape was edited"),
+        (changed("face_corners", 0, 8), "the faces were changed"),
+        (square(face_starts=np.array([0, 4, 8], np.int32)), "the faces were changed"),
+        (changed("anchors", 2, 8), "the handles changed"),
+        (square(anchors=np.array([0, 2, 6, 8], np.int32)), "the handles changed"),
+        (changed("roi", 7, False), "the region changed"),
+        (square(method="fast"), "the settings changed"),
+        (square(rest=np.zeros((10, 3), np.float32), roi=np.ones(10, bool)), "the mesh has 10 vertices (9 when bound)"),
     ],
 )
-def test_each_change_has_its_reason(after, reasons):
-    assert list(fingerprint.stale_reasons(square().fingerprint, after.fingerprint)) == reasons
-
-
-@pytest.mark.parametrize("reason", list(StaleReason))
-def test_only_changes_of_the_mesh_need_the_artist(reason):
-    mesh_changes = {StaleReason.VERTICES, StaleReason.FACES, StaleReason.REST_SHAPE}
-    assert fingerprint.needs_bind((reason,)) == (reason in mesh_changes)
+def test_each_change_is_told_and_the_artist_looks_at_those_of_the_mesh(after, words):
+    needs_update = any(each in words for each in ("vertices", "faces", "rest shape"))
+    assert fingerprint.changes(square().fingerprint, after.fingerprint) == (words, needs_update)
+    assert fingerprint.changes(after.fingerprint, after.fingerprint) == ("", False)
 
 
 def test_digest_tells_shapes_types_and_order_apart():

@@ -15,7 +15,7 @@ def test_a_loose_vertex_is_not_what_was_pressed(part):
     obj.data.vertices.add(1)
     obj.data.vertices[-1].co = place = np.add(obj.data.vertices[MIDDLE].co, (0.0, 0.0, 0.1))
     handles.update()
-    assert part("widgets.under_mouse").own_vertex(obj, place) == MIDDLE
+    assert part("widgets.under_mouse").vertex_or_image(obj, place)[0] == MIDDLE
 
 
 def half_sheet(axes=(True, False, False)):
@@ -52,7 +52,6 @@ def test_a_press_on_what_an_array_made_is_refused(part):
     handles.update()
     assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 3.1, 3.1))[0] == 24
     assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 9.1, 3.1)) is None
-    assert part("widgets.under_mouse").own_vertex(obj, hit(obj, 9.1, 3.1)) is None
 
 
 def test_a_press_on_an_image_that_is_not_taken_into_account_is_refused(part):
@@ -70,4 +69,4 @@ def test_a_coarse_face_beside_fine_ones_can_be_pressed_in_its_middle(part):
     obj = meshes.make_object([(0, 0, 0), (30, 0, 0), (30, 9.9, 0), (0, 9.9, 0), *fine], [(0, 1, 2, 3), *faces])
     obj.modifiers.new("Array", 'ARRAY')
     handles.update()
-    assert part("widgets.under_mouse").own_vertex(obj, hit(obj, 5.0, 7.0)) is not None
+    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 5.0, 7.0)) is not None

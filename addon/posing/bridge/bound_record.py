@@ -3,6 +3,8 @@
 
 from dataclasses import fields
 
+from ...errors import StaleBindingError
+from ...solver.core import fingerprint
 from ...solver.core.fingerprint import Fingerprint
 
 
@@ -13,9 +15,21 @@ def read_fingerprint(record):
     return Fingerprint(**{field.name: getattr(record, field.name) for field in fields(Fingerprint)})
 
 
-def write(record, fingerprint, summary):
+def what_changed(record, now):
+    """What is another one than what is bound, in words, where that need not stop us; "" if nothing, None if nothing is
+    bound. now: a Fingerprint. @throws StaleBindingError if the artist has to look first."""
+    bound = read_fingerprint(record)
+    if bound is None:
+        return None
+    changes, needs_update = fingerprint.changes(bound, now)
+    if needs_update:
+        raise StaleBindingError(f"{changes}. Check the handles and press Update")
+    return changes
+
+
+def write(record, now, summary):
     """Remembers a binding. What an earlier solve found no longer belongs to it."""
-    _write(record, fingerprint)
+    _write(record, now)
     _write(record, summary)
     record.is_bound = True
     record.is_solved = False

@@ -6,9 +6,8 @@ import enum
 from dataclasses import dataclass
 
 from ... import wording
-from ...errors import SceneError
+from ...errors import SceneError, StaleBindingError
 from ...scene import shared_readings
-from ...solver.core import fingerprint
 from . import bound_record, scene_input
 
 
@@ -36,20 +35,16 @@ def status(obj, quiet_seconds=0.0):
     model.is_watched = True
     if obj.mode == 'OBJECT' and not (model.is_usable(obj) and model.was_told_within(quiet_seconds)):
         shared_readings.finished(obj, scene_input.HandleReading)
-    bound = bound_record.read_fingerprint(obj.meanvalue.bound)
-    if not model.is_known:
-        return Status(State.UNBOUND if bound is None else State.BOUND)
+    bound = obj.meanvalue.bound
+    state = State.BOUND if bound.is_bound else State.UNBOUND
     try:
-        now = model.result(obj).fingerprint
+        if model.is_known:
+            bound_record.what_changed(bound, model.result(obj).fingerprint)
+    except StaleBindingError as problem:
+        return Status(State.STALE, wording.sentence(str(problem)))
     except SceneError as problem:
         return Status(State.PROBLEM, wording.sentence(str(problem)))
-    if bound is None:
-        return Status(State.UNBOUND)
-    reasons = fingerprint.stale_reasons(bound, now)
-    if not fingerprint.needs_bind(reasons):
-        return Status(State.BOUND)
-    changes = fingerprint.describe(reasons, bound, now)
-    return Status(State.STALE, wording.sentence(f"{changes}. Check the handles and press Update"))
+    return Status(state)
 
 
 def member_count(obj, name):

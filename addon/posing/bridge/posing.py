@@ -3,10 +3,10 @@
 
 import numpy as np
 
-from ...errors import SceneError, StaleBindingError
+from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
-from ...solver.core import fingerprint, result
+from ...solver.core import result
 from . import bound_record, scene_input, targets
 
 #: Of a Posing: the targets are where the controls are.
@@ -29,7 +29,10 @@ class Posing:
         @throws SceneError; StaleBindingError if the artist has to look first.
         """
         self.bind_input = scene_input.gather(obj, reading)
-        self.changes = _what_changed(obj, self.bind_input) if is_checked else ""
+        self.changes = ""
+        if is_checked:
+            changes = bound_record.what_changed(obj.meanvalue.bound, self.bind_input.fingerprint)
+            self.changes = "it is posed for the first time" if changes is None else changes
         self._goal = goal
         self.targets = self._gather_targets(obj, self.bind_input)
         shape = shape_keys.result_positions(obj) if settles else None
@@ -89,18 +92,3 @@ class Posing:
             if is_same and (goal is None or goal.is_near(self.targets, 0.0)):
                 return
         raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
-
-
-def _what_changed(obj, bind_input):
-    """What changed since the binding on record that need not stop us, in words; "" if nothing.
-
-    @throws StaleBindingError if the artist has to look first.
-    """
-    bound = bound_record.read_fingerprint(obj.meanvalue.bound)
-    if bound is None:
-        return "it is posed for the first time"
-    reasons = fingerprint.stale_reasons(bound, bind_input.fingerprint)
-    changes = fingerprint.describe(reasons, bound, bind_input.fingerprint)
-    if fingerprint.needs_bind(reasons):
-        raise StaleBindingError(f"{changes}. Check the handles and press Update")
-    return changes

@@ -3,13 +3,13 @@
 
 import numpy as np
 
-from ...errors import SceneError, StaleBindingError
+from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
 from ...scene import mesh_arrays, rig_space, shape_keys, subject
 from ...scene.core import motion
 from ...solver import session
-from ...solver.core import fingerprint, result
+from ...solver.core import result
 from ..bridge import bound_record, controls, scene_input, targets
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
@@ -87,13 +87,7 @@ class Follower(Following):
         return session.cached(bind_input)
 
     def _require_good_binding(self, obj):
-        bound = bound_record.read_fingerprint(obj.meanvalue.bound)
-        if bound is None:
-            return
-        reasons = fingerprint.stale_reasons(bound, self._input.fingerprint)
-        if fingerprint.needs_bind(reasons):
-            changes = fingerprint.describe(reasons, bound, self._input.fingerprint)
-            raise StaleBindingError(f"{changes}. Check the handles and press Update")
+        bound_record.what_changed(obj.meanvalue.bound, self._input.fingerprint)
 
     # Posing
 

@@ -5,7 +5,6 @@ A binding is remembered as a fingerprint of everything it depends on. It is kept
 duplication, renaming and reopening without any bookkeeping.
 """
 
-import enum
 import functools
 import hashlib
 from dataclasses import astuple, dataclass
@@ -14,21 +13,15 @@ import numpy as np
 
 from ... import wording
 
-
-class StaleReason(enum.Enum):
-    """Everything that can make a binding stale; the value says it in the middle of a sentence."""
-
-    VERTICES = "vertices changed"
-    FACES = "faces changed"
-    REST_SHAPE = "rest shape changed"
-    ANCHORS = "handles changed"
-    ROI = "region changed"
-    SETTINGS = "settings changed"
-    MIRROR = "mirror planes changed"
-
-
-#: After these the anchors may no longer mean the same vertices: the artist must look and bind again.
-NEEDS_BIND = frozenset({StaleReason.VERTICES, StaleReason.FACES, StaleReason.REST_SHAPE})
+#: What each digest tells, in words. After the first two the anchors may no longer mean the same vertices.
+CHANGES = {
+    "faces": "the faces were changed",
+    "rest_shape": "the rest shape was edited",
+    "anchors": "the handles changed",
+    "roi": "the region changed",
+    "settings": "the settings changed",
+    "mirror": "the mirror planes changed",
+}
 
 
 #: Results of a `remembered` function that are kept.
@@ -91,42 +84,10 @@ def remembered(function):
     return result_of
 
 
-def stale_reasons(bound, now):
-    """The reasons in the order of StaleReason; empty when the binding is good.
-
-    With another vertex count every other digest differs too, which would say nothing new: it is left out.
-    """
-    if bound.vertex_count != now.vertex_count:
-        changed_faces = bound.face_count != now.face_count
-        return (StaleReason.VERTICES, StaleReason.FACES) if changed_faces else (StaleReason.VERTICES,)
-    pairs = (
-        (StaleReason.FACES, bound.faces, now.faces),
-        (StaleReason.REST_SHAPE, bound.rest_shape, now.rest_shape),
-        (StaleReason.ANCHORS, bound.anchors, now.anchors),
-        (StaleReason.ROI, bound.roi, now.roi),
-        (StaleReason.SETTINGS, bound.settings, now.settings),
-        (StaleReason.MIRROR, bound.mirror, now.mirror),
-    )
-    return tuple(reason for reason, before, after in pairs if before != after)
-
-
-def needs_bind(reasons):
-    """True if the artist must press Update; else what poses the mesh next binds again by itself."""
-    return not NEEDS_BIND.isdisjoint(reasons)
-
-
-def describe(reasons, bound, now):
-    """What changed, as part of a sentence, with both counts: "the mesh has 26 vertices (25 when bound)"."""
-    counts = []
-    if StaleReason.VERTICES in reasons:
-        counts.append(f"{wording.vertices(now.vertex_count)} ({bound.vertex_count:,} when bound)")
-    if StaleReason.FACES in reasons and bound.face_count != now.face_count:
-        counts.append(f"{wording.counted(now.face_count, 'face')} ({bound.face_count:,} when bound)")
-    parts = [f"the mesh has {wording.listed(counts)}"] if counts else []
-    if StaleReason.FACES in reasons and bound.face_count == now.face_count:
-        parts.append(f"the {wording.counted(now.face_count, 'face')} join the vertices in another way")
-    if StaleReason.REST_SHAPE in reasons:
-        parts.append("the rest shape was edited")
-    others = (StaleReason.ANCHORS, StaleReason.ROI, StaleReason.SETTINGS, StaleReason.MIRROR)
-    parts.extend(f"the {reason.value}" for reason in others if reason in reasons)
-    return wording.listed(parts)
+def changes(bound, now):
+    """(what changed, in words, "" if nothing did; whether the artist must look and press Update: else what poses the
+    mesh next binds again by itself)."""
+    if bound.vertex_count != now.vertex_count:  # then all else differs too, which would say nothing new
+        return f"the mesh has {wording.vertices(now.vertex_count)} ({bound.vertex_count:,} when bound)", True
+    found = [name for name in CHANGES if getattr(bound, name) != getattr(now, name)]
+    return wording.listed(CHANGES[name] for name in found), not {"faces", "rest_shape"}.isdisjoint(found)
