@@ -56,8 +56,7 @@ class MEANVALUE_PT_in_betweens(_ShapeKeysPanel, bpy.types.Panel):
         layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
         made = mixed_keys.in_between_names(obj)
         if made:
-            text = settings.note or wording.counted(len(made), "in-between key")
-            draw_wrapped(layout, context, wording.sentence(text), icon='CHECKMARK')
+            layout.label(text=wording.counted(len(made), "in-between key"), icon='CHECKMARK')
             layout.operator(MEANVALUE_OT_bake_mix.bl_idname, text="Remove In-Betweens", icon='X').remove = True
 
 

@@ -2,7 +2,7 @@
 """How the shape keys of an object are mixed: `object.meanvalue.mix`. The sliders are those of the keys."""
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty
 
 from ..scene.declarations import aside
 from .bridge import mix_follower
@@ -30,7 +30,6 @@ class MEANVALUE_PG_mix(bpy.types.PropertyGroup):
     most_keys: IntProperty(
         name="At Most", description="In-between keys that may be made", default=60, min=1, soft_max=200, max=2000
     )
-    note: StringProperty(options={'HIDDEN'})  # what the in-between keys are, for the panel
 
 
 PROPERTY_GROUPS = (MEANVALUE_PG_mix,)

@@ -182,14 +182,9 @@ def _remove_keys(obj, names, was_relative):
         curves.remove(curve)
     if keys.animation_data is not None and keys.animation_data.action is not None and len(curves) == 0:
         actions.remove_action(keys)
-    found = [name for name in names if name in keys.key_blocks]
-    active = obj.active_shape_key
-    active_name = active.name if active is not None else ""
-    for name in found:
-        obj.shape_key_remove(keys.key_blocks[name])
-    if active_name in keys.key_blocks:
-        obj.active_shape_key_index = keys.key_blocks.find(active_name)
-    return len(found)
+    count = sum(name in keys.key_blocks for name in names)
+    shape_keys.remove(obj, names)
+    return count
 
 
 def _key_name(prefix, time):

@@ -61,8 +61,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return None if bakeable.of(obj) else scene_input.start_reading(obj)
 
     def prepare(self, obj, reading):
-        self._prepared = Baking(obj, bpy.context.scene, self._options(obj), reading)
-        return self._prepared
+        return Baking(obj, bpy.context.scene, self._options(obj), reading)
 
     def before(self, prepared):
         with engine.held():

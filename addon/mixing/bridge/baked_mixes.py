@@ -6,7 +6,6 @@ import numpy as np
 from ...errors import SceneError
 from . import mixed_keys, morphers
 from .mix_reading import gather
-from .mixing import Mixing
 
 solve_steps = morphers.solve_steps
 
@@ -16,7 +15,7 @@ def is_meant(obj):
 
 
 def bind(obj, _reading=None):
-    return Mixing(gather(obj))
+    return morphers.Mixing(gather(obj))
 
 
 def row(obj, mix_input):

@@ -34,7 +34,6 @@ def remove(obj):
     """Takes away what make() has made. Returns how many keys there were."""
     names = mixed_keys.in_between_names(obj)
     shape_keys.remove(obj, names)
-    obj.meanvalue.mix.note = ""
     return len(names)
 
 

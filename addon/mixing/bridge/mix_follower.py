@@ -79,7 +79,6 @@ class MixFollower(Following):
         mix_input = self._input
 
         def collect(morpher):
-            morphers.remember(mix_input, morpher)
             self._binding = morpher
 
         def work(execution):

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The calls into compiled morphers, which solver/session.py keeps."""
+"""What mixes hand to the solver, and what it makes of them; session.py keeps what was bound."""
 
 import re
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import SolverError
+from ...errors import SceneError, SolverError
 from ...solver import native_loader, session
 from ...solver.core import result
+from ..core import in_betweens
+from . import mixed_keys
+from .mix_reading import gather
 
 REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
 
@@ -27,12 +30,9 @@ def cached(mix_input):
     return session.kept(mix_input.key)
 
 
-def remember(mix_input, morpher):
-    session.keep(mix_input.key, morpher, int(morpher.report.bytes))
-
-
 def bind_steps(mix_input, execution):
-    """Steps (see solver/job.py) to a native Morpher. @throws NativeModuleError, SolverError, CancelledError."""
+    """Steps (see solver/job.py) to a native Morpher, which is kept. @throws NativeModuleError, SolverError,
+    CancelledError."""
     shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
     try:
         task = session.call(
@@ -44,9 +44,11 @@ def bind_steps(mix_input, execution):
             refused=REFUSED_SHAPES,
         )
         yield task
-        return session.call(task.result, refused=REFUSED_SHAPES)
+        morpher = session.call(task.result, refused=REFUSED_SHAPES)
     except SolverError as error:
         raise SolverError(_with_names(str(error), mix_input)) from error
+    session.keep(mix_input.key, morpher, int(morpher.report.bytes))
+    return morpher
 
 
 def _with_names(text, mix_input):
@@ -84,3 +86,53 @@ def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
         converged=bool(solution.converged),
         seconds=float(solution.timings["total"]),
     )
+
+
+class Mixing:
+    """As widgets/background.py wants it: binds what is mixed. bind_input: the MixInput; binding: the Morpher."""
+
+    changes = ""
+
+    def __init__(self, mix_input):
+        self.bind_input = mix_input
+        self.binding = cached(mix_input)
+
+    def read_triangles(self, _obj):
+        pass
+
+    def work(self, execution):
+        """Steps (see solver/job.py) that bind. @throws MeanValueError."""
+        if self.binding is None:
+            self.binding = yield from bind_steps(self.bind_input, execution)
+
+    def require_unchanged(self, obj, _reading):
+        """@throws SceneError if the shape keys are others by now."""
+        if mixed_keys.problem(obj) is None and gather(obj).revision == self.bind_input.revision:
+            return
+        raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+
+
+class InBetweenSearch(Mixing):
+    """Finds the in-between keys. solved: mixes that were solved so far."""
+
+    def __init__(self, mix_input, tolerance, most):
+        super().__init__(mix_input)
+        self.tolerance = tolerance
+        self.solved = 0
+        self._most = most
+
+    def work(self, execution):
+        """Steps (see solver/job.py) to a Found. @throws MeanValueError."""
+        yield from super().work(execution)
+        mix_input = self.bind_input
+        ranges = [(slider.low, slider.high) for slider in mix_input.sliders]
+        search = in_betweens.found(ranges, mix_input.rest.shape, self.tolerance, self._most, mix_input.overlap)
+        correction = None
+        while True:
+            try:
+                values = search.send(correction)
+            except StopIteration as end:
+                return end.value
+            mix = yield from solve_steps(self.binding, mix_input, values, execution)
+            self.solved += 1
+            correction = mix.positions - mix_input.linear(values)

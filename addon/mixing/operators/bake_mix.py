@@ -8,7 +8,7 @@ from ...errors import SceneError
 from ...widgets.background import BackgroundOperator
 from ..bridge import in_between_keys, mixed_keys
 from ..bridge.mix_reading import gather
-from ..bridge.mixing import InBetweenSearch
+from ..bridge.morphers import InBetweenSearch
 
 #: Where the tolerance is not reached.
 ADVICE = "Allow more keys (At Most), raise the tolerance, or bake the animation to a point cache"
@@ -24,8 +24,6 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         description="Take away the in-between keys that are there. The sliders mix in straight lines then, or live",
         options={'SKIP_SAVE'},
     )
-
-    _prepared = None
 
     @classmethod
     def description(cls, _context, properties):
@@ -45,27 +43,13 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
             return None  # they can be removed
         return problem or mixed_keys.problem(obj)
 
-    def invoke(self, context, event):
-        return self.execute(context) if self.remove else super().invoke(context, event)
-
-    def run(self, obj):
-        if not self.remove:
-            return super().run(obj)
-        count = in_between_keys.remove(obj)
-        if count == 0:
-            raise SceneError(f"'{obj.name}' has no in-between keys of Bake Mix")
-        obj.data.update_tag()
-        return f"Removed {wording.counted(count, 'in-between key')} of '{obj.name}'", []
-
     def prepare(self, obj, _reading):
+        if self.remove:
+            return None
         settings = obj.meanvalue.mix
-        problem = mixed_keys.problem(obj)
-        if problem:
-            raise SceneError(problem)
         mix_input = gather(obj)
         tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
-        self._prepared = InBetweenSearch(mix_input, tolerance, settings.most_keys)
-        return self._prepared
+        return InBetweenSearch(mix_input, tolerance, settings.most_keys)
 
     def progress_text(self, stage, share):
         solved = self._prepared.solved if self._prepared is not None else 0
@@ -74,7 +58,8 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         return f"{wording.counted(solved, 'mix', 'mixes')} solved    Esc: Cancel"
 
     def finish(self, obj, prepared, found):
-        settings = obj.meanvalue.mix
+        if self.remove:
+            return _removed(obj)
         share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
         is_near = found.error <= prepared.tolerance
         if not found.shapes and not is_near:
@@ -85,8 +70,15 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
             if not removed:
                 raise SceneError(text)
             return text, [f"Removed {wording.counted(removed, 'key')} that stood for a former mix"]
-        settings.is_on = False
-        made = in_between_keys.make(obj, prepared.bind_input, found)
-        settings.note = f"{wording.counted(len(made), 'in-between key')}, within {share:.2%} of the mesh's size"
-        text = f"'{obj.name}' has {settings.note}, driven by its sliders"
+        obj.meanvalue.mix.is_on = False
+        made = wording.counted(len(in_between_keys.make(obj, prepared.bind_input, found)), "in-between key")
+        text = f"'{obj.name}' has {made}, within {share:.2%} of the mesh's size, driven by its sliders"
         return text, [] if is_near else [f"That is more than the tolerance. {ADVICE}"]
+
+
+def _removed(obj):
+    count = in_between_keys.remove(obj)
+    if count == 0:
+        raise SceneError(f"'{obj.name}' has no in-between keys of Bake Mix")
+    obj.data.update_tag()
+    return f"Removed {wording.counted(count, 'in-between key')} of '{obj.name}'", []

@@ -18,15 +18,12 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     )
     doing = "Wrapping"
 
-    _prepared = None
-
     @classmethod
     def problem(cls, obj):
         return super().problem(obj) or wrap_scene.problem(bpy.context, obj)
 
     def prepare(self, obj, _reading):
-        self._prepared = wrap_scene.Wrapping(obj, wrap_scene.target_of(bpy.context, obj))
-        return self._prepared
+        return wrap_scene.Wrapping(obj, wrap_scene.target_of(bpy.context, obj))
 
     def job_progress(self):
         return "fitting", self._prepared.share
