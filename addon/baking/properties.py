@@ -8,113 +8,104 @@ from .. import compat
 from ..scene.baked import TO_CACHE, TO_KEYS
 from ..scene.declarations import aside
 
-
-def options(flags=frozenset()):
-    """{name: property}: what can be chosen, for the settings and for the operator's own properties alike."""
-    flags = {"options": set(flags)}
-    return {
-        "target": EnumProperty(
-            name="Bake to",
-            description="What the animation of the handles becomes",
-            items=(
-                (TO_CACHE, "Point Cache", "A file (PC2) that a Mesh Cache modifier plays. For takes of any length"),
-                (TO_KEYS, "Shape Keys", "Keys in the mesh, with animated values. For short takes, to go on working on"),
-            ),
-            default=TO_CACHE,
-            **flags,
+#: What can be chosen, for the settings and for the operator's own properties alike.
+OPTIONS = {
+    "target": EnumProperty(
+        name="Bake to",
+        description="What the animation of the handles becomes",
+        items=(
+            (TO_CACHE, "Point Cache", "A file (PC2) that a Mesh Cache modifier plays. For takes of any length"),
+            (TO_KEYS, "Shape Keys", "Keys in the mesh, with animated values. For short takes, to go on working on"),
         ),
-        "frame_range": EnumProperty(
-            name="Range",
-            description="Frames to bake",
-            items=(
-                ('ANIMATION', "Animation", "From the first to the last keyframe of the controls in the scene's range"),
-                ('SCENE', "Scene", "From the scene's first frame to its last"),
-                ('OWN', "Own", "From Start to End"),
-            ),
-            default='ANIMATION',
-            **flags,
+        default=TO_CACHE,
+    ),
+    "frame_range": EnumProperty(
+        name="Range",
+        description="Frames to bake",
+        items=(
+            ('ANIMATION', "Animation", "From the first to the last keyframe of the controls in the scene's range"),
+            ('SCENE', "Scene", "From the scene's first frame to its last"),
+            ('OWN', "Own", "From Start to End"),
         ),
-        "frame_start": IntProperty(name="Start", description="First frame to bake", default=1, **flags),
-        "frame_end": IntProperty(name="End", description="Last frame to bake", default=250, **flags),
-        "step": IntProperty(
-            name="Step",
-            description="Bake every frame (1), every second (2), ...; those between are blended",
-            default=1,
-            min=1,
-            soft_max=10,
-            **flags,
+        default='ANIMATION',
+    ),
+    "frame_start": IntProperty(name="Start", description="First frame to bake", default=1),
+    "frame_end": IntProperty(name="End", description="Last frame to bake", default=250),
+    "step": IntProperty(
+        name="Step",
+        description="Bake every frame (1), every second (2), ...; those between are blended",
+        default=1,
+        min=1,
+        soft_max=10,
+    ),
+    "samples": IntProperty(
+        name="Samples",
+        description="Samples per frame: more than 1 bakes between frames too, for motion blur and fast motion",
+        default=1,
+        min=1,
+        soft_max=8,
+        max=100,
+    ),
+    "path": StringProperty(
+        name="File",
+        description="Point cache to write. Left empty, it is in the folder meanvalue_cache beside the .blend, with "
+        "the name of the object",
+        subtype='FILE_PATH',
+        options=compat.flags_of_paths(),
+    ),
+    "overwrite_any": BoolProperty(
+        name="Overwrite",
+        description="Replace a file that is no earlier bake of this object in this .blend",
+    ),
+    "use_part": BoolProperty(
+        name="Part Only",
+        description="Bake a part of the range again and leave the rest of the point cache as it is",
+    ),
+    "part_start": IntProperty(name="From", description="First frame to bake again", default=1),
+    "part_end": IntProperty(name="To", description="Last frame to bake again", default=10),
+    "prefix": StringProperty(
+        name="Name", description="Shape keys are called so, with the frame", default="Bake", maxlen=40
+    ),
+    "keys": EnumProperty(
+        name="Keys",
+        description="Which frames become shape keys",
+        items=(
+            ('ADAPTIVE', "Adaptive", "As few as keep the motion within the tolerance"),
+            ('EVERY', "Regular", "Every frame that is sampled, or every n-th"),
         ),
-        "samples": IntProperty(
-            name="Samples",
-            description="Samples per frame: more than 1 bakes between frames too, for motion blur and fast motion",
-            default=1,
-            min=1,
-            soft_max=8,
-            max=100,
-            **flags,
-        ),
-        "path": StringProperty(
-            name="File",
-            description="Point cache to write. Left empty, it is in the folder meanvalue_cache beside the .blend, with "
-            "the name of the object",
-            subtype='FILE_PATH',
-            options={*flags["options"], *compat.flags_of_paths()},
-        ),
-        "overwrite_any": BoolProperty(
-            name="Overwrite",
-            description="Replace a file that is no earlier bake of this object in this .blend",
-            **flags,
-        ),
-        "use_part": BoolProperty(
-            name="Part Only",
-            description="Bake a part of the range again and leave the rest of the point cache as it is",
-            **flags,
-        ),
-        "part_start": IntProperty(name="From", description="First frame to bake again", default=1, **flags),
-        "part_end": IntProperty(name="To", description="Last frame to bake again", default=10, **flags),
-        "prefix": StringProperty(
-            name="Name", description="Shape keys are called so, with the frame", default="Bake", maxlen=40, **flags
-        ),
-        "keys": EnumProperty(
-            name="Keys",
-            description="Which frames become shape keys",
-            items=(
-                ('ADAPTIVE', "Adaptive", "As few as keep the motion within the tolerance"),
-                ('EVERY', "Regular", "Every frame that is sampled, or every n-th"),
-            ),
-            default='ADAPTIVE',
-            **flags,
-        ),
-        "key_step": IntProperty(
-            name="Every", description="Make a key of every n-th sample", default=1, min=1, soft_max=25, **flags
-        ),
-        "tolerance_share": FloatProperty(
-            name="Tolerance",
-            description="No vertex may be farther than this part of the mesh's size from where it was solved",
-            default=0.1,
-            min=0.0,
-            soft_max=5.0,
-            max=100.0,
-            precision=3,
-            subtype='PERCENTAGE',
-            **flags,
-        ),
-        "use_absolute": BoolProperty(
-            name="Absolute",
-            description="Absolute shape keys, played by their evaluation time: quicker with many keys, but the mesh "
-            "can have no relative ones beside them",
-            **flags,
-        ),
-    }
-
-
-NAMES = tuple(options())
+        default='ADAPTIVE',
+    ),
+    "key_step": IntProperty(name="Every", description="Make a key of every n-th sample", default=1, min=1, soft_max=25),
+    "tolerance_share": FloatProperty(
+        name="Tolerance",
+        description="No vertex may be farther than this part of the mesh's size from where it was solved",
+        default=0.1,
+        min=0.0,
+        soft_max=5.0,
+        max=100.0,
+        precision=3,
+        subtype='PERCENTAGE',
+    ),
+    "use_absolute": BoolProperty(
+        name="Absolute",
+        description="Absolute shape keys, played by their evaluation time: quicker with many keys, but the mesh "
+        "can have no relative ones beside them",
+    ),
+}
 
 
 class MEANVALUE_PG_bake(bpy.types.PropertyGroup):
     """How the object is baked"""
 
-    __annotations__ = options()
+    __annotations__ = OPTIONS
+
+
+def unsaved():
+    """OPTIONS for an operator: what is not given is taken from the settings, and not from what was given last."""
+    return {
+        name: option.function(**{**option.keywords, "options": {*option.keywords.get("options", ()), 'SKIP_SAVE'}})
+        for name, option in OPTIONS.items()
+    }
 
 
 PROPERTY_GROUPS = (MEANVALUE_PG_bake,)

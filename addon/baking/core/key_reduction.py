@@ -12,26 +12,16 @@ def every(count, step):
 def reduced(rows, times, tolerance):
     """Generator of the rows to keep: the first, the last and as few between as it takes. Yields the share done.
 
-    Each span is as long as it can be, found by doubling and halving; every row within was looked at. So between two
-    rows that are kept no vertex is farther than `tolerance` from where the blend has it.
+    Each span is about as long as it can be, found by halving; every row within was looked at. So between two rows that
+    are kept no vertex is farther than `tolerance` from where the blend has it.
 
     rows: sequence of (n, 3) float32; times: their frames, ascending; tolerance >= 0. Returns ascending row numbers.
     """
     kept = [0]
     last = len(rows) - 1
     while kept[-1] < last:
-        begin = kept[-1]
-        good, bad = begin + 1, None
-        reach = 2
-        while bad is None and good < last:
-            end = min(begin + reach, last)
-            if _blend_is_near(rows, times, begin, end, tolerance):
-                good = end
-            else:
-                bad = end
-            reach *= 2
-            yield good / last
-        while bad is not None and bad - good > 1:
+        begin, good, bad = kept[-1], kept[-1] + 1, last + 1
+        while bad - good > 1:
             middle = (good + bad) // 2
             if _blend_is_near(rows, times, begin, middle, tolerance):
                 good = middle

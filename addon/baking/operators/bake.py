@@ -28,9 +28,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     )
     doing = "Baking"
 
-    #: What is not given is taken from the object's settings.
     __annotations__ = {
-        **properties.options({'SKIP_SAVE'}),
+        **properties.unsaved(),
         "confirm_size": BoolProperty(
             name="Confirm Size",
             description="Bake even if the result takes a lot of memory or room on the disk",
@@ -113,12 +112,12 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         settings = obj.meanvalue.bake
         values = {
             name: getattr(self if self.properties.is_property_set(name) else settings, name)
-            for name in properties.NAMES
+            for name in properties.OPTIONS
         }
         return types.SimpleNamespace(**values, confirm_size=self.confirm_size)
 
     def _ask(self, context, problem):
-        given = {name: getattr(self, name) for name in properties.NAMES if self.properties.is_property_set(name)}
+        given = {name: getattr(self, name) for name in properties.OPTIONS if self.properties.is_property_set(name)}
 
         def draw(menu, _context):
             menu.layout.label(text=wording.sentence(problem))
