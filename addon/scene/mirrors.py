@@ -2,7 +2,7 @@
 """What mirrors an object's mesh: Mirror modifiers, and the switch Symmetric."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,17 +23,11 @@ KEEPING = rig_space.HARMLESS | {'MESH_CACHE'}
 AXES = 'XYZ'
 
 
-@dataclass(frozen=True)
-class Plane:
-    """In object space. normal: unit; reach: a vertex no farther from it is merged with its image."""
+class Plane(NamedTuple):
+    """In object space. row: unit normal and distance; reach: a vertex no farther from it is merged with its image."""
 
-    normal: tuple
-    distance: float
+    row: tuple
     reach: float
-
-    @property
-    def row(self):
-        return (*self.normal, self.distance)
 
 
 def signature(obj):
@@ -62,7 +56,7 @@ def gather(obj, rest, corners, starts):
     numbers = np.arange(len(rest), dtype=np.int32)
     in_plane = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
     for plane in _read(obj)[0]:
-        apart = np.abs(rest.astype(np.float64) @ plane.normal - plane.distance)
+        apart = np.abs(rest.astype(np.float64) @ plane.row[:3] - plane.row[3])
         seam = apart <= max(plane.reach, in_plane)
         if mirror_planes.is_a_border(seam, corners, starts):
             planes.append(plane.row)
@@ -120,7 +114,7 @@ def _read_modifier(obj, modifier, below, planes, found):
     own = [_plane(obj, mirror, axis, modifier) for axis in axes]
     if None in own:
         found.append(f"{name}: '{mirror.name}' mirrors '{obj.name}' askew, by uneven scales. Apply them")
-    elif not all(_is_square(plane.normal, other.normal) for plane in own for other in planes):
+    elif not all(_is_square(plane.row[:3], other.row[:3]) for plane in own for other in planes):
         found.append(f"{name}: its plane does not stand at right angles to that of another Mirror")
     else:
         planes += own
@@ -135,7 +129,7 @@ def _plane(obj, mirror, axis, modifier):
     """The Plane of a Mirror modifier, as Blender computes it; None if images are not congruent in object space."""
     reach = 0.5 * modifier.merge_threshold if modifier.use_mirror_merge else 0.0
     if mirror is None:
-        return Plane(tuple(float(axis == each) for each in range(3)), 0.0, reach)
+        return Plane((*(float(axis == each) for each in range(3)), 0.0), reach)
     to_object = np.array(obj.matrix_world.inverted_safe() @ mirror.matrix_world)
     if abs(np.linalg.det(to_object[:3, :3])) < 1e-30:
         return None
@@ -147,7 +141,7 @@ def _plane(obj, mirror, axis, modifier):
     far = np.abs(np.array([*obj.matrix_world.translation, *mirror.matrix_world.translation])).max()
     step = 2.0 ** math.ceil(math.log2(1e-6 * max(1e-30, far)))  # the same one while they are moved about
     distance = round(float(normal @ to_object[:3, 3]) / step) * step  # noise of the matrices is no new plane
-    return Plane(tuple(float(round(each, 6)) for each in normal), distance, reach)
+    return Plane((*(float(round(each, 6)) for each in normal), distance), reach)
 
 
 def _is_square(first, second):

@@ -85,7 +85,7 @@ def ensure_result_key(obj):
     active_index = obj.active_shape_key_index
     name = settings.result_key
     if name not in mesh.shape_keys.key_blocks:
-        _rest_key(obj, name)
+        add_shape(obj, name, positions(mesh.shape_keys.reference_key))
     keys = mesh.shape_keys
     key = keys.key_blocks[name]
     show_fully(keys, key)
@@ -203,20 +203,6 @@ def _remove_from_edit_mode(mesh, name):
         layers.remove(layers[name])
 
 
-def keep(obj, name):
-    """A new key with the shape of the result key, not shown. Returns its name; the active key stays active.
-
-    @throws SceneError if there is no result.
-    """
-    shape = result_positions(obj)
-    if shape is None:
-        raise SceneError(
-            f"There is no result to keep: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
-            "Live on, or press Solve"
-        )
-    return add_shape(obj, name, shape).name
-
-
 def why_result_is_hidden(obj):
     """Why the object does not show the result key as it is, in words, or None. Cheap enough for drawing."""
     keys = obj.data.shape_keys
@@ -237,11 +223,3 @@ def why_result_is_hidden(obj):
     if key.value != 1.0:
         return f"Shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. Set it to 1"
     return None
-
-
-def _rest_key(obj, name):
-    """A new shape key in the rest shape, the last one."""
-    rest = positions(obj.data.shape_keys.reference_key)
-    key = obj.shape_key_add(name=name, from_mix=False)
-    write_positions(obj.data, key, rest)
-    return key

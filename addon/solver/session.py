@@ -158,7 +158,7 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
     yield task
     solution = call(task.result, refused=REFUSED_POSE)
     summary = result.SolveSummary.of(solution, mesh.diagonal)
-    if not result.all_finite(solution.vertices):
+    if not np.isfinite(solution.vertices).all():
         raise SolverError(
             f"The solver gave positions that are not numbers ({summary.text()}). Move the handles closer to the rest "
             "shape, or add pins"

@@ -25,7 +25,7 @@ def chosen(mask):
     [([2], 0, [2]), ([2], 1, [1, 2, 3]), ([0], 2, [0, 1, 2]), ([0, 4], 1, [0, 1, 3, 4]), ([0], 99, [0, 1, 2, 3, 4])],
 )
 def test_rings(seeds, rings, expected):
-    assert chosen(grown_by_rings(CHAIN, np.array(seeds), 7, rings)) == expected
+    assert chosen(grown_by_rings(CHAIN, CHAIN_POSITIONS, np.array(seeds), rings)) == expected
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pathlib
 import bpy
 import numpy as np
 import pytest
-from support import halves, handles, meshes, steps
+from support import halves, meshes, steps
 from support.baking import rows
 from support.halves import move, rest, shown, turn, update
 
@@ -277,14 +277,3 @@ def test_baked_to_a_point_cache(tmp_path):
     # Baked again, above the modifier that plays: still the mirrored mesh.
     assert bpy.ops.meanvalue.bake() == {'FINISHED'}
     assert np.array_equal(rows(pathlib.Path(tmp_path, "meanvalue_cache", "Half.pc2")), shapes)
-
-
-def test_baked_to_shape_keys():
-    obj, control = halves.half(live=False)
-    animate(control)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bake(target="SHAPE_KEYS", keys="EVERY") == {'FINISHED'}
-    baked = [key.name for key in obj.data.shape_keys.key_blocks if key.name not in {"Basis", handles.RESULT}]
-    assert len(baked) >= 5
-    for name in baked:
-        assert opening(obj, shape=steps.key_positions(obj, name)) < CLOSED

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Symmetric: one side's handles pose both sides of a mesh that is symmetric by itself."""
 
-import pathlib
 
 import bpy
 import numpy as np
 import pytest
-from support import halves, handles, meshes, steps
-from support.baking import rows
+from support import halves, meshes, steps
 from support.halves import asymmetry, move, rest, shown, turn, update
 
 SAME = 1e-6
@@ -133,60 +131,3 @@ def test_beside_a_mirror_modifier():
     update()
     move(control, (0.0, 0.2, 0.0))
     assert np.abs(shown(obj)[halves.seam(obj), 0]).max() < SAME
-
-
-def test_baked(tmp_path):
-    obj, control = halves.whole(live=False)
-    obj.meanvalue.symmetric = 'X'
-    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 4
-    base = tuple(control.location)
-    for frame in range(1, 5):
-        control.location = [base[0] + 0.1 * frame, base[1], base[2] + 0.1 * frame]
-        control.keyframe_insert("location", frame=frame)
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "whole.blend"))
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bake() == {'FINISHED'}
-    shapes = rows(pathlib.Path(tmp_path, "meanvalue_cache", "Whole.pc2"))
-    assert max(asymmetry(obj, shape) for shape in shapes) < SAME
-    assert np.ptp(shapes, axis=0).max() > 0.2
-    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
-    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', keys='EVERY') == {'FINISHED'}
-    for key in obj.data.shape_keys.key_blocks:
-        if key.name != handles.RESULT:
-            assert asymmetry(obj, steps.key_positions(obj, key.name)) < SAME
-
-
-def test_saved_and_reloaded(live, tmp_path):
-    obj, control = live
-    move(control, (0.3, 0.1, 0.2))
-    before, name, path = shown(obj), control.name, str(tmp_path / "whole.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.open_mainfile(filepath=path)
-    obj, control = bpy.data.objects["Whole"], bpy.data.objects[name]
-    assert obj.meanvalue.symmetric == 'X'
-    update()
-    assert np.abs(shown(obj) - before).max() < 1e-3
-    move(control, (0.1, 0.0, 0.1))
-    assert asymmetry(obj, shown(obj)) < SAME and np.abs(shown(obj) - before).max() > 0.05
-
-
-def test_undo():
-    if not bpy.ops.ed.undo_push.poll():
-        pytest.skip("this Blender has no undo without a window")
-    obj, control = halves.whole()
-    bpy.ops.ed.undo_push(message="Off")
-    obj.meanvalue.symmetric = 'X'
-    update()
-    move(control, (0.3, 0.1, 0.2))
-    bpy.ops.ed.undo_push(message="On")
-    after, name = shown(obj), control.name
-    bpy.ops.ed.undo()
-    obj = bpy.data.objects["Whole"]
-    update()
-    assert obj.meanvalue.symmetric == 'NONE' and np.abs(shown(obj) - rest(obj)).max() < 1e-3
-    bpy.ops.ed.redo()
-    obj = bpy.data.objects["Whole"]
-    update()
-    assert np.abs(shown(obj) - after).max() < 1e-3
-    move(bpy.data.objects[name], (0.0, 0.0, 0.1))
-    assert asymmetry(obj, shown(obj)) < SAME

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...errors import SceneError, SolverError
 from ...solver import native_loader, session
-from ...solver.core import result
 from ..core import in_betweens
 from . import mixed_keys
 from .mix_reading import gather
@@ -79,7 +78,7 @@ def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
     )
     yield task
     solution = session.call(task.result, refused=REFUSED_SHAPES)
-    if not result.all_finite(solution.vertices):
+    if not np.isfinite(solution.vertices).all():
         raise SolverError("The solver gave positions that are not numbers. Move the sliders closer to 0")
     return Mix(
         positions=solution.vertices,

@@ -6,7 +6,6 @@ import numpy as np
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
-from ...solver.core import result
 from . import bound_record, scene_input, targets
 
 #: Of a Posing: the targets are where the controls are.
@@ -36,7 +35,7 @@ class Posing:
         self._goal = goal
         self.targets = self._gather_targets(obj, self.bind_input)
         shape = shape_keys.result_positions(obj) if settles else None
-        self._start = shape.astype(np.float64) if shape is not None and result.all_finite(shape) else None
+        self._start = shape.astype(np.float64) if shape is not None and np.isfinite(shape).all() else None
         self.binding = session.cached(self.bind_input)
         self._known = session.earlier(self.bind_input) if self.binding is None else None
         self._triangles = None

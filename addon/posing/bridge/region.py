@@ -112,18 +112,11 @@ def handle_members(obj, name):
     return members
 
 
-def grown_by_rings(obj, seeds, ring_count):
-    """n bool."""
+def grown(obj, seeds, limit, by_rings=False):
+    """n bool: by a number of rings, or by a distance on the rest shape."""
     surface = _Surface(obj, seeds)
-    return surface.of_mesh(
-        region_growth.grown_by_rings(surface.edges, surface.seeds, len(obj.data.vertices), ring_count)
-    )
-
-
-def grown_by_distance(obj, seeds, distance):
-    """n bool; measured on the rest shape."""
-    surface = _Surface(obj, seeds)
-    return surface.of_mesh(region_growth.grown_by_distance(surface.edges, surface.rest, surface.seeds, distance))
+    grow = region_growth.grown_by_rings if by_rings else region_growth.grown_by_distance
+    return surface.of_mesh(grow(surface.edges, surface.rest, surface.seeds, limit))
 
 
 def distances(obj, seeds, limit):

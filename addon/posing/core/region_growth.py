@@ -9,12 +9,12 @@ from . import connected
 MOST_DETOUR = 2.0**0.5
 
 
-def grown_by_rings(edges, seeds, vertex_count, ring_count):
+def grown_by_rings(edges, positions, seeds, ring_count):
     """n bool: vertices that can be reached from `seeds` over at most `ring_count` edges; seeds are among them.
 
     edges  m x 2 vertex indices.
     """
-    return _nearness(edges, np.ones(len(edges)), seeds, vertex_count, ring_count)[0] <= ring_count
+    return _nearness(edges, np.ones(len(edges)), seeds, len(positions), ring_count)[0] <= ring_count
 
 
 def grown_by_distance(edges, positions, seeds, distance):

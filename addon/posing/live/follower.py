@@ -157,7 +157,7 @@ def _start(shown, solution):
     """What the solver is to begin from, n x 3 float64: its own answer where that is known; None for the rest shape."""
     if solution is not None:
         return solution
-    return shown.astype(np.float64) if result.all_finite(shown) else None
+    return shown.astype(np.float64) if np.isfinite(shown).all() else None
 
 
 class LiveTargets:

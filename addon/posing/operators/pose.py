@@ -4,6 +4,7 @@
 import bpy
 
 from ... import ids
+from ...errors import SceneError
 from ...live import engine
 from ...scene import new_rest, shape_keys, subject
 from ...solver.core import result
@@ -63,7 +64,13 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         return super().problem(obj) or unposed_problem(obj)
 
     def use(self, obj):
-        name = shape_keys.keep(obj, self.name.strip() or ids.KEPT_KEY)
+        shape = shape_keys.result_positions(obj)
+        if shape is None:
+            raise SceneError(
+                f"There is no result to keep: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle "
+                "with Live on, or press Solve"
+            )
+        name = shape_keys.add_shape(obj, self.name.strip() or ids.KEPT_KEY, shape).name
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         return f"The pose is kept as shape key '{name}'", []
 

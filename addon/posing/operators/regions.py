@@ -66,11 +66,11 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
 
     def _grown(self, obj, seeds):
         if self.mode == 'RINGS':
-            return region.grown_by_rings(obj, seeds, self.rings)
+            return region.grown(obj, seeds, self.rings, by_rings=True)
         if not self.properties.is_property_set("distance"):
             rest = shape_keys.rest_positions(obj.data)
             self.distance = FIRST_DISTANCE * fixed_points.bounding_box_diagonal(rest)
-        return region.grown_by_distance(obj, seeds, self.distance)
+        return region.grown(obj, seeds, self.distance)
 
     def draw(self, _context):
         layout = self.layout

@@ -152,7 +152,3 @@ class SolveSummary:
             converged=bool(solution.converged),
             stop_reason=str(solution.stop_reason),
         )
-
-
-def all_finite(positions):
-    return bool(np.isfinite(positions).all())

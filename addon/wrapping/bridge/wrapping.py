@@ -12,7 +12,6 @@ import numpy as np
 from ...errors import SceneError, SolverError
 from ...scene.core.surface import Surface
 from ...solver import native_loader, session
-from ...solver.core import result
 from ...solver.core.steps import Pause
 from ..core import flips
 
@@ -106,7 +105,7 @@ class Wrap:
         )
         yield task
         vertices = session.call(task.result, refused=session.REFUSED_POSE).vertices
-        if not result.all_finite(vertices):
+        if not np.isfinite(vertices).all():
             raise SolverError("The solver gave positions that are not numbers. Pick more pairs of points")
         return vertices
 
