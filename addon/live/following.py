@@ -226,9 +226,9 @@ class Following:
         if self._binding is None:
             work = self._bind_work(obj)
         elif not self._is_shown(obj):
-            work = self._solve_work(obj, is_quiet, settles=False)
+            work = self._solve_work(obj, settles=False)
         elif is_quiet and not self._is_settled:
-            work = self._solve_work(obj, is_quiet, settles=True)
+            work = self._solve_work(obj, settles=True)
         else:
             if is_quiet and makes_keys and self._has_chores(obj):
                 self._do_chores(obj)

@@ -50,14 +50,13 @@ def mix_of(sliders):
         shapes=np.array([shape for shape, _, _, _ in sliders], np.float32),
         masks=np.array(masks) if any(mask is not None for _, mask, _, _ in sliders) else None,
         triangles=TRIANGLES,
-        rigidity=15.0,
     )
 
 
 def corrections(mix):
     """What the mix lacks in straight lines, as the add-on asks the solver for it."""
     shapes = np.concatenate([mix.rest[None], mix.shapes]).astype(np.float64)
-    morpher = meanvalue.Morpher(shapes, mix.triangles, rigidity=mix.rigidity)
+    morpher = meanvalue.Morpher(shapes, mix.triangles)
     return lambda values: morpher.solve(mix.weights(values), parts=mix.parts).vertices - mix.linear(values)
 
 

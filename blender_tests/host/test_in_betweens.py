@@ -116,7 +116,7 @@ def mix(masks=None):
     rest = np.zeros((3, 3), np.float32)
     shapes = np.array([np.tile((1.0, 0.0, 0.0), (3, 1)), np.tile((0.0, 2.0, 0.0), (3, 1))], np.float32)
     sliders = (Slider("A", 0.0, 1.0), Slider("B", 0.0, 1.0))
-    return MixInput(sliders, rest, shapes, masks, np.array([(0, 1, 2)], np.int32), 15.0)
+    return MixInput(sliders, rest, shapes, masks, np.array([(0, 1, 2)], np.int32))
 
 
 def test_weights_sum_to_one_and_the_linear_mix_is_blenders():

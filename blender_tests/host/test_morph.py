@@ -142,17 +142,6 @@ def test_results_depend_on_the_weights_alone(three):
     assert np.array_equal(alone, first), "for any number of threads"
 
 
-def test_drafts_follow_a_drag_and_leave_no_trace(bend):
-    _, faces, shapes, _ = bend
-    morpher, drafting = meanvalue.Morpher(shapes, faces), meanvalue.Morpher(shapes, faces)
-    for share in np.linspace(0.1, 0.6, 11):
-        draft = drafting.solve([1 - share, share], draft=True)
-        assert largest_move(draft.vertices, morpher.solve([1 - share, share]).vertices) < 1e-2
-    for share in (0.6, 0.1):
-        expected = meanvalue.Morpher(shapes, faces).solve([1 - share, share]).vertices
-        assert np.array_equal(drafting.solve([1 - share, share]).vertices, expected)
-
-
 def test_beside_the_interpreter(three):
     faces, shapes, morpher = three
     expected = morpher.solve([0.3, 0.3, 0.4]).vertices
@@ -165,7 +154,7 @@ def test_beside_the_interpreter(three):
     assert np.array_equal(morpher.solve([0.3, 0.3, 0.4]).vertices, expected)
 
 
-def test_anchors_are_where_turned_cells_put_them(bend):
+def test_a_part_is_placed_by_its_anchors(bend):
     vertices, faces, shapes, free = bend
     anchors = np.flatnonzero(vertices[:, 2] < 0.5).astype(np.int32)
     held = meanvalue.Morpher(shapes, faces, anchors)

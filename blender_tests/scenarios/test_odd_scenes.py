@@ -133,7 +133,7 @@ def test_rendering_animated_sliders_of_a_live_mix_is_told(status, tmp_path):
 
 
 def test_a_render_right_after_a_drag_is_told(part, status):
-    """It shows a draft of a mix, or a pose that is not settled."""
+    """It shows a pose that is not settled."""
     engine = part("live.engine")
     with interface() as timers:
         obj, control = handles.tube()

@@ -49,7 +49,7 @@ def limb_rows():
             linear = bent_tubes.rms((1 - share) * vertices + share * end, truth)
             poisson = bent_tubes.rms(meanvalue.baselines.poisson_morph(vertices, end, faces, share), truth)
             ours = bent_tubes.rms(solution.vertices, truth)
-            yield [name, share, linear, poisson / linear, ours / linear, solution.iterations]
+            yield [name, share, linear, poisson / linear, ours / linear]
 
 
 def shape_sets():
@@ -109,7 +109,7 @@ def flip_rows(pairs):
             )
             turned = [shape_metrics.flipped_triangles(ends[1], ends[0], faces)]
             turned += [new_flips(half, ends, faces) for half in halves.values()]
-            yield [f"{name} {a}-{b}", len(shapes[0]), *turned, back, solution.iterations]
+            yield [f"{name} {a}-{b}", len(shapes[0]), *turned, back]
 
 
 def graft_row():
@@ -139,17 +139,9 @@ def speed_rows():
         one, _ = reporting.median_seconds(lambda: meanvalue.Deformer(vertices, faces, ends), 3)  # noqa: B023
         four, morpher = reporting.median_seconds(lambda: meanvalue.Morpher(shapes, faces), 3)  # noqa: B023
         weights = [np.array([0.4 - t, 0.3, 0.1 + t, 0.2]) for t in np.linspace(0, 0.3, 9)]
-        for is_draft in (False, True):
-            frames = iter(weights)
-            seconds, _ = reporting.median_seconds(
-                lambda: morpher.solve(next(frames), draft=is_draft),  # noqa: B023
-                len(weights),
-            )
-            iterations = [morpher.solve(weight, draft=is_draft).iterations for weight in weights]
-            yield [
-                len(vertices), four, four / one, "draft" if is_draft else "settled", 1e3 * seconds,
-                float(np.median(iterations)), morpher.report.bytes / 1e6,
-            ]  # fmt: skip
+        frames = iter(weights)
+        seconds, _ = reporting.median_seconds(lambda: morpher.solve(next(frames)), len(weights))  # noqa: B023
+        yield [len(vertices), four, four / one, 1e3 * seconds, morpher.report.bytes / 1e6]
 
 
 def main():
@@ -159,17 +151,17 @@ def main():
     arguments = parser.parse_args()
     tables = {
         "Against an armature: rms error over the diagonal, of the others as shares of the linear blend's": (
-            ["limb", "share", "linear", "Poisson", "ours", "iterations"], limb_rows,
+            ["limb", "share", "linear", "Poisson", "ours"], limb_rows,
         ),
         "Real shapes: triangles turned over between the ends, and half-way alone; how far ends are missed": (
-            ["shapes", "vertices", "ends differ", "ours", "linear", "Poisson", "ends", "iterations"],
+            ["shapes", "vertices", "ends differ", "ours", "linear", "Poisson", "ends"],
             lambda: flip_rows(arguments.pairs),
         ),
         "A graft: largest angle between triangles across the seam, that of the sources, rms change inside, degrees": (
             ["vertices", "seam", "sources", "inside"], lambda: [graft_row()],
         ),
         "Four shapes: bind, over that of one Deformer, a frame": (
-            ["vertices", "bind s", "ratio", "solve", "frame ms", "iterations", "MB"], speed_rows,
+            ["vertices", "bind s", "ratio", "frame ms", "MB"], speed_rows,
         ),
     }  # fmt: skip
     for number, (title, (columns, rows)) in enumerate(tables.items()):

@@ -74,93 +74,32 @@ std::vector<double> own_weights(const py::object& weights, std::size_t shape_cou
     return {numbers.data(), numbers.data() + numbers.size()};
 }
 
-/// A MorphBinding with what it looks at; nothing of Python's.
-struct OwnedBinding {
-    std::vector<Positions> shapes;
-    Triangles faces;
-    std::optional<MorphBinding> binding;
-};
-
-std::shared_ptr<OwnedBinding> own_binding(const py::object& shapes, const py::object& faces,
-                                          const std::optional<py::object>& anchors, std::optional<double> rigidity,
-                                          std::optional<double> hold, int threads, bool portable) {
-    auto owned = std::make_shared<OwnedBinding>();
-    owned->shapes = own_shapes(shapes);
-    owned->faces = own_faces(faces, owned->shapes.size());
-    MorphBinding& binding = owned->binding.emplace(MorphBinding{{}, owned->faces});
-    for (const Positions& shape : owned->shapes)
-        binding.shapes.emplace_back(shape);
-    if (anchors) binding.anchors = as_indices(*anchors, "anchors", "vertex");
-    binding.rigidity = rigidity;
-    binding.hold = hold;
-    binding.threads = threads;
-    binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
-    return owned;
-}
-
-std::shared_ptr<Morpher> make_morpher(const py::object& shapes, const py::object& faces,
-                                      const std::optional<py::object>& anchors, std::optional<double> rigidity,
-                                      std::optional<double> hold, int threads, bool portable,
-                                      const SharedExecution& execution) {
-    const auto owned = own_binding(shapes, faces, anchors, rigidity, hold, threads, portable);
-    const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    return bind_morph_detached(*owned->binding, held);
-}
-
 Task start_bind_morph(const py::object& shapes, const py::object& faces, const std::optional<py::object>& anchors,
-                      std::optional<double> rigidity, std::optional<double> hold, int threads, bool portable,
-                      const SharedExecution& execution) {
-    const auto owned = own_binding(shapes, faces, anchors, rigidity, hold, threads, portable);
+                      int threads, bool portable, const SharedExecution& execution) {
+    const auto owned = std::make_shared<const std::vector<Positions>>(own_shapes(shapes));
+    const auto triangles = std::make_shared<const Triangles>(own_faces(faces, owned->size()));
+    const auto binding = std::make_shared<MorphBinding>(MorphBinding{{owned->begin(), owned->end()}, *triangles});
+    if (anchors) binding->anchors = as_indices(*anchors, "anchors", "vertex");
+    binding->threads = threads;
+    binding->instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
     const SharedExecution held = execution_or_new(execution);
-    return {held, [owned, held]() -> Task::Deliver {
-                const std::shared_ptr<Morpher> morpher = bind_morph_detached(*owned->binding, held);
+    return {held, [owned, triangles, binding, held]() -> Task::Deliver {
+                wait_for_cancelled_tasks(*held);
+                const auto morpher = std::make_shared<Morpher>(*binding, *held);
                 return [morpher] { return py::cast(morpher); };
             }};
 }
 
-/// Arguments of one solve; nothing of Python's.
-struct Call {
-    std::vector<double> weights;
-    std::optional<Positions> start;
-    MorphOptions options;
-
-    Solution run(const Morpher& morpher, Execution& execution) const {
-        std::optional<PositionsView> view;
-        if (start) view.emplace(*start);
-        return morpher.solve(weights, view, options, execution);
-    }
-};
-
-Call own_call(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
-              std::optional<double> tolerance, int max_iterations, bool draft,
-              const std::optional<py::object>& parts) {
-    Call call{own_weights(weights, morpher.report().shape_count, morpher.report().vertex_count), {}, {}};
-    if (start) call.start.emplace(PositionsArray(*start, "start").view());
-    call.options.tolerance = tolerance;
-    call.options.max_iterations = max_iterations;
-    call.options.is_draft = draft;
-    if (parts) call.options.parts = as_indices(*parts, "parts", "shape");
-    return call;
-}
-
-Solution solve(const Morpher& morpher, const py::object& weights, const std::optional<py::object>& start,
-               std::optional<double> tolerance, int max_iterations, bool draft,
-               const std::optional<py::object>& parts, const SharedExecution& execution) {
-    const Call call = own_call(morpher, weights, start, tolerance, max_iterations, draft, parts);
-    const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    return call.run(morpher, *held);
-}
-
 Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weights,
-                 const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
-                 bool draft, const std::optional<py::object>& parts, const SharedExecution& execution) {
-    const auto call =
-        std::make_shared<Call>(own_call(*morpher, weights, start, tolerance, max_iterations, draft, parts));
+                 const std::optional<py::object>& parts, const SharedExecution& execution) {
+    MorphOptions options;
+    if (parts) options.parts = as_indices(*parts, "parts", "shape");
     const SharedExecution held = execution_or_new(execution);
-    return {held, [morpher, call, held]() -> Task::Deliver {
-                const auto solution = std::make_shared<Solution>(call->run(*morpher, *held));
+    return {held,
+            [morpher, options, held,
+             shares = own_weights(weights, morpher->report().shape_count,
+                                  morpher->report().vertex_count)]() -> Task::Deliver {
+                const auto solution = std::make_shared<Solution>(morpher->solve(shares, options, *held));
                 return [solution] { return py::cast(solution); };
             }};
 }
@@ -207,11 +146,8 @@ std::shared_ptr<Encoding> blend(const std::vector<std::shared_ptr<Encoding>>& en
 constexpr const char* kBindArguments =
     "shapes: (k, n, 3), or a sequence of two or more (n, 3): shapes of one mesh, in any units and places.\n"
     "faces: (m, 3) int32 triangles of all of them; or one (m, 3) for each shape, which must be equal.\n"
-    "anchors: (a,) vertex numbers, or None: vertices that are put where the turned and stretched cells of all\n"
-    "shapes put them, and held there; the part is placed by them where there are three or more.\n"
-    "rigidity: how much lengths count beside the encoding, 0 or more; 0 is the paper's energy, None the default.\n"
-    "hold: how much the shape is held where its cells put it when each is turned by the average of its turns, 0 or\n"
-    "more, None for the default: at 0 the encoding alone says how far joints are bent.\n"
+    "anchors: (a,) vertex numbers, or None: a part with three or more of them is placed by them instead of by all\n"
+    "of its vertices.\n"
     "threads: 0 for every core; results do not depend on it.\n"
     "portable: with the instructions that every processor of this architecture has: slower, the same bits.\n"
     "Raises InvalidInput that names what is wrong with which shape, SolverFailure, Cancelled.";
@@ -229,55 +165,47 @@ void bind_morph(py::module_& module) {
         .def_readonly("timings", &MorphReport::timings, "dict: stage -> seconds.")
         .def_readonly("bytes", &MorphReport::bytes, "int: held.");
 
-    const MorphOptions defaults;
-    py::class_<Morpher, std::shared_ptr<Morpher>>(
+    py::class_<Morpher, std::shared_ptr<Morpher>> morpher(
         module, "Morpher", py::module_local(),
         "Several shapes of one mesh, to be mixed by weights (paper, section 4.3): expensive to make, cheap to "
         "solve.\n\n"
-        "In-between shapes turn where linear ones shrink: encodings and the lengths of cells are averaged, and the\n"
-        "shape that has them is solved for.")
-        .def(py::init(&make_morpher), py::arg("shapes"), py::arg("faces"), py::arg("anchors") = py::none(),
-             py::kw_only(), py::arg("rigidity") = py::none(), py::arg("hold") = py::none(), py::arg("threads") = 0,
-             py::arg("portable") = false, py::arg("execution") = py::none(),
-             (std::string("Bind shapes.\n\n") + kBindArguments).c_str())
-        .def(
-            "solve", &solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
-            py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-            py::arg("draft") = defaults.is_draft, py::arg("parts") = py::none(), py::arg("execution") = py::none(),
-            "The shape between all others, or beyond them.\n\n"
-            "weights: (k,), one for each shape, or (k, n), one for each of its vertices as well; any numbers, also\n"
-            "below 0 and above 1. Those of a vertex are divided by their sum. At 1 for one shape and 0 for the\n"
-            "others the result is that shape.\n"
-            "start: (n, 3) a shape to begin from; None: all cells at the average of their turns, so that parts may\n"
-            "turn by more than 180 degrees between shapes.\n"
-            "tolerance: stop when no vertex moves farther in a step than this share of the shape's diagonal; None:\n"
-            "1e-4. max_iterations: the most; at the limit the best shape so far is returned.\n"
-            "draft: for a slider that is being dragged: few iterations, at a tolerance of 3e-3, from where the last "
-            "solve ended,\n"
-            "if that was of nearly the same weights, (k,). Solve once more without it for the result.\n"
-            "parts: numbers of the shapes that enter only where they have a weight, where weights are (k, n): they\n"
-            "are placed by what fits best where they enter, and the whole is a mix of the others. None: all but the\n"
-            "one with the largest mean weight. Name them where weights change from solve to solve, as with sliders.\n"
-            "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
-            "Returns a Solution: vertices, energy, iterations, converged, ... Each part of the mesh is placed by "
-            "the\n"
-            "best fit of rotation and translation to the average positions. The result depends on the weights (and\n"
-            "start) alone, not on solves before, but for drafts. Threads may solve on one morpher side by side.\n"
-            "Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.")
-        .def("start_solve", &start_solve, py::arg("weights"), py::kw_only(), py::arg("start") = py::none(),
-             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("draft") = defaults.is_draft, py::arg("parts") = py::none(), py::arg("execution") = py::none(),
-             "As solve(), beside the interpreter. Returns a Task whose result is the Solution.\n\n"
-             "Arrays are copied first. Raises InvalidInput for arrays of another form.")
-        .def_property_readonly("report", &Morpher::report, py::return_value_policy::reference_internal,
-                               "MorphReport: what bind found, and what it cost.");
-    module.def("start_bind_morph", &start_bind_morph, py::arg("shapes"), py::arg("faces"),
-               py::arg("anchors") = py::none(), py::kw_only(), py::arg("rigidity") = py::none(),
-               py::arg("hold") = py::none(), py::arg("threads") = 0, py::arg("portable") = false,
-               py::arg("execution") = py::none(),
-               (std::string("As Morpher(), beside the interpreter. Returns a Task whose result is the Morpher.\n\n") +
-                kBindArguments)
-                   .c_str());
+        "In-between shapes turn where linear ones shrink: cells, each a vertex with its ring, are averaged in local\n"
+        "frames, and so are their rotations; the shape that agrees best with them is found by a linear solve.");
+    const auto def_bind = [&](auto&& define, const std::string& text) {
+        define(py::arg("shapes"), py::arg("faces"), py::arg("anchors") = py::none(), py::kw_only(),
+               py::arg("threads") = 0, py::arg("portable") = false, py::arg("execution") = py::none(),
+               (text + "\n\n" + kBindArguments).c_str());
+    };
+    def_bind(
+        [&](const auto&... arguments) {
+            morpher.def(py::init([](const py::object& shapes, const py::object& faces,
+                                    const std::optional<py::object>& anchors, int threads, bool portable,
+                                    const SharedExecution& execution) {
+                            return start_bind_morph(shapes, faces, anchors, threads, portable, execution)
+                                .result()
+                                .cast<std::shared_ptr<Morpher>>();
+                        }),
+                        arguments...);
+        },
+        "Bind shapes.");
+    def_bind([&](const auto&... arguments) { module.def("start_bind_morph", &start_bind_morph, arguments...); },
+             "As Morpher(), beside the interpreter. Returns a Task whose result is the Morpher.");
+    def_with_start(
+        morpher, "solve", &start_solve,
+        "The shape between all others, or beyond them.\n\n"
+        "weights: (k,), one for each shape, or (k, n), one for each of its vertices as well; any numbers, also\n"
+        "below 0 and above 1. Those of a vertex are divided by their sum. At 1 for one shape and 0 for the\n"
+        "others the result is that shape.\n"
+        "parts: numbers of the shapes that enter only where they have a weight, where weights are (k, n): they\n"
+        "are placed by what fits best where they enter, and the whole is a mix of the others. None: all but the\n"
+        "one with the largest mean weight. Name them where weights change from solve to solve, as with sliders.\n"
+        "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
+        "Returns a Solution. Each part of the mesh is placed by the best fit of rotation and translation to the\n"
+        "average positions. The result depends on the weights alone. Threads may solve on one morpher side by\n"
+        "side. Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.",
+        py::arg("weights"), py::kw_only(), py::arg("parts") = py::none(), py::arg("execution") = py::none());
+    morpher.def_property_readonly("report", &Morpher::report, py::return_value_policy::reference_internal,
+                                  "MorphReport: what bind found, and what it cost.");
     module.def("encode_alike", &encode_shapes, py::arg("shapes"), py::arg("faces"), py::kw_only(),
                py::arg("threads") = 0, py::arg("execution") = py::none(),
                "Encode several shapes of one mesh in one layout, so that blend() may average them.\n\n"

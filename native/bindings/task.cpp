@@ -17,6 +17,8 @@ namespace {
 
 // Clocks count nanoseconds in 64 bits.
 constexpr double kLongestWaitSeconds = 3e7;
+// How often what waits looks at its cancel flag.
+constexpr std::chrono::milliseconds kPollInterval{10};
 
 /// What runs, for cancel_tasks().
 struct Running {
@@ -93,7 +95,9 @@ bool Task::wait(std::optional<double> seconds) const {
 }
 
 py::object Task::result() const {
-    wait({});
+    const std::chrono::duration<double> interval = kPollInterval;
+    while (!wait(interval.count()))
+        state_->execution->check();
     if (state_->failure) std::rethrow_exception(state_->failure);
     return state_->deliver();
 }
@@ -105,6 +109,14 @@ void cancel_tasks() {
             execution->cancel();
         running().changed.wait(lock);
     }
+}
+
+void wait_for_cancelled_tasks(const Execution& execution) {
+    const auto is_cancelled = [](const auto& each) { return each->cancelled(); };
+    std::unique_lock<std::mutex> lock(running().mutex);
+    std::vector<std::shared_ptr<Execution>>& executions = running().executions;
+    while (execution.check(), std::any_of(executions.begin(), executions.end(), is_cancelled))
+        running().changed.wait_for(lock, kPollInterval);
 }
 
 void bind_task(py::module_& module) {

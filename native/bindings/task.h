@@ -14,6 +14,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/fork.h"
@@ -38,7 +40,8 @@ class Task {
     /// @throws SolverFailure in a forked child, where it was still running before.
     bool wait(std::optional<double> seconds) const;
 
-    /// Waits for the end. @throws what `work` threw.
+    /// Waits for the end. Where the execution is cancelled it waits no longer: what runs then ends by itself, which
+    /// may take long, as for gigabytes to be freed. @throws what `work` threw, Cancelled.
     py::object result() const;
 
   private:
@@ -55,7 +58,29 @@ class Task {
     std::shared_ptr<State> state_;
 };
 
-/// Cancels all tasks and waits until they have noticed: before the process ends.
+/// Cancels all tasks and waits until they have ended: before the process ends.
 void cancel_tasks();
+
+/// Waits for tasks that were cancelled and have not ended, so that cancelling again and again piles nothing up.
+/// For work that takes much memory. @throws Cancelled by `execution`.
+void wait_for_cancelled_tasks(const Execution& execution);
+
+/// The call that waits for what `start` begins.
+template <typename... Arguments>
+auto waiting_for(Task (*start)(Arguments...)) {
+    return [start](Arguments... arguments) { return start(std::forward<Arguments>(arguments)...).result(); };
+}
+
+/// Binds `start` twice: as `name`, which waits for its result, and as start_NAME, which returns the Task.
+template <typename Owner, typename Start, typename... Arguments>
+void def_with_start(Owner& owner, const std::string& name, Start start, const std::string& text,
+                    const Arguments&... arguments) {
+    owner.def(name.c_str(), waiting_for(start), arguments..., text.c_str());
+    owner.def(("start_" + name).c_str(), start, arguments...,
+              ("As " + name +
+               "(), beside the interpreter. Returns a Task whose result is the same.\n\n"
+               "Arrays are copied first. Raises InvalidInput for arrays of another form.")
+                  .c_str());
+}
 
 }  // namespace meanvalue::bindings

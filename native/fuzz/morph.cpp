@@ -42,29 +42,20 @@ Outcome morph(Bytes bytes) {
     MorphBinding binding{{shapes.begin(), shapes.end()}, mesh.faces};
     for (Index k = bytes.once_in(2) ? bytes.below(6) : 0; k > 0 && mesh.vertex_count() > 0; --k)
         binding.anchors.push_back(bytes.below(mesh.vertex_count() + (bytes.once_in(64) ? 1 : 0)));
-    if (bytes.once_in(4)) binding.rigidity = bytes.once_in(8) ? bytes.number() : std::pow(10.0, bytes.below(12) - 4);
-    if (bytes.once_in(4)) binding.hold = bytes.once_in(8) ? bytes.number() : std::pow(10.0, bytes.below(12) - 4);
     binding.threads = bytes.once_in(8) ? 2 : 1;
     if (bytes.once_in(4)) binding.instructions = InstructionSet::kPortable;
     return outcome_of([&] {
         Execution execution;
         const Morpher morpher(binding, execution);
-        std::optional<Positions> start;
-        for (int turn = 0; turn < 2; ++turn) {
+        for (int round = 0; round < 2; ++round) {
             MorphOptions options;
-            options.tolerance = read_tolerance(bytes);
-            options.max_iterations = read_max_iterations(bytes);
-            options.is_draft = bytes.once_in(3);
             if (bytes.once_in(4)) {
                 options.parts.emplace();
                 for (int more = bytes.below(3); more > 0; --more)
                     options.parts->push_back(bytes.below(static_cast<Index>(shapes.size()) + 1) - bytes.once_in(16));
             }
             const std::vector<double> weights = read_shares(bytes, shapes.size(), mesh.vertex_count());
-            const Solution solution = morpher.solve(
-                weights, start ? std::optional<PositionsView>(*start) : std::nullopt, options, execution);
-            require_solution(solution, mesh.vertex_count());
-            if (bytes.once_in(2)) start = solution.vertices;
+            require_solution(morpher.solve(weights, options, execution), mesh.vertex_count());
         }
     });
 }

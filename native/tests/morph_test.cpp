@@ -111,7 +111,7 @@ TEST(Morpher, AGraftIsPlacedWhereAllVerticesAreAnchors) {
     Execution execution;
     const Morpher morpher(binding, execution);
     const std::vector<double> alike(2 * vertices, 0.5);  // nothing is free, and there is no border to place it by
-    EXPECT_TRUE(morpher.solve(alike, {}, {}, execution).vertices.allFinite());
+    EXPECT_TRUE(morpher.solve(alike, {}, execution).vertices.allFinite());
 }
 
 TEST(Morpher, PastesAPartWithoutMovingTheRest) {
@@ -131,7 +131,7 @@ TEST(Morpher, PastesAPartWithoutMovingTheRest) {
     MorphBinding binding{{mesh.vertices, moved}, mesh.faces};
     Execution execution;
     const Morpher morpher(binding, execution);
-    const Solution solution = morpher.solve(weights, {}, {}, execution);
+    const Solution solution = morpher.solve(weights, {}, execution);
     EXPECT_LT((solution.vertices - bumped).rowwise().norm().maxCoeff(), 1e-3 * mesh.diagonal());
 }
 
@@ -149,7 +149,7 @@ TEST(Morpher, PartsFollowWithTheBitsOfOneThreadOnSeveral) {
     binding.threads = 1;
     const Morpher alone(binding, execution);
     const std::vector<double> weights{0.25, 0.25, 0.5};
-    const Positions expected = alone.solve(weights, {}, {}, execution).vertices;
+    const Positions expected = alone.solve(weights, {}, execution).vertices;
     const double away = (expected.bottomRows(eye.vertex_count()).colwise().mean() -
                          expected.topRows(head.vertex_count()).colwise().mean())
                             .norm();
@@ -162,7 +162,7 @@ TEST(Morpher, PartsFollowWithTheBitsOfOneThreadOnSeveral) {
     for (Positions& result : found)
         callers.emplace_back([&] {
             Execution own;
-            result = morpher.solve(weights, {}, {}, own).vertices;
+            result = morpher.solve(weights, {}, own).vertices;
         });
     for (std::thread& caller : callers)
         caller.join();

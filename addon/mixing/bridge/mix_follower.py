@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixes the shape keys of one object while their sliders move.
-
-Frames of a drag are drafts, each from the one before; when the sliders rest the mix is solved as one that depends on
-their values alone.
-"""
+"""Mixes the shape keys of one object while their sliders move. A mix depends on their values alone."""
 
 import numpy as np
 
@@ -25,7 +21,7 @@ def turned(obj):
 
 
 class MixFollower(Following):
-    """What is read is a MixInput, what is wanted the values of the sliders; what is shown is a draft until settled."""
+    """What is read is a MixInput, what is wanted the values of the sliders."""
 
     READS = MixReading
     READS_AT_REST = True
@@ -87,18 +83,16 @@ class MixFollower(Following):
 
         return work
 
-    def _solve_work(self, _obj, is_quiet, settles):
-        is_draft = not (is_quiet or settles)
+    def _solve_work(self, _obj, **_options):
         morpher, mix_input, wanted = self._binding, self._input, self._wanted
 
         def collect(obj, shape, seconds):
-            if is_draft or not self.solve_seconds:
-                self.solve_seconds = seconds  # what a frame of a drag takes
-            self._shown, self._is_settled = wanted, not is_draft and wanted is self._wanted
+            self.solve_seconds = seconds
+            self._shown, self._is_settled = wanted, wanted is self._wanted
             self._write(obj, shape)
 
         def work(execution):
-            mix = yield from morphers.solve_steps(morpher, mix_input, wanted, execution, is_draft)
+            mix = yield from morphers.solve_steps(morpher, mix_input, wanted, execution)
             shape = (mix_input.rest + (mix.positions - mix_input.linear(wanted))).astype(np.float32)
             return lambda obj: collect(obj, shape, mix.seconds)
 

@@ -24,7 +24,7 @@ class MixReading:
     @staticmethod
     def signature(obj):
         keys = tuple((key.name, key.slider_min, key.slider_max, key.vertex_group) for key in mixed_keys.mixed(obj))
-        return len(obj.data.vertices), obj.meanvalue.rigidity, keys
+        return len(obj.data.vertices), keys
 
     @staticmethod
     def shapes(mix_input):
@@ -77,7 +77,6 @@ class MixReading:
             shapes=shapes,
             masks=self._masks_of(len(rest)),
             triangles=mesh_arrays.triangles(obj.data, rest),
-            rigidity=obj.meanvalue.rigidity,
         )
 
     def _masks_of(self, count):

@@ -38,7 +38,6 @@ def bind_steps(mix_input, execution):
             native_loader.module().start_bind_morph,
             shapes,
             mix_input.triangles,
-            rigidity=mix_input.rigidity,
             execution=execution,
             refused=REFUSED_SHAPES,
         )
@@ -56,11 +55,10 @@ def _with_names(text, mix_input):
     return re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], text)
 
 
-def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
+def solve_steps(morpher, mix_input, values, execution=None):
     """Steps to the Mix with the sliders at `values`, (k,).
 
-    The same for the same values, whatever was solved before; but a draft, for sliders that are being dragged, goes on
-    from the last solve in a few iterations. Where one shape alone is wanted, it is that to the bit.
+    The same for the same values. Where one shape alone is wanted, it is that to the bit.
 
     @throws SolverError, CancelledError.
     """
@@ -71,7 +69,6 @@ def solve_steps(morpher, mix_input, values, execution=None, is_draft=False):
     task = session.call(
         morpher.start_solve,
         weights,
-        draft=is_draft,
         parts=mix_input.parts,
         execution=execution,
         refused=REFUSED_SHAPES,

@@ -32,12 +32,11 @@ class MixInput:
     shapes: np.ndarray
     masks: np.ndarray | None
     triangles: np.ndarray
-    rigidity: float
 
     @cached_property
     def key(self):
         """Digest of all that a native Morpher of these shapes depends on."""
-        return digest(self.rest, self.shapes, self.triangles, repr(self.rigidity))
+        return digest(self.rest, self.shapes, self.triangles)
 
     @cached_property
     def revision(self):

@@ -119,7 +119,7 @@ class Follower(Following):
 
         return work
 
-    def _solve_work(self, obj, _is_quiet, settles):
+    def _solve_work(self, obj, settles):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
         model = self._model(obj)
         is_first = model.written is None

@@ -1,4 +1,4 @@
-// The shape that turned cells make when they are put together: one linear solve.
+// The shape that agrees best with given cells and their rotations: one linear solve.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace meanvalue {
 /// Minimises, with e_ik = v_i - v_k of the result and t_ik = R_i times that of the cells, over all triangles (i, j,
 /// k) seen from each of their corners
 ///     sum_i sum_(j,k) s_ik |e_ik - t_ik|^2 + c_jk |(e_ij - t_ij) - (e_ik - t_ik)|^2,
-/// with the cotangent weights of DeformationEnergy for some average of the shapes, whose matrix is factored once.
+/// with cotangent weights of some average of the shapes, whose matrix is factored once.
 /// Poisson's equation for given rotations and lengths (Yu et al. 2004; Xu et al. 2005). Where each part is stays
 /// open.
 class CellAssembly {
@@ -24,16 +24,10 @@ class CellAssembly {
     CellAssembly(const Encoding& layout, const RestCells& cells, const std::vector<std::vector<Index>>& parts,
                  InstructionSet instructions, int threads, const Execution& execution);
 
-    struct Workspace {
-        SupernodalFactor::Workspace factor;
-        std::vector<Vector3> shares;  // for each half-edge, to the vertex that it leads to
-        Positions sums;
-    };
-
     /// @param cells with their edges; @param rotations the R_i, n; @param positions n x 3, any start; receives the
     /// result. The same bits for any `threads`. @throws Cancelled.
     void solve(const RestCells& cells, const std::vector<Quaternion>& rotations, int threads,
-               const Execution& execution, Workspace& workspace, Positions& positions) const;
+               const Execution& execution, Positions& positions) const;
 
     std::size_t bytes() const;
 

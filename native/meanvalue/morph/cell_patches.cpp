@@ -7,7 +7,7 @@
 namespace meanvalue {
 namespace {
 
-// Enough for every finger. Finer ones follow strains, which tilt the axes that neighbours are turned about.
+// Enough for every finger. Finer ones follow strains, which tilt the axes of relative rotations.
 constexpr Index kPatches = 600;
 // Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
 constexpr double kSpreads = 1.5;

@@ -2,244 +2,243 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <iterator>
 
-#include "meanvalue/common/detached_job.h"
+#include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/encoder.h"
+#include "meanvalue/encoding/shape_weights.h"
+#include "meanvalue/linalg/procrustes.h"
+#include "meanvalue/mesh/disjoint_sets.h"
+#include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/fixed_vertices.h"
-#include "meanvalue/morph/bound_shapes.h"
+#include "meanvalue/mesh/region.h"
+#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/morph/cell_assembly.h"
+#include "meanvalue/morph/following_parts.h"
+#include "meanvalue/morph/shape_overlay.h"
+#include "meanvalue/optimise/ring_room.h"
 
 namespace meanvalue {
 namespace {
 
-constexpr double kDefaultTolerance = 1e-4;  // of the diagonal, of a single step: that of the fast method
-// Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve.
-constexpr double kEnergyTolerance = 50.0;
-// A step so much shorter than the tolerance is the last: at a shape itself, what falls is rounding.
-constexpr double kNegligible = 0.3;
-// Of drafts; and they begin where the last solve ended if no more of all weight has moved since.
-constexpr double kDraftTolerance = 3e-3;
-constexpr double kNearWeights = 0.25;
-// Of a draft: near a shape with sharp joints it would be dozens; what is left is for the next frame.
-constexpr int kDraftIterations = 4;
-constexpr std::size_t kMostIdle = 2;
+// A vertex is still that moves less than this share of the size between shapes; the second is the weight of all
+// others when the result is placed, so that the body does not rock because an arm swings.
+constexpr double kStill = 0.02;
+constexpr double kMoving = 1e-3;
+// Weight of a part's own rotation beside the fit: enough that it does not turn over where average positions cancel
+// each other, as those of a straight limb and of one that is curled up do.
+constexpr double kOwnRotation = 0.25;
 
-/// Diagonals of the shapes at the size that they are put together at.
-std::vector<double> sizes_over(std::vector<double> diagonals, const std::vector<double>& sizes) {
-    for (std::size_t k = 0; k < diagonals.size(); ++k)
-        diagonals[k] *= sizes[k];
-    return diagonals;
+/// Six times the volume inside.
+double signed_volume(const PositionsView& positions, const TrianglesView& faces) {
+    const Vector3 origin = positions.row(0);
+    double sum = 0.0;
+    for (Index f = 0; f < faces.rows(); ++f) {
+        const auto corner = [&](int c) -> Vector3 { return Vector3(positions.row(faces(f, c))) - origin; };
+        sum += corner(0).dot(corner(1).cross(corner(2)));
+    }
+    return sum;
+}
+
+void check_shapes(const MorphBinding& binding) {
+    if (binding.shapes.size() < 2) {
+        throw InvalidInput(message("shapes has ", binding.shapes.size(), " shapes; give two or more"));
+    }
+    for (std::size_t k = 0; k < binding.shapes.size(); ++k) {
+        const std::string name = message("shapes[", k, "]");
+        if (binding.shapes[k].rows() != binding.shapes[0].rows()) {
+            throw InvalidInput(message(name, " has ", binding.shapes[k].rows(), " vertices, but shapes[0] has ",
+                                       binding.shapes[0].rows(), "; all must be of one mesh"));
+        }
+        require_finite(binding.shapes[k], name.c_str());
+        require_moderate_extent(binding.shapes[k]);
+    }
+}
+
+/// The cells of a closed shape that is turned inside out have the opposite orientation: nothing is between.
+void refuse_mirrored(const MorphBinding& binding, const OneRings& rings) {
+    if (std::any_of(rings.closed.begin(), rings.closed.end(), [](char closed) { return closed == 0; })) return;
+    const double first = signed_volume(binding.shapes[0], binding.faces);
+    for (std::size_t k = 1; k < binding.shapes.size(); ++k) {
+        const double other = signed_volume(binding.shapes[k], binding.faces);
+        if (first * other >= 0.0) continue;
+        throw InvalidInput(message("shapes[", k, "] is mirrored, or inside out: its volume is ", other / 6.0,
+                                   ", that of shapes[0] is ", first / 6.0,
+                                   "; mirror it back along one axis, or flip its faces"));
+    }
+}
+
+/// The vertices of each part of the mesh that is connected by rings, ascending.
+std::vector<std::vector<Index>> ring_parts(const Encoding& layout, const Execution& execution) {
+    const Index vertices = layout.vertex_count();
+    DisjointSets sets(vertices);
+    for (Index v = 0; v < vertices; ++v) {
+        execution.check_every(v);
+        for (Index place = layout.ring_offsets[v]; place < layout.ring_offsets[v + 1]; ++place)
+            sets.join(v, layout.ring[place]);
+    }
+    std::vector<std::vector<Index>> parts;
+    std::vector<Index> part_of(vertices);
+    for (Index v = 0; v < vertices; ++v) {
+        const Index root = sets.root(v);
+        if (root == v) {
+            part_of[v] = static_cast<Index>(parts.size());
+            parts.emplace_back();
+        }
+        parts[part_of[root]].push_back(v);
+    }
+    return parts;
+}
+
+/// n weights, kMoving to 1 + kMoving: how still each vertex is between the shapes.
+std::vector<double> stillness(const std::vector<Positions>& shapes, double size, const Execution& execution) {
+    const double even = 1.0 / static_cast<double>(shapes.size());
+    std::vector<double> result(shapes[0].rows());
+    for (std::size_t v = 0; v < result.size(); ++v) {
+        execution.check_every(v);
+        Vector3 mean = Vector3::Zero();
+        for (const Positions& shape : shapes)
+            mean += even * shape.row(v).transpose();
+        double squares = 0.0;
+        for (const Positions& shape : shapes)
+            squares += even * (Vector3(shape.row(v)) - mean).squaredNorm() / (kStill * kStill * size * size);
+        result[v] = kMoving + std::max(0.0, 1.0 - squares) * std::max(0.0, 1.0 - squares);
+    }
+    return result;
+}
+
+/// Moves vertices by the rotation and translation that fit best for the vertices `by`. @param weights n, or empty.
+void move_onto(const Positions& onto, const std::vector<double>& weights, double own_rotation,
+               const std::vector<Index>& by, const std::vector<Index>& vertices, Positions& positions) {
+    const Correlation sums = correlate(positions, onto, by.data(), by.size(), weights);
+    const double share = own_rotation * (std::sqrt(sums.from_spread * sums.to_spread) + sums.from_spread);
+    const Matrix3 rotation = fit_rotation(sums.covariance + share * Matrix3::Identity());
+    for (const Index v : vertices) {
+        const Vector3 offset = Vector3(positions.row(v)) - sums.from_centre;
+        positions.row(v) = (sums.to_centre + rotation * offset).transpose();
+    }
 }
 
 }  // namespace
 
-bool LastSolve::is_near(const ShapeWeights& others) const {
-    if (weights.empty() || !others.is_uniform()) return false;
-    double moved = 0.0;
-    for (std::size_t k = 0; k < weights.size(); ++k)
-        moved += 0.5 * std::abs(weights[k] - others.mean()[k]);
-    return moved < kNearWeights;
-}
+/// Everything that does not depend on the weights.
+struct Morpher::Bound {
+    std::vector<Positions> shapes;
+    std::vector<std::vector<Index>> parts;       // of the mesh: their vertices
+    std::vector<std::vector<Index>> anchors_of;  // each part
+    std::vector<double> still;                   // n: stillness()
+    int threads = 1;
+    Encoding layout;  // rings of all shapes
+    std::unique_ptr<const LocalCells> cells;
+    FollowingParts following;
+    std::unique_ptr<const CellAssembly> assembly;
 
-/// One solve.
-class Morpher::Solve {
-  public:
-    Solve(const Bound& bound, Workspace& work, const ShapeWeights& weights, const MorphOptions& options,
-          Execution& execution)
-        : bound_(bound),
-          work_(work),
-          weights_(weights),
-          options_(options),
-          execution_(execution),
-          threads_(options.threads > 0 ? thread_count(options.threads) : bound.threads),
-          overlay_(bound.overlay(weights, options.parts, execution)),
-          size_(TurnedCells::geometric_mean(sizes_over(bound.diagonals, overlay_.sizes), weights.mean().data())) {}
-
-    Solution run(const std::optional<PositionsView>& start) {
-        Solution solution;
-        {
-            const StageTimer timer(solution.timings, "total");
-            blend(solution.timings);
-            Positions guess = assemble(solution.timings);
-            solution.vertices = guess;
-            follows_ = !start && options_.is_draft && work_.last.is_near(weights_);
-            work_.last.weights.clear();  // of a cancelled solve nothing is kept
-            if (start) {
-                for (const Index v : bound_.unknowns.free)
-                    solution.vertices.row(v) = start->row(v);
-            }
-            hold_at(guess);
-            minimise(solution);
-            if (weights_.is_uniform()) {
-                work_.last.correction = solution.vertices - guess;
-                work_.last.weights = weights_.mean();
-            }
-            if (bound_.springs.empty()) bound_.place(guess, {}, true, solution.vertices);
-            bound_.take_along(weights_, threads_, execution_, solution.vertices);
+    /// Moves each part onto `onto` by a rotation and a translation. @param weights n.
+    void place(const Positions& onto, const std::vector<double>& weights, Positions& positions) const {
+        for (std::size_t part = 0; part < parts.size(); ++part) {
+            if (following.follows(parts[part].front())) continue;
+            const bool by_anchors = anchors_of[part].size() >= 3;
+            move_onto(onto, weights, kOwnRotation, by_anchors ? anchors_of[part] : parts[part], parts[part],
+                      positions);
         }
-        return solution;
     }
 
-  private:
-    /// The averages that the energy is made of.
-    void blend(Timings& timings) {
-        const StageTimer timer(timings, "blend");
-        execution_.begin_stage("blend");
-        bound_.encodings->fill(weights_, threads_, execution_, work_.encoding);
-        bound_.cells->fill(weights_, overlay_.sizes, overlay_.frames, overlay_.turn, threads_, execution_,
-                           work_.rotations, work_.cells);
+    /// Moves parts that follow to where the others carry them.
+    void carry_following(const ShapeWeights& weights, int threads, const Execution& execution,
+                         Positions& positions) const {
+        if (following.empty()) return;
+        const Positions onto = following.carried(shapes, weights, positions, threads, execution);
+        for (const std::vector<Index>& part : parts) {
+            if (following.follows(part.front())) move_onto(onto, {}, 0.0, part, part, positions);
+        }
     }
-
-    /// The turned cells put together and placed.
-    Positions assemble(Timings& timings) {
-        const StageTimer timer(timings, "assemble");
-        const Positions linear = bound_.linear_blend(weights_, overlay_, threads_, execution_);
-        Positions positions = linear;
-        bound_.assembly->solve(work_.cells, work_.rotations, threads_, execution_, work_.assembly, positions);
-        bound_.place(linear, overlay_.counts, false, positions);
-        bound_.take_along(weights_, threads_, execution_, positions);
-        return positions;
-    }
-
-    void hold_at(const Positions& guess) {
-        const SoftConstraints& springs = work_.energy->soft_constraints();
-        if (!springs.empty()) work_.energy_room.soft_targets = springs.rows_of(guess);
-    }
-
-    void minimise(Solution& solution) {
-        execution_.begin_stage("solve");
-        solution.stop_reason = "no free vertices";
-        solution.energies = {0.0};
-        solution.converged = true;
-        if (bound_.unknowns.free.empty()) return;
-        const StageTimer timer(solution.timings, "minimise");
-        work_.energy->refill(work_.cells, size_, threads_, execution_);
-        LbfgsOptions options;
-        const double tolerance = options_.tolerance.value_or(options_.is_draft ? kDraftTolerance : kDefaultTolerance);
-        options.step_tolerance = tolerance * size_;
-        options.negligible_step = kNegligible * options.step_tolerance;
-        options.energy_tolerance = bound_.rigidity > 0.0 ? kEnergyTolerance * tolerance : 0.0;
-        options.max_iterations =
-            options_.is_draft ? std::min(kDraftIterations, options_.max_iterations) : options_.max_iterations;
-        options.threads = threads_;
-        const LbfgsReport report = follows_ ? go_on(options, solution.vertices) : go_down(options, solution.vertices);
-        solution.energies = report.energies;
-        solution.initial_energy = report.energies.front();
-        solution.energy = report.energies.back();
-        solution.initial_gradient = report.initial_gradient;
-        solution.gradient = report.gradient;
-        solution.iterations = solution.all_iterations = report.iterations();
-        solution.converged = report.converged;
-        solution.stop_reason = report.converged  ? "converged"
-                               : report.at_limit ? "iteration limit"
-                                                 : "no step lowers the energy further";
-    }
-
-    double energy_at(const Positions& positions, Positions& gradient) {
-        return work_.energy->evaluate(positions, bound_.rigidity, gradient, threads_, execution_, work_.energy_room);
-    }
-
-    LbfgsReport go_down(const LbfgsOptions& options, Positions& positions) {
-        return work_.minimiser.minimise(
-            [this](const Positions& at, Positions& gradient) { return energy_at(at, gradient); },
-            {bound_.factor, work_.assembly.factor}, options, positions, execution_);
-    }
-
-    /// From the last correction where that is nearer than `positions`, where the cells are: towards a shape itself
-    /// these come to need none.
-    LbfgsReport go_on(const LbfgsOptions& options, Positions& positions) {
-        LbfgsOptions going_on = options;
-        going_on.keep_history = true;
-        going_on.highest_start = energy_at(positions, work_.gradient);
-        Positions nearer = positions + work_.last.correction;
-        LbfgsReport report = go_down(going_on, nearer);
-        if (report.is_refused) return go_down(options, positions);
-        positions = std::move(nearer);
-        return report;
-    }
-
-    const Bound& bound_;
-    Workspace& work_;
-    const ShapeWeights& weights_;
-    const MorphOptions& options_;
-    Execution& execution_;
-    int threads_;
-    Bound::Overlay overlay_;
-    double size_;
-    bool follows_ = false;  // begins where the last solve ended
 };
 
-Morpher::Morpher(const MorphBinding& binding, Execution& execution)
-    : bound_(std::make_unique<const Bound>(binding, execution)) {
-    report_.shape_count = static_cast<Index>(bound_->shapes.size());
-    report_.vertex_count = static_cast<Index>(bound_->shapes[0].rows());
-    report_.component_count = static_cast<Index>(bound_->parts.members.size());
-    report_.guarded = bound_->encodings->layout().guarded;
-    report_.timings = bound_->timings;
-    idle_.push_back(std::make_unique<Workspace>(*bound_, execution));
-    report_.bytes = bound_->bytes() + idle_.back()->bytes();
+Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
+    check_shapes(binding);
+    auto bound = std::make_unique<Bound>();
+    const auto vertices = static_cast<Index>(binding.shapes[0].rows());
+    const auto count = static_cast<Index>(binding.shapes.size());
+    bound->threads = thread_count(binding.threads);
+    std::vector<double> sizes;
+    for (const PositionsView& shape : binding.shapes) {
+        execution.check();
+        bound->shapes.emplace_back(shape);
+        sizes.push_back(mean_diagonal(shape, bound->threads, execution));
+        if (!(sizes.back() > 0.0))
+            throw InvalidInput(
+                message("all vertices of shapes[", sizes.size() - 1, "] are in one place; give a shape"));
+    }
+    const std::vector<char> is_anchor = fixed_flags(vertices, binding.anchors, {});
+    {
+        const StageTimer timer(report_.timings, "encode");
+        execution.begin_stage("encode");
+        const TriangleMesh mesh(vertices, binding.faces, execution);
+        const OneRings rings = collect_one_rings(mesh, execution);
+        refuse_mirrored(binding, rings);
+        bound->layout = std::move(encode_alike(rings, binding.shapes, bound->threads, execution).front());
+        bound->parts = ring_parts(bound->layout, execution);
+    }
+    bound->anchors_of.resize(bound->parts.size());
+    for (std::size_t part = 0; part < bound->parts.size(); ++part) {
+        std::copy_if(bound->parts[part].begin(), bound->parts[part].end(),
+                     std::back_inserter(bound->anchors_of[part]), [&](Index v) { return is_anchor[v] != 0; });
+    }
+    const std::vector<double> even(count, 1.0 / count);
+    {
+        const StageTimer timer(report_.timings, "cells");
+        execution.begin_stage("cells");
+        bound->cells = std::make_unique<LocalCells>(bound->layout, binding.shapes, bound->threads, execution);
+        bound->following = FollowingParts(bound->shapes, binding.faces, is_anchor, bound->threads, execution);
+        bound->still = stillness(bound->shapes, geometric_mean(sizes, even), execution);
+    }
+    const StageTimer timer(report_.timings, "factor");
+    execution.begin_stage("factor");
+    std::vector<Quaternion> rotations;
+    RestCells mean;
+    bound->cells->fill(ShapeWeights(even, count, vertices), bound->cells->common_sizes(even), {},
+                       Quaternion::Identity(), bound->threads, execution, rotations, mean);
+    bound->assembly = std::make_unique<CellAssembly>(bound->layout, mean, bound->parts, binding.instructions,
+                                                     bound->threads, execution);
+    report_.shape_count = count;
+    report_.vertex_count = vertices;
+    report_.component_count = static_cast<Index>(bound->parts.size());
+    report_.guarded = bound->layout.guarded;
+    report_.bytes = bound->layout.bytes() + bound->cells->bytes() + bound->following.bytes() +
+                    bound->assembly->bytes() + std::size_t{3} * count * vertices * sizeof(double);
+    bound_ = std::move(bound);
 }
 
 Morpher::~Morpher() = default;
 
-Solution Morpher::solve(const std::vector<double>& weights, const std::optional<PositionsView>& start,
-                        const MorphOptions& options, Execution& execution) const {
+Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& options,
+                        const Execution& execution) const {
     const ShapeWeights normalised(weights, report_.shape_count, report_.vertex_count);
-    if (options.tolerance && !(*options.tolerance > 0.0))
-        throw InvalidInput(message("tolerance is ", *options.tolerance, "; give a positive number"));
-    if (options.max_iterations < 0)
-        throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
-    if (start) require_start(*start, bound_->shapes[0], bound_->diagonals[0], bound_->is_fixed, execution);
-    std::unique_ptr<Workspace> workspace = take_workspace(execution);
-    try {
-        Solution solution = Solve(*bound_, *workspace, normalised, options, execution).run(start);
-        give_back(std::move(workspace));
-        return solution;
-    } catch (...) {  // all that the next solve reads is written anew, or marked as not there
-        give_back(std::move(workspace));
-        throw;
-    }
-}
-
-/// Without waiting: in a forked child the lock may be held for good.
-std::unique_ptr<Morpher::Workspace> Morpher::take_workspace(const Execution& execution) const {
+    const int threads = options.threads > 0 ? thread_count(options.threads) : bound_->threads;
+    Solution solution;
     {
-        const std::unique_lock lock(mutex_, std::try_to_lock);
-        if (lock && !idle_.empty()) {
-            std::unique_ptr<Workspace> workspace = std::move(idle_.back());
-            idle_.pop_back();
-            return workspace;
-        }
+        const StageTimer timer(solution.timings, "total");
+        const ShapeOverlay overlay =
+            overlay_shapes(bound_->shapes, bound_->layout, *bound_->cells, normalised, options.parts, execution);
+        std::vector<double> place_weights = bound_->still;
+        for (std::size_t v = 0; v < overlay.whole_shares.size(); ++v)
+            place_weights[v] *= overlay.whole_shares[v];
+        std::vector<Quaternion> rotations;
+        RestCells cells;
+        bound_->cells->fill(normalised, overlay.sizes, overlay.frames, overlay.rotation, threads, execution,
+                            rotations, cells);
+        const Positions linear = linear_blend(bound_->shapes, normalised, overlay, threads, execution);
+        solution.vertices = linear;
+        bound_->assembly->solve(cells, rotations, threads, execution, solution.vertices);
+        bound_->place(linear, place_weights, solution.vertices);
+        bound_->carry_following(normalised, threads, execution, solution.vertices);
     }
-    return std::make_unique<Workspace>(*bound_, execution);
-}
-
-void Morpher::give_back(std::unique_ptr<Workspace> workspace) const {
-    const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (lock && idle_.size() < kMostIdle) idle_.push_back(std::move(workspace));
-}
-
-std::unique_ptr<Morpher> bind_morph_detached(const MorphBinding& binding,
-                                             const std::shared_ptr<Execution>& execution) {
-    struct Bind {
-        std::vector<Positions> shapes;
-        Triangles faces;
-        std::unique_ptr<MorphBinding> binding;
-        std::shared_ptr<Execution> execution;
-        std::unique_ptr<Morpher> morpher;
-    };
-    const auto bind = std::make_shared<Bind>();
-    bind->faces = binding.faces;
-    bind->execution = execution;
-    for (const PositionsView& shape : binding.shapes)
-        bind->shapes.emplace_back(shape);
-    bind->binding = std::make_unique<MorphBinding>(MorphBinding{
-        {}, bind->faces, binding.anchors, binding.rigidity, binding.hold, binding.threads, binding.instructions});
-    for (const Positions& shape : bind->shapes)
-        bind->binding->shapes.emplace_back(shape);
-    run_detached([bind] { bind->morpher = std::make_unique<Morpher>(*bind->binding, *bind->execution); }, *execution);
-    return std::move(bind->morpher);
+    solution.energies = {0.0};
+    solution.converged = true;
+    solution.stop_reason = "converged";
+    return solution;
 }
 
 }  // namespace meanvalue

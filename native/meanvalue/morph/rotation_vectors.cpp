@@ -83,8 +83,8 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
     return (angle + turns * kTurn) * axis;
 }
 
-Quaternion average_turn(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
-                        Index count) {
+Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
+                            Index count) {
     Vector3 sum = Vector3::Zero();
     for (Index k = 0; k < count; ++k) {
         if (weights[k] == 0.0) continue;
@@ -94,7 +94,7 @@ Quaternion average_turn(const Vector3* vectors, const std::vector<Quaternion>& f
     return quaternion_by(sum);
 }
 
-Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count) {
+Matrix3 centre_rotations(Matrix3* rotations, Vector3* vectors, Index count) {
     Matrix3 factor = Matrix3::Identity();
     for (int round = 0; round < kMeanRounds; ++round) {
         Vector3 mean = Vector3::Zero();

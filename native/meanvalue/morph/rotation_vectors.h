@@ -22,11 +22,11 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near = Vector
 Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::Zero());
 
 /// The rotation by the average of `count` vectors. @param frames a rotation for each, which comes after it; or none.
-Quaternion average_turn(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
-                        Index count);
+Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
+                            Index count);
 
 /// Makes rotation vectors sum to zero: multiplies what they turn from, and returns that factor. By Newton's method.
 /// @param rotations `count`, which change with it; @param vectors theirs, kept on their branches.
-Matrix3 centre_turns(Matrix3* rotations, Vector3* vectors, Index count);
+Matrix3 centre_rotations(Matrix3* rotations, Vector3* vectors, Index count);
 
 }  // namespace meanvalue

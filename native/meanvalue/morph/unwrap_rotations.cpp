@@ -1,4 +1,4 @@
-#include "meanvalue/morph/turn_branches.h"
+#include "meanvalue/morph/unwrap_rotations.h"
 
 #include <algorithm>
 #include <numeric>
@@ -8,20 +8,20 @@
 
 namespace meanvalue {
 
-std::vector<Vector3> follow_turns(const Encoding& layout, const std::vector<Matrix3>& rotations, Index shape_count,
-                                  const Execution& execution) {
+std::vector<Vector3> unwrap_rotations(const Encoding& layout, const std::vector<Matrix3>& rotations,
+                                      Index shape_count, const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count);
     const Index vertices = layout.vertex_count();
     const auto rotation = [&](Index v, std::size_t k) -> const Matrix3& { return rotations[v * count + k]; };
     std::vector<Vector3> vectors(rotations.size(), Vector3::Zero());
-    std::vector<double> turned(vertices, 0.0);
+    std::vector<double> rotated(vertices, 0.0);
     for (Index v = 0; v < vertices; ++v) {
         for (std::size_t k = 0; k < count; ++k)
-            turned[v] = std::max(turned[v], 3.0 - rotation(v, k).trace());
+            rotated[v] = std::max(rotated[v], 3.0 - rotation(v, k).trace());
     }
     std::vector<Index> starts(vertices);
     std::iota(starts.begin(), starts.end(), 0);
-    std::stable_sort(starts.begin(), starts.end(), [&](Index a, Index b) { return turned[a] < turned[b]; });
+    std::stable_sort(starts.begin(), starts.end(), [&](Index a, Index b) { return rotated[a] < rotated[b]; });
 
     struct Step {
         double cost;

@@ -1,4 +1,4 @@
-// How parts of a shape are turned against their neighbours, averaged and put together again.
+// Averages of the rotations of patches against their neighbours.
 #pragma once
 
 #include <vector>
@@ -12,25 +12,25 @@
 
 namespace meanvalue {
 
-/// Averages of rotation vectors turn every cell about an axis of its own in space: a forearm does not bend about the
-/// elbow then, but about what is between the axes of elbow and shoulder. Averages of the turns of each part against
-/// its neighbours do. Parts are patches of some dozen cells, whose rotations go smoothly over into each other from
-/// cell to cell; each cell is turned against that. Such turns are small, so that none of them is ambiguous, however
-/// far a limb is turned in all. In between, the rotations of all patches are found that agree best with the average
-/// turns between neighbours (least squares, by Gauss and Newton), and the cells' own turns are averaged on top.
-/// docs/algorithm.md, "Blending".
-class TurnRelations {
+/// Averages of rotation vectors rotate every cell about an axis of its own in space: a forearm does not bend about
+/// the elbow then, but about what is between the axes of elbow and shoulder. Averages of the rotations of each patch
+/// against its neighbours do. Each cell is rotated against the patches around it, which go smoothly over into each
+/// other. Such rotations are small, so that none of them is ambiguous, however far a limb is bent in all. In between,
+/// the rotations of all patches are found that agree best with the average rotations between neighbours (least
+/// squares, by Gauss and Newton), and the cells' own rotations are averaged on top. docs/algorithm.md, "Blending".
+class RelativeRotations {
   public:
-    /// @param layout the rings, n. @param turns n x k rotation vectors, vertex after vertex: TurnedCells.
+    /// @param layout the rings, n. @param vectors n x k rotation vectors, vertex after vertex: LocalCells.
     /// The same bits for any `threads`. @pre layout outlives it. @throws Cancelled, SolverFailure. Cost: linear.
-    TurnRelations(const Encoding& layout, const std::vector<Vector3>& turns, Index shape_count, int threads,
-                  const Execution& execution);
+    RelativeRotations(const Encoding& layout, const std::vector<Vector3>& vectors, Index shape_count, int threads,
+                      const Execution& execution);
 
     /// The rotations of all cells in between. Where one shape has all the weight they are its own.
-    /// @param frames, turn as of TurnedCells::fill(). @param rotations receives n. The same bits for any `threads`.
+    /// @param frames, rotation as of LocalCells::fill(). @param rotations receives n. The same bits for any
+    /// `threads`.
     /// @throws Cancelled.
-    void fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& turn, int threads,
-              const Execution& execution, std::vector<Quaternion>& rotations) const;
+    void fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& rotation,
+              int threads, const Execution& execution, std::vector<Quaternion>& rotations) const;
 
     /// Those of some cells, with the same weights for all. @return one for each of `vertices`.
     std::vector<Quaternion> find(const std::vector<double>& weights, const std::vector<Index>& vertices,
@@ -50,8 +50,8 @@ class TurnRelations {
         std::size_t pair;  // of both
     };
 
-    void relate(const std::vector<Vector3>& turns, const Execution& execution);
-    void turn_against_patches(const std::vector<Vector3>& turns, int threads, const Execution& execution);
+    void relate(const std::vector<Vector3>& vectors, const Execution& execution);
+    void rotate_against_patches(const std::vector<Vector3>& vectors, int threads, const Execution& execution);
     void factorise(const Execution& execution);
     void connect(const Execution& execution);
     std::vector<double> weights_of_patches(const ShapeWeights& weights) const;
@@ -70,12 +70,12 @@ class TurnRelations {
     Index shape_count_;
     CellPatches patches_;
     Index patch_count_;
-    std::vector<Vector3> turns_;      // patches x k, in space
-    std::vector<Quaternion> means_;   // these as rotations
-    std::vector<Vector3> own_turns_;  // n x k: of cells against the mean of their patches, in its frame
-    std::vector<Pair> pairs_;         // a < b, ascending
-    std::vector<Vector3> relative_;   // pairs x k: of b against a, in the frame of a
-    std::vector<Step> tree_;          // every patch once, after the one that it is reached from
+    std::vector<Vector3> patch_vectors_;  // patches x k, in space
+    std::vector<Quaternion> means_;       // these as rotations
+    std::vector<Vector3> own_vectors_;    // n x k: of cells against the mean of their patches, in its frame
+    std::vector<Pair> pairs_;             // a < b, ascending
+    std::vector<Vector3> relative_;       // pairs x k: of b against a, in the frame of a
+    std::vector<Step> tree_;              // every patch once, after the one that it is reached from
     SupernodalFactor factor_;
 };
 

@@ -1,4 +1,4 @@
-#include "meanvalue/morph/turn_relations.h"
+#include "meanvalue/morph/relative_rotations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ constexpr int kMostSteps = 4;
 constexpr double kStepTolerance = 1e-3;  // radians; the next step is far below
 
 /// The vector of a rotation by a small angle, times the sine of that over itself.
-Vector3 small_turn(const Quaternion& q) {
+Vector3 small_rotation(const Quaternion& q) {
     return 2.0 * q.w() * q.vec();
 }
 
@@ -31,27 +31,27 @@ std::size_t bytes_of(const std::vector<T>& items) {
 
 }  // namespace
 
-TurnRelations::TurnRelations(const Encoding& layout, const std::vector<Vector3>& turns, Index shape_count,
-                             int threads, const Execution& execution)
+RelativeRotations::RelativeRotations(const Encoding& layout, const std::vector<Vector3>& vectors, Index shape_count,
+                                     int threads, const Execution& execution)
     : layout_(layout), shape_count_(shape_count), patches_(layout, execution), patch_count_(patches_.count()) {
-    relate(turns, execution);
-    turn_against_patches(turns, threads, execution);
+    relate(vectors, execution);
+    rotate_against_patches(vectors, threads, execution);
     factorise(execution);
     connect(execution);
 }
 
-/// The mean turns of patches, and those between neighbours.
-void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& execution) {
+/// The mean rotations of patches, and those between neighbours.
+void RelativeRotations::relate(const std::vector<Vector3>& vectors, const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<Matrix3> sums(patch_count_ * count, Matrix3::Zero());
-    turns_.assign(patch_count_ * count, Vector3::Zero());
+    patch_vectors_.assign(patch_count_ * count, Vector3::Zero());
     std::map<std::pair<Index, Index>, double> edges;
     for (Index v = 0; v < layout_.vertex_count(); ++v) {
         execution.check_every(v);
         if (patches_.of[v] < 0) continue;
         for (std::size_t k = 0; k < count; ++k) {
-            sums[patches_.of[v] * count + k] += rotation_by(turns[v * count + k]);
-            turns_[patches_.of[v] * count + k] += turns[v * count + k] / patches_.sizes[patches_.of[v]];
+            sums[patches_.of[v] * count + k] += rotation_by(vectors[v * count + k]);
+            patch_vectors_[patches_.of[v] * count + k] += vectors[v * count + k] / patches_.sizes[patches_.of[v]];
         }
         for (Index place = layout_.ring_offsets[v]; place < layout_.ring_offsets[v + 1]; ++place) {
             const Index other = patches_.of[layout_.ring[place]];
@@ -61,7 +61,7 @@ void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& e
     means_.resize(sums.size());
     for (std::size_t k = 0; k < sums.size(); ++k) {
         means_[k] = quaternion_of(closest_rotation(sums[k]));
-        turns_[k] = rotation_vector(means_[k], turns_[k]);
+        patch_vectors_[k] = rotation_vector(means_[k], patch_vectors_[k]);
     }
     for (const auto& [ends, weight] : edges) {
         pairs_.push_back({ends.first, ends.second, weight});
@@ -73,7 +73,7 @@ void TurnRelations::relate(const std::vector<Vector3>& turns, const Execution& e
 
 /// The rotation that the patches about a cell have in the mean, each as much as its share. @param patches one for
 /// each, `stride` apart.
-Quaternion TurnRelations::mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const {
+Quaternion RelativeRotations::mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const {
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
     for (Index k = patches_.share_start[vertex]; k < patches_.share_start[vertex + 1]; ++k) {
         const Eigen::Vector4d each = patches[patches_.shares[k].patch * stride].coeffs();
@@ -83,21 +83,23 @@ Quaternion TurnRelations::mean_of_patches(Index vertex, const Quaternion* patche
     return length > 0.0 ? Quaternion(Eigen::Vector4d(sum / length)) : Quaternion::Identity();
 }
 
-void TurnRelations::turn_against_patches(const std::vector<Vector3>& turns, int threads, const Execution& execution) {
+void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vectors, int threads,
+                                               const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
-    own_turns_.resize(turns.size());
+    own_vectors_.resize(vectors.size());
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             for (std::size_t k = 0; k < count; ++k) {
                 const Quaternion mean = mean_of_patches(v, means_.data() + k, count);
-                own_turns_[v * count + k] = rotation_vector(mean.conjugate() * quaternion_by(turns[v * count + k]));
+                own_vectors_[v * count + k] =
+                    rotation_vector(mean.conjugate() * quaternion_by(vectors[v * count + k]));
             }
         }
     });
 }
 
-/// From patch to patch over the neighbours that are turned the most alike, beginning where least is turned.
-void TurnRelations::connect(const Execution& execution) {
+/// From patch to patch over the neighbours that are rotated the most alike, beginning at the least rotated one.
+void RelativeRotations::connect(const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     const auto largest = [count](const Vector3* vectors) {
         double result = 0.0;
@@ -107,18 +109,18 @@ void TurnRelations::connect(const Execution& execution) {
     };
     std::vector<std::vector<std::pair<double, std::size_t>>> next_to(patch_count_);
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
-        const double turn = largest(relative_.data() + pair * count);
-        next_to[pairs_[pair].a].emplace_back(turn, pair);
-        next_to[pairs_[pair].b].emplace_back(turn, pair);
+        const double angle = largest(relative_.data() + pair * count);
+        next_to[pairs_[pair].a].emplace_back(angle, pair);
+        next_to[pairs_[pair].b].emplace_back(angle, pair);
     }
     std::vector<std::pair<double, Index>> starts(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch)
-        starts[patch] = {largest(turns_.data() + patch * count), patch};
+        starts[patch] = {largest(patch_vectors_.data() + patch * count), patch};
     std::sort(starts.begin(), starts.end());
     std::vector<char> is_known(patch_count_, 0);
-    using Edge = std::tuple<double, Index, Index, std::size_t>;  // turn, to, from, pair
+    using Edge = std::tuple<double, Index, Index, std::size_t>;  // angle, to, from, pair
     std::priority_queue<Edge, std::vector<Edge>, std::greater<>> queue;
-    for (const auto& [turn, start] : starts) {
+    for (const auto& [angle, start] : starts) {
         if (!is_known[start]) queue.emplace(0.0, start, start, 0);
         while (!queue.empty()) {
             execution.check_every(tree_.size());
@@ -135,10 +137,10 @@ void TurnRelations::connect(const Execution& execution) {
     }
 }
 
-/// The rotations that have all turns between neighbours of the tree, each part of the mesh turned as a whole to what
-/// its patches are in space. From there to the best is not far, however far limbs are turned.
-std::vector<Quaternion> TurnRelations::follow(const std::vector<Quaternion>& between,
-                                              const std::vector<Quaternion>& in_space) const {
+/// The rotations that have all rotations between neighbours of the tree, each part of the mesh rotated as a whole to
+/// how its patches are in space. From there to the best is not far, however far limbs are bent.
+std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>& between,
+                                                  const std::vector<Quaternion>& in_space) const {
     std::vector<Quaternion> found = in_space;
     for (std::size_t begin = 0; begin < tree_.size();) {
         std::size_t end = begin;
@@ -157,7 +159,7 @@ std::vector<Quaternion> TurnRelations::follow(const std::vector<Quaternion>& bet
     return found;
 }
 
-void TurnRelations::factorise(const Execution& execution) {
+void RelativeRotations::factorise(const Execution& execution) {
     DisjointSets sets(patch_count_);
     std::vector<double> diagonal(patch_count_, 0.0);
     std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
@@ -176,11 +178,11 @@ void TurnRelations::factorise(const Execution& execution) {
     lower.setFromTriplets(entries.begin(), entries.end());
     factor_.analyse(lower, execution);
     if (!factor_.factorise(lower, execution))
-        throw SolverFailure(message("the turns of ", patch_count_, " patches are not determined"));
+        throw SolverFailure(message("the rotations of ", patch_count_, " patches are not determined"));
 }
 
 /// patches x k.
-std::vector<double> TurnRelations::weights_of_patches(const ShapeWeights& weights) const {
+std::vector<double> RelativeRotations::weights_of_patches(const ShapeWeights& weights) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<double> result(patch_count_ * count, 0.0);
     if (weights.is_uniform()) {
@@ -196,14 +198,14 @@ std::vector<double> TurnRelations::weights_of_patches(const ShapeWeights& weight
     return result;
 }
 
-/// One Gauss-Newton step. @return the largest turn.
-double TurnRelations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
-                           const Execution& execution) const {
+/// One Gauss-Newton step. @return the largest angle.
+double RelativeRotations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
+                               const Execution& execution) const {
     Positions sums = Positions::Zero(patch_count_, 3);
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         const auto& [a, b, weight] = pairs_[pair];
-        // What b has to be turned by in space to agree with a.
-        const Vector3 missing = weight * small_turn(rotations[a] * between[pair] * rotations[b].conjugate());
+        // By what b has to be rotated in space to agree with a.
+        const Vector3 missing = weight * small_rotation(rotations[a] * between[pair] * rotations[b].conjugate());
         sums.row(b) += missing.transpose();
         sums.row(a) -= missing.transpose();
     }
@@ -222,23 +224,24 @@ double TurnRelations::step(const std::vector<Quaternion>& between, std::vector<Q
     }
     double largest = 0.0;
     for (Index patch = 0; patch < patch_count_; ++patch) {
-        const Vector3 turn = sums.row(patch);
-        largest = std::max(largest, turn.norm());
-        rotations[patch] = (quaternion_by(turn) * rotations[patch]).normalized();
+        const Vector3 vector = sums.row(patch);
+        largest = std::max(largest, vector.norm());
+        rotations[patch] = (quaternion_by(vector) * rotations[patch]).normalized();
     }
     return largest;
 }
 
 /// @param shares patches x k: their weights.
-std::vector<Quaternion> TurnRelations::find_patches_between(const std::vector<double>& shares,
-                                                            const std::vector<Quaternion>& frames,
-                                                            const Execution& execution) const {
+std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vector<double>& shares,
+                                                                const std::vector<Quaternion>& frames,
+                                                                const Execution& execution) const {
     if (patch_count_ == 0) return {};  // no vertex has a ring
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<Quaternion> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {
         const std::size_t first = patch * count;
-        in_space[patch] = average_turn(turns_.data() + first, frames, shares.data() + first, shape_count_);
+        in_space[patch] =
+            average_rotation(patch_vectors_.data() + first, frames, shares.data() + first, shape_count_);
     }
     std::vector<Quaternion> between(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
@@ -255,10 +258,10 @@ std::vector<Quaternion> TurnRelations::find_patches_between(const std::vector<do
     return found;
 }
 
-/// What a vertex is turned further where its weights are not those of its patches.
+/// By what a vertex is rotated further where its weights are not those of its patches.
 /// @param mean of these in between.
-Quaternion TurnRelations::own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
-                                      const std::vector<Quaternion>& frames, const Quaternion& mean) const {
+Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
+                                          const std::vector<Quaternion>& frames, const Quaternion& mean) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     Vector3 sum = Vector3::Zero();
     for (std::size_t k = 0; k < count; ++k) {
@@ -272,8 +275,9 @@ Quaternion TurnRelations::own_weights(Index vertex, const double* weights, const
     return quaternion_by(sum);
 }
 
-void TurnRelations::fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& turn,
-                         int threads, const Execution& execution, std::vector<Quaternion>& rotations) const {
+void RelativeRotations::fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames,
+                             const Quaternion& rotation, int threads, const Execution& execution,
+                             std::vector<Quaternion>& rotations) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     const std::vector<double> shares = weights_of_patches(weights);
     const std::vector<Quaternion> patches = find_patches_between(shares, frames, execution);
@@ -283,13 +287,15 @@ void TurnRelations::fill(const ShapeWeights& weights, const std::vector<Quaterni
             const double* const of = weights.of(v);
             rotations[v] = mean_of_patches(v, patches.data(), 1);
             if (!weights.is_uniform()) rotations[v] *= own_weights(v, of, shares, frames, rotations[v]);
-            rotations[v] = turn * rotations[v] * average_turn(own_turns_.data() + v * count, {}, of, shape_count_);
+            rotations[v] =
+                rotation * rotations[v] * average_rotation(own_vectors_.data() + v * count, {}, of, shape_count_);
         }
     });
 }
 
-std::vector<Quaternion> TurnRelations::find(const std::vector<double>& weights, const std::vector<Index>& vertices,
-                                            const Execution& execution) const {
+std::vector<Quaternion> RelativeRotations::find(const std::vector<double>& weights,
+                                                const std::vector<Index>& vertices,
+                                                const Execution& execution) const {
     const auto count = static_cast<std::size_t>(shape_count_);
     const std::size_t most = std::max_element(weights.begin(), weights.end()) - weights.begin();
     std::vector<Quaternion> patches;
@@ -302,15 +308,16 @@ std::vector<Quaternion> TurnRelations::find(const std::vector<double>& weights, 
     }
     std::vector<Quaternion> result;
     for (const Index v : vertices) {
-        const Vector3* const own = own_turns_.data() + v * count;
-        result.push_back(mean_of_patches(v, patches.data(), 1) * average_turn(own, {}, weights.data(), shape_count_));
+        const Vector3* const own = own_vectors_.data() + v * count;
+        result.push_back(mean_of_patches(v, patches.data(), 1) *
+                         average_rotation(own, {}, weights.data(), shape_count_));
     }
     return result;
 }
 
-std::size_t TurnRelations::bytes() const {
-    return patches_.bytes() + bytes_of(turns_) + bytes_of(means_) + bytes_of(own_turns_) + bytes_of(pairs_) +
-           bytes_of(relative_) + bytes_of(tree_) + factor_.bytes();
+std::size_t RelativeRotations::bytes() const {
+    return patches_.bytes() + bytes_of(patch_vectors_) + bytes_of(means_) + bytes_of(own_vectors_) +
+           bytes_of(pairs_) + bytes_of(relative_) + bytes_of(tree_) + factor_.bytes();
 }
 
 }  // namespace meanvalue
