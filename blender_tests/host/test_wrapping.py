@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fitting one figure onto another that has other faces and other proportions."""
 
+import dataclasses
 import functools
 
 import numpy as np
@@ -75,11 +76,7 @@ def test_picked_points_are_met():
 
 
 def test_the_same_bits_twice():
-    vertices, triangles = ball(12, 16)
-    other, faces = ball(9, 14)
-    picked = np.array([0, 1, 5, len(vertices) - 1], np.int32)
-    given = WrapInput(vertices, triangles, 2.0 * other, faces, picked, 2.0 * turned(vertices[picked], 1.0))
-    assert np.array_equal(wrapped(given).positions, wrapped(given).positions)
+    assert np.array_equal(wrapped(two_balls()).positions, wrapped(two_balls()).positions)
 
 
 def test_what_the_other_has_not_stays_in_shape():
@@ -142,9 +139,12 @@ def test_a_flipped_triangle_is_found_and_a_turned_mesh_is_none():
     assert flips.flipped(vertices, folded, triangles).any()
 
 
-def changed(**fields):
-    given = two_figures()
-    return WrapInput(**{**{name: getattr(given, name) for name in given.__dataclass_fields__}, **fields})
+def two_balls():
+    """WrapInput of a ball onto a smaller one, elsewhere."""
+    vertices, triangles = ball(12, 16)
+    other, faces = ball(9, 14)
+    picked = np.array([0, 1, 5, len(vertices) - 1], np.int32)
+    return WrapInput(vertices, triangles, turned(other), faces, picked, turned(vertices[picked]))
 
 
 LINE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
@@ -167,4 +167,4 @@ LINE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
 )
 def test_what_cannot_be_fitted_is_told(fields, words):
     with pytest.raises(SceneError, match=words):
-        Wrap(changed(**fields(two_figures())))
+        Wrap(dataclasses.replace(two_balls(), **fields(two_balls())))

@@ -118,23 +118,6 @@ def masked_and_bending():
     return obj
 
 
-def test_a_masked_slider_beside_another_is_baked_within_the_tolerance():
-    obj = masked_and_bending()
-    obj.meanvalue.mix.is_on = True
-    settings = np.random.default_rng(6).uniform(0.0, 1.0, (8, 2))
-    truths = []
-    for thick, bend in settings:
-        set_value(obj, "Thick", thick)
-        set_value(obj, "Bend", bend)
-        truths.append(shown(obj))
-    bake(obj)
-    assert len(in_betweens_of(obj)) <= 15
-    for (thick, bend), truth in zip(settings, truths, strict=True):
-        set_value(obj, "Thick", thick)
-        set_value(obj, "Bend", bend)
-        assert np.linalg.norm(shown(obj) - truth, axis=1).max() <= 0.002 * DIAGONAL
-
-
 def test_a_masked_slider_does_not_make_the_mesh_jump():
     obj = masked_and_bending()
     obj.meanvalue.mix.is_on = True
@@ -156,15 +139,6 @@ def test_in_betweens_taken_back_leave_nothing():
     assert_same(before, snapshot(obj, without=("settings",)))
     animation = obj.data.shape_keys.animation_data
     assert animation is None or len(animation.drivers) == 0
-
-
-def test_baking_anew_replaces_the_in_betweens():
-    obj = bending()
-    bake(obj)
-    first = in_betweens_of(obj)
-    bake(obj)
-    assert in_betweens_of(obj) == first
-    assert len(obj.data.shape_keys.key_blocks) == 2 + len(first)
 
 
 def test_live_mixing_waits_while_in_betweens_stand_for_it():

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Grab tool on images of a mirror, on other objects, on what is linked, in Local View."""
+
+import pathlib
+import tempfile
+
+import bmesh
+import bpy
+import numpy as np
+from harness import grab, view
+from support import meshes, steps
+
+
+def an_image_of_a_mirror_is_dragged(ui):
+    grab.make_ball(ui)
+    steps.edit_mesh(grab.ball(), _cut_off_the_left)
+    grab.ball().modifiers.new("Mirror", 'MIRROR')
+    ui.remember()
+    yield from grab.look_along_y(ui)
+    start = ui.project(grab.front(x=-1.2, z=0.3))
+    end = (start[0] - 90, start[1] + 20)
+    yield from ui.drag_mouse(start, end, between=lambda step: ui.pause(0.1))
+    assert len(grab.handles()) == 1, ui.reports()
+    yield from ui.wait_until(grab.is_at_rest, "the mesh has followed")
+    yield from ui.screenshot("grab_image_dragged")
+    place = grab.handles()[0].control.matrix_world.translation
+    assert place.x > 1.2
+    seen = ui.project((-place.x, place.y, place.z))
+    assert np.abs(np.subtract(seen, end)).max() < 30, (seen, end)  # where the vertex was pressed, to an edge
+    # What an Array shows is nobody's.
+    array = grab.ball().modifiers.new("Array", 'ARRAY')
+    array.relative_offset_displace = (0.0, 0.0, 1.2)
+    ui.frame_all()
+    yield from ui.pause(0.5)
+    yield from ui.click(*ui.project((1.0, -1.7, 5.0)))
+    assert any("no surface of its own" in line for line in ui.reports()), ui.reports()
+    assert len(grab.handles()) == 1
+
+
+def _cut_off_the_left(mesh):
+    bmesh.ops.delete(mesh, geom=[vertex for vertex in mesh.verts if vertex.co.x < -1e-3], context='VERTS')
+
+
+def another_object_is_grabbed_by_the_same_press(ui):
+    yield from grab.set_up(ui)
+    grab.make_ball(ui, "Beside", (6.0, 0.0, 0.0))
+    meshes.activate(grab.ball())
+    ui.remember()
+    ui.frame_all()
+    yield from ui.pause(0.5)
+    start = ui.project(grab.front(z=1.2))
+    yield from grab.drag(ui, start, 30, 30)
+    start = ui.project((6.0, -2.0, 0.3))
+    yield from grab.drag_open(ui, start, 40, 0)
+    beside = bpy.data.objects["Beside"]
+    assert bpy.context.object == beside and len(beside.meanvalue.handles) == 1, ui.reports()
+    yield from grab.escape(ui)
+    beside = bpy.data.objects["Beside"]
+    assert bpy.context.object == grab.ball() and len(beside.meanvalue.handles) == 0
+    yield from ui.drag_mouse(start, (start[0] + 40, start[1]))
+    beside = bpy.data.objects["Beside"]
+    assert bpy.context.object == beside and len(beside.meanvalue.handles) == 1, ui.reports()
+    assert len(grab.handles()) == 1
+
+
+def what_is_linked_is_refused_before_anything_is_written(ui):
+    yield from grab.set_up(ui)
+    obj = grab.ball()
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(pathlib.Path(folder) / "library.blend")
+        obj.name = obj.data.name = "Linked"
+        bpy.data.libraries.write(path, {obj})
+        bpy.data.objects.remove(obj)
+        with bpy.data.libraries.load(path, link=True) as (_source, wanted):
+            wanted.objects = ["Linked"]
+    linked = wanted.objects[0]
+    bpy.context.collection.objects.link(linked)
+    local = bpy.data.objects.new("Local", linked.data)
+    local.location.x = 6.0
+    bpy.context.collection.objects.link(local)
+    override = linked.override_create()
+    override.location.x = 12.0
+    bpy.context.collection.objects.link(override)
+    bpy.context.view_layer.update()
+    ui.remember()
+    ui.frame_all()
+    yield from ui.pause(0.5)
+    for each in (linked, local, override):
+        for active in (each, None):
+            bpy.context.view_layer.objects.active = active
+            start = ui.project((each.matrix_world.translation.x, -2.0, 0.3))
+            yield from ui.drag_mouse(start, (start[0] + 40, start[1]))
+            yield from ui.click(*start, shift=True)
+            assert not each.meanvalue.handles and not each.meanvalue.live and not each.vertex_groups
+            assert each.data.shape_keys is None and len(bpy.data.objects) == 3
+    assert sum("'Linked' is linked" in line or "The mesh of 'Local'" in line for line in ui.reports()) > 0
+
+
+def local_view(ui):
+    yield from grab.set_up(ui)
+    grab.make_ball(ui, "Front", (0.0, -5.0, 0.0))
+    meshes.activate(grab.ball())
+    ui.remember()
+    grab.ball().meanvalue.show_overlay = True
+    with view.override():
+        bpy.ops.view3d.localview()
+    yield from ui.pause(1.5)
+    start = ui.project(grab.front(z=0.8))
+    yield from ui.drag_mouse(start, (start[0] + 80, start[1] + 40))
+    assert len(grab.handles()) == 1, ui.reports()
+    yield from ui.wait_until(grab.is_at_rest, "the mesh has followed")
+    control = grab.handles()[0].control
+    assert control.visible_get(viewport=view.area().spaces.active)
+    yield from ui.screenshot("grab_7_local_view")
+    with view.override():
+        bpy.ops.view3d.localview()
+    yield from ui.pause(1.5)
+    # Outside of it the other ball is in front.
+    meshes.activate(grab.ball())
+    start = ui.project((0.0, -7.0, 0.5))
+    yield from ui.drag_mouse(start, (start[0] + 50, start[1]))
+    front = bpy.data.objects["Front"]
+    assert any("'Front' is in front of 'Ball' here" in line for line in ui.reports()), ui.reports()
+    assert bpy.context.object == grab.ball() and len(front.meanvalue.handles) == 0
+    yield from ui.click(*start)
+    assert bpy.context.object.name == "Front"
+    yield from ui.drag_mouse(start, (start[0] + 50, start[1]))
+    assert len(bpy.data.objects["Front"].meanvalue.handles) == 1
