@@ -91,9 +91,16 @@ def _explanation(failures):
             "Install the add-on zip made for this Python"
         )
     python = ".".join(platform.python_version_tuple()[:2])
-    tag = f"cp{python.replace('.', '')}"
     return (
-        f"The compiled solver is missing. This Blender has {here}. Install the add-on zip made for it: the one for "
-        f"Blender 4.2 and later needs a wheel for CPython {python} ({tag}) on this platform in its wheels folder, "
-        "the one for older Blenders a solver in its lib folder"
+        f"The compiled solver is missing. This Blender has {here}. Install the zip made for it: for Blender 4.2 and "
+        f"later the one whose name ends in {zip_ending()}, with a wheel for CPython {python} "
+        f"(cp{python.replace('.', '')}); for older Blenders one with a solver in its lib folder"
     )
+
+
+def zip_ending():
+    """How the extension's zip for this system is called, as packaging/build_extension.py does."""
+    system = {"Darwin": "macos"}.get(platform.system(), platform.system().lower())
+    machine = platform.machine().lower()
+    processor = {"amd64": "x64", "x86_64": "x64", "aarch64": "arm64"}.get(machine, machine)
+    return f"{system}_{processor}.zip"

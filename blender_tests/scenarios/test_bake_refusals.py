@@ -136,14 +136,24 @@ def test_an_edited_mesh_must_be_looked_at(saved):
 # -- objects ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["a/b", "..", "手" * 21, "x'\"\\[]", "CON"])
+@pytest.mark.parametrize("name", ["a/b", "..", "手" * 21, "x'\"\\[]", "CON", "nul", "dots..."])
 def test_odd_names(tmp_path, name):
     obj, _control = animated_tube(name)
     save(tmp_path)
     bake()
     path = pathlib.Path(bpy.path.abspath(obj.modifiers[0].filepath))
     assert path.parent == tmp_path / "meanvalue_cache"
+    assert pathlib.PureWindowsPath(path.name).stem == path.stem.rstrip(". ")
+    assert not pathlib.PureWindowsPath(path.name).is_reserved()
     assert np.array_equal(played(obj, [1, 8]), rows(path)[[0, 7]])
+
+
+def test_slashes_of_another_system(tmp_path):
+    obj, _control = animated_tube("Tube")
+    save(tmp_path)
+    bake(path="//of_windows\\tube.pc2")
+    assert (tmp_path / "of_windows" / "tube.pc2").exists()
+    assert np.array_equal(played(obj, [1, 8]), rows(tmp_path / "of_windows" / "tube.pc2")[[0, 7]])
 
 
 def test_a_copy_with_the_same_mesh_has_a_cache_of_its_own(saved, tmp_path):

@@ -43,6 +43,23 @@ def test_no_module_at_all(only, part):
     assert_missing(loader, part, "Install", *(value for _, value in loader.environment()))
 
 
+@pytest.mark.parametrize(
+    ("system", "machine", "ending"),
+    [
+        ("Linux", "x86_64", "linux_x64.zip"),
+        ("Linux", "aarch64", "linux_arm64.zip"),
+        ("Windows", "AMD64", "windows_x64.zip"),
+        ("Darwin", "x86_64", "macos_x64.zip"),
+        ("Darwin", "arm64", "macos_arm64.zip"),
+    ],
+)
+def test_without_a_module_the_zip_that_fits_is_named(only, part, monkeypatch, system, machine, ending):
+    loader = only("nowhere.meanvalue")
+    monkeypatch.setattr(loader.platform, "system", lambda: system)
+    monkeypatch.setattr(loader.platform, "machine", lambda: machine)
+    assert_missing(loader, part, f"ends in {ending}", "cp3")
+
+
 def test_a_module_for_another_python(only, part, tmp_path):
     (tmp_path / "lib").mkdir()
     (tmp_path / "lib" / "meanvalue.cpython-310-x86_64-linux-gnu.so").touch()

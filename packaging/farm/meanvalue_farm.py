@@ -38,9 +38,9 @@ PROGRESS_SECONDS = 0.5
 
 #: Modules of the add-on, each under the last part of its name; and those that only plan needs.
 PARTS = (
-    "errors", "posing.core.bind_input", "scene.core.checked_json", "scene.core.whole_files", "solver.job",
-    "solver.native_loader", "solver.session", "solver.core.steps", "baking.bridge.clips", "baking.core.bake_times",
-    "baking.core.chunk_store", "baking.core.point_cache",
+    "errors", "posing.core.bind_input", "scene.core.checked_json", "scene.core.file_names", "scene.core.whole_files",
+    "solver.job", "solver.native_loader", "solver.session", "solver.core.steps", "baking.bridge.clips",
+    "baking.core.bake_times", "baking.core.chunk_store", "baking.core.point_cache",
 )  # fmt: skip
 PLANNING = (
     "live.engine", "scene.mesh_arrays", "scene.subject", "baking.bridge.handle_source", "baking.bridge.sampling",
@@ -105,7 +105,7 @@ def planned(wanted, frames, portable=False):
         raise addon.errors.SceneError("No object of the scene has handles")
     clips = [clip_of(text, frames, bpy.data.objects) for text in wanted]
     names = [name for name, _, _ in clips]
-    if len(set(names)) < len(names):
+    if len({name.lower() for name in names}) < len(names):  # Windows and macOS take "Walk" and "walk" for one file
         raise addon.errors.SceneError(
             f"Two clips have one name: {', '.join(names)}. Give them names: --clip NAME=OBJECT:FRAMES"
         )
@@ -127,7 +127,7 @@ def clip_of(text, frames, objects):
     runs = runs_of(parse(own_frames))
     if len(runs) != 1:
         raise addon.errors.SceneError(f"A clip has no gaps, but {own_frames} has. Give each part a name of its own")
-    return re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip", obj, runs[0]
+    return addon.file_names.file_name(re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip"), obj, runs[0]
 
 
 def plan_of(scene, obj, numbers, portable):

@@ -2,6 +2,7 @@
 """Whether what an artist has chosen for a bake fits the object, and where it goes."""
 
 import math
+import os
 import pathlib
 
 import bpy
@@ -11,6 +12,7 @@ from ...errors import SceneError
 from ...ids import CACHE_FOLDER
 from ...scene.baked import TO_CACHE, TO_KEYS
 from ...scene.core import whole_files
+from ...scene.core.file_names import file_name, windows_problem
 from ..core import bake_times, point_cache
 from . import playing
 
@@ -73,15 +75,21 @@ def cache_bytes(obj, times):
 
 def default_path(obj):
     """As the modifier shows it."""
-    return f"//{CACHE_FOLDER}/{bpy.path.clean_name(obj.name)}.pc2"
+    return f"//{CACHE_FOLDER}/{_file_name(obj)}.pc2"
+
+
+def _file_name(obj):
+    return file_name(bpy.path.clean_name(obj.name))
 
 
 def paths(obj, options):
     """(as the modifier shows it, in full). For shape keys: where chunks are. @throws SceneError."""
     if options.target == TO_KEYS:
         folder = f"//{CACHE_FOLDER}" if bpy.data.filepath else bpy.app.tempdir
-        return "", pathlib.Path(bpy.path.abspath(folder), f"{bpy.path.clean_name(obj.name)}.keys")
+        return "", pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")
     shown = options.path.strip() or default_path(obj)
+    if shown.startswith("//"):  # Blender's own modifier takes both slashes for one, on all systems
+        shown = shown.replace("\\", "/")
     if shown.startswith("//") and not bpy.data.filepath:
         raise SceneError(
             "The file is not saved yet, so there is no place beside it for the point cache. Save the file, choose a "
@@ -90,6 +98,8 @@ def paths(obj, options):
     full = pathlib.Path(bpy.path.abspath(shown))
     if not full.is_absolute():
         raise SceneError(f"'{shown}' is no full path. Begin it with // for the folder of the .blend")
+    if os.name == "nt" and (problem := windows_problem(full)):
+        raise SceneError(f"'{shown}' cannot be written: {problem}. Choose another path")
     with whole_files.telling(full):  # of a name that is too long
         is_folder = full.is_dir()
     if is_folder or shown.endswith(("/", "\\")):

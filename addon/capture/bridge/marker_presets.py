@@ -7,6 +7,7 @@ import bpy
 
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError
+from ...scene.core.file_names import file_name
 from ..core import landmarks, marker_sets
 
 
@@ -55,7 +56,7 @@ def save(name, capture):
         raise SceneError("No marker has a landmark yet. Choose one for each marker of the list first")
     if not name.strip():
         raise SceneError("The marker set has no name. Fill it in")
-    path = folder(create=True) / f"{bpy.path.clean_name(name)}.json"
+    path = folder(create=True) / f"{file_name(bpy.path.clean_name(name))}.json"
     marker_sets.save(path, marker_sets.MarkerSet(name, known))
     return path, len(known)
 

@@ -14,6 +14,11 @@ from ...errors import CacheError
 #: What other machines left of files that were never finished is taken away after so long.
 ABANDONED_SECONDS = 24 * 3600.0
 
+#: How long the renaming of a file waits for other programs, in seconds.
+RETRIES = (0.05, 0.1, 0.2, 0.4, 0.8)
+#: What Windows says then: access denied, sharing violation.
+_OPEN_ELSEWHERE = {5, 32}
+
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG}
 _PROTECTED = {errno.EACCES, errno.EPERM, errno.EROFS}
 
@@ -37,12 +42,26 @@ def replacing(path, byte_count=0):
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            begun.replace(path)
+            _rename(begun, path)
         except BaseException:
             with contextlib.suppress(OSError):
                 begun.unlink()
             raise
         _sync_folder(path.parent)
+
+
+def _rename(begun, path):
+    """Windows refuses it while another program has either file open: one that looks for viruses, or Blender playing a
+    cache, which is over soon."""
+    for seconds in RETRIES:
+        try:
+            begun.replace(path)
+            return
+        except OSError as error:
+            if getattr(error, "winerror", None) not in _OPEN_ELSEWHERE:
+                raise
+            time.sleep(seconds)
+    begun.replace(path)
 
 
 def require_place(path):
@@ -117,6 +136,11 @@ def _explanation(path, error, byte_count):
         return (
             f"The disk is full: '{path.name}' does not fit into {path.parent} ({_free(path.parent)}{needed}). Make "
             "room or choose another path, and bake again: it goes on from what is done"
+        )
+    if getattr(error, "winerror", None) in _OPEN_ELSEWHERE:
+        return (
+            f"'{path.name}' in {path.parent} may not be written: another program has it open, or it is protected. "
+            "Close that program, or choose another path"
         )
     if error.errno in _PROTECTED:
         return f"'{path.name}' may not be written to {path.parent} ({error.strerror}). Choose another path"
