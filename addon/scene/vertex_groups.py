@@ -5,11 +5,11 @@ import array
 import math
 import time
 
-import bpy
 import numpy as np
 
 from .. import ids
 from ..errors import SceneError
+from . import shape_keys
 
 #: Vertices that are read before the clock is looked at: some 5 ms with four groups at each.
 SLICE = 5000
@@ -143,12 +143,8 @@ def remove_made(obj, name):
 
 def _is_used_by_another(obj, name):
     """Whether another object with the same mesh has the group as a handle or region."""
-    return obj.data.users > 1 and any(
-        other != obj
-        and other.data == obj.data
-        and (name in other.meanvalue.handles or name == other.meanvalue.roi_group)
-        for other in bpy.data.objects
-    )
+    others = (other.meanvalue for other in shape_keys.sharing(obj))
+    return any(name in settings.handles or name == settings.roi_group for settings in others)
 
 
 def replace_members(obj, group, indices):

@@ -32,9 +32,7 @@ def is_baked(obj):
 
 def is_mixed_by_another(obj):
     """Whether another object with the same mesh has Rotation-Aware Keys on."""
-    return obj.data.users > 1 and any(
-        other != obj and other.data == obj.data and other.meanvalue.mix.is_on for other in bpy.data.objects
-    )
+    return any(other.meanvalue.mix.is_on for other in shape_keys.sharing(obj))
 
 
 def marked_drivers(obj):

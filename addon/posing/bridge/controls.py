@@ -91,17 +91,6 @@ def owner_of(control):
     return parent if any(handle.control == control for handle in parent.meanvalue.handles) else None
 
 
-def mesh_moved_by(control):
-    """A mesh object of the scene with a handle that follows `control`, the one it belongs to first; or None."""
-    owner = owner_of(control)
-    if owner is not None:
-        return owner
-    for obj in bpy.context.view_layer.objects:
-        if obj.type == 'MESH' and any(handle.control == control for handle in obj.meanvalue.handles):
-            return obj
-    return None
-
-
 def attach(handle, place):
     """From here on the control is at `place` (4 x 4, in the key's space) with its handle in the rest shape."""
     handle.rest_relation = place.ravel()

@@ -258,10 +258,9 @@ def _require_can_be_posed(obj):
 def _why_it_waits(obj):
     """Why another object with the same mesh would pose it in place of `obj`, or None."""
     is_in_charge = obj.meanvalue.live and not (engine.status(obj) or ("", False))[1]
-    if obj.data.users == 1 or is_in_charge:
+    if is_in_charge:
         return None
-    others = (other for other in bpy.data.objects if other != obj and other.data == obj.data and other.meanvalue.live)
-    other = next(others, None)
+    other = next((other for other in shape_keys.sharing(obj) if other.meanvalue.live), None)
     return other and roll.gives_way_to(other.name)
 
 

@@ -6,24 +6,24 @@ import bpy
 from ... import compat
 from . import controls
 
-_known = {}  # session key of an object: name of the mesh object that follows it, or None
+_known = {}  # session key of an object: name of the mesh object that follows it, or ""
 
 
 def mesh_moved_by(control):
-    """As controls.mesh_moved_by(), which goes through all objects of the scene."""
+    """A mesh object of the scene with a handle that follows `control`, the one it belongs to first; or None."""
     owner = controls.owner_of(control)
     if owner is not None:
         return owner
     key = compat.session_key(control)
-    if key not in _known:
-        found = controls.mesh_moved_by(control)
-        _known[key] = found.name if found else None
-        return found
-    obj = bpy.data.objects.get(_known[key]) if _known[key] is not None else None
-    if obj is None or any(handle.control == control for handle in obj.meanvalue.handles):
-        return obj
-    del _known[key]
-    return mesh_moved_by(control)
+    if key not in _known:  # all objects of the scene are gone through
+        meshes = (obj for obj in bpy.context.view_layer.objects if obj.type == 'MESH')
+        _known[key] = next((obj.name for obj in meshes if _follows(obj, control)), "")
+    obj = bpy.data.objects.get(_known[key])
+    return obj if obj is not None and _follows(obj, control) else None
+
+
+def _follows(obj, control):
+    return any(handle.control == control for handle in obj.meanvalue.handles)
 
 
 def note(depsgraph):

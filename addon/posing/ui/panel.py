@@ -221,7 +221,7 @@ def _status(obj):
         return *live, wants_update and live[1]
     if status.state in {State.PROBLEM, State.STALE}:
         return status.text, True, wants_update
-    problem = shape_keys.result_problem(obj) or targets.problem(obj)
+    problem = targets.problem(obj)
     if problem:
         return problem, True, wants_update
     notes = mirrors.notes(obj)
