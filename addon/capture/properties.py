@@ -137,7 +137,7 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     )
     use_cuffs: BoolProperty(
         name="Cuffs",
-        description="Have three points around each thigh and shank, or other long and stiff part, go along with its "
+        description="Have three points around each thigh and shank go along with its "
         "markers, where these tell how it is rolled. Without, knees bend less than the person's",
         default=True,
     )

@@ -137,7 +137,7 @@ def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
     still = readers.read(mesh_files.path_of("mocap/rajagopal/static_walk_1.trc"))
     names = marker_sets.recognise(still.labels).landmarks
     markers = still.positions[still.frames // 2]
-    found = align_to_mesh(markers, still.labels, vertices, triangles).matrix
+    found = align_to_mesh(markers, names, vertices, triangles).matrix
     posed = posed_and_actor(markers @ found[:3, :3].T + found[:3, 3], names, vertices, triangles)[0]
     surface = Surface(vertices, triangles)
     for side, sign in (("L", 1.0), ("R", -1.0)):
@@ -160,7 +160,7 @@ def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(leg
     names = marker_sets.recognise(walking_figure.LABELS).landmarks
     vertices, triangles, _ = body_mesh.body(legs)
     captured, right = walking_figure.t_pose().clean[0], walking_figure.t_pose(legs).clean[0]
-    found = align_to_mesh(captured, walking_figure.LABELS, vertices, triangles).matrix
+    found = align_to_mesh(captured, names, vertices, triangles).matrix
     aligned = captured @ found[:3, :3].T + found[:3, 3]
     of_trunk = ("neck", "back", "sternum", "shoulder", "pelvis")
     trunk = [k for k, name in enumerate(names) if name.split(".")[0] in of_trunk]

@@ -68,7 +68,7 @@ def test_a_t_pose_is_aligned_whatever_unit_place_and_turn_the_mesh_has(seed):
     rng = np.random.default_rng(seed)
     truth = placed(rng.choice([0.01, 1.0, 39.4]), rng.uniform(0.0, 2.0 * np.pi), rng.uniform(-9.0, 9.0, 3))
     markers = REFERENCE + 0.002 * rng.standard_normal((41, 3))
-    found = align_to_mesh(markers, LABELS, moved(VERTICES, truth), TRIANGLES)
+    found = align_to_mesh(markers, NAMES, moved(VERTICES, truth), TRIANGLES)
     scale = np.cbrt(np.linalg.det(truth[:3, :3]))
     off = np.linalg.norm(moved(REFERENCE, found.matrix) - moved(REFERENCE, truth), axis=1) / scale
     assert np.sqrt((off**2).mean()) < 0.025, "metres on an adult"
@@ -81,28 +81,28 @@ def test_missing_markers_and_inward_normals_do_not_matter():
     markers = REFERENCE.copy()
     markers[::5] = np.nan
     for triangles in (TRIANGLES, TRIANGLES[:, ::-1]):
-        found = align_to_mesh(markers, LABELS, VERTICES, triangles)
+        found = align_to_mesh(markers, NAMES, VERTICES, triangles)
         off = np.linalg.norm(moved(REFERENCE, found.matrix) - REFERENCE, axis=1)
         assert np.sqrt((off**2).mean()) < 0.03
 
 
 def test_names_that_nobody_knows_are_no_hindrance():
-    found = align_to_mesh(REFERENCE, [f"*{k}" for k in range(41)], VERTICES, TRIANGLES)
+    found = align_to_mesh(REFERENCE, (None,) * 41, VERTICES, TRIANGLES)
     assert found.quality < 0.012
     assert found.scale == pytest.approx(1.0, rel=0.06)
 
 
 def test_what_cannot_be_aligned_is_told():
     with pytest.raises(InvalidMotionError, match="Only 3 markers"):
-        align_to_mesh(np.where(np.arange(41)[:, None] < 3, REFERENCE, np.nan), LABELS, VERTICES, TRIANGLES)
+        align_to_mesh(np.where(np.arange(41)[:, None] < 3, REFERENCE, np.nan), NAMES, VERTICES, TRIANGLES)
     with pytest.raises(InvalidMotionError, match="flat"):
-        align_to_mesh(REFERENCE, LABELS, VERTICES * [1.0, 1.0, 0.0], TRIANGLES)
+        align_to_mesh(REFERENCE, NAMES, VERTICES * [1.0, 1.0, 0.0], TRIANGLES)
     with pytest.raises(InvalidMotionError, match="one height"):
-        align_to_mesh(REFERENCE * [1.0, 1.0, 0.0], LABELS, VERTICES, TRIANGLES)
+        align_to_mesh(REFERENCE * [1.0, 1.0, 0.0], NAMES, VERTICES, TRIANGLES)
     with pytest.raises(InvalidMotionError, match="no surface"):
-        align_to_mesh(REFERENCE, LABELS, VERTICES, TRIANGLES[:0])
-    with pytest.raises(InvalidMotionError, match="2 names for 41"):
-        align_to_mesh(REFERENCE, LABELS[:2], VERTICES, TRIANGLES)
+        align_to_mesh(REFERENCE, NAMES, VERTICES, TRIANGLES[:0])
+    with pytest.raises(InvalidMotionError, match="41 points where there must be 2"):
+        align_to_mesh(REFERENCE, NAMES[:2], VERTICES, TRIANGLES)
 
 
 @pytest.mark.slow
@@ -112,8 +112,8 @@ def test_real_static_poses_look_the_way_real_bodies_do(mesh, take):
     vertices, triangles = mesh_files.real_body(mesh)
     still = readers.read(mesh_files.path_of(f"mocap/{take}"))
     frame = still.frames // 2
-    found = align_to_mesh(still.positions[frame], still.labels, vertices, triangles)
     names = marker_sets.recognise(still.labels).landmarks
+    found = align_to_mesh(still.positions[frame], names, vertices, triangles)
     left, right = (still.positions[frame, names.index(f"pelvis.front.{side}")] for side in "LR")
     across = found.matrix[:3, :3] @ (left - right) / np.linalg.norm(found.matrix[:3, :3] @ (left - right))
     assert across[0] > np.cos(np.radians(12.0)), "its left is at +X"
@@ -130,7 +130,7 @@ def test_real_skeletons_lie_in_the_middle_of_a_real_body(take):
     names = marker_sets.recognise(read.labels).landmarks
     known = [k for k, name in enumerate(names) if name]
     names = [names[k] for k in known]
-    found = align_to_mesh(read.positions[0, known], [read.labels[k] for k in known], vertices, triangles)
+    found = align_to_mesh(read.positions[0, known], names, vertices, triangles)
     posed = posed_and_actor(moved(read.positions[0, known], found.matrix), names, vertices, triangles)[0]
     height = np.ptp(vertices[np.unique(triangles), 2])
     places = dict(zip(names, posed / height, strict=True))
@@ -210,9 +210,10 @@ def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down)
         for name in ("ForeArm", "Hand"):
             captured[labels.index(side + name)] = shoulder + turn @ (rest[labels.index(side + name)] - shoulder)
     truth = placed(1.0, 2.1, [3.0, 1.0, 0.5])
-    found = align_to_mesh(captured, labels, moved(VERTICES, truth), TRIANGLES)
+    names = marker_sets.recognise(labels).landmarks
+    found = align_to_mesh(captured, names, moved(VERTICES, truth), TRIANGLES)
     aligned = moved(captured, found.matrix)
-    posed = posed_and_actor(aligned, marker_sets.recognise(labels).landmarks, moved(VERTICES, truth), TRIANGLES)[0]
+    posed = posed_and_actor(aligned, names, moved(VERTICES, truth), TRIANGLES)[0]
     off = np.linalg.norm(posed - moved(rest, truth), axis=1)
     assert off.max() < 0.12, dict(zip(labels, off.round(3), strict=True))
     assert found.certainty > 1.1
@@ -239,14 +240,11 @@ def test_nearest_points_are_those_of_looking_at_every_triangle():
 def test_matches_lie_on_the_surface_and_offsets_lead_back():
     match = match_to_surface(REFERENCE, VERTICES, TRIANGLES)
     assert len(set(match.vertex)) == 41
-    back = VERTICES[match.vertex] + np.einsum("mij,mj->mi", match.frame, match.offset)
-    assert np.abs(back - REFERENCE).max() < 1e-12
-    assert np.abs(np.linalg.norm(match.point - REFERENCE, axis=1) - match.distance).max() < 1e-12
-    assert np.abs(match.frame.swapaxes(1, 2) @ match.frame - np.eye(3)).max() < 1e-12
-    assert np.allclose(np.linalg.det(match.frame), 1.0)
-    # Markers that are outside are on the normal's side.
-    outside = match.distance > 0.005
-    assert ((REFERENCE - match.point)[outside] * match.frame[outside, :, 2]).sum(axis=1).mean() > 0.0
+    assert np.abs(VERTICES[match.vertex] + match.offset - REFERENCE).max() < 1e-12
+    assert (match.distance <= np.linalg.norm(match.offset, axis=1) + 1e-12).all()
+    given = match_to_surface(REFERENCE, VERTICES, TRIANGLES, {4: 7, 5: int(match.vertex[6])})
+    assert given.vertex[[4, 5]].tolist() == [7, match.vertex[6]] and len(set(given.vertex)) == 41
+    assert given.distance[4] == np.linalg.norm(REFERENCE[4] - VERTICES[7])
 
 
 def test_missing_markers_match_nothing_and_small_meshes_are_told():

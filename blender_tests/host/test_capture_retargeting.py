@@ -39,12 +39,12 @@ def knee_angles(positions, rest_figure, side):
 
 
 def feet_of(names=NAMES):
-    return [number for foot in landmarks.feet(names).values() for part in foot.values() for number in part]
+    return [number for foot in landmarks.feet(names).values() for number in foot]
 
 
 def largest_slide(result, capture, names=NAMES, height=HEIGHT, rate=100.0):
     feet = feet_of(names)
-    stands = stances.find_stances(capture[:, feet], rate, height)
+    stands = stances.find_stances(capture[:, feet], rate, height, (0.05, 0.09))
     assert stands.any()
     return largest_travel(result[:, feet], stands)
 

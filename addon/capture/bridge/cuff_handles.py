@@ -16,7 +16,7 @@ AROUND = 1.15
 def update_handles(obj, matched):
     """Handles for the cuffs of a bridge.marker_matching.Matched, and for no other. What the artist set on the handle
     that a cuff has already is kept."""
-    wanted = {cuff.name: cuff for cuff in matched.cuffs}
+    wanted = [_name(cuff) for cuff in matched.cuffs]
     handles = obj.meanvalue.handles
     for index in reversed(range(len(handles))):
         if handles[index].cuff and handles[index].made_control and handles[index].cuff not in wanted:
@@ -25,12 +25,16 @@ def update_handles(obj, matched):
         _update_handle(obj, cuff, matched)
 
 
+def _name(cuff):
+    return f"{cuff.segment} cuff"
+
+
 def _update_handle(obj, cuff, matched):
-    handles = obj.meanvalue.handles
-    handle = next((handle for handle in handles if handle.cuff == cuff.name and handle.made_control), None)
-    handle = handle or marker_handles.make_soft_handle(obj, cuff.name, COLOR)
-    handle.cuff = cuff.name
-    control = marker_handles.control_of(obj, handle, cuff.name, 'SPHERE', AROUND * cuff.radius)
+    name = _name(cuff)
+    handle = next((handle for handle in obj.meanvalue.handles if handle.cuff == name and handle.made_control), None)
+    handle = handle or marker_handles.make_soft_handle(obj, name, COLOR)
+    handle.cuff = name
+    control = marker_handles.control_of(obj, handle, name, 'SPHERE', AROUND * cuff.radius)
     frame = control_places.unscaled(obj)  # in it a turn of the control is a turn in the world
     at_rest = control_places.to_4x4(frame)
     at_rest[:3, 3] = cuff.centre

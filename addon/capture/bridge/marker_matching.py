@@ -5,7 +5,7 @@ All of it is in the space of the world, where lengths mean something and there i
 object is in its own. Nothing here touches Blender.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ...errors import SceneError
 from ...scene.core import fixed_points, motion
 from ...scene.core.surface import Surface
 from ...solver.core.steps import result_of
-from ..core import alignment, filtering, gaps, landmarks, marker_sets, matching, retargeting, skin
+from ..core import alignment, gaps, landmarks, matching, retargeting, skin
 from ..core.limb_posing import posed_and_actor
 from . import marker_cuffs, match_notes, mended_takes
 
@@ -23,6 +23,8 @@ LEAST_PAIRS = 3
 
 #: A handle that is let go at once would have its skin jump.
 RAMP_SECONDS = 0.08
+
+FILLED = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbors", gaps.MISSING: "left free"}
 
 #: Of an automatic alignment (core.capture.alignment.Alignment): from where on the artist is told to look at it.
 DOUBTFUL, POOR = 1.1, 0.03
@@ -46,7 +48,7 @@ class Matched:
     recognition  how the names of the markers were known, in words
     filled     {how, in words: share of the samples}
     ramp       samples over which a handle fades before and after a gap
-    cuffs      [marker_cuffs.CuffMotion]; told_of_cuffs  sentences
+    cuffs      of marker_cuffs.find(); told_of_cuffs  sentences
     """
 
     names: list
@@ -62,126 +64,118 @@ class Matched:
     world_size: float
     recognition: str
     ramp: int
-    filled: dict = field(default_factory=dict)
-    cuffs: list = field(default_factory=list)
-    told_of_cuffs: list = field(default_factory=list)
-    notes: list = field(default_factory=list)
+    filled: dict
+    cuffs: list
+    told_of_cuffs: list
+    notes: list
 
 
 @dataclass(frozen=True, eq=False)
 class Markers:
     """A mended take: m labels and their landmarks (or None), path (f, m, 3), how (f, m) as gaps.fill_gaps() tells,
-    reference (m, 3), and actor (m, 3): the same with the lengths of the one who was captured, or None: these it has."""
+    reference (m, 3), and actor (m, 3): the same with the lengths of the one who was captured."""
 
     labels: list
     landmarks: tuple
     path: np.ndarray
     how: np.ndarray
     reference: np.ndarray
-    actor: np.ndarray | None = None
+    actor: np.ndarray
 
 
-def find(given, only=None):
+def find(given):
     """The Matched of a bridge.match_input.MatchInput. @throws MeanValueError."""
-    return result_of(steps(given, only))
+    return result_of(steps(given))
 
 
-def steps(given, only=None):
-    """Generator of (stage, share that is done) that returns the Matched. @throws MeanValueError.
-
-    only  the one marker whose targets are wanted, or None: all; those of others are NaN then.
-    """
-    recording, standing = given.recording, given.standing
-    path, how = yield from mended_takes.steps(recording, _longest(given, recording), given.cutoff_hz)
-    sample = standing.sample_at(given.reference_frame)
-    frame = float(standing.frames[sample])
-    markers, notes = _chosen(given, frame, path, how, _reference(given, path, sample))
+def steps(given):
+    """Generator of (stage, share that is done) that returns the Matched. @throws MeanValueError."""
+    options, surface = given.options, given.surface
+    yield "filling gaps", 0.0
+    path, how = _mended(given, given.recording)
+    sample = given.standing.sample_at(options.reference_frame)
+    frame = float(given.standing.frames[sample])
+    markers, notes = _chosen(given, frame, path, how, _reference(given, sample))
     notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
     yield "aligning", 0.3
     to_mesh, words = _alignment(given, markers)
-    aligned = replace(
-        markers, path=motion.apply(to_mesh, markers.path), reference=motion.apply(to_mesh, markers.reference)
-    )
-    if given.pose_limbs:
+    laid = motion.apply(to_mesh, markers.reference)
+    markers = replace(markers, path=motion.apply(to_mesh, markers.path), reference=laid, actor=laid)
+    if options.pose_limbs and options.align != 'NONE':
         yield "posing limbs", 0.4
-        surface = given.surface
-        posed, actor = posed_and_actor(aligned.reference, aligned.landmarks, surface.vertices, surface.triangles)
-        aligned = replace(aligned, reference=posed, actor=actor)
-    laid = aligned.reference
+        laid, actor = posed_and_actor(laid, markers.landmarks, surface.vertices, surface.triangles)
+        markers = replace(markers, reference=laid, actor=actor)
     yield "matching", 0.5
-    match = _match(given, aligned)
-    if given.mode == 'RETARGET':
+    fixed = {row: given.fixed[label] for row, label in enumerate(markers.labels) if label in given.fixed}
+    match = matching.match_to_surface(laid, surface.vertices, surface.triangles, fixed)
+    if options.mode == 'RETARGET':
         yield "retargeting", 0.6
-        aligned, match = _retargeted(given, aligned, match)
+        markers, match = _retargeted(given, markers, match)
     yield "following the skin", 0.7
-    targets = _targets(aligned, match, only)
+    targets = skin.skin_targets(markers.path, markers.reference, match, markers.landmarks)
     yield "laying cuffs", 0.8
-    laid_cuffs, told = marker_cuffs.find(given, aligned, match) if only is None else ([], [])
+    cuffs, told_of_cuffs = marker_cuffs.find(given, markers, match)
     yield "making handles", 0.9
-    markers = replace(markers, reference=laid)
-    matched = _matched(given, markers, to_mesh, match, targets, frame, [*given.notes, *notes, *words])
-    return replace(matched, cuffs=laid_cuffs, told_of_cuffs=told)
+    to_object = np.linalg.inv(surface.to_world)
+    rest = surface.own[match.vertex].astype(np.float64)
+    return Matched(
+        names=markers.labels,
+        vertices=match.vertex,
+        rest=rest,
+        offsets=motion.apply(to_object, laid) - rest,
+        distance=match.distance,
+        targets=motion.apply(to_object, targets),
+        frames=given.recording.frames,
+        frame=frame,
+        alignment=to_object @ to_mesh,
+        size=fixed_points.bounding_box_diagonal(surface.own),
+        recognition=given.recognition,
+        world_size=fixed_points.bounding_box_diagonal(surface.vertices),
+        ramp=round(RAMP_SECONDS * given.recording.rate_hz),
+        filled={words: float(np.mean(markers.how == kind)) for kind, words in FILLED.items()},
+        cuffs=cuffs,
+        told_of_cuffs=told_of_cuffs,
+        notes=[*given.notes, *notes, *words],
+    )
 
 
-def _targets(aligned, match, only):
-    if only is None:
-        return skin.skin_targets(aligned.path, aligned.reference, match, aligned.landmarks)
-    rows = [row for row, label in enumerate(aligned.labels) if label == only]
-    targets = np.full_like(aligned.path, np.nan)
-    targets[:, rows] = skin.skin_targets(aligned.path, aligned.reference, match, aligned.landmarks, rows)
-    return targets
+def _mended(given, recording):
+    longest = given.options.spline_seconds, given.options.rigid_seconds
+    return mended_takes.mended(recording, longest, given.options.cutoff_hz)
 
 
-def _longest(given, recording):
-    """The longest gaps to be filled by splines and by neighbours, in samples."""
-    return tuple(int(seconds * recording.rate_hz + 1e-6) for seconds in (given.spline_seconds, given.rigid_seconds))
-
-
-def _reference(given, path, sample):
+def _reference(given, sample):
     """(m, 3): where the markers of the take are at the reference; NaN for what is not seen there."""
-    standing = given.standing
-    if standing is given.recording:
-        return path[sample]
-    mended, _ = gaps.fill_gaps(standing.positions, *_longest(given, standing))
-    if given.cutoff_hz is not None:
-        mended = filtering.low_pass(mended, standing.rate_hz, given.cutoff_hz)
-    places = dict(zip(standing.labels, mended[sample], strict=True))
+    path, _ = _mended(given, given.standing)
+    places = dict(zip(given.standing.labels, path[sample], strict=True))
     return np.array([places.get(label, np.full(3, np.nan)) for label in given.recording.labels])
 
 
 def _chosen(given, frame, path, how, reference):
     """(the Markers that are used and seen in the reference, notes). @throws SceneError if there is none."""
-    used = [number for number, label in enumerate(given.recording.labels) if label in given.used]
+    labels = given.recording.labels
+    used = [number for number, label in enumerate(labels) if label in given.used]
     seen = [number for number in used if not np.isnan(reference[number]).any()]
+    unseen = [labels[number] for number in used if number not in seen]
     where = f"frame {frame:g} of '{given.reference_name}'"
     if not used:
         raise SceneError("No marker is ticked in the list. Tick those that should move the mesh")
     if not seen:
         raise SceneError(f"No marker is seen in {where}. Choose another Reference Frame")
-    placeless = []
-    if landmarks.has_joints(given.landmarks.values()):
-        placeless = [label for label in map(given.recording.labels.__getitem__, seen) if not _has_place(given, label)]
-        seen = [number for number in seen if given.recording.labels[number] not in placeless]
-    labels = [given.recording.labels[number] for number in seen]
-    unseen = [label for label in (given.recording.labels[k] for k in used) if label not in {*labels, *placeless}]
     notes = []
-    if placeless:
-        notes.append(
-            f"{wording.counted(len(placeless), 'joint')} of the skeleton, {wording.quoted(placeless)}, "
-            f"{'has' if len(placeless) == 1 else 'have'} no known place on the body and got no handle: they would pull "
-            "at skin that is not theirs. Choose a Landmark, or pick the point, of those that should have one"
-        )
+    if landmarks.has_joints(given.landmarks.values()):
+        placed = [number for number in seen if given.landmarks[labels[number]] or labels[number] in given.fixed]
+        placeless = [labels[number] for number in seen if number not in placed]
+        notes += match_notes.of_placeless(placeless)
+        seen = placed
     if unseen:
         notes.append(
-            f"{wording.quoted(unseen)} {'is' if len(unseen) == 1 else 'are'} not seen in {where} and got no handle. "
-            "Choose a frame that has them, or fill longer gaps"
+            f"Not seen in {where}, and without a handle: {wording.quoted(unseen)}. Choose a frame that has them, or "
+            "fill longer gaps"
         )
-    known = tuple(given.landmarks[label] for label in labels)
-    return Markers(labels, known, path[:, seen], how[:, seen], reference[seen]), notes
-
-
-def _has_place(given, label):
-    return given.landmarks[label] or label in given.fixed
+    names = [labels[number] for number in seen]
+    known = tuple(given.landmarks[name] for name in names)
+    return Markers(names, known, path[:, seen], how[:, seen], reference[seen], reference[seen]), notes
 
 
 def _alignment(given, markers):
@@ -189,14 +183,10 @@ def _alignment(given, markers):
     surface = given.surface
     if given.to_object is not None:
         return surface.to_world @ given.to_object, []
-    if given.align == 'NONE':
+    if given.options.align == 'NONE':
         return np.eye(4), []
-    if given.align == 'AUTO':
-        known = {label: place for label, place in zip(markers.labels, markers.landmarks, strict=True) if place}
-        sets = [marker_sets.MarkerSet("as chosen", known)] if known else []
-        found = alignment.align_to_mesh(
-            markers.reference, markers.labels, surface.vertices, surface.triangles, more_sets=sets
-        )
+    if given.options.align == 'AUTO':
+        found = alignment.align_to_mesh(markers.reference, markers.landmarks, surface.vertices, surface.triangles)
         is_doubtful = found.certainty < DOUBTFUL or found.quality > POOR
         words = f"{found.words} If it is wrong, pick three points and align by these"
         return found.matrix, [*match_notes.of_limbs(markers), *([words] if is_doubtful else [])]
@@ -211,29 +201,6 @@ def _alignment(given, markers):
     return alignment.similarity(markers.reference[rows], targets), []
 
 
-def _match(given, markers):
-    """The matching.Match of the aligned markers; what is fixed has its vertex, and no other has that."""
-    surface, labels, reference = given.surface, markers.labels, markers.reference
-    match = matching.match_to_surface(reference, surface.vertices, surface.triangles)
-    vertex, distance = match.vertex.copy(), match.distance.copy()
-    is_fixed = np.array([label in given.fixed for label in labels])
-    if is_fixed.any():
-        vertex[is_fixed] = [given.fixed[label] for label in labels if label in given.fixed]
-        distance[is_fixed] = np.linalg.norm(reference - surface.vertices[vertex], axis=1)[is_fixed]
-        left = np.setdiff1d(np.unique(surface.triangles), list(given.fixed.values()))
-        if len(left) < np.count_nonzero(~is_fixed):
-            raise SceneError("The mesh has less vertices than there are markers, and each needs its own. Subdivide it")
-        if not is_fixed.all():
-            vertex[~is_fixed] = left[matching.one_to_one(match.point[~is_fixed], surface.vertices[left])]
-    return _with_markers_at(replace(match, vertex=vertex, distance=distance), surface, reference)
-
-
-def _with_markers_at(match, surface, places):
-    """The Match with offsets as if the markers were at `places` (m, 3)."""
-    offset = np.einsum("mji,mj->mi", match.frame, places - surface.vertices[match.vertex])
-    return replace(match, offset=offset)
-
-
 def _retargeted(given, markers, match):
     """(Markers, Match) with the lengths of the character.
 
@@ -244,36 +211,8 @@ def _retargeted(given, markers, match):
     picked = np.array([label in given.picked for label in markers.labels])
     usual = float(np.median(match.distance[~picked])) if (~picked).any() else 0.0
     normals = Surface(surface.vertices, surface.triangles).normals()[match.vertex]
-    character = np.where(picked[:, None], surface.vertices[match.vertex] + usual * normals, markers.reference)
+    points = surface.vertices[match.vertex]
+    character = np.where(picked[:, None], points + usual * normals, markers.reference)
     rate = given.recording.rate_hz
-    actor = markers.reference if markers.actor is None else markers.actor
-    path = retargeting.retarget(markers.path, actor, character, rate, markers.landmarks)
-    return replace(markers, path=path, reference=character), _with_markers_at(match, surface, character)
-
-
-def _matched(given, markers, to_mesh, match, targets, frame, notes):
-    """markers: with the reference as it was laid on the mesh, in the world."""
-    to_object = np.linalg.inv(given.surface.to_world)
-    rest = given.surface.own[match.vertex].astype(np.float64)
-    return Matched(
-        names=markers.labels,
-        vertices=match.vertex,
-        rest=rest,
-        offsets=motion.apply(to_object, markers.reference) - rest,
-        distance=match.distance,
-        targets=motion.apply(to_object, targets),
-        frames=given.recording.frames,
-        frame=frame,
-        alignment=to_object @ to_mesh,
-        size=fixed_points.bounding_box_diagonal(given.surface.own),
-        recognition=given.recognition,
-        world_size=fixed_points.bounding_box_diagonal(given.surface.vertices),
-        ramp=round(RAMP_SECONDS * given.recording.rate_hz),
-        filled=_filled(markers.how),
-        notes=notes,
-    )
-
-
-def _filled(how):
-    words = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbors", gaps.MISSING: "left free"}
-    return {text: float(np.mean(how == kind)) for kind, text in words.items()}
+    path = retargeting.retarget(markers.path, markers.actor, character, rate, markers.landmarks)
+    return replace(markers, path=path, reference=character), replace(match, offset=character - points)

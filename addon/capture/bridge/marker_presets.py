@@ -18,12 +18,13 @@ def folder(create=False):
 
 
 def own_sets():
-    """(marker sets, notes on files that are none)."""
-    sets, notes = [], []
+    """({name: marker set}, notes on files that are none)."""
+    sets, notes = {}, []
     where = folder()
-    for path in sorted(where.glob("*.json")) if where is not None and where.is_dir() else ():
+    for path in sorted(where.glob("*.json")) if where else ():
         try:
-            sets.append(marker_sets.load(path))
+            name, marker_set = marker_sets.load(path)
+            sets[name] = marker_set
         except MeanValueError as error:
             notes.append(f"Marker set left out: {error}")
     return sets, notes
@@ -57,7 +58,7 @@ def save(name, capture):
     if not name.strip():
         raise SceneError("The marker set has no name. Fill it in")
     path = folder(create=True) / f"{file_name(bpy.path.clean_name(name))}.json"
-    marker_sets.save(path, marker_sets.MarkerSet(name, known))
+    marker_sets.save(path, name, known)
     return path, len(known)
 
 

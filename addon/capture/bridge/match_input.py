@@ -2,6 +2,7 @@
 """All that matching markers with a mesh needs to know of Blender, read at once, as arrays and plain values."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -9,6 +10,9 @@ from ... import wording
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys
 from . import marker_pairs, marker_presets, takes
+
+#: Of MEANVALUE_PG_capture.
+OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "mode", "spline_seconds", "rigid_seconds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,21 +29,19 @@ class RestShape:
 class MatchInput:
     """A mesh, its take, and what the artist wants.
 
-    recording  the take; standing  the takes.Recording that has the reference, which may be the same
-    reference_frame  of the scene; reference_name  of the take that has it
+    recording  the take; standing  the takes.Recording that has the reference, which may be the same; reference_name
+    of the take that has it
     used       markers that are ticked; landmarks  {marker: landmark or None}
     recognition  how the names of the markers were known, in words
     fixed      {marker: vertex} to be kept; picked  those of them that were picked by hand
     to_object  4 x 4 from the markers' world to the object's space, to be kept, or None: as `align` says
-    align, pose_limbs, use_cuffs, mode, spline_seconds, rigid_seconds, cutoff_hz  as in MEANVALUE_PG_capture; cutoff_hz
-               is None without a filter
+    options    OPTIONS, and cutoff_hz, which is None without a filter
     notes      sentences
     """
 
     surface: RestShape
     recording: takes.Recording
     standing: takes.Recording
-    reference_frame: float
     reference_name: str
     used: frozenset
     landmarks: dict
@@ -47,13 +49,7 @@ class MatchInput:
     fixed: dict
     picked: dict
     to_object: np.ndarray | None
-    align: str
-    pose_limbs: bool
-    use_cuffs: bool
-    mode: str
-    spline_seconds: float
-    rigid_seconds: float
-    cutoff_hz: float | None
+    options: SimpleNamespace
     notes: list
 
 
@@ -71,52 +67,50 @@ def problem(obj):
 
 def read(obj):
     """The MatchInput of a mesh object. @throws SceneError."""
-    picked = {pair.name: pair.vertex for pair in obj.meanvalue.capture.pairs if pair.is_picked and pair.vertex >= 0}
+    picked = _picked(obj)
     return _read(obj, picked, picked, None)
 
 
 def read_again(obj, name, vertex):
     """As read(), with all as it was last matched but for the marker `name`, whose `vertex` is picked now."""
-    capture = obj.meanvalue.capture
-    picked = {pair.name: pair.vertex for pair in capture.pairs if pair.is_picked and pair.vertex >= 0}
+    picked = {**_picked(obj), name: vertex}
     matched = {pair.name: pair.vertex for pair in marker_pairs.matched(obj) if pair.vertex >= 0}
-    alignment = np.array(capture.alignment, np.float64).reshape(4, 4)
-    return _read(obj, {**matched, **picked, name: vertex}, {**picked, name: vertex}, alignment)
+    alignment = np.array(obj.meanvalue.capture.alignment, np.float64).reshape(4, 4)
+    return _read(obj, {**matched, **picked}, picked, alignment)
+
+
+def _picked(obj):
+    return {pair.name: pair.vertex for pair in obj.meanvalue.capture.pairs if pair.is_picked and pair.vertex >= 0}
 
 
 def _read(obj, fixed, picked, to_object):
     capture = obj.meanvalue.capture
-    surface = _surface(obj)
-    _require_vertices(obj, fixed)
+    gone = [name for name, vertex in fixed.items() if vertex >= len(obj.data.vertices)]
+    if gone:
+        raise SceneError(
+            f"The mesh has become another: picked points are no longer there ({wording.quoted(gone)}). Pick again"
+        )
     recording = takes.read(capture.take)
     other = capture.reference_take
     standing = recording if other is None or other == capture.take else takes.read(other)
     landmarks, recognition, notes = marker_presets.recognised(capture, recording.labels)
+    left_out = {pair.name for pair in capture.pairs if not pair.is_used}
+    options = SimpleNamespace(**{name: getattr(capture, name) for name in OPTIONS})
+    options.cutoff_hz = capture.cutoff_hz if capture.use_low_pass else None
     return MatchInput(
-        surface=surface,
+        surface=_surface(obj),
         recording=recording,
         standing=standing,
-        reference_frame=capture.reference_frame,
         reference_name=(other or capture.take).name,
-        used=frozenset(label for label in recording.labels if _is_used(capture, label)),
+        used=frozenset(recording.labels) - left_out,
         landmarks=dict(zip(recording.labels, landmarks, strict=True)),
         recognition=recognition,
         fixed=fixed,
         picked=picked,
         to_object=to_object,
-        align=capture.align,
-        pose_limbs=capture.pose_limbs and capture.align != 'NONE',
-        use_cuffs=capture.use_cuffs,
-        mode=capture.mode,
-        spline_seconds=capture.spline_seconds,
-        rigid_seconds=capture.rigid_seconds,
-        cutoff_hz=capture.cutoff_hz if capture.use_low_pass else None,
+        options=options,
         notes=notes,
     )
-
-
-def _is_used(capture, label):
-    return label not in capture.pairs or capture.pairs[label].is_used
 
 
 def _surface(obj):
@@ -127,12 +121,3 @@ def _surface(obj):
     own = shape_keys.rest_positions(obj.data)
     vertices = own.astype(np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
     return RestShape(own, vertices, mesh_arrays.shown_triangles(obj.data), to_world)
-
-
-def _require_vertices(obj, fixed):
-    gone = [name for name, vertex in fixed.items() if vertex >= len(obj.data.vertices)]
-    if gone:
-        raise SceneError(
-            f"The mesh has become another: the picked {'point' if len(gone) == 1 else 'points'} of "
-            f"{wording.quoted(gone)} {'is' if len(gone) == 1 else 'are'} no longer there. Pick again"
-        )

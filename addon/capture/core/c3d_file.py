@@ -1,15 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads C3D files: all three number formats, whole numbers and floats. Why not a library: docs/decisions/0014."""
+"""Reads C3D files: all three number formats, whole numbers and floats. Why not a library: docs/decisions/0014.
+
+Header and parameters say most things twice, and files exist where either is wrong (65,535 frames at most in the header,
+section starts from before a file was edited): what fits the file's size is taken.
+"""
 
 from __future__ import annotations
 
+import itertools
+import math
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from ...errors import MotionFileError
 from . import model_outputs, units
-from .c3d_layout import find_layout, first_frame, frame_rate, open_sections
+from .c3d_parameters import BLOCK, NUMBER_FORMATS, Parameters
 from .recording import Recording
 from .take import Take
 
+MAGIC = 0x50
+LONGEST = 65535
+AGAIN = "The file is damaged or cut off: export or copy it again"
 #: Makers whose files have Y up where they do not say it.
 Y_UP_MAKERS = ("motion analysis", "optitrack", "naturalpoint")
 RATE_WITHOUT = 100.0
@@ -17,27 +29,28 @@ RATE_WITHOUT = 100.0
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
     """The physical markers of a C3D file of that content; `file` is its name. Raises MotionFileError."""
-    header, parameters, numbers = open_sections(data, file)
-    layout, note = find_layout(header, parameters, numbers, len(data), file)
-    labels = _labels(parameters, layout.points)
+    numbers, parameters = _sections(data, file)
+    header = _header(data, numbers)
+    layout, notes = _find_layout(header, parameters, len(data), file)
+    labels = [
+        label for name in model_outputs.numbered(parameters, "LABELS") for label in parameters.strings("POINT", name)
+    ]
+    labels = (labels + [""] * layout.points)[: layout.points]
     kinds = model_outputs.in_c3d(parameters, labels)
-    notes = [note] if note else []
-    chosen = np.flatnonzero([kind is None for kind in kinds])
-    positions, computed = _samples(data, layout, chosen)
-    axes = model_outputs.segment_axes([labels[point] for point in chosen], positions)
-    for point in chosen[axes]:
-        kinds[point] = "segment axes"
-    labels_left, positions, computed = _without(axes, [labels[point] for point in chosen], positions, computed)
-    model_outputs.require_markers(labels_left, kinds, file)
-    _note_computed(labels_left, computed, notes)
-    rate = frame_rate(header, parameters)
-    if rate is None:
-        notes.append(f"The file names no usable rate: {RATE_WITHOUT:g} frames a second are assumed")
+    model_outputs.require_markers(kinds, file)
+    chosen = [point for point, kind in enumerate(kinds) if kind is None]
+    positions, computed = _samples(data, numbers, layout, chosen)
+    kept = [labels[point] for point in chosen]
+    if computed.any() and not computed.all():
+        names = [label or "without name" for label, is_computed in zip(kept, computed, strict=True) if is_computed]
+        shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
+        notes.append(f"{len(names)} points have no residual in any frame ({shown}): they were computed, or filtered")
+    first = _field_number(parameters, "ACTUAL_START_FIELD")
     return Recording(
         file=file,
-        rate_hz=rate or RATE_WITHOUT,
-        first_frame=first_frame(header, parameters),
-        labels=labels_left,
+        rate_hz=_rate(header, parameters, notes),
+        first_frame=header.first if first is None else first,
+        labels=kept,
         positions=positions,
         unit=_unit(parameters, notes),
         up_axis=_screen_up(parameters),
@@ -47,28 +60,142 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     ).take(up_axis, unit)
 
 
-def _labels(parameters, points):
-    """One for each point: LABELS, LABELS2, ... one after the other (each holds 255), empty where there is none."""
-    labels = []
-    for name in model_outputs.numbered(parameters, "LABELS"):
-        labels += parameters.strings("POINT", name)
-    labels = labels[:points]
-    return labels + [""] * (points - len(labels))
+@dataclass(frozen=True)
+class _Header:
+    points: int
+    analog: int
+    first: int
+    last: int
+    data_start: int
+    scale: float
+    rate: float
 
 
-def _samples(data, layout, chosen):
+@dataclass(frozen=True)
+class _Layout:
+    """One way to understand a file. A frame is `points` x 4 words, then `analog` words."""
+
+    points: int
+    analog: int
+    frames: int
+    start: int
+    scale: float
+
+    @property
+    def is_float(self):
+        return self.scale < 0.0
+
+    @property
+    def words(self):
+        return 4 * self.points + self.analog
+
+    def frames_that_fit(self, size):
+        return max(0, size - self.start) // (self.words * (4 if self.is_float else 2))
+
+    def left_over(self, size):
+        return size - self.start - self.frames * self.words * (4 if self.is_float else 2)
+
+
+def _sections(data, file):
+    """(number format, parameters). Raises MotionFileError where this is no C3D file."""
+    if len(data) < 2 * BLOCK or data[1] != MAGIC:
+        raise MotionFileError(
+            f"{file}: this is no C3D file (it has {len(data)} bytes and does not begin as one). Choose the file that "
+            "the capture system exported"
+        )
+    start = (data[0] - 1) * BLOCK
+    if not 0 < start <= len(data) - 4:
+        raise MotionFileError(f"{file}: its parameters should be in block {data[0]}, where there is nothing. {AGAIN}")
+    blocks, processor = data[start + 2], data[start + 3]
+    if processor not in NUMBER_FORMATS:
+        raise MotionFileError(
+            f"{file}: its number format {processor} is none of 84 (PC), 85 (DEC) and 86 (SGI). {AGAIN}"
+        )
+    numbers = NUMBER_FORMATS[processor]
+    return numbers, Parameters(data, start + 4, start + (blocks or 255) * BLOCK, numbers)
+
+
+def _header(data, numbers):
+    words = numbers.numbers(data, "u2", 2, 8).tolist()
+    scale, rate = (float(numbers.numbers(data, "f4", at, 1)[0]) for at in (12, 20))
+    return _Header(*words[:4], words[7], scale, rate)
+
+
+def _find_layout(header, parameters, size, file):
+    """(the layout that fits a file of `size` bytes, notes where the file is shorter or longer than it says).
+
+    Raises MotionFileError where nothing fits. Frames never go beyond the file's end.
+    """
+    candidates = list(_candidates(header, parameters))
+    if not candidates:
+        raise MotionFileError(
+            f"{file}: it has no points ({header.points} of them, frames {header.first} to {header.last}, scale "
+            f"{header.scale:g}). Export the take with its marker trajectories"
+        )
+    fitting = [layout for layout in candidates if layout.left_over(size) >= 0]
+    exact = [layout for layout in fitting if layout.left_over(size) < BLOCK]
+    layout = (exact or fitting or candidates)[0]
+    present = layout.frames_that_fit(size)
+    if present == 0:
+        raise MotionFileError(
+            f"{file}: it should have {layout.frames} frames of {layout.points} points from byte {layout.start} on, and "
+            f"has {size} bytes. {AGAIN}"
+        )
+    if present < layout.frames:
+        note = f"The file is cut off: {present} of its {layout.frames} frames are there"
+        return replace(layout, frames=present), [note]
+    if layout.frames == LONGEST < present:
+        note = f"The file counts frames only up to {LONGEST} and has more: all {present} are read"
+        return replace(layout, frames=present), [note]
+    return layout, []
+
+
+def _candidates(header, parameters):
+    """All ways to understand the file, the likeliest first: parameters count before the header."""
+    channels, rate = (parameters.number("ANALOG", name) or 0 for name in ("USED", "RATE"))
+    points_rate = parameters.number("POINT", "RATE")
+    ratio = rate / points_rate if points_rate else 0.0
+    ends = [_field_number(parameters, f"ACTUAL_{end}_FIELD") for end in ("START", "END")]
+    counts = (
+        None if None in ends else ends[1] - ends[0] + 1,
+        parameters.number("POINT", "LONG_FRAMES"),
+        header.last - header.first + 1,
+        parameters.number("POINT", "FRAMES"),
+    )
+    for points, analog, frames, block, scale in itertools.product(
+        _distinct(parameters.number("POINT", "USED"), header.points),
+        _distinct(header.analog, channels * round(ratio) if 0.0 < ratio < 1e6 else None),
+        _distinct(*counts),
+        _distinct(header.data_start, parameters.number("POINT", "DATA_START")),
+        (parameters.number("POINT", "SCALE", signed=True), header.scale),
+    ):
+        is_scale = scale is not None and math.isfinite(scale) and 1e-12 < abs(scale) < 1e12
+        if points > 0 and frames > 0 and block > 1 and is_scale:
+            yield _Layout(points, analog, frames, (block - 1) * BLOCK, float(scale))
+
+
+def _distinct(*values):
+    return list(dict.fromkeys(int(value) for value in values if value is not None and math.isfinite(value)))
+
+
+def _field_number(parameters, name):
+    """A frame number of TRIAL: two words, the lower first, or one float or whole number; or None."""
+    values = parameters.numbers("TRIAL", name)
+    if not values or not all(math.isfinite(value) for value in values[:2]):
+        return None
+    return int(values[0]) + (65536 * values[1] if len(values) > 1 and isinstance(values[1], int) else 0)
+
+
+def _samples(data, numbers, layout, chosen):
     """(f, m, 3) float64 positions of the `chosen` points, NaN where they are invalid; (m,) bool: none was measured.
 
     The fourth word of a sample is -1 where it is invalid; else its low byte is the residual and its high byte has the
     cameras: both 0 where the point was computed or filtered.
     """
-    words = layout.frame_bytes // layout.word
-    count = layout.frames * words
-    decode = layout.numbers.float32 if layout.is_float else layout.numbers.int16
-    frames = decode(data, layout.start, count).reshape(layout.frames, words)[:, : 4 * layout.points]
-    frames = frames.reshape(layout.frames, layout.points, 4)
-    if len(chosen) < layout.points:
-        frames = frames[:, chosen]
+    kind = "f4" if layout.is_float else "i2"
+    words = numbers.numbers(data, kind, layout.start, layout.frames * layout.words)
+    frames = words.reshape(layout.frames, layout.words)[:, : 4 * layout.points]
+    frames = frames.reshape(layout.frames, layout.points, 4)[:, chosen]
     with np.errstate(all="ignore"):  # damaged floats
         positions = frames[..., :3].astype(np.float64)
         if not layout.is_float:
@@ -80,19 +207,12 @@ def _samples(data, layout, chosen):
     return positions, computed
 
 
-def _without(left_out, labels, positions, computed):
-    if not left_out.any():
-        return labels, positions, computed
-    keep = ~left_out
-    return [label for label, kept in zip(labels, keep, strict=True) if kept], positions[:, keep], computed[keep]
-
-
-def _note_computed(labels, computed, notes):
-    """Where the file has residuals at all, points that never have one were computed, not measured."""
-    if computed.any() and not computed.all():
-        names = [label or "without name" for label, is_computed in zip(labels, computed, strict=True) if is_computed]
-        shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
-        notes.append(f"{len(names)} points have no residual in any frame ({shown}): they were computed, or filtered")
+def _rate(header, parameters, notes):
+    for rate in (parameters.number("POINT", "RATE"), header.rate):
+        if rate is not None and 1e-3 <= rate <= 1e6:
+            return float(rate)
+    notes.append(f"The file names no usable rate: {RATE_WITHOUT:g} frames a second are assumed")
+    return RATE_WITHOUT
 
 
 def _unit(parameters, notes):
@@ -105,16 +225,13 @@ def _unit(parameters, notes):
 
 def _screen_up(parameters):
     """The axis that is drawn upwards on the screen of the capture system, where the file names two axes that differ."""
-    across = parameters.string("POINT", "X_SCREEN").upper().lstrip("+")
-    up = parameters.string("POINT", "Y_SCREEN").upper().lstrip("+")
-    if up not in units.UP_AXES or across not in units.UP_AXES or up[-1] == across[-1]:
-        return None
-    return up
+    across, up = (parameters.string("POINT", name).upper().lstrip("+") for name in ("X_SCREEN", "Y_SCREEN"))
+    is_told = up in units.UP_AXES and across in units.UP_AXES and up[-1] != across[-1]
+    return up if is_told else None
 
 
 def _usual_up(parameters):
     maker = f"{parameters.string('MANUFACTURER', 'COMPANY')} {parameters.string('MANUFACTURER', 'SOFTWARE')}".lower()
-    for name in Y_UP_MAKERS:
-        if name in maker:
-            return "Y", "as files of this maker have it"
+    if any(name in maker for name in Y_UP_MAKERS):
+        return "Y", "as files of this maker have it"
     return "Z", "as most C3D files have it"

@@ -1,40 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a body looks, and where the skin under each of its landmarks does.
+"""Where a body looks, and where the skin under each landmark of its limbs does.
 
-Of trunk and legs that follows from the way that the body looks. Arms are in any pose, so there it follows from the
-hand: how a forearm is rolled is seen by nothing else of its shape.
+Of legs that follows from the way that the body looks. Arms are in any pose, so there it follows from the hand: how a
+forearm is rolled is seen by nothing else of its shape.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
 from . import landmarks as places
 
 #: (outward to its side, forward).
-OF_BODY = {
-    "head.front": (0, 1), "head.back": (0, -1), "neck.back": (0, -1), "clavicle": (0, 1), "sternum": (0, 1),
-    "back": (0, -1), "back.shoulder": (0, -1), "pelvis.front": (0.4, 1), "pelvis.side": (1, 0), "pelvis.back": (0, -1),
-    "knee": (1, 0), "knee.inner": (-1, 0), "ankle": (1, 0), "ankle.inner": (-1, 0), "heel": (0, -1),
-}  # fmt: skip
+LEG = {"knee": (1, 0), "knee.inner": (-1, 0), "ankle": (1, 0), "ankle.inner": (-1, 0), "heel": (0, -1)}
 #: (the way of the back of the hand, the way of the thumb), for arms at rest. A single marker of the wrist is put where
 #: it is seen and stays: on its back. Their lengths tell how sure that is: elbows bend about an axis that is about half
 #: a right angle off that of the hand.
-OF_ARM = {
+ARM = {
     "upper_arm": (0.3, 0), "elbow": (0.2, -0.2), "elbow.inner": (-0.2, 0.2), "forearm": (1, 0), "wrist": (1, 0),
     "wrist.thumb": (0, 1), "wrist.little": (0, -1), "hand": (1, 0), "hand.thumb": (0, 1),
 }  # fmt: skip
 #: What is hand: so near to the tips, over the body's height. It is flat, to be told from a fist, where it is so much
 #: wider than thick (standard deviations); and it has at least so many samples.
 HAND, FLAT, LEAST = 0.085, 1.25, 30
-
-
-@dataclass(frozen=True)
-class Hand:
-    """How a hand lies: unit vectors (3,), across each other, to its back and to its thumb's side."""
-
-    back: np.ndarray
-    thumb: np.ndarray
 
 
 def forward(markers, names):
@@ -54,28 +40,16 @@ def forward(markers, names):
     return np.array([across[1], -across[0]]) if np.linalg.norm(across[:2]) > 0.0 else None
 
 
-def of_body(names, looks):
-    """(m, 3) unit: where the skin under each marker looks; 0 where that is not known. looks  (2,) of `forward()`."""
-    result = np.zeros((len(names), 3))
-    if looks is None:
-        return result
-    ahead = np.append(looks / np.linalg.norm(looks), 0.0)
-    left = np.array([-ahead[1], ahead[0], 0.0])
-    for number, name in enumerate(names):
-        side = {"L": 1.0, "R": -1.0}.get(places.side_of(name), 0.0)
-        outward, onward = OF_BODY.get(_without_side(name), (0.0, 0.0))
-        result[number] = _unit(side * outward * left + onward * ahead)
-    return result
-
-
-def of_arm(names, hand):
-    """(m, 3), at most unit: where the skin under each marker of a stretched arm looks; 0 where that is not known."""
-    ways = [OF_ARM.get(_without_side(name), (0.0, 0.0)) for name in names]
-    return np.array([back * hand.back + thumb * hand.thumb for back, thumb in ways]).reshape(-1, 3)
+def of_limb(names, ways, first, second):
+    """(m, 3), at most unit: where the skin under each marker looks; 0 where that is not known. ways  ARM or LEG, whose
+    two columns are along the unit vectors first, second (3,)."""
+    shares = np.array([ways.get((name or "")[:-2], (0.0, 0.0)) for name in names])
+    return shares @ np.stack([first, second])
 
 
 def hand_of(skin, from_tip, side, height, looks):
-    """The `Hand` at the end of the skin (s, 3) of an arm of side "L" or "R", or None where it is no flat hand.
+    """Unit vectors (3,) to the back and to the thumb's side of the hand at the end of the skin (s, 3) of an arm of side
+    "L" or "R", or None where it is no flat hand.
 
     The thumb is where it is in every usual pose, palms down, inward or forward: ahead or up. from_tip  (s,) along
     the skin from the finger tips; height of the body; looks  (2,) of `forward()`, or None.
@@ -91,11 +65,7 @@ def hand_of(skin, from_tip, side, height, looks):
     thumb = _unit(np.cross(axes[2], along))
     thumb = thumb if thumb @ np.append(_unit(looks), 1.0) > 0.0 else -thumb
     back = _unit(np.cross(thumb, along))
-    return Hand(back if side == "L" else -back, thumb)
-
-
-def _without_side(name):
-    return name[:-2] if places.side_of(name) else name
+    return (back if side == "L" else -back), thumb
 
 
 def _unit(way):

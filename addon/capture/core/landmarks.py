@@ -17,8 +17,8 @@ class Place:
 
     segments: tuple
     height: float | None = None
-    #: "heel" or "toe" of what touches the ground.
-    foot: str | None = None
+    #: Whether it is at the sole.
+    is_foot: bool = False
 
 
 PLACES = {
@@ -52,11 +52,11 @@ PLACES = {
     "shank": Place(("shank.*",), 0.17),
     "ankle": Place(("shank.*", "foot.*"), 0.039),
     "ankle.inner": Place(("shank.*", "foot.*"), 0.039),
-    "heel": Place(("foot.*",), 0.02, "heel"),
-    "toe": Place(("foot.*",), 0.02, "toe"),
-    "toe.big": Place(("foot.*",), 0.02, "toe"),
-    "toe.little": Place(("foot.*",), 0.015, "toe"),
-    "toe.tip": Place(("foot.*",), 0.015, "toe"),
+    "heel": Place(("foot.*",), 0.02, True),
+    "toe": Place(("foot.*",), 0.02, True),
+    "toe.big": Place(("foot.*",), 0.02, True),
+    "toe.little": Place(("foot.*",), 0.015, True),
+    "toe.tip": Place(("foot.*",), 0.015, True),
     # What skeletons have in place of markers: centres of joints, inside of the body ("hip" above is one, too).
     "pelvis.joint": Place(("pelvis", "waist"), 0.55),
     "spine": Place(("torso", "waist")),
@@ -69,8 +69,11 @@ PLACES = {
     "hand.joint": Place(("hand.*", "forearm.*")),
     "knee.joint": Place(("thigh.*", "shank.*"), 0.285),
     "ankle.joint": Place(("shank.*", "foot.*"), 0.05),
-    "toe.joint": Place(("foot.*",), 0.02, "toe"),
+    "toe.joint": Place(("foot.*",), 0.02, True),
 }
+
+#: First words of the places on an arm.
+ARM = ("upper_arm", "elbow", "forearm", "wrist", "hand")
 
 #: Limbs and, of each, places of which one must be known on either side: without them a limb is not brought into the
 #: pose of the mesh (limb_posing.py).
@@ -109,14 +112,6 @@ def segments(landmarks):
     return {segment: numbers for segment, numbers in members.items() if len(numbers) > 1}
 
 
-def neighbours(landmarks):
-    """Sorted list of pairs (i, j), i < j, of landmarks that share a segment: the graph of markers."""
-    pairs = set()
-    for numbers in segments(landmarks).values():
-        pairs |= {(a, b) for k, a in enumerate(numbers) for b in numbers[k + 1 :]}
-    return sorted(pairs)
-
-
 def has_joints(landmarks):
     """True if landmarks (names or None) are joints of a skeleton, inside of the body, and no markers on its skin."""
     return any(landmark and ".joint" in landmark for landmark in landmarks)
@@ -133,10 +128,10 @@ def unknown_limbs(landmarks):
 
 
 def feet(landmarks):
-    """{"L": {"heel": [...], "toe": [...]}, "R": ...}: indices of the landmarks that touch the ground; {} without."""
+    """{"L": [...], "R": [...]}: indices of the landmarks that touch the ground; {} without."""
     result = {}
     for number, landmark in enumerate(landmarks):
         place, side = place_of(landmark), side_of(landmark)
-        if place and place.foot and side:
-            result.setdefault(side, {"heel": [], "toe": []})[place.foot].append(number)
+        if place and place.is_foot and side:
+            result.setdefault(side, []).append(number)
     return result

@@ -7,7 +7,7 @@ from ...scene.core.rigid import fit_rotations, turns_between
 
 #: Directions that a limb is tried in and cosine of how far they may be from the skin at its end; rolls about that;
 #: rounds of refinement.
-DIRECTIONS, NEAR_TIP, ROLLS, ROUNDS = 1500, np.cos(np.radians(30.0)), 36, 12
+DIRECTIONS, NEAR_TIP, ROLLS, ROUNDS = 3000, np.cos(np.radians(30.0)), 36, 12
 #: Rolls of an upper arm by itself, and how often both parts are turned from each; where the limb as a whole is nearer
 #: to its skin than so much of the height (rms), that is left out.
 ROLLS_ALONE, TURNS_ALONE, LIES_WELL = 12, 3, 0.0135
@@ -25,13 +25,13 @@ class Limb:
 
     joint (3,) that it turns about; upper, fore: numbers of the markers before and beyond the joint in its middle, which
     is where the markers `middle` are; samples, normals (s, 3) of its skin; faces (m, 3) where the skin at each marker
-    looks, of length 1 or less where that is not sure, 0 where it is not known; height of the body.
+    looks, of length 1 or less where that is not sure, 0 where it is not known, or None; height of the body.
     """
 
     def __init__(self, markers, joint, upper, fore, middle, samples, normals, faces, height):
         self._markers, self._joint, self._samples, self._normals = markers.copy(), joint, samples, normals
         self._upper, self._fore, self._middle = upper, fore, middle
-        self._faces, self._reach = faces, FACING * height
+        self._faces, self._reach = np.zeros_like(markers) if faces is None else faces, FACING * height
         self.numbers = upper + fore
 
     def residual(self, markers, numbers=None):

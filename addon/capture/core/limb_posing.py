@@ -64,7 +64,8 @@ def posed_and_actor(markers, landmarks, vertices, triangles):
         if len(hips):
             out = _level(hips[number] - hips[1 - number])
             is_leg = ((body.points - hips.mean(axis=0)) @ out > 0.0) & (body.above < LEGS)
-            _pose_leg(result, landmarks, side, hips[number], body, is_leg, looks)
+            faces = None if body.is_for_joints else facing.of_limb(landmarks, facing.LEG, out, _ahead(hips))
+            _pose_leg(result, landmarks, side, hips[number], body, is_leg, faces)
     return result, proportions.of_actor(result, landmarks)
 
 
@@ -78,10 +79,6 @@ class _Body:
         self.points = medial_points(self.skin, self.normals) if is_for_joints else self.skin
         self.is_for_joints, self.height = is_for_joints, float(np.ptp(self.points[:, 2]))
         self.above = (self.points[:, 2] - self.points[:, 2].min()) / max(self.height, 1e-300)
-
-    def faces(self, ways):
-        """Joints are inside, where nothing looks anywhere."""
-        return 0.0 * ways if self.is_for_joints else ways
 
 
 def _hips(markers, landmarks):
@@ -98,8 +95,9 @@ def _pose_arm(markers, landmarks, side, shoulder, across, body, looks):
     if not is_arm.any():
         return
     skin = body.points[is_arm]
-    hand = facing.hand_of(skin, from_tip, side, body.height, looks)
-    faces = np.zeros_like(markers) if hand is None else body.faces(facing.of_arm(landmarks, hand))
+    # Joints are inside, where nothing looks anywhere.
+    hand = None if body.is_for_joints else facing.hand_of(skin, from_tip, side, body.height, looks)
+    faces = None if hand is None else facing.of_limb(landmarks, facing.ARM, *hand)
     limb = _limb(markers, landmarks, side, ARM, shoulder, body, is_arm, faces)
     if limb:
         _keep_better(markers, limb, limb.posed(_end(skin, -from_tip), is_stretched=True))
@@ -124,10 +122,10 @@ def _arm(body, shoulder, across):
     return is_arm, from_tip[near]
 
 
-def _pose_leg(markers, landmarks, side, hip, body, is_leg, looks):
+def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):
     """Turns the markers of one leg, then of its foot, where they lie better then."""
     skin = body.points[is_leg]
-    limb = _limb(markers, landmarks, side, LEG, hip, body, is_leg, body.faces(facing.of_body(landmarks, looks)))
+    limb = _limb(markers, landmarks, side, LEG, hip, body, is_leg, faces)
     if limb:
         foot, ankle = (_numbers(markers, landmarks, side, names) for names in FOOT)
         captured = markers.copy()
@@ -164,6 +162,11 @@ def _numbers(markers, landmarks, side, names):
 def _middle(markers, landmarks, side, name):
     numbers = _numbers(markers, landmarks, side, (name,))
     return markers[numbers].mean(axis=0) if numbers else None
+
+
+def _ahead(hips):
+    """(3,) unit: where the body looks."""
+    return np.cross(_level(hips[1] - hips[0]), [0.0, 0.0, -1.0])
 
 
 def _level(way):

@@ -29,10 +29,6 @@ class MarkerGraph:
     edges: np.ndarray
     cell_of_edge: np.ndarray
 
-    def of_cells(self, cells):
-        """The graph with these cells alone, without edges."""
-        return MarkerGraph(self.members[cells], self.weights[cells], self.edges[:0], self.cell_of_edge[:0])
-
     def rotations(self, reference, markers):
         """(f, c, 3, 3): turn of each cell from the reference (m, 3) to each frame of markers (f, m, 3).
 

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .landmarks import side_of
+from .landmarks import ARM, side_of
 
 #: Height of the crotch of grown-ups over that of the body (Drillis and Contini 1966), and from what difference on a
 #: mesh is another kind of body; twice the standard deviation among people.
 CROTCH, UNUSUAL = 0.465, 0.03
 #: Where to look for it, over the body's height: between, so near to the middle, on skin that looks down so steeply.
 BETWEEN, NEAR, DOWN, LEAST = (0.2, 0.7), 0.012, -0.3, 5
-ARM = ("upper_arm", "elbow", "forearm", "wrist", "hand")
 
 
 def crotch_of(points, normals):

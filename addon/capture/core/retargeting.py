@@ -53,7 +53,7 @@ def retarget(markers, reference, character, rate_hz, landmarks=None):
     root = [k for k, landmark in enumerate(landmarks) if "pelvis" in places.segments_of(landmark)]
     root = root or list(range(len(reference)))
     shape -= shape[:, root].mean(axis=1, keepdims=True)
-    result = planted(shape, root, completed, reference, character, landmarks, rate, graph)[:, :count]
+    result = planted(shape, root, completed, reference, character, landmarks, rate)[:, :count]
     result[np.isnan(markers)] = np.nan
     return result
 

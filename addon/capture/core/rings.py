@@ -21,8 +21,6 @@ class Ring:
     @property
     def bare(self):
         """Radians of the widest stretch that nothing is held on."""
-        if not len(self.held):
-            return 2.0 * np.pi
         held = np.sort(self.held)
         return float(np.diff(np.append(held, held[0] + 2.0 * np.pi)).max())
 

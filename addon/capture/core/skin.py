@@ -8,7 +8,7 @@ from .hip_centres import with_hips
 from .marker_graph import around_markers
 
 
-def skin_targets(markers, reference, match, landmarks=None, only=None):
+def skin_targets(markers, reference, match, landmarks=None):
     """(f, m, 3): where the anchor vertices go. Each marker minus its offset from the skin, turned with the surface.
 
     How the surface at a marker turns from the reference to a frame is fitted to the marker and those around it (of the
@@ -18,8 +18,7 @@ def skin_targets(markers, reference, match, landmarks=None, only=None):
 
     markers  (f, m, 3) in the mesh's space and size: aligned, filled, filtered, retargeted; NaN stay NaN. reference
     (m, 3) the markers that were matched, as aligned; those that are NaN there have no target. match
-    `matching.Match` of them. landmarks  m names or None, of `marker_sets.recognise()`, or None. only  numbers of the
-    markers that are asked for, k of them, or None for all; then (f, k, 3) comes back.
+    `matching.Match` of them. landmarks  m names or None, of `marker_sets.recognise()`, or None.
     Raises InvalidMotionError where numbers of markers differ, or less than 3 are in the reference.
     """
     markers = checks.motion(markers, "the markers")
@@ -27,14 +26,6 @@ def skin_targets(markers, reference, match, landmarks=None, only=None):
     reference = checks.points(reference, "the reference", count)
     if len(match.vertex) != count:
         raise checks.InvalidMotionError(f"The match is of {len(match.vertex)} markers, but there are {count}.")
-    asked = np.arange(count) if only is None else np.asarray(only, int)
-    turns = surface_turns(markers, reference, landmarks, asked)
-    at_rest = np.einsum("mij,mj->mi", match.frame, match.offset)[asked]
-    return markers[:, asked] - np.einsum("fmij,mj->fmi", turns, at_rest)
-
-
-def surface_turns(markers, reference, landmarks, asked):
-    """(f, k, 3, 3): how the body turns at the markers `asked` (k,), from the reference (m, 3) to markers (f, m, 3)."""
     known = np.flatnonzero(~np.isnan(reference[:, 0]))
     if len(known) < 3:
         raise checks.InvalidMotionError(
@@ -42,10 +33,9 @@ def surface_turns(markers, reference, landmarks, asked):
             "Choose another reference frame."
         )
     names = [landmarks[number] if landmarks is not None else None for number in known]
-    result = np.broadcast_to(np.eye(3), (len(markers), len(asked), 3, 3)).copy()
     # Thighs often have two markers: the hips, which go with the pelvis, tell how they turn.
     rest, _, moving, names = with_hips(reference[known], reference[known], markers[:, known], names)
-    # Of the markers that are known: which are asked for, and where in the answer they belong.
-    cells, places = np.nonzero(known[:, None] == asked[None])
-    result[:, places] = around_markers(rest, names, moving).of_cells(cells).rotations(rest, moving)
+    turns = around_markers(rest, names, moving).rotations(rest, moving)[:, : len(known)]
+    result = np.full_like(markers, np.nan)
+    result[:, known] = markers[:, known] - np.einsum("fmij,mj->fmi", turns, match.offset[known])
     return result

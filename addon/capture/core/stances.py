@@ -8,15 +8,13 @@ from ...scene.core.sample_times import runs
 from .filtering import low_pass
 
 #: Body heights a second, and body heights above the ground: below the first of each a stance begins, above the second
-#: it is over.
-STILL, LOW = (0.05, 0.09), (0.03, 0.05)
-#: Speeds as STILL, of feet that also roll over heel or toes: a foot stands on some of its markers without a break.
-ROLLING = (0.06, 0.14)
+#: it is over. Feet also roll over heel or toes: then they stand on some of their markers.
+SLOW, LOW = (0.06, 0.14), (0.03, 0.05)
 SHORTEST = 0.06  # seconds
 SMOOTHING_HZ = 12.0  # speeds of noise are no speeds
 
 
-def find_stances(positions, rate_hz, height, slow=STILL):
+def find_stances(positions, rate_hz, height, slow=SLOW):
     """(f, k) bool: where each marker of a foot stands still on the ground.
 
     A stance begins where the marker is both low and slow and lasts, forward and backward, while it is not much higher
@@ -24,7 +22,7 @@ def find_stances(positions, rate_hz, height, slow=STILL):
     frame: so floors need not be known, and feet stand on stairs, where each is the lower one for part of its stance.
 
     positions  (f, k, 3) metres, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
-    frames a second; height  of the body, metres; slow  two speeds, STILL or ROLLING.
+    frames a second; height  of the body, metres; slow  two speeds as SLOW.
     """
     positions = checks.motion(positions)
     height = checks.positive(height, "the body's height", "m")

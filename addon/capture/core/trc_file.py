@@ -38,17 +38,14 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     rate = _rate(keys, table[:, 1], notes)
     numbered = table[0, 0]
     positions = table[:, 2:].reshape(len(table), len(labels), 3)
-    kinds = [model_outputs.VIRTUAL if model_outputs.is_virtual_name(label) else None for label in labels]
-    for point in np.flatnonzero(model_outputs.computed_from_others(labels, positions)):
-        kinds[point] = model_outputs.VIRTUAL
-    chosen = np.flatnonzero([kind is None for kind in kinds])
-    kept = [labels[point] for point in chosen]
-    model_outputs.require_markers(kept, kinds, file)
+    kinds = [kind if kind == model_outputs.VIRTUAL else None for kind in map(model_outputs.kind_by_name, labels)]
+    model_outputs.require_markers(kinds, file)
+    chosen = [point for point, kind in enumerate(kinds) if kind is None]
     return Recording(
         file=file,
         rate_hz=rate,
         first_frame=int(numbered) if abs(numbered) < 2**31 else 1,
-        labels=kept,
+        labels=[labels[point] for point in chosen],
         positions=positions[:, chosen],  # a copy: it is written to
         unit=_unit(keys, notes),
         usual_up=("Y", "as OpenSim and most TRC files have it"),

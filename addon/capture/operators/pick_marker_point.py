@@ -101,10 +101,8 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         name = pair.name
         if marker_pairs.handle_index(obj, pair) is not None:
             pair.is_used = True
-            moves_all = obj.meanvalue.capture.mode == 'RETARGET'  # by the lengths of the character
-            given = match_input.read_again(obj, name, self.vertex)
-            matched = marker_matching.find(given, only=None if moves_all else name)
-            if moves_all:
+            matched = marker_matching.find(match_input.read_again(obj, name, self.vertex))
+            if obj.meanvalue.capture.mode == 'RETARGET':  # by the lengths of the character: all move
                 marker_handles.update_handles(obj, matched)
                 cuff_handles.update_handles(obj, matched)
             elif name in matched.names:
