@@ -20,11 +20,6 @@ from .text_lines import Lines, number_in, quoted
 
 AGAIN = "Export it again as BVH, or mend the line in a text editor"
 RATE_WITHOUT = 30.0
-#: Rates that files mean whose frame time was rounded; whole ones are meant before others.
-WHOLE_RATES = (
-    *(24, 25, 30, 48, 50, 60, 72, 75, 90, 96, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 400, 480, 500, 1000),
-)
-OTHER_RATES = (23.976, 29.97, 59.94, 119.88, 179.82, 239.76)
 
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
@@ -98,43 +93,35 @@ def _rate(text, notes):
         notes.append(f"The frame time {quoted(text)} is no time: {RATE_WITHOUT:g} frames a second are assumed")
         return RATE_WITHOUT
     digits = re.fullmatch(r"\d*\.(\d+)", text)
-    rounding = 0.51 * 10.0 ** -len(digits.group(1)) if digits else 0.0
-    for rates in (WHOLE_RATES, OTHER_RATES):
-        nearest = min(rates, key=lambda rate: abs(1.0 / rate - seconds))
-        if abs(1.0 / nearest - seconds) <= min(rounding, 2e-3 * seconds):
-            return float(nearest)
+    rounding = min(0.51 * 10.0 ** -len(digits.group(1)), 2e-3 * seconds) if digits else 0.0
+    whole = round(1.0 / seconds)
+    for meant in (whole, whole / 1.001):  # 29.97 and the like are film's and television's
+        if meant and abs(1.0 / meant - seconds) <= rounding:
+            return float(meant)
     return 1.0 / seconds
 
 
 def _motion(lines, file, channels, told, notes):
     """(f, channels) float64. A last row that is cut off is dropped."""
     values = array("d")
-    count = 0
-    short = None  # (line, columns) of a row that is too short: allowed for the last one only
-    for line in lines:
+    rows = [(lines.number, line) for line in lines if line.strip()]
+    count = len(rows)
+    if rows and len(rows[-1][1].split()) < channels and count <= told:
+        count -= 1
+    for number, line in rows[:count]:
         words = line.split()
-        if not words:
-            continue
-        if short is not None or len(words) > channels:
-            number, columns = short or (lines.number, len(words))
+        if len(words) != channels:
             raise MotionFileError(
-                f"{file}, line {number}: it has {columns} numbers, and the hierarchy has {channels} channels. {AGAIN}"
+                f"{file}, line {number}: it has {len(words)} numbers, and the hierarchy has {channels} channels. "
+                f"{AGAIN}"
             )
-        if len(words) < channels:
-            short = (lines.number, len(words))
-            continue
         try:
             values.extend(map(float, words))
         except ValueError:
             wrong = next(word for word in words if number_in(word) is None)
-            raise MotionFileError(f"{file}, line {lines.number}: {quoted(wrong)} is no number. {AGAIN}") from None
-        count += 1
+            raise MotionFileError(f"{file}, line {number}: {quoted(wrong)} is no number. {AGAIN}") from None
     if count == 0:
         raise MotionFileError(f"{file}: it has no whole frame after 'Frame Time'. {AGAIN}")
-    if short is not None and count >= told:
-        raise MotionFileError(
-            f"{file}, line {short[0]}: it has {short[1]} numbers, and the hierarchy has {channels} channels. {AGAIN}"
-        )
     if count != told:
         what = "is cut off" if count < told else "is longer than it says"
         notes.append(f"The file {what}: {count} frames are there, {told} are told")

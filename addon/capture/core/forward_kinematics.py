@@ -23,48 +23,40 @@ def joint_positions(joints: list[Joint], motion: np.ndarray) -> np.ndarray:
     Rotations are applied in the order of their channels: Z X Y is the matrix Rz Rx Ry.
     """
     positions = np.empty((len(motion), len(joints), 3))
-    to_come = [0] * len(joints)  # children that still need the rotation
-    for joint in joints:
-        if joint.parent >= 0:
-            to_come[joint.parent] += 1
-    rotations = {}
+    rotations = []
     for index, joint in enumerate(joints):
-        local = translation(joint, motion)
+        local, rotation = _translation(joint, motion), _rotation(joint, motion)
         if joint.parent < 0:
             positions[:, index] = local
-            rotation = _rotation(joint, motion)
         else:
             around = rotations[joint.parent]
             positions[:, index] = positions[:, joint.parent] + np.einsum("fij,fj->fi", around, local)
-            rotation = around @ _rotation(joint, motion) if to_come[index] else None
-            to_come[joint.parent] -= 1
-            if to_come[joint.parent] == 0:
-                del rotations[joint.parent]
-        if to_come[index]:
-            rotations[index] = rotation
+            rotation = around @ rotation if not joint.is_end else None
+        rotations.append(rotation)
     return positions
 
 
-def translation(joint: Joint, motion: np.ndarray) -> np.ndarray:
+def _translation(joint, motion):
     """(f, 3) or (1, 3): from the parent, in its axes.
 
     Most programs write position channels that replace OFFSET; some write what is added to it. What keeps the bone
     nearer to the length of OFFSET counts, and of roots (that have no bone) only zeros are added.
     """
-    offset = np.asarray(joint.offset)
-    local = np.repeat(offset[None], len(motion) if any(is_position for is_position, _ in joint.channels) else 1, axis=0)
+    added = np.array(joint.offset)[None]
     columns = [(joint.first_channel + k, axis) for k, (is_position, axis) in enumerate(joint.channels) if is_position]
     if not columns:
-        return local
-    replaced = local.copy()
+        return added
+    added = np.repeat(added, len(motion), axis=0)
+    replaced = added.copy()
     for column, axis in columns:
         replaced[:, axis] = motion[:, column]
-        local[:, axis] += motion[:, column]
+        added[:, axis] += motion[:, column]
     if joint.parent < 0:
-        return local if all(not motion[:, column].any() for column, _ in columns) else replaced
-    length = np.linalg.norm(offset)
-    stretched, kept = (np.median(np.abs(np.linalg.norm(way, axis=1) - length)) for way in (replaced, local))
-    return local if kept < stretched else replaced
+        return replaced if any(motion[:, column].any() for column, _ in columns) else added
+    stretched, kept = (
+        np.median(np.abs(np.linalg.norm(way, axis=1) - np.linalg.norm(joint.offset))) for way in (replaced, added)
+    )
+    return added if kept < stretched else replaced
 
 
 def _rotation(joint, motion):
@@ -72,16 +64,11 @@ def _rotation(joint, motion):
     result = np.eye(3)[None]
     for k, (is_position, axis) in enumerate(joint.channels):
         if not is_position:
-            result = result @ _about(axis, np.radians(motion[:, joint.first_channel + k]))
+            angles = np.radians(motion[:, joint.first_channel + k])
+            first, second = (axis + 1) % 3, (axis + 2) % 3
+            turn = np.repeat(np.eye(3)[None], len(angles), axis=0)
+            turn[:, first, first] = turn[:, second, second] = np.cos(angles)
+            turn[:, second, first] = np.sin(angles)
+            turn[:, first, second] = -turn[:, second, first]
+            result = result @ turn
     return result
-
-
-def _about(axis, angles):
-    cosines, sines = np.cos(angles), np.sin(angles)
-    matrices = np.zeros((len(angles), 3, 3))
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    matrices[:, axis, axis] = 1.0
-    matrices[:, first, first] = matrices[:, second, second] = cosines
-    matrices[:, second, first] = sines
-    matrices[:, first, second] = -sines
-    return matrices

@@ -18,13 +18,13 @@ SLOPE_SAMPLES = 5
 #: Neighbours that carry a marker through a gap.
 MOST_NEIGHBOURS = 6
 #: Metres that the distances of a gap's neighbours may vary by: the best first, and none worse than the last.
-VARIATIONS = (0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1)
+VARIATIONS = (0.01, 0.03, 0.1)
 #: Metres that no difference in variation is made of.
 NOISE = 0.001
 #: Neighbours are weighted by these powers of how little their distances vary, one after the other: each settles the
 #: turn that the next leaves open, where few count and lie on a line. A segment with three markers needs no others;
 #: where it has two those of the next one must count for little, but not for nothing.
-POWERS, PRIOR = (1, 2, 3), 0.05
+POWERS, PRIOR = (1, 3), 0.05
 #: A neighbour's distance may vary by this share of it (standard deviation), or it is no neighbour.
 LARGEST_VARIATION = 0.2
 #: Frames in which two markers must be seen together before anything is said of their distance.
@@ -139,23 +139,14 @@ def _end_slope(path):
 
 def _fill_rigidly(filled, how, gaps, variation):
     """Fills what is left of `gaps`, where neighbours are best first: what was filled helps where they are worse."""
-    left = [gap for gap in gaps if how[gap.begin, gap.marker] == MISSING]
     for bound in VARIATIONS:
         near_enough = np.where(variation < bound, variation, np.inf)
-        for _ in range(3):
-            source, usable = filled.copy(), how != MISSING  # one round does not depend on the order of the gaps
-            open_yet = []
-            for gap in left:
-                values = _carried(source, usable, gap, near_enough[gap.marker])
-                if values is None:
-                    open_yet.append(gap)
-                else:
-                    filled[gap.begin : gap.end, gap.marker] = values
-                    how[gap.begin : gap.end, gap.marker] = RIGID
-            is_done = len(open_yet) == len(left)
-            left = open_yet
-            if is_done:
-                break
+        source, usable = filled.copy(), how != MISSING  # a round does not depend on the order of the gaps
+        for gap in (gap for gap in gaps if not usable[gap.begin, gap.marker]):
+            values = _carried(source, usable, gap, near_enough[gap.marker])
+            if values is not None:
+                filled[gap.begin : gap.end, gap.marker] = values
+                how[gap.begin : gap.end, gap.marker] = RIGID
 
 
 def _carried(positions, usable, gap, variation):

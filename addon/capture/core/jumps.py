@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Markers that the capturing program took for others: paths that no body moves along."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,16 +96,25 @@ def _breaks(positions, marker, size):
         return []
     known, spans = path[good], np.diff(good)
     speeds = np.diff(known, axis=0) / spans[:, None]
-    before, after = _speeds_around(speeds)
+    # Medians of the WINDOW speeds before and after each, of the other side where there is none.
+    padded = np.pad(speeds, ((WINDOW, WINDOW), (0, 0)), constant_values=np.nan)
+    medians = _median(np.stack([padded[k : len(padded) - WINDOW + 1 + k] for k in range(WINDOW)]))
+    before, after = medians[: len(speeds)], medians[WINDOW + 1 :]
+    before, after = np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
     off = np.linalg.norm(spans[:, None] * (speeds - 0.5 * (before + after)), axis=1)
     allowed = FREE * size + 0.5 * spans * np.linalg.norm(after - before, axis=1)
-    usual = _usual_where(np.where(spans == 1, off, np.nan), off > allowed)
-    allowed += USUAL * usual * spans**2
+    single = np.where(spans == 1, off, np.nan)
+    overall = np.quantile(off[spans == 1], 0.9) if (spans == 1).any() else np.inf
+    for step in np.flatnonzero(off > allowed):
+        near = single[max(0, step - NEARBY) : step + NEARBY + 1]
+        near = near[~np.isnan(near)]
+        nearby = np.quantile(near, 0.85, method="lower") if len(near) else 0.0
+        allowed[step] += USUAL * max(overall, nearby) * spans[step] ** 2
     allowed[[0, -1]] *= 3.0  # at the take's ends only one side is known
     broken = (off > allowed) & (spans < SHORT)
     gaps = np.flatnonzero(spans >= SHORT)
     if len(gaps):
-        broken[gaps] = _Neighbours(positions, marker).disagree(good[gaps], good[gaps + 1], FREE * size)
+        broken[gaps] = _has_other_neighbours(positions, marker, good[gaps], good[gaps + 1], FREE * size)
     expected = known[:-1] + spans[:, None] * before
     return [
         _Break(marker, int(good[step]), int(good[step + 1]), known[step + 1], expected[step], before[step])
@@ -112,82 +122,42 @@ def _breaks(positions, marker, size):
     ]
 
 
-def _usual_where(off, asked):
-    """(n,): what few of the (n,) values around each are above, NaN left out, and no less than for all of them; of
-    those that are not asked for (n,) bool, the latter."""
-    if np.isnan(off).all():
-        return np.full(len(off), np.inf)
-    result = np.full(len(off), np.nanquantile(off, 0.9))
-    padded = np.concatenate([np.full(NEARBY, np.nan), off, np.full(NEARBY, np.nan)])
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEARBY + 1)[asked]
-    ordered = np.sort(windows, axis=1)  # NaN last
-    counts = (~np.isnan(ordered)).sum(axis=1)
-    nearby = np.take_along_axis(ordered, (0.85 * np.maximum(counts - 1, 0)).astype(int)[:, None], axis=1)[:, 0]
-    result[asked] = np.fmax(nearby, result[asked])
-    return result
-
-
-def _speeds_around(speeds):
-    """(n, 3) twice: medians of the WINDOW speeds before and after each, of the other side where there is none."""
-    padding = np.full((WINDOW, 3), np.nan)
-    padded = np.concatenate([padding, speeds, padding])
-    medians = _median(np.stack([padded[k : len(padded) - WINDOW + 1 + k] for k in range(WINDOW)]))
-    before, after = medians[: len(speeds)], medians[WINDOW + 1 :]
-    return np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
-
-
 def _median(values):
-    """Of the first axis, which has WINDOW rows, without NaN; NaN where there is nothing else."""
-    middle = np.maximum(np.minimum(values[0], values[1]), np.minimum(np.maximum(values[0], values[1]), values[2]))
-    is_holed = np.isnan(values).any(axis=0)  # seldom: only there is sorting worth its while
-    holed = np.sort(values[:, is_holed], axis=0)
-    count = (~np.isnan(holed)).sum(axis=0)
-    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, WINDOW - 1)
-    pick = [np.take_along_axis(holed, place[None], axis=0)[0] for place in (low, high)]
-    middle[is_holed] = 0.5 * (pick[0] + pick[1])
-    return middle
+    """Of the first axis, without NaN; NaN where there is nothing else."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.nanmedian(values, axis=0)
 
 
-class _Neighbours:
-    """The markers that are most rigid with one, by how little their distances change within LAG samples.
+def _has_other_neighbours(positions, marker, lasts, firsts, free):
+    """(g,) bool of g gaps of a marker: its distances to those that are most rigid with it are others from samples
+    `firsts` (g,) on than until `lasts` (g,).
 
-    Not by how little they vary over the take: after a swap that is never undone they all do.
+    Rigid are those whose distances change little within LAG samples, not over the take: after a swap that is never
+    undone they all do.
     """
 
-    def __init__(self, positions, marker):
-        self._positions, self._marker = positions, marker
-        starts = np.arange(0, max(1, len(positions) - LAG), max(1, len(positions) // 1500))
-        ends = np.minimum(starts + LAG, len(positions) - 1)
-        change = np.abs(self._distances(ends) - self._distances(starts))
-        counts = (~np.isnan(change)).sum(axis=0)
-        ordered = np.sort(change, axis=0)  # NaN last
-        self._usual = np.full(positions.shape[1], np.inf)
-        enough = counts >= LAG
-        rows = np.minimum((0.9 * counts).astype(int), np.maximum(counts - 1, 0))
-        self._usual[enough] = np.take_along_axis(ordered, rows[None], axis=0)[0, enough]
-        self._usual[marker] = np.inf
+    def distances(frames):
+        some = positions[frames]
+        return np.linalg.norm(some - some[:, marker, None], axis=2)
 
-    def disagree(self, last, first, free):
-        """(g,) bool of g gaps: distances to them are others from samples `first` (g,) on than until `last` (g,)."""
-        steps, end = np.arange(WINDOW)[:, None], len(self._positions)
-        change = np.abs(self._usually(first + steps, first + steps < end) - self._usually(last - steps, steps <= last))
-        order = np.argsort(self._usual, kind="stable")[: np.count_nonzero(np.isfinite(self._usual))]
-        change, usual = change[:, order], self._usual[order]
-        seen = ~np.isnan(change)
-        partners = seen & (np.cumsum(seen, axis=1) <= PARTNERS)
-        lags = np.maximum(1.0, (first - last) / LAG)
-        others = partners & (change > 3.0 * lags[:, None] * usual + 2.0 * free)
-        return others.sum(axis=1) >= AGREEING
-
-    def _usually(self, frames, exist):
-        """(g, m): medians of the distances in frames (WINDOW, g), of those that exist (WINDOW, g)."""
-        distances = self._distances(np.where(exist, frames, 0))
-        return _median(np.where(exist[..., None], distances, np.nan))
-
-    def _distances(self, frames):
-        """(..., m) from the marker in frames (...)."""
-        some = self._positions[frames]
-        return np.linalg.norm(some - some[..., self._marker, None, :], axis=-1)
+    starts = np.arange(0, max(1, len(positions) - LAG), max(1, len(positions) // 1500))
+    change = np.abs(distances(np.minimum(starts + LAG, len(positions) - 1)) - distances(starts))
+    counts = (~np.isnan(change)).sum(axis=0)
+    usual = np.sort(change, axis=0)[np.minimum((0.9 * counts).astype(int), len(change) - 1), np.arange(len(counts))]
+    usual[(counts < LAG) | np.isnan(usual)] = np.inf
+    usual[marker] = np.inf
+    order = np.argsort(usual, kind="stable")[: np.count_nonzero(np.isfinite(usual))]
+    result = np.zeros(len(lasts), bool)
+    for gap, (last, first) in enumerate(zip(lasts, firsts, strict=True)):
+        before, after = (
+            _median(distances(slice(max(0, begin), begin + WINDOW))) for begin in (last + 1 - WINDOW, first)
+        )
+        change = np.abs(after - before)
+        partners = [other for other in order if not np.isnan(change[other])][:PARTNERS]
+        lags = max(1.0, (first - last) / LAG)
+        result[gap] = np.sum(change[partners] > 3.0 * lags * usual[partners] + 2.0 * free) >= AGREEING
+    return result
 
 
 def _swaps(breaks, window, names):
