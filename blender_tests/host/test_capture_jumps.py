@@ -15,6 +15,7 @@ def swapped(positions, one, other, begin, end=None):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.002])
 @pytest.mark.parametrize("gaps", [0.0, 0.1, 0.2])
 def test_clean_walks_have_nothing_to_find(noise, gaps):

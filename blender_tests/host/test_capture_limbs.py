@@ -57,6 +57,7 @@ def standing(down, bent, roll):
     return {**joints, **walking_figure.trunk_and_arms(joints["pelvis"], turns)}, turns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("roll", [0.0, 0.9, -0.9])
 @pytest.mark.parametrize("set_name", ARMS)
 def test_palms_look_as_in_the_capture_however_the_reference_holds_its_arms(set_name, roll):

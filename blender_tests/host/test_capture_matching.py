@@ -77,6 +77,7 @@ def test_a_t_pose_is_aligned_whatever_unit_place_and_turn_the_mesh_has(seed):
     assert found.matrix[2, :2] == pytest.approx([0.0, 0.0]) and found.matrix[3].tolist() == [0, 0, 0, 1]
 
 
+@pytest.mark.slow
 def test_missing_markers_and_inward_normals_do_not_matter():
     markers = REFERENCE.copy()
     markers[::5] = np.nan
@@ -86,6 +87,7 @@ def test_missing_markers_and_inward_normals_do_not_matter():
         assert np.sqrt((off**2).mean()) < 0.03
 
 
+@pytest.mark.slow
 def test_names_that_nobody_knows_are_no_hindrance():
     found = align_to_mesh(REFERENCE, (None,) * 41, VERTICES, TRIANGLES)
     assert found.quality < 0.012
@@ -177,6 +179,7 @@ def test_hanging_arms_are_brought_to_those_of_the_mesh(down):
     assert length[0] == pytest.approx(length[1], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_limbs_that_are_right_or_unknown_are_left_alone():
     posed = posed_and_actor(REFERENCE, NAMES, VERTICES, TRIANGLES)[0]
     assert np.linalg.norm(posed - REFERENCE, axis=1).max() < 0.03
@@ -222,6 +225,7 @@ def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down)
 # -- surface ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_nearest_points_are_those_of_looking_at_every_triangle():
     rng = np.random.default_rng(1)
     points = rng.uniform(-1.0, 2.0, (150, 3))

@@ -79,6 +79,7 @@ def test_the_same_bits_twice():
     assert np.array_equal(wrapped(two_balls()).positions, wrapped(two_balls()).positions)
 
 
+@pytest.mark.slow
 def test_what_the_other_has_not_stays_in_shape():
     """A ball with a horn onto one without: the horn is drawn nowhere, and keeps its length."""
     vertices, triangles = ball(24, 32)

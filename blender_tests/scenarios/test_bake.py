@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mathutils import Vector
 from support import armatures, bent_limb, handles, installed, marked_tube, meshes, steps
-from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, rows, save, saved_tube, shown
+from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, rows, save, saved_tube
 
 
 @pytest.fixture
@@ -36,10 +36,8 @@ def swinging_limb():
     """A limb whose end swings: its middle turns more at a time than what the handle asks for."""
     vertices, faces = bent_limb.limb()
     obj = meshes.make_object(vertices.tolist(), faces, "Limb")
-    steps.add_group(obj, "Start", np.flatnonzero(vertices[:, 0] < 0.3).tolist())
-    steps.add_group(obj, "End", np.flatnonzero(vertices[:, 0] > bent_limb.LENGTH - 0.3).tolist())
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Start") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(group="End", live=False) == {'FINISHED'}
+    steps.add_handle(obj, "Start", np.flatnonzero(vertices[:, 0] < 0.3).tolist(), pin=True)
+    steps.add_handle(obj, "End", np.flatnonzero(vertices[:, 0] > bent_limb.LENGTH - 0.3).tolist(), live=False)
     control, base = bpy.context.object, bpy.context.object.location.copy()
     for frame in range(1, 41):
         swing = np.sin(2 * np.pi * (frame - 1) / 40)
@@ -62,7 +60,7 @@ def test_each_frame_is_what_live_shows(tmp_path):
     for frame in range(1, 41):
         bpy.context.scene.frame_set(frame)
         bpy.context.view_layer.update()
-        off = np.linalg.norm(shown(obj) - solved[frame - 1], axis=1).max() / size
+        off = np.linalg.norm(meshes.seen(obj) - solved[frame - 1], axis=1).max() / size
         assert off < 1e-3, (frame, off)
 
 
@@ -139,7 +137,7 @@ def test_it_is_above_other_modifiers_and_they_work_on_it(saved):
     bake()
     assert [modifier.type for modifier in obj.modifiers] == ['MESH_CACHE', 'SUBSURF']
     bpy.context.scene.frame_set(4)
-    assert len(shown(obj)) > len(obj.data.vertices)
+    assert len(meshes.seen(obj)) > len(obj.data.vertices)
     subdivision.show_viewport = False
     assert np.array_equal(played(obj, [4])[0], rows(path)[3])
 

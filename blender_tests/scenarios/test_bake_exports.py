@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 import pytest
-from support.baking import FRAMES, animated_tube, bake, save, shown
+from support import meshes
+from support.baking import FRAMES, animated_tube, bake, save
 
 
 def in_the_world(obj, times):
@@ -14,7 +15,7 @@ def in_the_world(obj, times):
         bpy.context.scene.frame_set(time)
         obj.data.id_data.update_tag()
         world = np.array(obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)
-        shapes.append(shown(obj) @ world[:3, :3].T + world[:3, 3])
+        shapes.append(meshes.seen(obj) @ world[:3, :3].T + world[:3, 3])
     return np.stack(shapes)
 
 

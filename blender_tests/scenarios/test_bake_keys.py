@@ -115,10 +115,8 @@ def test_remove_bake_leaves_the_artists_keys_and_curves(solved):
 
 def test_a_mesh_without_keys_is_without_keys_again(tmp_path):
     obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
-    steps.add_group(obj, "Bottom", handles.BOTTOM)
-    steps.add_group(obj, "Top", handles.TOP)
-    bpy.ops.meanvalue.add_handle(pin=True, group="Bottom")
-    bpy.ops.meanvalue.add_handle(group="Top", live=False)
+    steps.add_handle(obj, "Bottom", handles.BOTTOM, pin=True)
+    steps.add_handle(obj, "Top", handles.TOP, live=False)
     meshes.activate(obj)
     had_keys = obj.data.shape_keys is not None
     bake(target='SHAPE_KEYS', frame_range='OWN', frame_start=1, frame_end=3)

@@ -16,22 +16,17 @@ def posed_tube():
     return obj, control
 
 
-def evaluated(obj):
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    return np.array([tuple(vertex.co) for vertex in mesh.vertices])
-
-
 def keys_and_values(obj):
     return sorted((key.name, key.value, key.mute) for key in obj.data.shape_keys.key_blocks[1:])
 
 
 def test_a_pose_that_was_kept_is_used():
     obj, _control = posed_tube()
-    posed = evaluated(obj)
+    posed = meshes.seen(obj)
     assert bpy.ops.meanvalue.keep_pose(name="Wave") == {'FINISHED'}
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
     assert keys_and_values(obj) == [("Wave", 1.0, False)]
-    assert np.abs(evaluated(obj) - posed).max() < 1e-3
+    assert np.abs(meshes.seen(obj) - posed).max() < 1e-3
 
 
 def test_a_pose_that_differs_from_what_was_kept_is_a_key_of_its_own():
@@ -100,8 +95,7 @@ def test_finish_leaves_the_artists_own_groups_and_objects():
     steps.add_group(obj, "Hand", [MIDDLE])
     steps.add_group(obj, "Painted", range(COLUMNS * COLUMNS))
     obj.meanvalue.roi_group = "Painted"
-    steps.add_group(obj, "Feet", range(COLUMNS))
-    bpy.ops.meanvalue.add_handle(pin=True, group="Feet")
+    steps.add_handle(obj, "Feet", range(COLUMNS), pin=True)
     handle = obj.meanvalue.handles.add()
     handle.name, handle.follows = "Hand", 'CONTROL'
     handle.control = own
@@ -180,6 +174,6 @@ def test_cancel_leaves_keys_that_were_kept():
     bpy.ops.meanvalue.keep_pose(name="Lean")
     bpy.ops.meanvalue.finish(keep='NOTHING')
     assert list(obj.data.shape_keys.key_blocks.keys()) == ["Basis", "Lean"]
-    assert np.abs(evaluated(obj) - at_rest).max() < 1e-6
+    assert np.abs(meshes.seen(obj) - at_rest).max() < 1e-6
     obj.data.shape_keys.key_blocks["Lean"].value = 1.0
-    assert np.abs(evaluated(obj) - posed).max() < 1e-5
+    assert np.abs(meshes.seen(obj) - posed).max() < 1e-5

@@ -112,8 +112,7 @@ def test_the_group_in_the_settings_is_used_and_a_stranger_called_region_is_not()
 
 def test_from_the_control_of_the_handle():
     obj = meshes.grid()
-    steps.add_group(obj, "Hand", [MIDDLE])
-    assert bpy.ops.meanvalue.add_handle(group="Hand", live=False) == {'FINISHED'}
+    steps.add_handle(obj, "Hand", [MIDDLE], live=False)
     assert bpy.context.object.type == 'EMPTY'
     grow(mode='RINGS', rings=1)
     assert members(obj, "Region") == AROUND
@@ -166,8 +165,7 @@ def test_painting_a_region_that_is_there_keeps_it_as_it_is():
 
 def test_painting_while_the_control_is_active_paints_the_mesh():
     obj = meshes.grid()
-    steps.add_group(obj, "Hand", [MIDDLE])
-    bpy.ops.meanvalue.add_handle(group="Hand", live=False)
+    steps.add_handle(obj, "Hand", [MIDDLE], live=False)
     assert bpy.ops.meanvalue.paint_region() == {'FINISHED'}
     assert bpy.context.object == obj
     assert obj.mode == 'WEIGHT_PAINT'

@@ -42,8 +42,7 @@ def test_a_control_stands_where_a_moved_and_turned_object_shows_the_part():
     obj = meshes.tube(17, 8)
     obj.location, obj.rotation_euler, obj.scale = (1.0, 2.0, 3.0), (0.5, 0.6, 0.7), (2.0, 2.0, 2.0)
     update()
-    steps.add_group(obj, "Top", TOP)
-    bpy.ops.meanvalue.add_handle(group="Top")
+    steps.add_handle(obj, "Top", TOP)
     update()
     centre = np.mean([obj.matrix_world @ obj.data.vertices[i].co for i in TOP], axis=0)
     assert np.allclose(bpy.context.object.matrix_world.translation, centre, atol=1e-5)
@@ -274,8 +273,7 @@ def test_keyframes_on_the_selected_control_alone():
 
 def test_add_handle_gives_the_region_a_size():
     obj = sheet()
-    steps.add_group(obj, "Top", [MIDDLE, MIDDLE + 1])
-    assert bpy.ops.meanvalue.add_handle(group="Top", size=0.2) == {'FINISHED'}
+    steps.add_handle(obj, "Top", [MIDDLE, MIDDLE + 1], size=0.2)
     weights = region_weights(obj)
     assert weights[MIDDLE] == weights[MIDDLE + 1] == 1.0
     assert (np.diff(weights[MIDDLE + 1 : MIDDLE + 14]) <= 0.0).all() and weights[MIDDLE + 14] == 0.0

@@ -191,8 +191,7 @@ def test_a_handle_goes_with_its_control(status):
     obj, control, _middle = handles.three_handles()
     move(control, (2.0, 0.0, 0.0))
     meshes.activate(obj)
-    steps.add_group(obj, "Side", range(40, 44))
-    assert bpy.ops.meanvalue.add_handle(group="Side") == {'FINISHED'}
+    steps.add_handle(obj, "Side", range(40, 44))
     update()
     meshes.activate(bpy.context.object)
     bpy.ops.object.delete()

@@ -118,8 +118,7 @@ def test_by_picked_pairs_from_anywhere_at_any_size(tmp_path):
 
 def test_matching_again_does_not_pile_up(tmp_path):
     obj, take = set_up(tmp_path)
-    steps.add_group(obj, "Own", [3, 5])
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Own") == {'FINISHED'}
+    steps.add_handle(obj, "Own", [3, 5], pin=True)
     curves = [take_files.keys(empty, "location", 1).tobytes() for empty in take.objects]
     match()
     obj.meanvalue.handles["M0"].strength = 0.25

@@ -89,6 +89,7 @@ def assert_lifted_alike(obj, expected):
         assert found[0] == pytest.approx(expected[place][0], abs=2e-2), place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [0, -3, -8])
 @pytest.mark.parametrize("make", [open_seam, split_faces])
 def test_grab_goes_over_merged_seams_as_if_they_were_joined(make, x):
@@ -123,8 +124,7 @@ def test_symmetric_and_merged_is_as_symmetric_and_joined(make):
 @pytest.mark.parametrize("mode", ['RINGS', 'DISTANCE'])
 def test_a_region_grows_over_merged_seams(mode):
     def grown(obj):
-        steps.add_group(obj, "Handle", at(obj, -2, 8).tolist()[:1])
-        assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
+        steps.add_handle(obj, "Handle", at(obj, -2, 8).tolist()[:1], live=False)
         meshes.activate(obj)
         assert bpy.ops.meanvalue.grow_region(mode=mode, rings=5, distance=5.2) == {'FINISHED'}
         return {tuple(each) for each in np.round(positions(obj)[region_weights(obj) > 0.0, :2]).astype(int)}
@@ -187,8 +187,7 @@ def test_a_handle_outside_the_region_takes_its_doubles_along():
 def test_a_handle_is_found_on_all_copies():
     obj = open_seam()
     left, right = (int(each) for each in at(obj, 0, 8))
-    steps.add_group(obj, "Handle", [left])
-    assert bpy.ops.meanvalue.add_handle(group="Handle", size=0.3) == {'FINISHED'}
+    steps.add_handle(obj, "Handle", [left], size=0.3)
     meshes.activate(obj)
     assert bpy.ops.meanvalue.grab(vertex=right, offset=(0.0, 0.0, 1.0)) == {'FINISHED'}
     handles.update()
@@ -201,10 +200,8 @@ def test_a_handle_is_found_on_all_copies():
 
 def test_merged_doubles_are_no_problem_any_more(capfd):
     obj = open_seam()
-    steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
-    steps.add_group(obj, "Handle", over(obj, lambda x, y: x == SIDE))
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Pin") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
+    steps.add_handle(obj, "Pin", over(obj, lambda x, y: x == -SIDE), pin=True)
+    steps.add_handle(obj, "Handle", over(obj, lambda x, y: x == SIDE), live=False)
     for distance, is_told in ((MERGE, False), (0.0, True)):
         meshes.activate(obj)
         obj.meanvalue.merge_distance = distance

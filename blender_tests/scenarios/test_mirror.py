@@ -21,14 +21,14 @@ def opening(obj, axis=0, shape=None):
 @pytest.mark.parametrize("merge, clip", [(True, True), (False, False)])
 def test_the_seam_stays_closed_while_a_handle_is_dragged(merge, clip):
     obj, control = halves.half(merge=merge, clip=clip)
-    plain = len(halves.evaluated(obj))
+    plain = len(meshes.seen(obj))
     for step in range(6):
         move(control, (0.05, 0.12, 0.1))
         turn(control, 0.15)
         assert opening(obj) < CLOSED, step
     slid = (shown(obj) - rest(obj))[halves.seam(obj)]
     assert np.abs(slid[:, 1:]).max() > 0.3
-    assert len(halves.evaluated(obj)) == plain  # what was merged still is
+    assert len(meshes.seen(obj)) == plain  # what was merged still is
 
 
 def test_it_is_posed_as_with_the_modifier_applied():
@@ -83,12 +83,12 @@ def test_other_axes_and_several(axes):
 def test_a_seam_that_is_not_quite_in_the_plane_is_merged_all_the_same():
     """Each vertex within the merge distance; they keep the little that they are off."""
     obj, control = halves.half(shift=(2e-4, 0.0, 0.0))
-    plain = len(halves.evaluated(obj))
+    plain = len(meshes.seen(obj))
     edge = np.flatnonzero(np.abs(rest(obj)[:, 0]) < 3e-4)
     turn(control, 0.5)
     move(control, (0.1, 0.3, 0.1))
     assert np.abs(shown(obj)[edge, 0] - rest(obj)[edge, 0]).max() < CLOSED
-    assert len(halves.evaluated(obj)) == plain
+    assert len(meshes.seen(obj)) == plain
 
 
 def test_a_mirror_object_turned_and_moved():
@@ -102,7 +102,7 @@ def test_a_mirror_object_turned_and_moved():
     empty.location = obj.matrix_world @ control.location.__class__((0.5, 0.0, 0.0))
     update()
     meshes.activate(obj)
-    plain = len(halves.evaluated(obj))
+    plain = len(meshes.seen(obj))
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     move(control, (0.2, 0.5, 0.3))
     steps.solve()
@@ -110,7 +110,7 @@ def test_a_mirror_object_turned_and_moved():
     assert edge.sum() > 10
     assert np.abs(shown(obj)[edge, 0] - 0.5).max() < 3e-6  # its place is known to single precision in the world
     assert np.abs(shown(obj)[edge, 1:] - rest(obj)[edge, 1:]).max() > 0.1
-    assert len(halves.evaluated(obj)) == plain
+    assert len(meshes.seen(obj)) == plain
 
 
 def test_switched_off_while_live_and_on_again():
@@ -196,7 +196,7 @@ def test_what_deforms_the_mirrored_mesh():
     bend = obj.modifiers.new("Bend", 'SIMPLE_DEFORM')
     bend.deform_method, bend.deform_axis, bend.angle = 'BEND', 'X', 0.6
     update()
-    plain = len(halves.evaluated(obj))
+    plain = len(meshes.seen(obj))
     meshes.activate(obj)
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     move(control, (0.1, 0.3, 0.2))
@@ -204,7 +204,7 @@ def test_what_deforms_the_mirrored_mesh():
     steps.solve()
     assert opening(obj) < CLOSED
     assert np.abs(shown(obj) - rest(obj)).max() > 0.2
-    assert len(halves.evaluated(obj)) == plain
+    assert len(meshes.seen(obj)) == plain
 
 
 def test_a_soft_border_of_the_region_across_the_seam():
@@ -272,7 +272,7 @@ def test_baked_to_a_point_cache(tmp_path):
     assert max(opening(obj, shape=shape) for shape in shapes) < CLOSED
     assert np.ptp(shapes, axis=0).max() > 0.2
     bpy.context.scene.frame_set(6)
-    seen = halves.evaluated(obj)
+    seen = meshes.seen(obj)
     assert len(seen) == 2 * len(obj.data.vertices) - len(halves.seam(obj))
     # Baked again, above the modifier that plays: still the mirrored mesh.
     assert bpy.ops.meanvalue.bake() == {'FINISHED'}

@@ -31,17 +31,9 @@ def objects():
     return [(bpy.data.objects[name], recorded) for name, recorded in RECORDED.items()]
 
 
-def evaluated(obj):
-    bpy.context.view_layer.update()
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
-    shown = np.array([tuple(vertex.co) for vertex in mesh.vertices])
-    obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh_clear()
-    return shown
-
-
 def require_shown(obj, recorded):
     size = np.linalg.norm(np.ptp([tuple(vertex.co) for vertex in obj.data.vertices], axis=0))
-    off = np.abs(evaluated(obj)[recorded["vertices"]] - recorded["positions"]).max()
+    off = np.abs(meshes.seen(obj)[recorded["vertices"]] - recorded["positions"]).max()
     assert off < 1e-3 * size, (obj.name, off)
 
 
@@ -89,9 +81,9 @@ def test_handles_that_followed_a_key_are_pins_and_it_is_told_how_to_go_on(opened
     assert "Solve from Shape Key" in opened
     obj = bpy.data.objects["Shaped"]
     meshes.activate(obj)
-    before = evaluated(obj)
+    before = meshes.seen(obj)
     assert bpy.ops.meanvalue.solve_from_key(key="Pose") == {'FINISHED'}
-    assert np.abs(evaluated(obj) - before).max() < 1e-2
+    assert np.abs(meshes.seen(obj) - before).max() < 1e-2
 
 
 def test_saved_and_opened_again_nothing_is_lost_nor_told_again(opened, tmp_path, capfd):

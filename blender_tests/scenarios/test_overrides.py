@@ -34,8 +34,7 @@ def test_made_local_with_its_mesh_it_can_be_posed(override, part):
     assert bpy.ops.object.make_local(type='SELECT_OBDATA') == {'FINISHED'}
     obj = bpy.context.object
     assert part("scene.subject").object_problem(obj) is None
-    steps.add_group(obj, "Top", range(64, 72))
-    assert bpy.ops.meanvalue.add_handle(group="Top") == {'FINISHED'}
+    steps.add_handle(obj, "Top", range(64, 72))
 
 
 def test_an_overridden_mesh_is_refused_since_its_keys_would_be_lost(override, part):

@@ -261,8 +261,7 @@ def test_answer_that_is_not_a_number(answer_with):
 
 def test_failure_in_solve_after_the_handles_changed_keeps_the_old_binding(answer_with, native):
     obj = steps.posed_grid(meshes.grid())
-    steps.add_group(obj, "More", [22])
-    bpy.ops.meanvalue.add_handle(pin=True, group="More")
+    steps.add_handle(obj, "More", [22], pin=True)
     answer_with(failing(native.SolverFailure("no descent")))
     assert_refused_unchanged(obj, SOLVE, "no descent")
 

@@ -49,6 +49,7 @@ def without(room, target):
     return target
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", [room for room in QUICK if room != "posing"])
 def test_the_others_work_without(room, tmp_path):
     reduced = without(room, tmp_path / pathlib.Path(installed.ZIP).name)

@@ -20,15 +20,10 @@ def posed():
     return obj
 
 
-def evaluated(obj):
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    return np.array([tuple(vertex.co) for vertex in mesh.vertices])
-
-
 def test_named_groups_become_pins_and_the_key_is_not_added(posed):
     assert bpy.ops.meanvalue.solve_from_key(groups="hand, feet") == {'FINISHED'}
     assert [(handle.name, handle.follows) for handle in posed.meanvalue.handles] == [("hand", 'REST'), ("feet", 'REST')]
-    keys, shown = posed.data.shape_keys.key_blocks, evaluated(posed)
+    keys, shown = posed.data.shape_keys.key_blocks, meshes.seen(posed)
     assert (keys["Pose"].value, keys["Mean-Value"].value) == (0.0, 1.0)
     assert np.abs(shown[TOP] - steps.key_positions(posed, "Pose")[TOP]).max() < 1e-5
     middle = slice(8 * handles.SEGMENTS, 9 * handles.SEGMENTS)
@@ -77,9 +72,9 @@ def test_nothing_follows_afterwards():
     steps.move(obj, TOP, (0.0, 1.0, 0.0))
     assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
     assert not obj.meanvalue.live
-    solved = evaluated(obj)
+    solved = meshes.seen(obj)
     steps.move(obj, TOP, (0.0, 1.0, 0.0))
     control.location.x += 1.0
     update()
-    assert np.array_equal(evaluated(obj), solved)
+    assert np.array_equal(meshes.seen(obj), solved)
     assert np.abs(solved[TOP] - steps.key_positions(obj, "Basis")[TOP] - (0.0, 1.0, 0.0)).max() < 1e-5

@@ -56,8 +56,7 @@ def test_other_axes(axis):
     obj.meanvalue.symmetric = "XYZ"[axis]
     obj.meanvalue.handles[0].is_enabled = axis == 1  # a pin at the bottom would be one at the top too
     middle = (np.abs(rest(obj)[:, 0]) < 0.2) & (np.abs(rest(obj)[:, 2]) < 0.1)
-    steps.add_group(obj, "Middle", np.flatnonzero(middle).tolist())
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Middle") == {'FINISHED'}
+    steps.add_handle(obj, "Middle", np.flatnonzero(middle).tolist(), pin=True)
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     move(control, (0.3, 0.2, 0.2))
     steps.solve()

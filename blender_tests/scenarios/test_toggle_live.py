@@ -8,10 +8,8 @@ from support import meshes, steps
 
 def grid_with_handle():
     obj = meshes.grid()
-    steps.add_group(obj, "Rest", [0, 4, 20])
-    steps.add_group(obj, "Hand", [24])
-    bpy.ops.meanvalue.add_handle(pin=True, group="Rest")
-    bpy.ops.meanvalue.add_handle(group="Hand", live=False)
+    steps.add_handle(obj, "Rest", [0, 4, 20], pin=True)
+    steps.add_handle(obj, "Hand", [24], live=False)
     return obj
 
 

@@ -84,14 +84,8 @@ def test_the_result_shows_and_the_pose_does_not_add_to_it():
     assert (keys["Mean-Value"].value, keys["Mean-Value"].mute) == (1.0, False)
     assert keys["Pose"].value == 0.0
     assert obj.active_shape_key.name == "Pose"
-    shown = evaluated_positions(obj)
+    shown = meshes.seen(obj)
     assert np.abs(shown - steps.key_positions(obj, "Mean-Value")).max() < 1e-6
-
-
-def evaluated_positions(obj):
-    bpy.context.view_layer.update()
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    return np.array([tuple(vertex.co) for vertex in mesh.vertices], np.float32)
 
 
 def test_a_result_key_with_odd_settings_is_shown_fully_all_the_same():
@@ -103,7 +97,7 @@ def test_a_result_key_with_odd_settings_is_shown_fully_all_the_same():
     key.vertex_group = "Corners"
     obj.active_shape_key_index = 1
     steps.solve()
-    shown = evaluated_positions(obj)
+    shown = meshes.seen(obj)
     assert np.abs(shown - steps.key_positions(obj, "Mean-Value")).max() < 1e-6
 
 
@@ -200,6 +194,4 @@ def test_another_result_name_shows_the_new_pose_alone():
     assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
     keys = obj.data.shape_keys.key_blocks
     assert (keys["Mean-Value"].mute, keys["Second"].mute) == (True, False)
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    shown = np.array([vertex.co for vertex in evaluated.vertices])
-    assert np.allclose(shown, steps.key_positions(obj, "Second"), atol=1e-6)
+    assert np.allclose(meshes.seen(obj), steps.key_positions(obj, "Second"), atol=1e-6)

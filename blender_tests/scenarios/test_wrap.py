@@ -70,6 +70,7 @@ def test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space(two):
     assert len(obj.data.vertices) == len(basis)
 
 
+@pytest.mark.slow
 def test_again_it_writes_the_same_key(two):
     obj, other = two
     pick(obj, other)
@@ -80,6 +81,7 @@ def test_again_it_writes_the_same_key(two):
     np.testing.assert_array_equal(key_points(obj.data.shape_keys.key_blocks["Egg"]), first)
 
 
+@pytest.mark.slow
 def test_a_mirrored_target_and_its_modifiers_count(two):
     obj, other = two
     other.scale = (-0.5, 0.5, 0.5)

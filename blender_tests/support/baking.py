@@ -42,14 +42,6 @@ def rest(obj):
     return positions.reshape(-1, 3)
 
 
-def shown(obj):
-    """n x 3 float32: what modifiers and shape keys make of the mesh now."""
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    return positions.reshape(-1, 3)
-
-
 def played(obj, times):
     """(f, n, 3) float32: shown() at each time."""
     scene = bpy.context.scene
@@ -57,7 +49,7 @@ def played(obj, times):
     for time in times:
         whole = int(np.floor(time))
         scene.frame_set(whole, subframe=float(time - whole))
-        shapes.append(shown(obj))
+        shapes.append(meshes.seen(obj))
     return np.stack(shapes)
 
 

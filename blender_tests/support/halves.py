@@ -39,10 +39,8 @@ def add_handles(obj, live=True, handle=None):
     top, bottom = (np.flatnonzero(positions[:, 2] * side > 1.5) for side in (1.0, -1.0))
     middle = np.flatnonzero(np.abs(positions[:, 2]) < 0.1)
     holds = bottom if len(bottom) else middle
-    steps.add_group(obj, "Bottom", holds.tolist())
-    steps.add_group(obj, "Top", (top if handle is None else handle).tolist())
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
+    steps.add_handle(obj, "Bottom", holds.tolist(), pin=True)
+    steps.add_handle(obj, "Top", (top if handle is None else handle).tolist(), live=live)
     update()
     return bpy.context.object
 
@@ -56,14 +54,6 @@ def turn(control, angle, axis=0):
 def seam(obj, axis=0):
     """Indices of the vertices in the plane at rest."""
     return np.flatnonzero(np.abs(rest(obj)[:, axis]) < 1e-6)
-
-
-def evaluated(obj):
-    """N x 3 float32: the mesh as it is seen."""
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    return positions.reshape(-1, 3)
 
 
 def size(obj):

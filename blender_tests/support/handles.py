@@ -15,10 +15,8 @@ RESULT = "Mean-Value"
 def tube(name="Tube", live=True):
     """(object, control) with the control active, as Add Handle leaves it."""
     obj = meshes.tube(RINGS, SEGMENTS, name)
-    steps.add_group(obj, "Bottom", BOTTOM)
-    steps.add_group(obj, "Top", TOP)
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
+    steps.add_handle(obj, "Bottom", BOTTOM, pin=True)
+    steps.add_handle(obj, "Top", TOP, live=live)
     update()
     return obj, bpy.context.object
 
@@ -27,11 +25,9 @@ def three_handles(live=True):
     """(object, control of Top, vertices of Middle): as tube(), with a second pin in the middle."""
     obj = meshes.tube(RINGS, SEGMENTS, "Tube")
     middle = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
-    for name, members in (("Bottom", BOTTOM), ("Middle", middle), ("Top", TOP)):
-        steps.add_group(obj, name, members)
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Bottom") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Middle") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(group="Top", live=live) == {'FINISHED'}
+    steps.add_handle(obj, "Bottom", BOTTOM, pin=True)
+    steps.add_handle(obj, "Middle", middle, pin=True)
+    steps.add_handle(obj, "Top", TOP, live=live)
     update()
     return obj, bpy.context.object, middle
 

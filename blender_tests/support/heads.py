@@ -33,10 +33,8 @@ def head(segments=32, live=True):
     meshes.activate(obj)
     loose = {index for each in parts.values() for part in each for index in part}
     skin = [vertex for vertex in mesh.vertices if vertex.index not in loose]
-    steps.add_group(obj, "Chest", [vertex.index for vertex in skin if vertex.co.z < -2.2])
-    steps.add_group(obj, "Crown", [vertex.index for vertex in skin if vertex.co.z > 0.6])
-    assert bpy.ops.meanvalue.add_handle(pin=True, group="Chest") == {'FINISHED'}
-    assert bpy.ops.meanvalue.add_handle(group="Crown", live=live) == {'FINISHED'}
+    steps.add_handle(obj, "Chest", [vertex.index for vertex in skin if vertex.co.z < -2.2], pin=True)
+    steps.add_handle(obj, "Crown", [vertex.index for vertex in skin if vertex.co.z > 0.6], live=live)
     handles.update()
     return obj, bpy.context.object, parts
 

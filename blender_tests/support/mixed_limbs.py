@@ -32,10 +32,7 @@ def bending(degrees=140.0):
 def shown(obj):
     """n x 3: what Blender makes of the keys."""
     bpy.context.view_layer.update()
-    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    return positions.reshape(-1, 3).astype(np.float64)
+    return meshes.seen(obj).astype(np.float64)
 
 
 def status(obj):

@@ -98,9 +98,8 @@ def handle(obj, name, indices, live=True):
 
 
 def pin(obj, name, indices):
-    steps.add_group(obj, name, indices)
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.add_handle(pin=True, group=name) == {'FINISHED'}
+    steps.add_handle(obj, name, indices, pin=True)
     update()
 
 

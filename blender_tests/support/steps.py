@@ -14,6 +14,13 @@ def add_group(obj, name, indices, weight=1.0):
     return group
 
 
+def add_handle(obj, name, indices, **options):
+    """A vertex group and its handle, by the operator. Returns the control, which is active then; None for a pin."""
+    add_group(obj, name, indices)
+    assert bpy.ops.meanvalue.add_handle(group=name, **options) == {'FINISHED'}
+    return obj.meanvalue.handles[name].control
+
+
 def list_anchors(obj, **groups):
     """list_anchors(obj, Hand=[1, 2]) makes the vertex groups and pins them, by the operator."""
     for name, indices in groups.items():

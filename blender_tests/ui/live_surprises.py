@@ -46,10 +46,8 @@ def disabled_during_a_bind(ui):
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=299, y_subdivisions=299, size=4.0)
     obj = bpy.context.object
     obj.name = "Sheet"
-    steps.add_group(obj, "Low", range(300))
-    steps.add_group(obj, "High", range(len(obj.data.vertices) - 300, len(obj.data.vertices)))
-    bpy.ops.meanvalue.add_handle(pin=True, group="Low")
-    bpy.ops.meanvalue.add_handle(group="High", live=False)
+    steps.add_handle(obj, "Low", range(300), pin=True)
+    steps.add_handle(obj, "High", range(len(obj.data.vertices) - 300, len(obj.data.vertices)), live=False)
     ui.remember()
     yield from ui.invoke("meanvalue.bind")
     yield from ui.wait_until(ui.status_text, "it binds")

@@ -18,10 +18,8 @@ def _sheet(ui, live):
     obj = bpy.context.object
     obj.name = "Sheet"
     count = len(obj.data.vertices)
-    steps.add_group(obj, "Low", range(COLUMNS))
-    steps.add_group(obj, "High", range(count - COLUMNS, count))
-    bpy.ops.meanvalue.add_handle(pin=True, group="Low")
-    bpy.ops.meanvalue.add_handle(group="High", live=live)
+    steps.add_handle(obj, "Low", range(COLUMNS), pin=True)
+    steps.add_handle(obj, "High", range(count - COLUMNS, count), live=live)
     ui.remember()
     ui.frame_all()
     yield from ui.open_tab("Mean-Value")

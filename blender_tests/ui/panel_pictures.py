@@ -38,8 +38,7 @@ def from_nothing_to_applied(ui):
     assert bpy.context.workspace.tools.from_space_view3d_mode('OBJECT').idname == "meanvalue.grab"
     yield from ui.screenshot("panel_02_grab_is_lit")
     steps.list_anchors(tube, Bottom=BOTTOM)
-    steps.add_group(tube, "Top", TOP)
-    bpy.ops.meanvalue.add_handle(group="Top")
+    steps.add_handle(tube, "Top", TOP)
     control = tube.meanvalue.handles["Top"].control
     control.location.x += 3.0
     meshes.activate(tube)
@@ -55,8 +54,7 @@ def from_nothing_to_applied(ui):
 def a_bake_plays(ui):
     tube = yield from _shown_tube(ui)
     steps.list_anchors(tube, Bottom=BOTTOM)
-    steps.add_group(tube, "Top", TOP)
-    bpy.ops.meanvalue.add_handle(group="Top")
+    steps.add_handle(tube, "Top", TOP)
     control = tube.meanvalue.handles["Top"].control
     for frame, x in ((1, 0.0), (5, 3.0)):
         control.location.x = x

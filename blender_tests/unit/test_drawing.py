@@ -101,8 +101,7 @@ def test_at_most_8_controls_on_a_fresh_mesh(draw):
 def test_at_most_20_controls_with_handles(draw):
     obj = meshes.grid()
     steps.list_anchors(obj, Held=[0, 4, 20])
-    steps.add_group(obj, "Hand", [24])
-    bpy.ops.meanvalue.add_handle(group="Hand")
+    steps.add_handle(obj, "Hand", [24])
     bpy.context.view_layer.update()
     obj.meanvalue.handles["Hand"].control.location.z += 0.5
     bpy.context.view_layer.update()
@@ -128,8 +127,7 @@ def test_every_button_is_there(draw):
 def test_the_status_tells_only_what_is_to_be_done(draw):
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0, 4, 20])
-    steps.add_group(obj, "B", [24])
-    bpy.ops.meanvalue.add_handle(group="B", live=False)
+    steps.add_handle(obj, "B", [24], live=False)
     meshes.activate(obj)
     bpy.ops.meanvalue.bind()
     assert "operator meanvalue.bind" not in draw(obj).text

@@ -165,8 +165,7 @@ def test_what_a_handler_writes_is_seen_at_once(data):
     """Blender evaluates it without telling anybody."""
     obj = meshes.grid()
     steps.list_anchors(obj, Corners=[0, 4, 20])
-    steps.add_group(obj, "Hand", [24])
-    bpy.ops.meanvalue.add_handle(group="Hand")
+    steps.add_handle(obj, "Hand", [24])
     bpy.context.view_layer.update()
     before = data.look(obj).points.copy()
     obj.meanvalue.handles["Hand"].control.location.z += 1.0
