@@ -186,13 +186,14 @@ class MarkerSets(OfJson):
     name = "markers"
 
     def __init__(self, folder):
-        marker_sets.save(folder / "seed.json", known_sets.BUILT_IN[0])
+        marker_sets.save(folder / "seed.json", "Plug-in Gait", known_sets.PLUG_IN_GAIT)
         self.seeds = [(folder / "seed.json").read_bytes()]
 
     def attempt(self, content, folder):
         path = folder / "a.json"
         path.write_bytes(content)
-        return is_taken(lambda: marker_sets.recognise(["LASI", "x:RASI", "", "LKNE"], [marker_sets.load(path)]).words)
+        labels = ["LASI", "x:RASI", "", "LKNE"]
+        return is_taken(lambda: marker_sets.recognise(labels, dict([marker_sets.load(path)])).words)
 
 
 class FrameRanges:
