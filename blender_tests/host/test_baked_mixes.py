@@ -8,6 +8,7 @@ import pytest
 
 from addon.mixing.core import in_betweens, polynomials
 from addon.mixing.core.mix_input import MixInput, Slider
+from addon.solver.core.steps import result_of
 from blender_tests.support import bent_limb
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
@@ -66,14 +67,12 @@ def farthest(offset):
 
 def search(mix, correction, tolerance, most):
     ranges = [(slider.low, slider.high) for slider in mix.sliders]
-    steps, answer = in_betweens.found(ranges, mix.rest.shape, tolerance, most, mix.overlap), None
-    while True:
-        try:
-            values = steps.send(answer)
-        except StopIteration as end:
-            found = end.value
-            break
-        answer = correction(values)
+
+    def solve(values):
+        yield
+        return correction(values)
+
+    found = result_of(in_betweens.found(solve, ranges, tolerance, most, mix.overlap))
     knots = [polynomials.places(*each) for each in ranges]
 
     def total(values):

@@ -8,6 +8,7 @@ import pytest
 
 from addon.mixing.core import grafting, in_betweens, polynomials
 from addon.mixing.core.mix_input import MixInput, Slider
+from addon.solver.core.steps import result_of
 
 ARM = np.array([(0.5, 0.0, 0.0), (0.25, 0.0, 0.0), (0.0, 0.1, 0.0)])
 
@@ -29,14 +30,14 @@ def corrections(angles):
 
 def search(correction, ranges, tolerance, most=200, may_join=lambda *_: True):
     """(Found, the settings that were asked for)."""
-    steps, asked, answer = in_betweens.found(ranges, ARM.shape, tolerance, most, may_join), [], None
-    while True:
-        try:
-            values = steps.send(answer)
-        except StopIteration as end:
-            return end.value, asked
+    asked = []
+
+    def solve(values):
         asked.append(values)
-        answer = correction(values)
+        yield
+        return correction(values)
+
+    return result_of(in_betweens.found(solve, ranges, tolerance, most, may_join)), asked
 
 
 def total(found, ranges, settings):
@@ -69,6 +70,11 @@ def test_sliders_far_from_each_other_are_not_combined():
     found, _asked = search(both, [(0.0, 1.0)] * 2, 1e-3, may_join=lambda *_: False)
     assert all(len(node.orders) == 1 for node in found.shapes)
     assert farthest(both, found, [(0.0, 1.0)] * 2) <= 1e-3
+
+
+def test_where_straight_lines_are_near_enough_there_is_none():
+    found, _asked = search(corrections([0.1]), [(0.0, 1.0)], 1.0)
+    assert found.shapes == () and 0.0 < found.error < 1.0
 
 
 def test_no_more_keys_than_allowed_and_the_error_is_told():

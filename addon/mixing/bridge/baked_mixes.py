@@ -5,9 +5,11 @@ import numpy as np
 
 from ...errors import SceneError
 from . import mixed_keys, morphers
+from .mix_follower import MixFollower
 from .mix_reading import gather
 
 solve_steps = morphers.solve_steps
+is_on, turn = MixFollower.asks_for, MixFollower.turn
 
 
 def is_meant(obj):
@@ -36,11 +38,3 @@ def shown_keys(obj):
 
 def animated(obj):
     return [obj.data.shape_keys] if obj.data.shape_keys else []
-
-
-def is_on(obj):
-    return obj.meanvalue.mix.is_on
-
-
-def turn(obj, is_on):
-    obj.meanvalue.mix.is_on = is_on

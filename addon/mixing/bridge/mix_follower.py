@@ -28,6 +28,12 @@ class MixFollower(Following):
     FOLLOWS = "shape keys"
     LABEL = "Rotation-Aware Keys"
 
+    why_hidden = staticmethod(mixed_keys.why_hidden)
+    _cached_binding = staticmethod(morphers.cached)
+    _read_targets = staticmethod(mixed_keys.values)
+    _is_same_target = staticmethod(np.array_equal)
+    _make_key = staticmethod(mixed_keys.ensure_key)
+
     @staticmethod
     def asks_for(obj):
         return obj.meanvalue.mix.is_on
@@ -42,10 +48,6 @@ class MixFollower(Following):
         keys = obj.data.shape_keys.evaluated_get(depsgraph) if obj.data.shape_keys else None
         names = {key.name for key in mixed_keys.mixed(obj)} if keys else ()
         return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
-
-    @staticmethod
-    def why_hidden(obj):
-        return mixed_keys.why_hidden(obj)
 
     def notes(self):
         return ()
@@ -62,41 +64,31 @@ class MixFollower(Following):
                 "Rotation-Aware Keys off"
             )
 
-    def _cached_binding(self, mix_input):
-        return morphers.cached(mix_input)
-
-    def _read_targets(self, obj):
-        return mixed_keys.values(obj)
-
-    def _is_same_target(self, first, second):
-        return np.array_equal(first, second)
-
     def _bind_work(self, _obj):
         mix_input = self._input
 
-        def collect(morpher):
-            self._binding = morpher
-
         def work(execution):
             morpher = yield from morphers.bind_steps(mix_input, execution)
-            return lambda _obj: collect(morpher)
+
+            def collect(_obj):
+                self._binding = morpher
+
+            return collect
 
         return work
 
     def _solve_work(self, _obj, **_options):
         morpher, mix_input, wanted = self._binding, self._input, self._wanted
 
-        def collect(obj, shape, seconds):
-            self.solve_seconds = seconds
-            self._shown, self._is_settled = wanted, wanted is self._wanted
-            self._write(obj, shape)
-
         def work(execution):
             mix = yield from morphers.solve_steps(morpher, mix_input, wanted, execution)
             shape = (mix_input.rest + (mix.positions - mix_input.linear(wanted))).astype(np.float32)
-            return lambda obj: collect(obj, shape, mix.seconds)
+
+            def collect(obj):
+                self.solve_seconds = mix.seconds
+                self._shown, self._is_settled = wanted, wanted is self._wanted
+                self._write(obj, shape)
+
+            return collect
 
         return work
-
-    def _make_key(self, obj):
-        mixed_keys.ensure_key(obj)

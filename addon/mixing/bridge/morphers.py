@@ -122,13 +122,10 @@ class InBetweenSearch(Mixing):
         yield from super().work(execution)
         mix_input = self.bind_input
         ranges = [(slider.low, slider.high) for slider in mix_input.sliders]
-        search = in_betweens.found(ranges, mix_input.rest.shape, self.tolerance, self._most, mix_input.overlap)
-        correction = None
-        while True:
-            try:
-                values = search.send(correction)
-            except StopIteration as end:
-                return end.value
+
+        def correction(values):
             mix = yield from solve_steps(self.binding, mix_input, values, execution)
             self.solved += 1
-            correction = mix.positions - mix_input.linear(values)
+            return mix.positions - mix_input.linear(values)
+
+        return (yield from in_betweens.found(correction, ranges, self.tolerance, self._most, mix_input.overlap))

@@ -46,32 +46,32 @@ class Found:
     error: float
 
 
-def found(ranges, shape, tolerance, most, may_join=lambda _first, _second: True):
-    """Generator of slider settings, (k,) float64, whose correction is to be sent in, (n, 3). Returns a Found.
+def found(solve, ranges, tolerance, most, may_join=lambda _first, _second: True):
+    """Steps to a Found. solve(values): steps to the correction, (n, 3), at slider settings (k,); at 0 it is 0.
 
-    What is sent in is 0 with all sliders at 0. ranges: [(low, high)] of the sliders; shape: (n, 3); tolerance: a
-    distance; most: shapes at most; may_join(a, b): whether sliders a and b may change each other's effect.
+    ranges: [(low, high)] of the sliders; tolerance: a distance; most: shapes at most; may_join(a, b): whether sliders a
+    and b may change each other's effect.
     """
     knots = [polynomials.places(*each) for each in ranges]
     settings, corrections = [], []
 
-    def solve(count):
+    def look(count):
         for number in range(len(settings), count):
             settings.append(_setting(ranges, knots, number))
-            corrections.append(np.ravel((yield settings[-1])))
+            corrections.append(np.ravel((yield from solve(settings[-1]))))
 
     count, enough = FIRST + len(ranges), SETTINGS_PER_SHAPE * most + 4 * HELD_OUT
     while True:
-        yield from solve(count)
+        yield from look(count)
         fit = _Fit(knots, np.array(settings), np.array(corrections), may_join)
         orders, offsets, error = fit.grown(ROOM * tolerance, min(most, count // SETTINGS_PER_SHAPE))
         is_near = error <= ROOM * tolerance
         if is_near:
-            yield from solve(count + HELD_OUT)
+            yield from look(count + HELD_OUT)
             weights = _weights(knots, orders, np.array(settings))
             error = _height(np.array(corrections) - weights @ offsets)
         if count >= enough or (is_near and error <= tolerance):
-            shapes = zip(orders, offsets.reshape(-1, *shape), strict=True)
+            shapes = zip(orders, [offset.reshape(-1, 3) for offset in offsets], strict=True)
             return Found(tuple(InBetween(*each) for each in shapes), error)
         count = len(settings) if is_near else min(2 * count, enough)
 
