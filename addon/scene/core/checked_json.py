@@ -16,23 +16,17 @@ def write_json(path, value):
 
 def write_checked_json(path, value):
     """As write_json(), with a checksum of the rest in it. @throws CacheError."""
-    write_json(path, {**value, "checksum": checksum(value)})
+    write_json(path, {**value, "checksum": _checksum(value)})
 
 
 def read_checked_json(path):
     """A dict as write_checked_json() wrote it; None if there is none, or one that anything else has written to."""
-    return checked(read_json(path))
-
-
-def checked(value):
-    """Without its checksum; None where that is not right."""
-    if not isinstance(value, dict):
-        return None
+    value = read_json(path) or {}
     told = value.pop("checksum", None)
-    return value if told == checksum(value) else None
+    return value if told == _checksum(value) else None
 
 
-def checksum(value):
+def _checksum(value):
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
