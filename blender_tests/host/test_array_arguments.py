@@ -39,7 +39,8 @@ CALLS = {
         {"parts": np.array([1])},
     ),
     **{
-        name: (baseline(name), BASELINE) for name in ("laplacian", "laplacian_surface_editing", "pyramid", "arap", "rotation_invariant")
+        name: (baseline(name), BASELINE)
+        for name in ("laplacian", "laplacian_surface_editing", "pyramid", "arap", "rotation_invariant")
     },
 }
 FORM = {

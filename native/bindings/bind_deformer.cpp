@@ -1,5 +1,7 @@
 #include <pybind11/stl.h>
 
+#include <algorithm>
+
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
 #include "bindings/task.h"
@@ -11,18 +13,19 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
-/// A Binding with what it looks at; nothing of Python's.
-struct OwnedBinding {
-    Positions vertices;
-    Triangles faces;
-    std::optional<Binding> binding;
-};
-
 void give_anchors(const py::object& anchors, const std::optional<py::object>& handles, std::optional<double> rigidity,
                   const std::optional<py::object>& strengths, Index border, Binding& binding) {
     if (border < 0) throw ::meanvalue::InvalidInput("border is negative; give 0 or more");
-    binding.border_count = border;
     binding.anchors = as_indices(anchors, "anchors", "vertex");
+    const auto count = static_cast<Index>(binding.anchors.size());
+    if (border > count) {
+        throw ::meanvalue::InvalidInput(message("border is ", border, ", but there are ", count,
+                                                " anchors; give how many of the last of them are a soft border"));
+    }
+    if (border > 0) {
+        binding.is_border.assign(count, 0);
+        std::fill(binding.is_border.end() - border, binding.is_border.end(), 1);
+    }
     if (handles) {
         binding.handles = as_indices(*handles, "handles", "handle");
         if (binding.handles.empty() && !binding.anchors.empty()) {
@@ -40,22 +43,19 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
     }
 }
 
-std::shared_ptr<OwnedBinding> own_binding(const py::object& vertices, const py::object& faces,
-                                          const py::object& anchors, const std::optional<py::object>& roi,
-                                          const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                          const std::optional<py::object>& strengths, Index border,
-                                          const std::string& loose, const std::string& method, int threads,
-                                          bool portable) {
-    auto owned = std::make_shared<OwnedBinding>();
-    owned->vertices = PositionsArray(vertices, "vertices").view();
-    owned->faces = as_triangles(faces, "faces");
-    Binding& binding = owned->binding.emplace(Binding{owned->vertices, owned->faces, {}, as_flags(roi, "roi")});
+/// Copies the mesh: nothing of Python's is looked at later.
+Binding own_binding(const py::object& vertices, const py::object& faces, const py::object& anchors,
+                    const std::optional<py::object>& roi, const std::optional<py::object>& handles,
+                    std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
+                    const std::string& loose, const std::string& method, int threads, bool portable) {
+    Binding binding(PositionsArray(vertices, "vertices").view(),
+                    std::make_shared<const Triangles>(as_triangles(faces, "faces")), {}, as_flags(roi, "roi"));
     give_anchors(anchors, handles, rigidity, strengths, border, binding);
     binding.loose = loose_rule_from_name(loose);
     binding.method = method_from_name(method);
     binding.threads = threads;
     binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
-    return owned;
+    return binding;
 }
 
 std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::object& faces,
@@ -64,11 +64,11 @@ std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::ob
                                         const std::optional<py::object>& strengths, Index border,
                                         const std::string& loose, const std::string& method, int threads,
                                         bool portable, const SharedExecution& execution) {
-    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose, method,
-                                   threads, portable);
+    Binding binding = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose, method,
+                                  threads, portable);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
-    return bind_detached(*owned->binding, held);
+    return bind_detached(std::move(binding), held);
 }
 
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
@@ -76,11 +76,11 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
                 const std::string& loose, const std::string& method, int threads, bool portable,
                 const SharedExecution& execution) {
-    const auto owned = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose, method,
-                                   threads, portable);
+    const Binding binding = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose,
+                                        method, threads, portable);
     const SharedExecution held = execution_or_new(execution);
-    return {held, [owned, held]() -> Task::Deliver {
-                const std::shared_ptr<Deformer> deformer = bind_detached(*owned->binding, held);
+    return {held, [binding, held]() -> Task::Deliver {
+                const std::shared_ptr<Deformer> deformer = bind_detached(binding, held);
                 return [deformer] { return py::cast(deformer); };
             }};
 }
@@ -105,11 +105,10 @@ std::shared_ptr<Deformer> rebind(const std::shared_ptr<Deformer>& earlier, const
 Task start_rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
                   const std::optional<py::object>& handles, std::optional<double> rigidity,
                   const std::optional<py::object>& strengths, Index border, const SharedExecution& execution) {
-    const auto binding =
-        std::make_shared<const Binding>(bind_again(*earlier, anchors, handles, rigidity, strengths, border));
+    const Binding binding = bind_again(*earlier, anchors, handles, rigidity, strengths, border);
     const SharedExecution held = execution_or_new(execution);
     return {held, [earlier, binding, held]() -> Task::Deliver {
-                const std::shared_ptr<Deformer> deformer = bind_detached(*binding, held, earlier);
+                const std::shared_ptr<Deformer> deformer = bind_detached(binding, held, earlier);
                 return [deformer] { return py::cast(deformer); };
             }};
 }
@@ -128,7 +127,7 @@ SolveOptions solve_options(std::optional<double> tolerance, int max_iterations, 
     return options;
 }
 
-Solution solve(Deformer& deformer, const py::object& targets, const std::optional<py::object>& start,
+Solution solve(const Deformer& deformer, const py::object& targets, const std::optional<py::object>& start,
                std::optional<double> tolerance, int max_iterations, bool settle,
                const std::optional<py::object>& weights, const SharedExecution& execution) {
     const PositionsArray target_array(targets, "targets");

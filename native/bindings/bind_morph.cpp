@@ -18,14 +18,15 @@ namespace {
 using SharedExecution = std::shared_ptr<Execution>;
 
 /// Positions of each shape, from an array (k, n, 3) or a sequence of arrays.
-std::vector<Positions> own_shapes(const py::object& shapes) {
+std::vector<SharedPositions> own_shapes(const py::object& shapes) {
     if (!py::isinstance<py::sequence>(shapes) && !py::isinstance<py::array>(shapes)) {
         throw ::meanvalue::InvalidInput("shapes is no sequence; give (k, n, 3), or one (n, 3) for each shape");
     }
-    std::vector<Positions> result;
+    std::vector<SharedPositions> result;
     for (const py::handle shape : py::iter(shapes)) {
         const std::string name = message("shapes[", result.size(), "]");
-        result.emplace_back(PositionsArray(py::reinterpret_borrow<py::object>(shape), name.c_str()).view());
+        result.push_back(
+            share(PositionsArray(py::reinterpret_borrow<py::object>(shape), name.c_str()).view(), name.c_str()));
     }
     return result;
 }
@@ -76,16 +77,15 @@ std::vector<double> own_weights(const py::object& weights, std::size_t shape_cou
 
 Task start_bind_morph(const py::object& shapes, const py::object& faces, const std::optional<py::object>& anchors,
                       int threads, bool portable, const SharedExecution& execution) {
-    const auto owned = std::make_shared<const std::vector<Positions>>(own_shapes(shapes));
-    const auto triangles = std::make_shared<const Triangles>(own_faces(faces, owned->size()));
-    const auto binding = std::make_shared<MorphBinding>(MorphBinding{{owned->begin(), owned->end()}, *triangles});
-    if (anchors) binding->anchors = as_indices(*anchors, "anchors", "vertex");
-    binding->threads = threads;
-    binding->instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
+    const std::vector<SharedPositions> owned = own_shapes(shapes);
+    MorphBinding binding(owned, std::make_shared<const Triangles>(own_faces(faces, owned.size())));
+    if (anchors) binding.anchors = as_indices(*anchors, "anchors", "vertex");
+    binding.threads = threads;
+    binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
     const SharedExecution held = execution_or_new(execution);
-    return {held, [owned, triangles, binding, held]() -> Task::Deliver {
+    return {held, [binding, held]() -> Task::Deliver {
                 wait_for_cancelled_tasks(*held);
-                const auto morpher = std::make_shared<Morpher>(*binding, *held);
+                const auto morpher = std::make_shared<Morpher>(binding, *held);
                 return [morpher] { return py::cast(morpher); };
             }};
 }
@@ -106,7 +106,7 @@ Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weig
 
 std::vector<Encoding> encode_shapes(const py::object& shapes, const py::object& faces, int threads,
                                     const SharedExecution& execution) {
-    const std::vector<Positions> owned = own_shapes(shapes);
+    const std::vector<SharedPositions> owned = own_shapes(shapes);
     const Triangles triangles = own_faces(faces, owned.size());
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
@@ -114,15 +114,15 @@ std::vector<Encoding> encode_shapes(const py::object& shapes, const py::object& 
     std::vector<PositionsView> views;
     for (std::size_t k = 0; k < owned.size(); ++k) {
         const std::string name = message("shapes[", k, "]");
-        if (owned[k].rows() != owned[0].rows()) {
-            throw ::meanvalue::InvalidInput(message(name, " has ", owned[k].rows(), " vertices, but shapes[0] has ",
-                                                    owned[0].rows(), "; all must be of one mesh"));
+        if (owned[k]->rows() != owned[0]->rows()) {
+            throw ::meanvalue::InvalidInput(message(name, " has ", owned[k]->rows(), " vertices, but shapes[0] has ",
+                                                    owned[0]->rows(), "; all must be of one mesh"));
         }
-        require_finite(owned[k], name.c_str());
-        require_moderate_extent(owned[k]);
-        views.emplace_back(owned[k]);
+        require_finite(*owned[k], name.c_str());
+        require_moderate_extent(*owned[k]);
+        views.emplace_back(*owned[k]);
     }
-    const TriangleMesh mesh(static_cast<Index>(owned[0].rows()), triangles, *held);
+    const TriangleMesh mesh(static_cast<Index>(owned[0]->rows()), triangles, *held);
     return encode_alike(collect_one_rings(mesh, *held), views, thread_count(threads), *held);
 }
 

@@ -57,7 +57,7 @@ Call own_call(const py::object& targets, const std::optional<py::object>& weight
 }
 
 /// In blocks, each of which is handed over frame by frame before the next one is begun.
-std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& call, const py::object& on_frame,
+std::shared_ptr<Sequence> solve_and_hand_over(const Deformer& deformer, const Call& call, const py::object& on_frame,
                                               Execution& execution) {
     const auto [begin, end] = call.options.frames.value_or(std::pair<Index, Index>{0, call.trajectories.frame_count});
     auto whole = std::make_shared<Sequence>();
@@ -95,7 +95,7 @@ std::shared_ptr<Sequence> solve_and_hand_over(Deformer& deformer, const Call& ca
     return whole;
 }
 
-std::shared_ptr<Sequence> solve_frames(Deformer& deformer, const py::object& targets,
+std::shared_ptr<Sequence> solve_frames(const Deformer& deformer, const py::object& targets,
                                        const std::optional<py::object>& weights,
                                        const std::optional<std::pair<Index, Index>>& frames, Index chunk,
                                        Index overlap, std::optional<double> tolerance, int max_iterations,

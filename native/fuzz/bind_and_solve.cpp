@@ -22,7 +22,7 @@ bool is_free(const Binding& binding, const SolveOptions& options, std::size_t k)
 
 void require_fixed_in_place(const Binding& binding, const SolveOptions& options, const Positions& targets,
                             const Solution& solution) {
-    std::vector<char> is_anchor(binding.vertices.rows(), 0);
+    std::vector<char> is_anchor(binding.vertices->rows(), 0);
     for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
         is_anchor[binding.anchors[k]] = 1;
         if (is_free(binding, options, k)) continue;
@@ -30,7 +30,7 @@ void require_fixed_in_place(const Binding& binding, const SolveOptions& options,
     }
     for (std::size_t v = 0; binding.roi && v < binding.roi->size(); ++v) {
         if ((*binding.roi)[v] || is_anchor[v]) continue;
-        require(solution.vertices.row(v) == binding.vertices.row(v), "what is outside the region stays");
+        require(solution.vertices.row(v) == binding.vertices->row(v), "what is outside the region stays");
     }
 }
 
@@ -51,13 +51,13 @@ void require_carriers(const BindReport& report, LooseRule rule) {
 void require_loose_in_place(const Binding& binding, const Deformer& deformer, const Solution& solution) {
     const BindReport& report = deformer.report();
     Positions carried = solution.vertices;
-    deformer.bound().loose_parts().carry(binding.vertices, carried.data(), 1, Execution());
+    deformer.bound().loose_parts().carry(*binding.vertices, carried.data(), 1, Execution());
     require(carried == solution.vertices, "a loose part is where it is carried to");
     for (Index v = 0; v < report.vertex_count; ++v) {
         const Index number = report.part_of[v];
         const Component& part = report.components[number];
         if (report.carriers[number] >= 0 || part.fixed_count + part.soft_count > 0) continue;
-        require(solution.vertices.row(v) == binding.vertices.row(v), "a part that nothing holds or carries stays");
+        require(solution.vertices.row(v) == binding.vertices->row(v), "a part that nothing holds or carries stays");
     }
 }
 

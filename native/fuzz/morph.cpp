@@ -39,7 +39,7 @@ Outcome morph(Bytes bytes) {
     std::vector<Positions> shapes = {mesh.vertices};
     for (int more = bytes.once_in(4) ? 2 : 1; more > 0; --more)
         shapes.push_back(read_other_shape(bytes, mesh));
-    MorphBinding binding{{shapes.begin(), shapes.end()}, mesh.faces};
+    MorphBinding binding(shapes, mesh.faces);
     for (Index k = bytes.once_in(2) ? bytes.below(6) : 0; k > 0 && mesh.vertex_count() > 0; --k)
         binding.anchors.push_back(bytes.below(mesh.vertex_count() + (bytes.once_in(64) ? 1 : 0)));
     binding.threads = bytes.once_in(8) ? 2 : 1;

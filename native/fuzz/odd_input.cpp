@@ -133,15 +133,14 @@ Positions read_targets(Bytes& bytes, const OddMesh& mesh, const std::vector<Inde
 
 namespace {
 
-/// The last anchors, mostly soft ones.
+/// Some of the anchors, mostly soft ones.
 void read_border(Bytes& bytes, Binding& binding) {
-    const auto count = static_cast<Index>(binding.anchors.size());
-    binding.border_count = bytes.below(count + 1);
-    if (bytes.once_in(16)) binding.border_count = bytes.below(count + 4) - 2;
-    if (bytes.once_in(8)) return;
-    const std::size_t hard = binding.anchors.size() - std::clamp(binding.border_count, 0, count);
-    for (std::size_t k = hard; k < binding.strengths.size(); ++k)
-        binding.strengths[k] = 0.1;
+    const bool is_soft = !bytes.once_in(8);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
+        binding.is_border.push_back(bytes.once_in(2) ? 1 : 0);
+        if (binding.is_border.back() && is_soft && k < binding.strengths.size()) binding.strengths[k] = 0.1;
+    }
+    if (bytes.once_in(16)) binding.is_border.push_back(1);
 }
 
 }  // namespace
@@ -171,7 +170,7 @@ void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
             if (bytes.once_in(64)) binding.strengths.back() = bytes.number();
         }
     }
-    binding.border_count = 0;
+    binding.is_border.clear();
     if (!binding.strengths.empty() && bytes.once_in(4)) read_border(bytes, binding);
     binding.rigidity.reset();
     if (bytes.once_in(3)) binding.rigidity = bytes.once_in(2) ? 0.0 : std::pow(10.0, bytes.below(14) - 4);

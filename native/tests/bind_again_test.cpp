@@ -73,7 +73,7 @@ std::unique_ptr<Deformer> bound(const Binding& binding, const Deformer* earlier 
 }
 
 Binding fresh_binding(const Mesh& mesh, Method method, int threads = 1) {
-    return Binding{mesh.vertices, mesh.faces, {}, {}, method, threads};
+    return binding_of(mesh, {}, method, threads);
 }
 
 TEST(BindAgain, HasTheBitsOfAFreshBind) {
@@ -140,7 +140,7 @@ TEST(BindAgain, LargeHandlesAndNewPartsAreBoundAfresh) {
 
 TEST(BindAgain, RefusesWhatAFreshBindRefuses) {
     const Mesh mesh = mesh_for(Method::kPaper);
-    const auto deformer = bound(Binding{mesh.vertices, mesh.faces, {0, 5}, {}, Method::kPaper, 1});
+    const auto deformer = bound(binding_of(mesh, {0, 5}, Method::kPaper, 1));
     Binding binding = deformer->bound().binding_again();
     binding.anchors = {0, mesh.vertex_count()};
     EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound(binding, deformer.get()); }), "anchor 1"));
@@ -261,7 +261,7 @@ TEST(Settle, CancelledInItsSecondHalfLeavesTheDragAsItWas) {
         anchors = pose.anchors;
         frames.push_back(pose.targets);
     }
-    const Binding binding{mesh.vertices, mesh.faces, anchors, {}, Method::kFast, 1};
+    const Binding binding = binding_of(mesh, anchors, Method::kFast, 1);
     const auto deformer = bound(binding);
     Execution execution;
     Deformer::Drag drag(*deformer, execution);

@@ -7,6 +7,7 @@
 
 #include "meanvalue/common/detached_job.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/morph/morpher.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
@@ -17,8 +18,10 @@ constexpr double kPi = 3.14159265358979323846;
 std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<Index>& anchors,
                                    const std::optional<std::vector<char>>& roi = {}, int threads = 1) {
     Execution execution;
-    return std::make_unique<Deformer>(Binding{mesh.vertices, mesh.faces, anchors, roi, Method::kFull, threads},
-                                      execution);
+    Binding binding(mesh.vertices, mesh.faces, anchors, roi);
+    binding.method = Method::kFull;
+    binding.threads = threads;
+    return std::make_unique<Deformer>(binding, execution);
 }
 
 Solution solve(Deformer& deformer, const Positions& targets) {
@@ -342,6 +345,72 @@ TEST(DeformerRejects, WrongSizesAndOptions) {
     EXPECT_THROW(deformer->solve(targets, {}, SolveOptions{0.0, 10}, execution), InvalidInput);
     EXPECT_THROW(deformer->solve(targets, {}, SolveOptions{1e-6, -1}, execution), InvalidInput);
     EXPECT_TRUE(contains(message_of<InvalidInput>([] { method_from_name("magic"); }), "'full'"));
+}
+
+/// As libigl has meshes.
+struct ColumnMajor {
+    Eigen::MatrixXd vertices;
+    Eigen::MatrixXi faces;
+    explicit ColumnMajor(const Mesh& mesh) : vertices(mesh.vertices), faces(mesh.faces) {}
+};
+
+TEST(Inputs, BindingsOwnWhatTheyWereMadeFromInAnyLayoutAndMayBeCopied) {
+    const Mesh mesh = torus(16, 8);
+    const std::vector<Index> anchors = {0, 9, 40, 77};
+    Positions targets = rows_of(mesh.vertices, anchors);
+    targets(0, 2) += 0.3;
+    const Solution expected = Deformer(Binding(mesh.vertices, mesh.faces, anchors)).solve(targets);
+    std::vector<Binding> bindings;
+    {
+        const ColumnMajor given(mesh);
+        bindings.emplace_back(given.vertices, given.faces, anchors);
+        for (int copy = 0; copy < 5; ++copy)
+            bindings.push_back(bindings.front());
+        EXPECT_EQ(bindings.back().vertices, bindings.front().vertices);  // copied once
+    }
+    const Binding last = bindings.back();
+    bindings.clear();
+    const Deformer deformer(last);
+    EXPECT_EQ(&deformer.bound().rest(), last.vertices.get());  // and not at bind
+    EXPECT_EQ(deformer.solve(Eigen::MatrixXd(targets)).vertices, expected.vertices);
+}
+
+TEST(Inputs, MorphBindingsOwnWhatTheyWereMadeFromInAnyLayoutAndMayBeCopied) {
+    const Mesh mesh = torus(16, 8);
+    const Positions other = moved_by_similarity(mesh.vertices, 1.2, {0, 0, 1}, 0.7, {0, 0, 0});
+    const std::vector<Positions> rows = {mesh.vertices, other};
+    const Solution expected = Morpher(MorphBinding(rows, mesh.faces)).solve({0.5, 0.5});
+    std::vector<MorphBinding> bindings;
+    {
+        std::vector<Eigen::MatrixXd> shapes = {rows[0], rows[1]};
+        bindings.emplace_back(shapes, ColumnMajor(mesh).faces);
+        bindings.push_back(bindings.front());
+        bindings.front().shapes.push_back(share(Eigen::MatrixXd(other), "other"));
+    }
+    const Morpher morpher(bindings.back());
+    bindings.clear();
+    EXPECT_EQ(morpher.solve({0.5, 0.5}).vertices, expected.vertices);
+}
+
+TEST(Inputs, OfOtherThanThreeColumnsAreRefusedByName) {
+    const Mesh mesh = torus(16, 8);
+    const ColumnMajor given(mesh);
+    const auto refusal = [](const auto& action) { return message_of<InvalidInput>(action); };
+    EXPECT_TRUE(contains(refusal([&] { Binding(Eigen::MatrixXd(given.vertices.leftCols(2)), given.faces, {0}); }),
+                         "vertices has 2 columns; give 3"));
+    EXPECT_TRUE(contains(refusal([&] { Binding(given.vertices, Eigen::MatrixXi::Zero(5, 4).eval(), {0}); }),
+                         "faces has 4 columns; give 3"));
+    const Deformer deformer(Binding(given.vertices, given.faces, {0}));
+    EXPECT_TRUE(contains(refusal([&] { deformer.solve(Eigen::MatrixXd::Zero(1, 2).eval()); }),
+                         "targets has 2 columns; give 3"));
+}
+
+TEST(Inputs, ABindingOfAnEqualMeshIsBoundAgainAsThatOfTheEarlierOne) {
+    const Mesh mesh = torus(16, 8);
+    const Deformer first(binding_of(mesh, {0, 9, 40}));
+    Execution execution;
+    const Deformer again(binding_of(mesh, {0, 9, 77}), execution, &first);
+    EXPECT_EQ(&again.bound().rest(), &first.bound().rest());
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<Index>& anchors, Method method) {
     Execution execution;
     // Without rigidity: shapes of any size are as good as each other.
-    return std::make_unique<Deformer>(Binding{mesh.vertices, mesh.faces, anchors, {}, method, 1, {}, 0.0}, execution);
+    return std::make_unique<Deformer>(binding_of(mesh, anchors, method, 1, 0.0), execution);
 }
 
 Solution solve(Deformer& deformer, const Positions& targets, const std::optional<PositionsView>& start = {}) {

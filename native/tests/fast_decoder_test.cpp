@@ -62,7 +62,9 @@ TEST(FastDecoder, AHandleThatMovesWithEverythingIsFollowedWithoutHarm) {
     Execution execution;
     const std::vector<Index> anchors = spread_vertices(mesh, 8);
     const std::vector<Index> handles(8, 0);
-    Deformer deformer({mesh.vertices, mesh.faces, anchors, {}, Method::kFast, 1, handles, {}}, execution);
+    Binding binding = binding_of(mesh, anchors, Method::kFast, 1);
+    binding.handles = handles;
+    Deformer deformer(binding, execution);
     const Positions moved = moved_by_similarity(mesh.vertices, 1.0, {1, 2, 3}, 3.0, {5, -2, 1});
     EXPECT_LT(largest_distance(solve(deformer, rows_of(moved, anchors)).vertices, moved), 1e-9 * mesh.diagonal());
 }
@@ -269,8 +271,7 @@ TEST(FastDecoder, ACancelledBindLeavesTheNextOneWhole) {
     const Pose pose = poses()[7];
     const Solution before = solve(*bound_to(pose.mesh, pose.anchors), pose.targets);
     cancel_here_and_there([&](Execution& execution) {
-        const Deformer deformer({pose.mesh.vertices, pose.mesh.faces, pose.anchors, {}, Method::kFast, 1, {}, {}},
-                                execution);
+        const Deformer deformer(binding_of(pose.mesh, pose.anchors, Method::kFast, 1), execution);
     });
     EXPECT_EQ(solve(*bound_to(pose.mesh, pose.anchors), pose.targets).vertices, before.vertices);
 }
@@ -280,8 +281,9 @@ std::string refusal(const std::vector<Index>& handles, std::optional<double> rig
     const Mesh mesh = sphere(2);
     return message_of<InvalidInput>([&] {
         Execution execution;
-        const Deformer deformer({mesh.vertices, mesh.faces, {0, 1, 2, 3}, {}, method, 1, handles, rigidity},
-                                execution);
+        Binding binding = binding_of(mesh, {0, 1, 2, 3}, method, 1, rigidity);
+        binding.handles = handles;
+        const Deformer deformer(binding, execution);
     });
 }
 

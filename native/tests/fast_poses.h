@@ -21,8 +21,9 @@ inline std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<In
                                           std::optional<double> rigidity = {}, int threads = 1,
                                           const std::optional<std::vector<char>>& roi = {}) {
     Execution execution;
-    return std::make_unique<Deformer>(
-        Binding{mesh.vertices, mesh.faces, anchors, roi, Method::kFast, threads, {}, rigidity}, execution);
+    Binding binding = binding_of(mesh, anchors, Method::kFast, threads, rigidity);
+    binding.roi = roi;
+    return std::make_unique<Deformer>(binding, execution);
 }
 
 inline Solution solve(Deformer& deformer, const Positions& targets, const SolveOptions& options = {}) {

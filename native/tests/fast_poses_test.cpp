@@ -18,7 +18,7 @@ TEST_P(EveryPlainPose, WithoutRigidityItReachesTheMinimumOfThePapersEnergy) {
     const Pose& pose = GetParam();
     const Solution fast = solve(*bound_to(pose.mesh, pose.anchors, 0.0), pose.targets);
     Execution execution;
-    Deformer full({pose.mesh.vertices, pose.mesh.faces, pose.anchors, {}, Method::kFull, 1, {}, {}}, execution);
+    Deformer full(binding_of(pose.mesh, pose.anchors, Method::kFull, 1), execution);
     const Solution exact = solve(full, pose.targets);
     EXPECT_LT(fast.energy, 1.05 * exact.energy);
     const double g = meanvalue::energy(encoding_of(pose.mesh), fast.vertices, 1, execution);
@@ -181,7 +181,7 @@ TEST(FastDecoder, ADragOfStiffSoftAnchorsTakesNoMoreStepsThanOneOfHardOnes) {
     const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
     const auto iterations_of_drag = [&](double strength) {
         Execution execution;
-        Binding binding{pose.mesh.vertices, pose.mesh.faces, pose.anchors, {}, Method::kFast, 1, {}, {}};
+        Binding binding = binding_of(pose.mesh, pose.anchors, Method::kFast, 1);
         binding.strengths.assign(pose.anchors.size(), strength);
         Deformer deformer(binding, execution);
         Positions shape = pose.mesh.vertices;

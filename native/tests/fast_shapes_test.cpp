@@ -109,7 +109,9 @@ TEST(FastShapes, HandlesOfFewAnchorsAreFollowed) {
         for (Index k = 0; k < 8; ++k)
             targets.row(k) = all.row(static_cast<Eigen::Index>(places[k]));
         Execution execution;
-        Deformer with({held.mesh.vertices, held.mesh.faces, anchors, {}, Method::kFast, 1, handles, {}}, execution);
+        Binding binding = binding_of(held.mesh, anchors, Method::kFast, 1);
+        binding.handles = handles;
+        Deformer with(binding, execution);
         const Solution followed = solve(with, targets);
         expect_evenly_twisted(held, followed.vertices, angle_rad, 0.8);
         EXPECT_LE(followed.energy, 1.001 * solve(*bound_to(held.mesh, anchors), targets).energy);

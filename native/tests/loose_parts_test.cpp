@@ -327,9 +327,10 @@ TEST(LooseParts, ASoftBorderAloneHoldsNoPart) {
         binding.anchors.push_back(v);
         binding.strengths.push_back(1.0);
     }
-    binding.border_count = head.mesh.vertex_count() - head.head_count;
+    binding.is_border.assign(binding.anchors.size(), 0);
+    std::fill(binding.is_border.begin() + held, binding.is_border.end(), 1);
     targets.conservativeResize(static_cast<Index>(binding.anchors.size()), 3);
-    targets.bottomRows(targets.rows() - held) = head.mesh.vertices.bottomRows(binding.border_count);
+    targets.bottomRows(targets.rows() - held) = head.mesh.vertices.bottomRows(targets.rows() - held);
     EXPECT_EQ(solved(binding, targets), solved(head.binding(LooseRule::kFollow), head.turned(1.05)));
 }
 
@@ -337,7 +338,7 @@ TEST(LooseParts, ASoftBorderWithoutAnythingThatHoldsStaysAtRest) {
     const Mesh ball = sphere(1);
     Binding binding{ball.vertices, ball.faces, {0, 1, 2}, {}};
     binding.strengths = {1.0, 1.0, 1.0};
-    binding.border_count = 3;
+    binding.is_border = {1, 1, 1};
     binding.loose = LooseRule::kFollow;
     const Positions targets = ball.vertices.topRows(3).array() + 0.5;
     EXPECT_EQ(solved(binding, targets), ball.vertices);
@@ -350,7 +351,8 @@ TEST(LooseParts, ASoftBorderOfWhatIsCarriedMayBeFreed) {
     binding.strengths.assign(binding.anchors.size(), std::numeric_limits<double>::infinity());
     binding.anchors.push_back(head.head_count);
     binding.strengths.push_back(1.0);
-    binding.border_count = 1;
+    binding.is_border.assign(binding.anchors.size(), 0);
+    binding.is_border.back() = 1;
     Positions targets = head.turned(1.05);
     targets.conservativeResize(targets.rows() + 1, 3);
     targets.bottomRows(1) = head.mesh.vertices.row(head.head_count);

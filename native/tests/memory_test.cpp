@@ -40,7 +40,7 @@ struct Bent {
 
     Bent() { targets.row(2) += Eigen::RowVector3d(0.3, 0.2, 0.9); }
     Binding binding(Method method, int threads) const {
-        return {mesh.vertices, mesh.faces, anchors, {}, method, threads};
+        return binding_of(mesh, anchors, method, threads);
     }
     Positions solved(Deformer& deformer) const {
         Execution execution;
@@ -87,7 +87,7 @@ TEST(Memory, RunsOutInClipsAndMorphs) {
     EXPECT_GT(failed_everywhere([&] { solve_sequence(deformer, clip, options, execution); }), 10);
 
     const Positions other = 1.5 * bent.mesh.vertices;
-    const MorphBinding shapes{{bent.mesh.vertices, other}, bent.mesh.faces};
+    const MorphBinding shapes(std::vector<Positions>{bent.mesh.vertices, other}, bent.mesh.faces);
     EXPECT_GT(failed_everywhere([&] { const Morpher morpher(shapes, execution); }), 20);
     const Morpher morpher(shapes, execution);
     const Positions expected = morpher.solve({0.5, 0.5}, {}, execution).vertices;

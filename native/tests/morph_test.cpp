@@ -105,7 +105,7 @@ TEST(EncodingBlend, AGuardedRingOfOneShapeIsGuardedInAll) {
 TEST(Morpher, AGraftIsPlacedWhereAllVerticesAreAnchors) {
     const Shapes shapes = noisy_shapes();
     const auto vertices = static_cast<Index>(shapes.positions[0].rows());
-    MorphBinding binding{{shapes.positions[0], shapes.positions[1]}, shapes.faces};
+    MorphBinding binding(std::vector<Positions>{shapes.positions[0], shapes.positions[1]}, shapes.faces);
     for (Index v = 0; v < vertices; ++v)
         binding.anchors.push_back(v);
     Execution execution;
@@ -128,7 +128,7 @@ TEST(Morpher, PastesAPartWithoutMovingTheRest) {
     }
     const Positions moved =
         tests::moved_by_similarity(bumped, 2.0, Vector3(1.0, 2.0, 0.3), 1.3, Vector3(7.0, 0.0, -3.0));
-    MorphBinding binding{{mesh.vertices, moved}, mesh.faces};
+    MorphBinding binding(std::vector<Positions>{mesh.vertices, moved}, mesh.faces);
     Execution execution;
     const Morpher morpher(binding, execution);
     const Solution solution = morpher.solve(weights, {}, execution);
@@ -144,7 +144,7 @@ TEST(Morpher, PartsFollowWithTheBitsOfOneThreadOnSeveral) {
     std::vector<Positions> shapes;
     for (const double angle : {0.0, 0.7, 1.4})
         shapes.push_back(tests::moved_by_similarity(mesh.vertices, 1.0, Vector3::UnitZ(), angle, Vector3::Zero()));
-    MorphBinding binding{{shapes.begin(), shapes.end()}, mesh.faces};
+    MorphBinding binding(shapes, mesh.faces);
     Execution execution;
     binding.threads = 1;
     const Morpher alone(binding, execution);

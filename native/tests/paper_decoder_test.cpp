@@ -16,7 +16,10 @@ std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<Index>& a
                                    Method method = Method::kPaper, const std::optional<std::vector<char>>& roi = {},
                                    int threads = 1) {
     Execution execution;
-    return std::make_unique<Deformer>(Binding{mesh.vertices, mesh.faces, anchors, roi, method, threads}, execution);
+    Binding binding(mesh.vertices, mesh.faces, anchors, roi);
+    binding.method = method;
+    binding.threads = threads;
+    return std::make_unique<Deformer>(binding, execution);
 }
 
 Solution solve(Deformer& deformer, const Positions& targets) {
@@ -188,7 +191,7 @@ TEST(PaperDecoder, CancelsAtAnyPlaceAndStaysUsable) {
     EXPECT_GT(cancels, 30);
     EXPECT_EQ(solve(*deformer, targets).vertices, before);
     const auto bind = [&](Execution& execution) {
-        Deformer({mesh.vertices, mesh.faces, anchors, {}, Method::kPaper, 1, {}, {}}, execution);
+        Deformer(binding_of(mesh, anchors, Method::kPaper, 1), execution);
     };
     EXPECT_EQ(cancelled_everywhere(bind).back(), "encode");
 }

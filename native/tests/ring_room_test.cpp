@@ -103,9 +103,8 @@ TEST_P(EveryMethod, RefusesAHubByName) {
     const Mesh mesh = capped_tube(kAround, 2, 1.0);
     Execution execution;
     const std::vector<Index> anchors = {0, kAround / 3, kAround / 2};
-    const std::string text = message_of<InvalidInput>([&] {
-        Deformer(Binding{mesh.vertices, mesh.faces, anchors, {}, GetParam()}, execution);
-    });
+    const std::string text =
+        message_of<InvalidInput>([&] { Deformer(binding_of(mesh, anchors, GetParam()), execution); });
     EXPECT_TRUE(contains(text, "neighbours that may move, and at most 2048")) << text;
     EXPECT_TRUE(contains(text, message("vertex ", 2 * kAround)) ||
                 contains(text, message("vertex ", 2 * kAround + 1)))
@@ -116,7 +115,7 @@ TEST_P(EveryMethod, SolvesForThePoleOfASphereOf160Segments) {
     const Mesh mesh = capped_tube(160, 4, 1.0);
     Execution execution;
     const std::vector<Index> anchors = {0, 50, 100, 480, 530, 580};
-    Deformer deformer(Binding{mesh.vertices, mesh.faces, anchors, {}, GetParam()}, execution);
+    Deformer deformer(binding_of(mesh, anchors, GetParam()), execution);
     EXPECT_GE(deformer.report().longest_ring, 160);
     const Positions moved = moved_by_similarity(mesh.vertices, 1.0, {1, 2, 3}, 0.5, {1, 0, 0});
     const Solution solution = deformer.solve(rows_of(moved, anchors), {}, SolveOptions(), execution);

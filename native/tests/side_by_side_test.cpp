@@ -24,8 +24,7 @@ struct Drag {
 
     std::unique_ptr<Deformer> bound(Method method = Method::kFast, int threads = 1) const {
         Execution execution;
-        return std::make_unique<Deformer>(Binding{mesh.vertices, mesh.faces, anchors, {}, method, threads},
-                                          execution);
+        return std::make_unique<Deformer>(binding_of(mesh, anchors, method, threads), execution);
     }
 
     Positions next(Deformer& deformer, std::size_t frame, const Positions& start) const {

@@ -15,7 +15,7 @@ const SolveOptions kFine{1e-8, 2000};
 
 Binding soft_binding(const Mesh& mesh, const std::vector<Index>& anchors, const std::vector<double>& strengths,
                      std::optional<double> rigidity = {}, int threads = 1) {
-    Binding binding{mesh.vertices, mesh.faces, anchors, {}, Method::kFast, threads, {}, rigidity};
+    Binding binding = binding_of(mesh, anchors, Method::kFast, threads, rigidity);
     binding.strengths = strengths;
     return binding;
 }

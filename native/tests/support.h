@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/execution.h"
+#include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
@@ -31,6 +33,15 @@ std::string message_of(Action&& action) {
     }
     ADD_FAILURE() << "nothing was thrown";
     return {};
+}
+
+inline Binding binding_of(const Mesh& mesh, const std::vector<Index>& anchors, Method method = Method::kFast,
+                          int threads = 0, std::optional<double> rigidity = {}) {
+    Binding binding(mesh.vertices, mesh.faces, anchors);
+    binding.method = method;
+    binding.threads = threads;
+    binding.rigidity = rigidity;
+    return binding;
 }
 
 inline double largest_distance(const Positions& a, const Positions& b) {

@@ -33,7 +33,7 @@ std::vector<Index> handles_of_region(const Binding& binding, const Region& regio
         throw InvalidInput(message("handles has ", binding.handles.size(), " numbers, but there are ",
                                    binding.anchors.size(), " anchors; give one number for each"));
     }
-    std::vector<Index> of_mesh(binding.vertices.rows(), -1);
+    std::vector<Index> of_mesh(binding.vertices->rows(), -1);
     for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
         if (binding.handles[k] < 0) {
             throw InvalidInput(message("handles[", k, "] is ", binding.handles[k], "; give numbers from 0"));
@@ -72,20 +72,20 @@ std::vector<char> soft_flags(const Binding& binding) {
                 ", but lies outside the region of influence, where nothing is free; take it into the region, or give "
                 "infinity for an anchor that is met exactly");
         }
-        flags.resize(binding.vertices.rows(), 0);
+        flags.resize(binding.vertices->rows(), 0);
         flags[v] = 1;
     }
     return flags;
 }
 
 std::vector<char> resting_flags(const Binding& binding) {
-    const auto count = static_cast<std::size_t>(binding.border_count);
-    if (count > binding.anchors.size()) {
-        throw InvalidInput(message("border is ", count, ", but there are ", binding.anchors.size(),
-                                   " anchors; give how many of the last of them are a soft border"));
+    if (binding.is_border.size() != binding.anchors.size()) {
+        throw InvalidInput(message("is_border has ", binding.is_border.size(), " flags, but there are ",
+                                   binding.anchors.size(), " anchors; give one for each, or none"));
     }
-    std::vector<char> flags(binding.vertices.rows(), 0);
-    for (std::size_t k = binding.anchors.size() - count; k < binding.anchors.size(); ++k) {
+    std::vector<char> flags(binding.vertices->rows(), 0);
+    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
+        if (!binding.is_border[k]) continue;
         if (binding.strengths.empty() || std::isinf(binding.strengths[k])) {
             throw InvalidInput(
                 message("anchor ", k, " of the soft border is met exactly; give it a finite strength"));

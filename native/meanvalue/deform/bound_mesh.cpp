@@ -61,13 +61,22 @@ std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<
     return std::make_unique<FullDecoder>(std::move(encoded), threads, execution);
 }
 
-std::shared_ptr<const RestMesh> copy_mesh(const Binding& binding) {
-    auto mesh = std::make_shared<RestMesh>(RestMesh{binding.vertices, binding.faces, binding.roi});
-    require_finite(mesh->vertices, "vertices");
-    require_moderate_extent(mesh->vertices);
-    require_triangles(static_cast<Index>(mesh->vertices.rows()), mesh->faces);
-    mesh->diagonal = bounding_box_diagonal(mesh->vertices);
-    return mesh;
+std::shared_ptr<const RestMesh> checked_mesh(const Binding& binding) {
+    require_finite(*binding.vertices, "vertices");
+    require_moderate_extent(*binding.vertices);
+    require_triangles(static_cast<Index>(binding.vertices->rows()), *binding.faces);
+    return std::make_shared<RestMesh>(
+        RestMesh{binding.vertices, binding.faces, binding.roi, bounding_box_diagonal(*binding.vertices)});
+}
+
+template <typename Array>
+bool is_same_array(const std::shared_ptr<const Array>& a, const std::shared_ptr<const Array>& b) {
+    return a == b || (a->rows() == b->rows() && *a == *b);
+}
+
+bool is_same_mesh(const Binding& binding, const RestMesh& mesh) {
+    return is_same_array(binding.vertices, mesh.vertices) && is_same_array(binding.faces, mesh.faces) &&
+           binding.roi == mesh.roi;
 }
 
 template <typename T>
@@ -100,23 +109,20 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
       loose_(binding.loose),
       threads_(thread_count(binding.threads)),
       anchors_(binding.anchors) {
-    if (earlier != nullptr &&
-        (binding.vertices.data() != earlier->rest().data() || binding.faces.data() != earlier->mesh_->faces.data() ||
-         binding.roi != earlier->mesh_->roi || binding.method != earlier->method_)) {
+    if (earlier != nullptr && (binding.method != earlier->method_ || !is_same_mesh(binding, *earlier->mesh_)))
         earlier = nullptr;
-    }
     if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
-    mesh_ = earlier != nullptr ? earlier->mesh_ : copy_mesh(binding);
+    mesh_ = earlier != nullptr ? earlier->mesh_ : checked_mesh(binding);
     execution.begin_stage("encode");
     is_fixed_ = fixed_flags(static_cast<Index>(rest().rows()), binding.anchors, binding.roi);
     const std::vector<char> is_soft = soft_flags(binding);
     for (std::size_t v = 0; v < is_soft.size(); ++v) {
         if (is_soft[v]) is_fixed_[v] = 0;
     }
-    Components components = find_components(rest(), mesh_->faces, is_fixed_, execution, is_soft);
+    Components components = find_components(rest(), *mesh_->faces, is_fixed_, execution, is_soft);
     if (loose_ == LooseRule::kFollow) {
-        if (binding.border_count > 0) let_go(components, resting_flags(binding));
-        loose_parts_ = LooseParts(rest(), mesh_->faces, components, execution);
+        if (!binding.is_border.empty()) let_go(components, resting_flags(binding));
+        loose_parts_ = LooseParts(rest(), *mesh_->faces, components, execution);
     }
     for (const Index v : anchors_)
         is_let_go_.push_back(components.fixed[components.part_of[v]].empty() ? 1 : 0);
@@ -141,9 +147,9 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const std::vector<char>&
     for (std::size_t v = 0; v < may_move.size(); ++v) {
         may_move[v] = may_move[v] != 0 && !components.fixed[components.part_of[v]].empty() ? 1 : 0;
     }
-    cut_out_by_ = without_small_patches(is_fixed, may_move, mesh_->faces, execution);
+    cut_out_by_ = without_small_patches(is_fixed, may_move, *mesh_->faces, execution);
     const bool is_same = earlier != nullptr && cut_out_by_ == earlier->cut_out_by_;
-    Region region = is_same ? Region() : surroundings_of_free(rest(), mesh_->faces, cut_out_by_, execution);
+    Region region = is_same ? Region() : surroundings_of_free(rest(), *mesh_->faces, cut_out_by_, execution);
     const Region& of = is_same ? earlier->decoder().shape()->region : region;
     require_room_for_rings(of, rows_of(is_fixed, of.vertices), pair_bytes_of(method_), execution);
     if (is_same) return earlier->decoder().shape();
@@ -154,7 +160,9 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const std::vector<char>&
 }
 
 Binding BoundMesh::binding_again() const {
-    Binding binding{mesh_->vertices, mesh_->faces, {}, mesh_->roi, method_, threads_};
+    Binding binding(mesh_->vertices, mesh_->faces, {}, mesh_->roi);
+    binding.method = method_;
+    binding.threads = threads_;
     binding.instructions = instructions_;
     binding.loose = loose_;
     return binding;

@@ -5,9 +5,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/shared_arrays.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/decoder.h"
@@ -34,8 +36,18 @@ LooseRule loose_rule_from_name(const std::string& name);
 
 /// What a Deformer is bound to.
 struct Binding {
-    PositionsView vertices;  ///< n x 3 rest positions
-    TrianglesView faces;     ///< m x 3
+    /// @param vertices, faces matrices or maps of Eigen's in any layout, which are copied; or what is shared already.
+    /// All other settings are given by their names. @throws InvalidInput unless both have three columns.
+    template <typename Vertices, typename Faces>
+    Binding(const Vertices& vertices, const Faces& faces, std::vector<Index> anchors,
+            std::optional<std::vector<char>> roi = {})
+        : vertices(share(vertices, "vertices")),
+          faces(share(faces, "faces")),
+          anchors(std::move(anchors)),
+          roi(std::move(roi)) {}
+
+    SharedPositions vertices;  ///< n x 3 rest positions
+    SharedTriangles faces;     ///< m x 3
     std::vector<Index> anchors;
     std::optional<std::vector<char>> roi;  ///< n flags, true may move; none: every vertex may
     Method method = Method::kFast;
@@ -54,9 +66,9 @@ struct Binding {
     std::vector<double> strengths = {};
     /// Solve with what all processors of an architecture have: slower, with the same bits on each of them.
     InstructionSet instructions = InstructionSet::kFastest;
-    /// So many of the anchors, the last ones, only hold a region's soft border to its rest shape: a part that has no
-    /// others is loose.
-    Index border_count = 0;
+    /// k flags, or empty: anchors that only hold a region's soft border to its rest shape. A part that has no others
+    /// is loose.
+    std::vector<char> is_border = {};
     LooseRule loose = LooseRule::kStay;
 };
 
@@ -82,8 +94,8 @@ struct BindReport {
 
 /// A mesh as it was given, and what of it may move.
 struct RestMesh {
-    Positions vertices;
-    Triangles faces;
+    SharedPositions vertices;
+    SharedTriangles faces;
     std::optional<std::vector<char>> roi;
     double diagonal = 0.0;  ///< of its bounding box
 };
@@ -91,8 +103,9 @@ struct RestMesh {
 /// Everything that bind makes. Never written to afterwards, so that any number of threads may read it.
 class BoundMesh {
   public:
-    /// @param earlier a mesh bound before, or nullptr. Where `binding` is its binding_again(), what does not depend
-    /// on the anchors is shared with it, and the rest found along it where that is quicker. The bits are the same.
+    /// @param earlier a mesh bound before, or nullptr. Where `binding` has the same mesh, region and method, as its
+    /// binding_again() has, what does not depend on the anchors is shared with it, and the rest found along it where
+    /// that is quicker. The bits are the same.
     /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
     /// anchor named twice, rings that are too long (RingRoom), ...),
     ///         SolverFailure, Cancelled.
@@ -106,9 +119,9 @@ class BoundMesh {
     int threads_of(int threads) const { return threads > 0 ? threads : threads_; }
     double default_tolerance() const { return default_tolerance_; }
     const std::vector<Index>& anchors() const { return anchors_; }
-    const Positions& rest() const { return mesh_->vertices; }  ///< n x 3
-    /// Mesh, region of influence, method, threads, instructions and what becomes of loose parts of this one, which it
-    /// must not outlive; anchors and what belongs to them are to be given.
+    const Positions& rest() const { return *mesh_->vertices; }  ///< n x 3
+    /// Mesh, region of influence, method, threads, instructions and what becomes of loose parts of this one; anchors
+    /// and what belongs to them are to be given.
     Binding binding_again() const;
 
     /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is

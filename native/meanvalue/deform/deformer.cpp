@@ -9,6 +9,13 @@
 
 namespace meanvalue {
 
+Solution::Solution() = default;
+Solution::Solution(const Solution&) = default;
+Solution::Solution(Solution&&) noexcept = default;
+Solution& Solution::operator=(const Solution&) = default;
+Solution& Solution::operator=(Solution&&) noexcept = default;
+Solution::~Solution() = default;
+
 Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer* earlier)
     : bound_(binding, execution, earlier == nullptr ? nullptr : &earlier->bound_),
       workspaces_(bound_.decoder()),
@@ -17,14 +24,14 @@ Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer*
 }
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
-                         const SolveOptions& options, Execution& execution) {
+                         const SolveOptions& options, Execution& execution) const {
     return solve_with(nullptr, targets, start, options, execution);
 }
 
 /// @param loan nullptr: the one that fits best is borrowed.
 Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& targets,
                               const std::optional<PositionsView>& start, const SolveOptions& options,
-                              Execution& execution) {
+                              Execution& execution) const {
     const double tolerance = options.tolerance.value_or(bound_.default_tolerance());
     if (!(tolerance > 0.0)) {
         throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
@@ -87,35 +94,17 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
     return solution;
 }
 
-std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution,
+std::unique_ptr<Deformer> bind_detached(Binding binding, const std::shared_ptr<Execution>& execution,
                                         const std::shared_ptr<const Deformer>& earlier) {
     struct Bind {
-        Positions vertices;
-        Triangles faces;
-        std::shared_ptr<const Deformer> earlier;
-        std::unique_ptr<Binding> binding;
+        Binding binding;
         std::shared_ptr<Execution> execution;
+        std::shared_ptr<const Deformer> earlier;
         std::unique_ptr<Deformer> deformer;
     };
-    // The views of a binding that is made again are those of the earlier one's own mesh, which it holds.
-    const bool is_again = earlier != nullptr && binding.vertices.data() == earlier->bound().rest().data();
-    const auto bind = std::make_shared<Bind>();
-    bind->execution = execution;
-    bind->earlier = earlier;
-    if (is_again) {
-        bind->binding = std::make_unique<Binding>(binding);
-    } else {
-        bind->vertices = binding.vertices;
-        bind->faces = binding.faces;
-        bind->binding = std::make_unique<Binding>(Binding{bind->vertices, bind->faces, binding.anchors, binding.roi,
-                                                          binding.method, binding.threads, binding.handles,
-                                                          binding.rigidity, binding.strengths, binding.instructions,
-                                                          binding.border_count, binding.loose});
-    }
+    const auto bind = std::make_shared<Bind>(Bind{std::move(binding), execution, earlier, nullptr});
     run_detached(
-        [bind] {
-            bind->deformer = std::make_unique<Deformer>(*bind->binding, *bind->execution, bind->earlier.get());
-        },
+        [bind] { bind->deformer = std::make_unique<Deformer>(bind->binding, *bind->execution, bind->earlier.get()); },
         *execution);
     return std::move(bind->deformer);
 }

@@ -28,6 +28,14 @@ struct SolveOptions {
 };
 
 struct Solution {
+    // Made and freed in the library: see copy_shared().
+    Solution();
+    Solution(const Solution&);
+    Solution(Solution&&) noexcept;
+    Solution& operator=(const Solution&);
+    Solution& operator=(Solution&&) noexcept;
+    ~Solution();
+
     Positions
         vertices;  ///< n x 3; anchors exactly at their targets but for soft ones, fixed vertices exactly at rest
     double energy = 0.0;  ///< what was minimised, squared units of the input: G, or with rigidity or soft
@@ -49,6 +57,7 @@ class Deformer {
     /// @param earlier to share with what it may, or nullptr; both stay usable, side by side, and either may go first.
     /// @throws as BoundMesh.
     Deformer(const Binding& binding, Execution& execution, const Deformer* earlier = nullptr);
+    explicit Deformer(const Binding& binding) : Deformer(binding, *std::make_unique<Execution>()) {}
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
     ///
@@ -60,14 +69,21 @@ class Deformer {
     ///        anchors have moved since. None: the rest shape.
     /// @throws InvalidInput, SolverFailure, Cancelled; the deformer stays usable.
     Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
-                   const SolveOptions& options, Execution& execution);
+                   const SolveOptions& options, Execution& execution) const;
+    /// The same from rest, of a matrix or map of Eigen's in any layout. @throws InvalidInput unless it has three
+    /// columns.
+    template <typename Derived>
+    Solution solve(const Eigen::MatrixBase<Derived>& targets, const SolveOptions& options = {}) const {
+        Execution execution;
+        return solve(*share(targets, "targets"), {}, options, execution);
+    }
 
     /// Solves one after another with a workspace of their own, whatever else is solved on the deformer: their bits
     /// are those of the same solves alone. It must not outlive the deformer or the execution.
     class Drag {
       public:
         /// @throws Cancelled, std::bad_alloc.
-        Drag(Deformer& deformer, const Execution& execution)
+        Drag(const Deformer& deformer, const Execution& execution)
             : deformer_(deformer), loan_(deformer.workspaces_, nullptr, execution) {}
         Drag(const Drag&) = delete;
         Drag& operator=(const Drag&) = delete;
@@ -81,7 +97,7 @@ class Deformer {
         }
 
       private:
-        Deformer& deformer_;
+        const Deformer& deformer_;
         WorkspacePool::Loan loan_;
     };
 
@@ -90,17 +106,18 @@ class Deformer {
 
   private:
     Solution solve_with(WorkspacePool::Loan* loan, const PositionsView& targets,
-                        const std::optional<PositionsView>& start, const SolveOptions& options, Execution& execution);
+                        const std::optional<PositionsView>& start, const SolveOptions& options,
+                        Execution& execution) const;
 
     BoundMesh bound_;
-    WorkspacePool workspaces_;
+    mutable WorkspacePool workspaces_;
     BindReport report_;
 };
 
 /// Makes a Deformer on a thread of its own, so that a cancel waits neither for a look nor until all is freed that
-/// bind has made so far: see run_detached(), which is why it copies the mesh and holds the execution.
+/// bind has made so far: see run_detached(), which is why it holds binding, execution and the earlier one.
 /// @param earlier as for the constructor of Deformer, whose errors it throws.
-std::unique_ptr<Deformer> bind_detached(const Binding& binding, const std::shared_ptr<Execution>& execution,
+std::unique_ptr<Deformer> bind_detached(Binding binding, const std::shared_ptr<Execution>& execution,
                                         const std::shared_ptr<const Deformer>& earlier = nullptr);
 
 }  // namespace meanvalue

@@ -20,10 +20,10 @@ struct Box {
 };
 
 /// Of each part, the product of its sizes in all shapes.
-std::vector<double> sizes_of(const std::vector<Positions>& shapes, const Components& components,
+std::vector<double> sizes_of(const std::vector<PositionsView>& shapes, const Components& components,
                              const Execution& execution) {
     std::vector<double> sizes(components.parts.size(), 1.0);
-    for (const Positions& shape : shapes) {
+    for (const PositionsView& shape : shapes) {
         std::vector<Box> boxes(components.parts.size());
         std::vector<char> is_begun(components.parts.size(), 0);
         for (std::size_t v = 0; v < components.part_of.size(); ++v) {
@@ -46,7 +46,7 @@ std::vector<double> sizes_of(const std::vector<Positions>& shapes, const Compone
 
 }  // namespace
 
-FollowingParts::FollowingParts(const std::vector<Positions>& shapes, const TrianglesView& faces,
+FollowingParts::FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces,
                                const std::vector<char>& is_anchored, int threads, const Execution& execution) {
     Components components = find_components(shapes[0], faces, is_anchored, execution);
     const std::vector<double> sizes = sizes_of(shapes, components, execution);
@@ -74,7 +74,7 @@ FollowingParts::FollowingParts(const std::vector<Positions>& shapes, const Trian
     if (vertices_.empty()) *this = FollowingParts();
 }
 
-std::vector<char> FollowingParts::parts_carried_along(const std::vector<Positions>& shapes,
+std::vector<char> FollowingParts::parts_carried_along(const std::vector<PositionsView>& shapes,
                                                       const Components& components,
                                                       const std::vector<char>& may_follow, int threads,
                                                       const Execution& execution) const {
@@ -88,7 +88,7 @@ std::vector<char> FollowingParts::parts_carried_along(const std::vector<Position
     }
     std::vector<Eigen::RowVector3d> middles;
     middles.reserve(shapes.size());
-    for (const Positions& shape : shapes)
+    for (const PositionsView& shape : shapes)
         middles.emplace_back(shape.colwise().mean());
     // Of each shape from all others, so that the order of the sums is no matter of threads.
     std::vector<std::vector<Distances>> to_shapes(shapes.size());
@@ -120,7 +120,7 @@ std::vector<char> FollowingParts::parts_carried_along(const std::vector<Position
     return is_carried;
 }
 
-Positions FollowingParts::carried(const std::vector<Positions>& shapes, const ShapeWeights& weights,
+Positions FollowingParts::carried(const std::vector<PositionsView>& shapes, const ShapeWeights& weights,
                                   const Positions& positions, int threads, const Execution& execution) const {
     Positions result = positions;
     if (empty()) return result;

@@ -23,7 +23,7 @@ class FollowingParts {
     /// along from each shape to each other one.
     /// @param shapes n x 3 each; @param is_anchored n. The same bits for any `threads`. @throws Cancelled.
     /// Cost: that of sorting the vertices of each shape, where there are small parts; else that of looking.
-    FollowingParts(const std::vector<Positions>& shapes, const TrianglesView& faces,
+    FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces,
                    const std::vector<char>& is_anchored, int threads, const Execution& execution);
 
     /// Whether the part of a vertex follows.
@@ -33,15 +33,15 @@ class FollowingParts {
     /// Where the vertices of parts that follow belong, beside all others.
     /// @param shapes as for the constructor. @param positions n x 3, others' rows of which are read.
     /// @return n x 3; the rows of others are those of `positions`. @throws Cancelled.
-    Positions carried(const std::vector<Positions>& shapes, const ShapeWeights& weights, const Positions& positions,
-                      int threads, const Execution& execution) const;
+    Positions carried(const std::vector<PositionsView>& shapes, const ShapeWeights& weights,
+                      const Positions& positions, int threads, const Execution& execution) const;
 
     std::size_t bytes() const;
 
   private:
     /// @return whether each part that may follow goes from each shape to each other one as it is carried; over all
     /// pairs, by squared distances from where it is carried, and from where it was.
-    std::vector<char> parts_carried_along(const std::vector<Positions>& shapes, const Components& components,
+    std::vector<char> parts_carried_along(const std::vector<PositionsView>& shapes, const Components& components,
                                           const std::vector<char>& may_follow, int threads,
                                           const Execution& execution) const;
 

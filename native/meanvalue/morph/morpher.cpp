@@ -48,21 +48,21 @@ void check_shapes(const MorphBinding& binding) {
     }
     for (std::size_t k = 0; k < binding.shapes.size(); ++k) {
         const std::string name = message("shapes[", k, "]");
-        if (binding.shapes[k].rows() != binding.shapes[0].rows()) {
-            throw InvalidInput(message(name, " has ", binding.shapes[k].rows(), " vertices, but shapes[0] has ",
-                                       binding.shapes[0].rows(), "; all must be of one mesh"));
+        if (binding.shapes[k]->rows() != binding.shapes[0]->rows()) {
+            throw InvalidInput(message(name, " has ", binding.shapes[k]->rows(), " vertices, but shapes[0] has ",
+                                       binding.shapes[0]->rows(), "; all must be of one mesh"));
         }
-        require_finite(binding.shapes[k], name.c_str());
-        require_moderate_extent(binding.shapes[k]);
+        require_finite(*binding.shapes[k], name.c_str());
+        require_moderate_extent(*binding.shapes[k]);
     }
 }
 
 /// The cells of a closed shape that is turned inside out have the opposite orientation: nothing is between.
 void refuse_mirrored(const MorphBinding& binding, const OneRings& rings) {
     if (std::any_of(rings.closed.begin(), rings.closed.end(), [](char closed) { return closed == 0; })) return;
-    const double first = signed_volume(binding.shapes[0], binding.faces);
+    const double first = signed_volume(*binding.shapes[0], *binding.faces);
     for (std::size_t k = 1; k < binding.shapes.size(); ++k) {
-        const double other = signed_volume(binding.shapes[k], binding.faces);
+        const double other = signed_volume(*binding.shapes[k], *binding.faces);
         if (first * other >= 0.0) continue;
         throw InvalidInput(message("shapes[", k, "] is mirrored, or inside out: its volume is ", other / 6.0,
                                    ", that of shapes[0] is ", first / 6.0,
@@ -93,16 +93,16 @@ std::vector<std::vector<Index>> ring_parts(const Encoding& layout, const Executi
 }
 
 /// n weights, kMoving to 1 + kMoving: how still each vertex is between the shapes.
-std::vector<double> stillness(const std::vector<Positions>& shapes, double size, const Execution& execution) {
+std::vector<double> stillness(const std::vector<PositionsView>& shapes, double size, const Execution& execution) {
     const double even = 1.0 / static_cast<double>(shapes.size());
     std::vector<double> result(shapes[0].rows());
     for (std::size_t v = 0; v < result.size(); ++v) {
         execution.check_every(v);
         Vector3 mean = Vector3::Zero();
-        for (const Positions& shape : shapes)
+        for (const PositionsView& shape : shapes)
             mean += even * shape.row(v).transpose();
         double squares = 0.0;
-        for (const Positions& shape : shapes)
+        for (const PositionsView& shape : shapes)
             squares += even * (Vector3(shape.row(v)) - mean).squaredNorm() / (kStill * kStill * size * size);
         result[v] = kMoving + std::max(0.0, 1.0 - squares) * std::max(0.0, 1.0 - squares);
     }
@@ -125,7 +125,8 @@ void move_onto(const Positions& onto, const std::vector<double>& weights, double
 
 /// Everything that does not depend on the weights.
 struct Morpher::Bound {
-    std::vector<Positions> shapes;
+    std::vector<SharedPositions> kept;
+    std::vector<PositionsView> shapes;           // of these
     std::vector<std::vector<Index>> parts;       // of the mesh: their vertices
     std::vector<std::vector<Index>> anchors_of;  // each part
     std::vector<double> still;                   // n: stillness()
@@ -159,14 +160,15 @@ struct Morpher::Bound {
 Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
     check_shapes(binding);
     auto bound = std::make_unique<Bound>();
-    const auto vertices = static_cast<Index>(binding.shapes[0].rows());
+    const auto vertices = static_cast<Index>(binding.shapes[0]->rows());
     const auto count = static_cast<Index>(binding.shapes.size());
     bound->threads = thread_count(binding.threads);
     std::vector<double> sizes;
-    for (const PositionsView& shape : binding.shapes) {
+    bound->kept = binding.shapes;
+    for (const SharedPositions& shape : bound->kept) {
         execution.check();
-        bound->shapes.emplace_back(shape);
-        sizes.push_back(mean_diagonal(shape, bound->threads, execution));
+        bound->shapes.emplace_back(*shape);
+        sizes.push_back(mean_diagonal(*shape, bound->threads, execution));
         if (!(sizes.back() > 0.0))
             throw InvalidInput(
                 message("all vertices of shapes[", sizes.size() - 1, "] are in one place; give a shape"));
@@ -175,10 +177,10 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
     {
         const StageTimer timer(report_.timings, "encode");
         execution.begin_stage("encode");
-        const TriangleMesh mesh(vertices, binding.faces, execution);
+        const TriangleMesh mesh(vertices, *binding.faces, execution);
         const OneRings rings = collect_one_rings(mesh, execution);
         refuse_mirrored(binding, rings);
-        bound->layout = std::move(encode_alike(rings, binding.shapes, bound->threads, execution).front());
+        bound->layout = std::move(encode_alike(rings, bound->shapes, bound->threads, execution).front());
         bound->parts = ring_parts(bound->layout, execution);
     }
     bound->anchors_of.resize(bound->parts.size());
@@ -190,8 +192,8 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
     {
         const StageTimer timer(report_.timings, "cells");
         execution.begin_stage("cells");
-        bound->cells = std::make_unique<LocalCells>(bound->layout, binding.shapes, bound->threads, execution);
-        bound->following = FollowingParts(bound->shapes, binding.faces, is_anchor, bound->threads, execution);
+        bound->cells = std::make_unique<LocalCells>(bound->layout, bound->shapes, bound->threads, execution);
+        bound->following = FollowingParts(bound->shapes, *binding.faces, is_anchor, bound->threads, execution);
         bound->still = stillness(bound->shapes, geometric_mean(sizes, even), execution);
     }
     const StageTimer timer(report_.timings, "factor");

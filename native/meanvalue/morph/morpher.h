@@ -13,8 +13,16 @@ namespace meanvalue {
 
 /// What a Morpher is bound to.
 struct MorphBinding {
-    std::vector<PositionsView> shapes;  ///< two or more, n x 3 each
-    TrianglesView faces;                ///< m x 3, of all shapes
+    /// @param shapes, faces matrices or maps of Eigen's in any layout, which are copied; or what is shared already.
+    /// @throws InvalidInput unless all have three columns.
+    template <typename Shapes, typename Faces>
+    MorphBinding(const Shapes& shapes, const Faces& faces) : faces(share(faces, "faces")) {
+        for (const auto& shape : shapes)
+            this->shapes.push_back(share(shape, "a shape"));
+    }
+
+    std::vector<SharedPositions> shapes;  ///< two or more, n x 3 each
+    SharedTriangles faces;                ///< m x 3, of all shapes
     /// A part of the mesh with three or more of these vertices is placed by them instead of all of its vertices.
     std::vector<Index> anchors = {};
     int threads = 0;  ///< 0: every core
@@ -45,6 +53,7 @@ class Morpher {
   public:
     /// @throws InvalidInput that names what is wrong with which shape, SolverFailure, Cancelled.
     Morpher(const MorphBinding& binding, Execution& execution);
+    explicit Morpher(const MorphBinding& binding) : Morpher(binding, *std::make_unique<Execution>()) {}
     ~Morpher();
 
     /// The shape whose cells are the averages of all shapes' cells: each in its local frame, and their rotations.
@@ -52,7 +61,8 @@ class Morpher {
     /// @param weights one for each shape, or for each shape n of them, one for each vertex; divided by their sum.
     /// Solves may run side by side. The same bits for any number of threads.
     /// @throws InvalidInput, SolverFailure, Cancelled; the morpher stays usable.
-    Solution solve(const std::vector<double>& weights, const MorphOptions& options, const Execution& execution) const;
+    Solution solve(const std::vector<double>& weights, const MorphOptions& options = {},
+                   const Execution& execution = Execution()) const;
 
     const MorphReport& report() const { return report_; }
 

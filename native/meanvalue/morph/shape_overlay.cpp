@@ -34,7 +34,7 @@ std::vector<char> flag_parts(const ShapeWeights& weights, const std::optional<st
 }
 
 /// About their centres, at their common size.
-ShapeOverlay stack(const std::vector<Positions>& shapes, const LocalCells& cells,
+ShapeOverlay stack(const std::vector<PositionsView>& shapes, const LocalCells& cells,
                    const std::vector<double>& weights) {
     ShapeOverlay result;
     result.sizes = cells.common_sizes(weights);
@@ -91,7 +91,7 @@ Matrix3 rotation_from(const LocalCells& cells, std::size_t shape, const std::vec
 }
 
 /// Where a part fits best to the whole it enters: to each shape of that, turned and scaled as these are in between.
-Similarity place_of_part(const std::vector<Positions>& shapes, const Encoding& layout, const LocalCells& cells,
+Similarity place_of_part(const std::vector<PositionsView>& shapes, const Encoding& layout, const LocalCells& cells,
                          std::size_t part, const ShapeWeights& weights, const std::vector<double>& whole,
                          const ShapeOverlay& overlay, const Execution& execution) {
     // A vertex counts by how much the weight of the part changes from it to its ring.
@@ -137,7 +137,7 @@ Similarity place_of_part(const std::vector<Positions>& shapes, const Encoding& l
 
 }  // namespace
 
-ShapeOverlay overlay_shapes(const std::vector<Positions>& shapes, const Encoding& layout, const LocalCells& cells,
+ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const Encoding& layout, const LocalCells& cells,
                             const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
                             const Execution& execution) {
     const std::vector<char> is_part = flag_parts(weights, parts);
@@ -162,8 +162,8 @@ ShapeOverlay overlay_shapes(const std::vector<Positions>& shapes, const Encoding
     return result;
 }
 
-Positions linear_blend(const std::vector<Positions>& shapes, const ShapeWeights& weights, const ShapeOverlay& overlay,
-                       int threads, const Execution& execution) {
+Positions linear_blend(const std::vector<PositionsView>& shapes, const ShapeWeights& weights,
+                       const ShapeOverlay& overlay, int threads, const Execution& execution) {
     Positions blend(shapes[0].rows(), 3);
     parallel_for(static_cast<Index>(blend.rows()), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {

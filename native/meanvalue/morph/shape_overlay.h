@@ -23,12 +23,12 @@ struct ShapeOverlay {
 };
 
 /// @param parts as MorphOptions::parts. @throws InvalidInput where these are no shapes, or all of them; Cancelled.
-ShapeOverlay overlay_shapes(const std::vector<Positions>& shapes, const Encoding& layout, const LocalCells& cells,
+ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const Encoding& layout, const LocalCells& cells,
                             const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
                             const Execution& execution);
 
 /// The average shape by positions alone. @return n x 3.
-Positions linear_blend(const std::vector<Positions>& shapes, const ShapeWeights& weights, const ShapeOverlay& overlay,
-                       int threads, const Execution& execution);
+Positions linear_blend(const std::vector<PositionsView>& shapes, const ShapeWeights& weights,
+                       const ShapeOverlay& overlay, int threads, const Execution& execution);
 
 }  // namespace meanvalue

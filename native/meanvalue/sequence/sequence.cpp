@@ -33,8 +33,8 @@ void put(const Positions& shape, float* to) {
 
 }  // namespace
 
-SequenceSolve::SequenceSolve(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
-                             Execution& execution)
+SequenceSolve::SequenceSolve(const Deformer& deformer, const Trajectories& trajectories,
+                             const SequenceOptions& options, Execution& execution)
     : deformer_(deformer),
       trajectories_(trajectories),
       options_(options),
@@ -206,7 +206,7 @@ void SequenceSolve::report_progress() {
     execution_.set_progress(options_.progress.first + share * (options_.progress.second - options_.progress.first));
 }
 
-Sequence solve_sequence(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
+Sequence solve_sequence(const Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                         Execution& execution) {
     return SequenceSolve(deformer, trajectories, options, execution).run();
 }

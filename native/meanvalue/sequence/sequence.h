@@ -60,7 +60,7 @@ struct Sequence {
 /// Memory: what is returned, a workspace for each thread, and of each run at work the frames that it solves beside.
 /// @throws InvalidInput for options out of range, weights that are none (Deformer::solve()) and trajectories of
 /// another number of anchors, Cancelled; what is wrong with the targets of a single frame is told in `failures`.
-Sequence solve_sequence(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
+Sequence solve_sequence(const Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                         Execution& execution);
 
 }  // namespace meanvalue

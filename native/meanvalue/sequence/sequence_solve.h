@@ -19,7 +19,7 @@ namespace meanvalue {
 class SequenceSolve {
   public:
     /// @pre all outlive it. @throws InvalidInput, Cancelled.
-    SequenceSolve(Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
+    SequenceSolve(const Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                   Execution& execution);
 
     /// As solve_sequence(); once.
@@ -45,7 +45,7 @@ class SequenceSolve {
         return shape.rows() > 0 ? shape : deformer_.bound().rest();
     }
 
-    Deformer& deformer_;
+    const Deformer& deformer_;
     const Trajectories& trajectories_;
     const SequenceOptions& options_;
     Execution& execution_;
