@@ -10,7 +10,7 @@ from ...scene import rig_space, selection, shape_keys, subject, vertex_groups
 from ...scene.core.finite import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import controls, new_handles, region, scene_input
-from .regions import notes_on
+from .grow_region import notes_on
 
 
 class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):

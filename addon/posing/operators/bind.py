@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Binds the rest shape, the anchors and the region, and forgets that."""
+"""Binds the rest shape, the anchors and the region."""
 
 import bpy
 
 from ... import wording
 from ...scene import mesh_arrays, shape_keys, vertex_groups
-from ...solver import session
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ...widgets.base import MeshOperator
 from ..bridge import bound_record, controls, scene_input, targets
 from ..bridge.posing import Posing
 from ..core import mesh_problems
@@ -61,27 +59,6 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
             notes.insert(0, f"{wording.counted(made, 'control')} made")
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
-
-
-class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):
-    """Forget the binding. Handles, region and shape keys stay as they are"""
-
-    bl_idname = "meanvalue.unbind"
-    bl_label = "Unbind"
-    needs_object_mode = False
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.bound.is_bound:
-            problem = f"'{obj.name}' is not bound"
-        return problem
-
-    def run(self, obj):
-        record = obj.meanvalue.bound
-        session.forget(bound_record.read_fingerprint(record))
-        bound_record.clear(record)
-        return f"'{obj.name}' is no longer bound", []
 
 
 def _make_own_controls(obj):

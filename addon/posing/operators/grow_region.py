@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the region of influence: grows it from a handle, and paints it in Weight Paint Mode."""
+"""Makes the region of influence by growing it from a handle."""
 
 import bpy
 import numpy as np
 
 from ... import wording
-from ...scene import selection, shape_keys, subject
+from ...scene import shape_keys
 from ...scene.core import fixed_points
 from ...widgets.base import MeshOperator
 from ..bridge import region
@@ -78,33 +78,6 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         layout.prop(self, "mode")
         layout.prop(self, "rings" if self.mode == 'RINGS' else "distance")
         layout.prop(self, "extend")
-
-
-class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
-    """Paint the region: what has a weight may move. Press again when it is right"""
-
-    bl_idname = "meanvalue.paint_region"
-    bl_label = "Paint Region"
-    needs_object_mode = False
-
-    @classmethod
-    def problem(cls, obj):
-        is_painting = obj is not None and obj.mode == 'WEIGHT_PAINT'
-        problem = super().problem(obj) or (None if is_painting else subject.mode_problem(obj))
-        if problem is None and not obj.visible_get():
-            problem = f"'{obj.name}' is hidden, so it cannot be painted. Show it first"
-        return problem
-
-    def run(self, obj):
-        if obj.mode == 'WEIGHT_PAINT':
-            bpy.ops.object.mode_set(mode='OBJECT')
-            return "The region is painted", []
-        region.require_own_group(obj)
-        group = region.ensure_group(obj)
-        obj.vertex_groups.active_index = group.index
-        selection.choose(obj)
-        bpy.ops.object.mode_set(mode='WEIGHT_PAINT')
-        return f"Paint region '{group.name}': what has a weight may move. Press Paint Region again when it is right", []
 
 
 def notes_on(obj, mask):
