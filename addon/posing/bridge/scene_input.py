@@ -193,14 +193,8 @@ def _require_members(names, members, region_name, invert, freedom):
             f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
             f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'}"
         )
-    if not region_name or (freedom > 0.0).any():
-        return
-    if not invert:
+    if region_name and not (freedom > 0.0).any():
         raise SceneError(
-            f"The region '{region_name}' has no vertices with a weight above zero. Assign the vertices that may move, "
-            "or clear the field"
+            f"The region is empty: by '{region_name}'{' with Invert' if invert else ''} no vertex may move. Assign the "
+            "vertices that may, choose another group, or clear the field"
         )
-    raise SceneError(
-        f"The region is empty: '{region_name}' has every vertex and is inverted. Turn Invert off or choose "
-        "another group"
-    )

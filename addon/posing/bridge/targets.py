@@ -159,7 +159,7 @@ def _in_key(obj, bind_input, space, is_moved, wanted):
 def _require_depth(obj, bind_input, space, is_moved):
     """@throws SceneError if the rig squeezes anchors, so that no key can bring them to where they are wanted."""
     for members, handle in _moving(obj, bind_input):
-        flat = int(space.is_flat(bind_input.anchors[members & is_moved]).sum())
+        flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
             raise SceneError(
                 f"{rig_space.named(obj)} squeezes {wording.vertices(flat)} of handle '{handle.name}' flat, so no shape "

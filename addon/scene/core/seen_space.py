@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two spaces of one mesh: where a shape key has its vertices, and where they are seen behind a rig and other keys."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,13 +66,19 @@ class SeenSpace:
         """n x 3: where n x 3 positions of the key are seen, exactly if this is affine."""
         return self.seen + _applied(self.jacobians, shape - self.rest)
 
-    def is_flat(self, members):
-        """k bool: those of the vertices `members` that no key can bring anywhere, since the rig squeezes them.
+    @functools.cached_property
+    def is_flat(self):
+        """n bool: vertices that no key can bring to where they are wanted, since the rig squeezes them.
 
         The determinant over the squared norm is at most half of what the direction keeps that is squeezed most.
         """
-        own = self.jacobians[members]
-        return np.abs(np.linalg.det(own)) <= 0.5 * FLAT * np.einsum("nij,nij->n", own, own)
+        norms = np.einsum("nij,nij->n", self.jacobians, self.jacobians)
+        return np.abs(np.linalg.det(self.jacobians)) <= 0.5 * FLAT * norms
+
+    @functools.cached_property
+    def _inverses(self):
+        """n x 3 x 3: of the Jacobians, for every step of a drag; anything where they are flat."""
+        return np.linalg.inv(np.where(self.is_flat[:, None, None], np.eye(3), self.jacobians))
 
     def in_key(self, members, wanted, evaluate=None):
         """k x 3: where the key has to have the vertices `members` for them to be seen at `wanted`, k x 3.
@@ -79,7 +86,7 @@ class SeenSpace:
         evaluate: takes n x 3 of the key to n x 3 as seen; asked where the space is not affine. Nothing of `members`
         may be flat. The Jacobian at rest begins, and each round mends it by what came of the last (Broyden 1965).
         """
-        inverse = np.linalg.inv(self.jacobians[members])
+        inverse = self._inverses[members]  # a copy
         result = self.rest[members] + _applied(inverse, wanted - self.seen[members])
         if self.is_affine or evaluate is None:
             return result
