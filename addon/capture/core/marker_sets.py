@@ -87,7 +87,7 @@ def load(path):
     """(name, set) of a preset. Raises InvalidMotionError with file and reason for what is none."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        name, marker_set = content["name"], dict(content["landmarks"])
+        name, marker_set = content["name"], dict(content["landmarks"].items())
         unknown = [landmark for landmark in marker_set.values() if not places.segments_of(landmark)]
         is_one = content["format"] == FORMAT and isinstance(name, str) and bool(marker_set)
     except OSError as error:

@@ -30,36 +30,17 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
         raise MotionFileError(f"No file is chosen. Choose one of {', '.join(SUFFIXES)}")
     path = pathlib.Path(path)
     reader = _READERS.get(path.suffix.lower())
-    if reader is None and not _is_folder(path):
-        raise MotionFileError(
-            f"{path.name}: what ends in '{path.suffix}' is not read. Export the motion as {', '.join(SUFFIXES)}"
-        )
-    content = _content(path)
-    try:
-        return reader(content, path.name, up_axis, unit)
-    except MemoryError:
-        raise MotionFileError(
-            f"{path.name}: the memory is too small for its {len(content) / 1e6:.0f} MB. Export a shorter range"
-        ) from None
-
-
-def _is_folder(path):
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):  # what is wrong is told where it is read
-        return False
-
-
-def _content(path):
     try:
         if path.is_dir():
             raise MotionFileError(f"{path}: this is a folder. Choose a file in it: one of {', '.join(SUFFIXES)}")
+        if reader is None:
+            raise MotionFileError(
+                f"{path.name}: what ends in '{path.suffix}' is not read. Export the motion as {', '.join(SUFFIXES)}"
+            )
         if not path.is_file():  # a pipe or a device would never end
             raise MotionFileError(f"{path}: there is no such file. Choose a motion capture file")
-        return path.read_bytes()
+        return reader(path.read_bytes(), path.name, up_axis, unit)
     except OSError as error:
         raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions") from None
-    except ValueError as error:  # of a path with a null character
-        raise MotionFileError(f"{path}: this is no path ({error}). Choose a motion capture file") from None
     except MemoryError:
         raise MotionFileError(f"{path}: the memory is too small for this file. Export a shorter range") from None

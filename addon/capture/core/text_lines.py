@@ -22,6 +22,8 @@ class Lines:
 
     def __init__(self, data: bytes):
         self.number = 0
+        #: Whether the last line has its end: else the file may have been cut off.
+        self.ends_whole = data.rstrip(b" \t").endswith((b"\n", b"\r"))
         self._lines = io.StringIO(decoded(data), newline=None)
 
     def __iter__(self) -> Iterator[str]:

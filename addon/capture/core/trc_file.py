@@ -28,13 +28,10 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     keys = _keys(lines, file)
     labels = _labels(lines, keys, file)
     notes = []
-    rows = _Rows(file, len(labels), limit=max(len(data), 1024))
-    for line in lines:
-        rows.add(line, lines.number)
-    table = rows.table(keys, data, notes)
-    if rows.nameless:
-        notes.append(f"Rows have more columns than the {len(labels)} names need: {rows.nameless} points have no name")
-        labels += [""] * rows.nameless
+    table, nameless = _table(lines, file, len(labels), keys, notes)
+    if nameless:
+        notes.append(f"Rows have more columns than the {len(labels)} names need: {nameless} points have no name")
+        labels += [""] * nameless
     rate = _rate(keys, table[:, 1], notes)
     numbered = table[0, 0]
     positions = table[:, 2:].reshape(len(table), len(labels), 3)
@@ -94,72 +91,54 @@ def _labels(lines, keys, file):
     return labels
 
 
-class _Rows:
-    """Rows of numbers as they come, with NaN for blank cells."""
-
-    def __init__(self, file, markers, limit):
-        self._file = file
-        self._width = 2 + 3 * markers
-        self._limit = limit  # of marker samples: short rows must not fill the memory
-        self._values = array("d")
-        self._count = 0
-        self._last_is_whole = True
-        #: Markers for which the first row has columns and the header no names.
-        self.nameless = 0
-
-    def add(self, line, number):
-        if not line.strip():
-            return
-        cells = self._cells(line)
-        if self._count == 0 and len(cells) > self._width:
-            self.nameless = -(-(len(cells) - self._width) // 3)
-            self._width += 3 * self.nameless
-        if (self._count + 1) * (self._width // 3) > self._limit:
+def _table(lines, file, markers, keys, notes):
+    """((f, 2 + 3 m) float64: number of the frame, time, coordinates, NaN for blank cells; how many of the m the header
+    has no names for, though the first row has columns for them)."""
+    rows = [(lines.number, line) for line in lines if line.strip()]
+    told = number_in(keys.get("numframes", ""))
+    told = int(told) if told is not None and math.isfinite(told) else None
+    if not rows:
+        raise MotionFileError(f"{file}: it has no frames after its header. {AGAIN}")
+    width = max(2 + 3 * markers, len(_cells(rows[0][1], 2 + 3 * markers)))
+    nameless = -(-(width - 2) // 3) - markers
+    width = 2 + 3 * (markers + nameless)
+    if len(rows) * width > 16 * sum(len(line) + 64 for _, line in rows):  # short rows must not fill the memory
+        raise MotionFileError(
+            f"{file}, line {rows[0][0]}: the rows are much shorter than the {width // 3} markers in the header need. "
+            f"{AGAIN}"
+        )
+    if told is not None and len(rows) <= told and not lines.ends_whole and len(_cells(rows[-1][1], width)) < width:
+        rows.pop()
+    values = array("d")
+    for number, line in rows:
+        cells = _cells(line, width)
+        if len(cells) > width or ("\t" not in line and len(cells) != width):
             raise MotionFileError(
-                f"{self._file}, line {number}: the rows are much shorter than the {self._width // 3} markers in the "
-                f"header need. {AGAIN}"
-            )
-        if len(cells) > self._width or ("\t" not in line and len(cells) != self._width):
-            raise MotionFileError(
-                f"{self._file}, line {number}: it has {len(cells)} columns, and {self._width // 3} markers need "
-                f"{self._width}. {AGAIN}"
+                f"{file}, line {number}: it has {len(cells)} columns, and {width // 3} markers need {width}. {AGAIN}"
             )
         try:
-            self._values.extend([float(cell or "nan") for cell in cells])
-        except ValueError:  # a cell of spaces, or none of a number
-            self._values.extend([self._value(cell, number) for cell in cells])
-        self._last_is_whole = len(cells) == self._width
-        self._values.extend([math.nan] * (self._width - len(cells)))
-        self._count += 1
+            values.extend([float(cell.strip() or "nan") for cell in cells])
+        except ValueError:
+            wrong = next(cell for cell in cells if cell.strip() and number_in(cell) is None)
+            raise MotionFileError(f"{file}, line {number}: {quoted(wrong)} is no number. {AGAIN}") from None
+        values.extend([math.nan] * (width - len(cells)))
+    if not rows:
+        raise MotionFileError(f"{file}: it has no frames after its header. {AGAIN}")
+    if told is not None and told != len(rows):
+        what = "is cut off" if len(rows) < told else "is longer than it says"
+        notes.append(f"The file {what}: {len(rows)} frames are there, {told} are told")
+    table = np.frombuffer(values, np.float64).reshape(len(rows), width)
+    if np.isnan(table[0, 0]):
+        raise MotionFileError(f"{file}: its first row has no frame number. {AGAIN}")
+    return table, nameless
 
-    def _cells(self, line):
-        cells = line.rstrip("\r").split("\t") if "\t" in line else line.split()
-        while len(cells) > self._width and not cells[-1].strip():
-            cells.pop()
-        return cells
 
-    def _value(self, cell, number):
-        value = number_in(cell.strip() or "nan")
-        if value is None:
-            raise MotionFileError(f"{self._file}, line {number}: {quoted(cell)} is no number. {AGAIN}")
-        return value
-
-    def table(self, keys, data, notes):
-        """(f, 2 + 3 m) float64: number of the frame, time, coordinates."""
-        told = number_in(keys.get("numframes", ""))
-        told = int(told) if told is not None and math.isfinite(told) else None
-        table = np.frombuffer(self._values, np.float64).reshape(self._count, self._width)
-        cut = not data.rstrip(b" \t").endswith((b"\n", b"\r")) and told is not None and self._count <= told
-        if cut and not self._last_is_whole:
-            table = table[:-1]
-        if len(table) == 0:
-            raise MotionFileError(f"{self._file}: it has no frames after its header. {AGAIN}")
-        if told is not None and told != len(table):
-            what = "is cut off" if len(table) < told else "is longer than it says"
-            notes.append(f"The file {what}: {len(table)} frames are there, {told} are told")
-        if np.isnan(table[0, 0]):
-            raise MotionFileError(f"{self._file}: its first row has no frame number. {AGAIN}")
-        return table
+def _cells(line, width):
+    """Those of a row; blank ones beyond `width` are none."""
+    cells = line.rstrip("\r").split("\t") if "\t" in line else line.split()
+    while len(cells) > width and not cells[-1].strip():
+        cells.pop()
+    return cells
 
 
 def _rate(keys, times, notes):

@@ -41,21 +41,13 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
     bl_idname = "meanvalue.find_marker_problems"
     bl_label = "Find Problems"
 
-    longest_gap: bpy.props.FloatProperty(
-        name="Longest Gap",
-        description="List gaps that are longer. If it is never given: what the mesh that uses the take has for it",
-        default=1.0,
-        min=0.0,
-        unit='TIME_ABSOLUTE',
-        options={'SKIP_SAVE'},
-    )
-
     def run(self, context, take):
         recording = takes.read(take)
         is_skeleton = take.meanvalue.is_skeleton
         found = jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, is_skeleton)
         found = [(each.sample, each.marker, each.words, each.other) for each in found]
-        found += self._gaps(context, take, recording)
+        longest = _longest_gap(context, take)
+        found += _gaps(recording, longest)
         settings = take.meanvalue
         settings.problems.clear()
         settings.is_searched = True
@@ -66,7 +58,7 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
             problem.other = None if other is None else recording.empties[other]
             problem.frame = recording.frames[sample]
         if not found:
-            return f"'{take.name}': no jumps, no swapped markers, no gaps over {self.longest_gap:g} s", []
+            return f"'{take.name}': no jumps, no swapped markers, no gaps over {longest:g} s", []
         more = [f"The first {MOST} are listed"] if len(found) > MOST else []
         first = settings.problems[0]
         return (
@@ -75,18 +67,17 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
             more,
         )
 
-    def _gaps(self, context, take, recording):
-        if not self.properties.is_property_set("longest_gap"):
-            self.longest_gap = _threshold(context, take)
-        for marker, label in enumerate(recording.labels):
-            for begin, end in sample_times.runs(np.isnan(recording.positions[:, marker, 0])):
-                seconds = (end - begin) / recording.rate_hz
-                if seconds > self.longest_gap:
-                    yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
+
+def _gaps(recording, longest):
+    for marker, label in enumerate(recording.labels):
+        for begin, end in sample_times.runs(np.isnan(recording.positions[:, marker, 0])):
+            seconds = (end - begin) / recording.rate_hz
+            if seconds > longest:
+                yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
 
 
-def _threshold(context, take):
-    """Seconds: the rigid threshold of the mesh that uses the take."""
+def _longest_gap(context, take):
+    """Seconds: what the mesh that uses the take fills."""
     for obj in context.view_layer.objects:
         if obj.type == 'MESH' and obj.meanvalue.capture.take == take:
             capture = obj.meanvalue.capture

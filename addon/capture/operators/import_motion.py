@@ -13,12 +13,9 @@ from ...scene import selection
 from ...scene.core import sample_times
 from ...widgets.base import Reporting
 from ..bridge import takes
-from ..core import readers
+from ..core import readers, units
 
 FROM_FILE = 'FILE'
-
-#: Metres for one unit of the file.
-METRES = {'METRES': 1.0, 'CENTIMETRES': 0.01, 'MILLIMETRES': 0.001, 'INCHES': 0.0254, 'FEET': 0.3048}
 
 
 class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
@@ -87,7 +84,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         for line in lines[:-1]:
             self.report({'INFO'}, wording.sentence(line))
         empty = [note for pair in zip(read, frames, strict=True) for note in _empty_ends(*pair)]
-        return self.tell(lines[-1], [*empty, *_notes(context.scene, read, self.time)])
+        return self.tell(lines[-1], [*empty, *(_other_rates(read) if self.time == 'CAPTURE' else [])])
 
     def draw(self, _context):
         layout = self.layout
@@ -108,18 +105,12 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
 
     def _read(self):
         """The Takes of all files, before anything is made. @throws MotionFileError, SceneError."""
-        unit = METRES.get(self.unit)
+        unit = units.METRES.get(self.unit.lower())
         up_axis = None if self.up_axis == FROM_FILE else self.up_axis
         try:
-            read = [readers.read(path, up_axis=up_axis, unit=unit) for path in self._paths()]
+            return [readers.read(path, up_axis=up_axis, unit=unit) for path in self._paths()]
         except MotionFileError as error:  # begins with the name of the file, which must stay as it is
             raise MotionFileError(f"Cannot import {error}") from error
-        for take in read:
-            if not take.measured.any():
-                raise MotionFileError(
-                    f"Cannot import '{take.name}': it has no sample of any marker: all are missing. Choose another file"
-                )
-        return read
 
     def _make(self, scene, read):
         """(collections, the frames of their samples); all of them or, after an error, none."""
@@ -127,9 +118,13 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         made, frames = [], []
         try:
             if self.time == 'CAPTURE':
-                _set_rate(scene, read[0].rate_hz)
+                scene.render.fps = max(1, round(read[0].rate_hz))
+                scene.render.fps_base = scene.render.fps / read[0].rate_hz
+                rate = read[0].rate_hz  # the scene's own figure is rounded to single precision
+            else:
+                rate = scene.render.fps / scene.render.fps_base
             for take in read:
-                frames.append(self._frames(scene, take, read[0].rate_hz))
+                frames.append(sample_times.sample_frames(take.frames, take.rate_hz, rate, self.start_frame))
                 made.append(takes.make(take, frames[-1], self.scale))
         except BaseException:
             scene.render.fps, scene.render.fps_base = former
@@ -146,11 +141,6 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         scene.frame_end = max(scene.frame_end, math.ceil(end))
         if scene.frame_start == self.start_frame < begin:
             scene.frame_start = math.ceil(begin)
-
-    def _frames(self, scene, take, first_rate):
-        # In place of the scene's own figure, which is rounded to single precision.
-        rate = first_rate if self.time == 'CAPTURE' else scene.render.fps / scene.render.fps_base
-        return sample_times.sample_frames(take.frames, take.rate_hz, rate, self.start_frame)
 
 
 def _empty_ends(take, frames):
@@ -170,11 +160,6 @@ def _seen_span(take):
     """(first, last): numbers of the samples that show any marker."""
     seen = take.measured.any(axis=1).nonzero()[0]
     return int(seen[0]), int(seen[-1])
-
-
-def _set_rate(scene, rate_hz):
-    scene.render.fps = max(1, round(rate_hz))
-    scene.render.fps_base = scene.render.fps / rate_hz
 
 
 def _go_on_with(context, collections):
@@ -199,28 +184,18 @@ def _account(take, collection):
         f"{wording.counted(take.frames, 'sample')}, {take.seconds:.2f} s at {take.rate_hz:g} Hz",
         f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "no gaps",
     ]
-    left_out = {kind: names for kind, names in take.left_out.items() if names}
-    if left_out:
-        total = sum(map(len, left_out.values()))
-        kinds = wording.listed(f"{len(names)} {kind}" for kind, names in left_out.items())
-        parts.append(f"{total:,} left out as no markers ({kinds})")
+    if take.left_out:
+        kinds = wording.listed(f"{len(names):,} {kind}" for kind, names in take.left_out.items())
+        parts.append(f"Left out as no markers: {kinds}")
     return ". ".join([", ".join(parts), *take.notes])
 
 
-def _notes(scene, read, time):
-    """What the artist should look at."""
-    notes = []
-    for take in read:
-        unseen = [take.labels[number] for number in (~take.measured.any(axis=0)).nonzero()[0]]
-        if unseen:
-            notes.append(
-                f"{wording.quoted(unseen)} of '{take.name}' {'is' if len(unseen) == 1 else 'are'} in no sample and got "
-                "no Empty"
-            )
-    others = sorted({take.rate_hz for take in read if time == 'CAPTURE' and take.rate_hz != read[0].rate_hz})
-    if others:
-        notes.append(
-            f"The scene has the rate of the first file, {read[0].rate_hz:g} Hz; others were recorded at "
-            f"{wording.listed(f'{rate:g}' for rate in others)} Hz and have keys between frames"
-        )
-    return notes
+def _other_rates(read):
+    """Says which takes have another rate than the scene got."""
+    others = sorted({take.rate_hz for take in read} - {read[0].rate_hz})
+    if not others:
+        return []
+    return [
+        f"The scene has the rate of the first file, {read[0].rate_hz:g} Hz; others were recorded at "
+        f"{wording.listed(f'{rate:g}' for rate in others)} Hz and have keys between frames"
+    ]

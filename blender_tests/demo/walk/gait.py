@@ -12,6 +12,8 @@ from addon.scene.core.rigid import fit_rotations
 from .measures import share, slide
 
 RATE_HZ = 100.0
+#: Of feet that stand, as in stances.SLOW.
+SPEEDS = (0.05, 0.09)
 #: Over the body's height: what is sole, above the ground and away from the anchors of the foot.
 SOLE, AROUND = 0.012, 0.07
 #: Over the knee's height above the ground, which tells how long the legs are: stretches of thigh above the knee and of
@@ -45,17 +47,18 @@ def rows(subject, carried):
 def flat_stances(subject, carried, landmarks):
     """[(begin, end, vertices of the sole, markers of the foot)] while heel and toes of the capture both stand."""
     result, rest, height = [], subject.vertices, subject.height
-    both = {side: parts["heel"] + parts["toe"] for side, parts in feet(landmarks).items()}
+    both = feet(landmarks)
     away = {side: np.linalg.norm(rest[:, None, :2] - rest[carried.anchors[markers]][None, :, :2], axis=2).min(axis=1)
             for side, markers in both.items() if markers}  # fmt: skip
     nearest = np.min(list(away.values()), axis=0) if away else None  # what is near both is the nearer foot's
     is_low = rest[:, 2] - rest[:, 2].min() < SOLE * height
-    for side, parts in feet(landmarks).items():
-        if not parts["heel"] or not parts["toe"]:
+    for side, markers in both.items():
+        heel = [k for k in markers if landmarks[k].startswith("heel")]
+        toe = [k for k in markers if k not in heel]
+        if not heel or not toe:
             continue
-        markers = both[side]
         sole = np.flatnonzero(is_low & (away[side] < AROUND * height) & (away[side] == nearest))
-        stands = [find_stances(carried.balls[:, some], RATE_HZ, height) for some in (parts["heel"], parts["toe"])]
+        stands = [find_stances(carried.balls[:, some], RATE_HZ, height, SPEEDS) for some in (heel, toe)]
         flat = np.concatenate([[False], stands[0].any(axis=1) & stands[1].any(axis=1), [False]])
         ends = np.flatnonzero(np.diff(flat.astype(int)))
         result += [(begin, end, sole, markers) for begin, end in zip(ends[::2], ends[1::2], strict=True)]
