@@ -291,3 +291,15 @@ def test_all_is_told_in_one_sentence():
 
 
 # -- merging for the solve only --------------------------------------------------------------------------------------
+
+
+def test_numbers_of_32_bits_are_enough_for_large_meshes(monkeypatch):
+    """As numpy has them on Windows: products of two numbers of vertices are larger."""
+    find = mesh_problems.welding.first_of_place
+    monkeypatch.setattr(mesh_problems.welding, "first_of_place", lambda *given: find(*given).astype(np.int32))
+    points = np.random.default_rng(3).uniform(size=(60000, 3))
+    points[-1] = points[-2]
+    triangles = np.arange(60000, dtype=np.int32).reshape(-1, 3)
+    places = np.arange(60000, dtype=np.int32)
+    problems = {each.kind: each for each in mesh_problems.find(points, triangles, places=places)}
+    assert list(problems['DOUBLE'].vertices) == [59998, 59999]

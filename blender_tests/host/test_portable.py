@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bound as portable, a mesh is solved with the same bits by every processor, and whatever the C library is made for."""
 
+import os
 import pathlib
 import subprocess
 import sys
@@ -64,7 +65,7 @@ def inputs(tmp_path_factory):
 
 
 def digests(tunables, inputs):
-    environment = {"PYTHONPATH": ":".join(path for path in (str(ROOT), *sys.path) if path)}
+    environment = {"PYTHONPATH": os.pathsep.join(path for path in (str(ROOT), *sys.path) if path)}
     if tunables:
         environment["GLIBC_TUNABLES"] = tunables
     ended = subprocess.run(

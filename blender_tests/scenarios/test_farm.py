@@ -4,7 +4,6 @@
 import json
 import os
 import shutil
-import signal
 import subprocess
 import time
 
@@ -57,7 +56,7 @@ def test_two_clips_in_three_chunks_one_killed_resumed_and_merged(tmp_path, comma
     plan = ("--plan", out / "plan", "--index")
     killed = subprocess.Popen(command(None, "bake", *plan, 4), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     time.sleep(1.5)
-    killed.send_signal(signal.SIGKILL)
+    killed.kill()
     killed.wait()
     done = process(command(None, "bake", *plan, 0))
     assert done.returncode == 0, done.stdout + done.stderr

@@ -105,6 +105,7 @@ def _doubles(rest, triangles, places):
         return "", apart
     # Of what lies in one place the solver gets so many vertices; all but one are doubles.
     count = int(places.max()) + 1
+    first = first.astype(np.int64)  # numpy 1 has 32 bits on Windows
     counts = np.bincount(np.unique(first * count + places[used]) // count, minlength=len(used))
     extra = int(np.maximum(0, counts - 1).sum())
     is_double = counts[first] > 1
