@@ -136,21 +136,26 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     return Binding(deformer, summary)
 
 
-def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=None):
+def begin_drag(binding, bind_input, start):
+    """A native Drag: a row of solves, each from the answer of the one before. start: n x 3 float64, None: rest."""
+    return binding.deformer.drag(bind_input.solver_mesh.start(start))
+
+
+def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=None, drag=None):
     """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary). What is mirrored is so to the last bit.
 
-    goal: a bridge.targets.Targets; start: n x 3 float64, an earlier result to go on from;
-    settle: see the native Deformer. Without a start the result is the same for the same arguments; with one, within the
-    tolerance, since a drag goes on with what the solves before it told.
+    goal: a bridge.targets.Targets; start: n x 3 float64, an earlier result to begin at; settle: see the native
+    Deformer. The result is the same for the same arguments. With a drag of begin_drag() in place of a start it goes on
+    with what the solves before told, and is so within the tolerance.
 
     @throws SolverError, CancelledError.
     """
     mesh = bind_input.solver_mesh
     task = call(
-        binding.deformer.start_solve,
+        (drag or binding.deformer).start_solve,
         _targets(mesh, goal.positions),
         weights=_weights(mesh, goal.weights),
-        start=mesh.start(start),
+        **({} if drag else {"start": mesh.start(start)}),
         settle=settle,
         execution=execution,
         refused=REFUSED_POSE,

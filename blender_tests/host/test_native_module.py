@@ -193,27 +193,19 @@ def test_a_task_owns_its_arrays_and_its_deformer():
     assert np.array_equal(task.result().vertices, expected)
 
 
-def test_a_task_goes_on_from_an_answer_whoever_holds_it():
-    """Its positions are not copied, so they have to live as long as the task; of a part of them, or turned round, a
-    copy is taken."""
+def test_a_drag_goes_on_from_its_last_answer():
     targets = bent_targets()
-    rows = np.arange(len(VERTICES))[::-1]
-    forms = (np.copy, lambda answer: answer, lambda answer: answer[rows][::-1], lambda answer: answer[::-1][::-1])
-    results = []
-    for form in forms:
-        deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS)
-        start = form(deformer.solve(0.5 * (VERTICES[ENDS] + targets)).vertices)
-        task = deformer.start_solve(targets, start=start)
-        del start
-        gc.collect()
-        results.append(task.result().vertices)
-    assert all(np.array_equal(result, results[0]) for result in results)
-    reversed_start = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(targets).vertices[::-1]
-    first, second = (
-        meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).start_solve(targets, start=start).result().vertices
-        for start in (reversed_start, reversed_start.copy())
-    )
-    assert np.array_equal(first, second)
+    deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS)
+    steps = [VERTICES[ENDS] + share * (targets - VERTICES[ENDS]) for share in (0.5, 0.75, 1.0)]
+    with deformer.drag() as drag:
+        shapes = [drag.solve(step).vertices for step in steps]
+    assert np.array_equal(shapes[0], deformer.solve(steps[0]).vertices)
+    with deformer.drag(start=shapes[0]) as drag:
+        del deformer
+        for step, shape in zip(steps[1:], shapes[1:], strict=True):
+            assert np.array_equal(drag.start_solve(step).result().vertices, shape)
+    with pytest.raises(meanvalue.InvalidInput, match="drag has ended"):
+        drag.solve(targets)
 
 
 def test_a_task_never_wants_the_interpreter():

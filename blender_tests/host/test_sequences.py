@@ -122,12 +122,12 @@ def test_a_sequence_leaves_other_drags_alone(clip):
     _, _, deformer, targets, _ = clip
 
     def drag(between):
-        shape, shapes = None, []
-        for frame in range(12):
-            if frame == 6:
-                between()
-            shape = deformer.solve(targets[frame], start=shape).vertices
-            shapes.append(shape)
+        shapes = []
+        with deformer.drag() as one:
+            for frame in range(12):
+                if frame == 6:
+                    between()
+                shapes.append(one.solve(targets[frame]).vertices)
         return np.array(shapes)
 
     undisturbed = drag(lambda: None)

@@ -36,7 +36,8 @@ def declared(body):
             names[statement.name] = declared(statement.body)
         elif isinstance(statement, ast.FunctionDef):
             is_property = any(ast.unparse(decorator) == "property" for decorator in statement.decorator_list)
-            names[statement.name] = "property" if is_property else parameters(statement)
+            if not statement.name.startswith("__") or statement.name == "__init__":
+                names[statement.name] = "property" if is_property else parameters(statement)
     return names
 
 

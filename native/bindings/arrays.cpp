@@ -1,5 +1,7 @@
 #include "bindings/arrays.h"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 #include <string>
 
@@ -117,7 +119,11 @@ std::optional<std::vector<char>> as_flags(const std::optional<py::object>& value
                                    "; give ", kWanted));
     }
     const py::array_t<bool, py::array::c_style | py::array::forcecast> flags(array);
-    return std::vector<char>(flags.data(), flags.data() + flags.size());
+    // By bytes: a view of other numbers may hold more than 0 and 1, which no bool of C++ may.
+    const auto* const bytes = static_cast<const unsigned char*>(static_cast<const py::array&>(flags).data());
+    std::vector<char> result;
+    std::transform(bytes, bytes + flags.size(), std::back_inserter(result), [](auto byte) { return byte != 0; });
+    return result;
 }
 
 py::array_t<double> to_array(Positions&& positions) {

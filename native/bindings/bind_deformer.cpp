@@ -43,32 +43,13 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
     }
 }
 
-/// Copies the mesh: nothing of Python's is looked at later.
-Binding own_binding(const py::object& vertices, const py::object& faces, const py::object& anchors,
-                    const std::optional<py::object>& roi, const std::optional<py::object>& handles,
-                    std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
-                    const std::string& loose, const std::string& method, int threads, bool portable) {
-    Binding binding(PositionsArray(vertices, "vertices").view(),
-                    std::make_shared<const Triangles>(as_triangles(faces, "faces")), {}, as_flags(roi, "roi"));
-    give_anchors(anchors, handles, rigidity, strengths, border, binding);
-    binding.loose = loose_rule_from_name(loose);
-    binding.method = method_from_name(method);
-    binding.threads = threads;
-    binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
-    return binding;
-}
-
-std::shared_ptr<Deformer> make_deformer(const py::object& vertices, const py::object& faces,
-                                        const py::object& anchors, const std::optional<py::object>& roi,
-                                        const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                        const std::optional<py::object>& strengths, Index border,
-                                        const std::string& loose, const std::string& method, int threads,
-                                        bool portable, const SharedExecution& execution) {
-    Binding binding = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose, method,
-                                  threads, portable);
+Task start_bind_of(Binding binding, const std::shared_ptr<Deformer>& earlier, const SharedExecution& execution) {
     const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    return bind_detached(std::move(binding), held);
+    return {held, [binding = std::move(binding), earlier, held]() -> Task::Deliver {
+                wait_for_cancelled_tasks(*held);
+                const auto deformer = std::make_shared<Deformer>(binding, *held, earlier.get());
+                return [deformer] { return py::cast(deformer); };
+            }};
 }
 
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
@@ -76,41 +57,22 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
                 const std::string& loose, const std::string& method, int threads, bool portable,
                 const SharedExecution& execution) {
-    const Binding binding = own_binding(vertices, faces, anchors, roi, handles, rigidity, strengths, border, loose,
-                                        method, threads, portable);
-    const SharedExecution held = execution_or_new(execution);
-    return {held, [binding, held]() -> Task::Deliver {
-                const std::shared_ptr<Deformer> deformer = bind_detached(binding, held);
-                return [deformer] { return py::cast(deformer); };
-            }};
-}
-
-Binding bind_again(const Deformer& earlier, const py::object& anchors, const std::optional<py::object>& handles,
-                   std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border) {
-    Binding binding = earlier.bound().binding_again();
+    Binding binding(PositionsArray(vertices, "vertices").view(),
+                    std::make_shared<const Triangles>(as_triangles(faces, "faces")), {}, as_flags(roi, "roi"));
     give_anchors(anchors, handles, rigidity, strengths, border, binding);
-    return binding;
-}
-
-std::shared_ptr<Deformer> rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
-                                 const std::optional<py::object>& handles, std::optional<double> rigidity,
-                                 const std::optional<py::object>& strengths, Index border,
-                                 const SharedExecution& execution) {
-    const Binding binding = bind_again(*earlier, anchors, handles, rigidity, strengths, border);
-    const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    return bind_detached(binding, held, earlier);
+    binding.loose = loose_rule_from_name(loose);
+    binding.method = method_from_name(method);
+    binding.threads = threads;
+    binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
+    return start_bind_of(std::move(binding), nullptr, execution);
 }
 
 Task start_rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
                   const std::optional<py::object>& handles, std::optional<double> rigidity,
                   const std::optional<py::object>& strengths, Index border, const SharedExecution& execution) {
-    const Binding binding = bind_again(*earlier, anchors, handles, rigidity, strengths, border);
-    const SharedExecution held = execution_or_new(execution);
-    return {held, [earlier, binding, held]() -> Task::Deliver {
-                const std::shared_ptr<Deformer> deformer = bind_detached(binding, held, earlier);
-                return [deformer] { return py::cast(deformer); };
-            }};
+    Binding binding = earlier->bound().binding_again();
+    give_anchors(anchors, handles, rigidity, strengths, border, binding);
+    return start_bind_of(std::move(binding), earlier, execution);
 }
 
 SolveOptions solve_options(std::optional<double> tolerance, int max_iterations, bool settle,
@@ -127,53 +89,63 @@ SolveOptions solve_options(std::optional<double> tolerance, int max_iterations, 
     return options;
 }
 
-Solution solve(const Deformer& deformer, const py::object& targets, const std::optional<py::object>& start,
-               std::optional<double> tolerance, int max_iterations, bool settle,
-               const std::optional<py::object>& weights, const SharedExecution& execution) {
-    const PositionsArray target_array(targets, "targets");
-    std::optional<PositionsArray> start_array;
-    std::optional<PositionsView> start_positions;
-    if (start) start_positions.emplace(start_array.emplace(*start, "start").view());
-    const SolveOptions options = solve_options(tolerance, max_iterations, settle, weights);
+/// @param solve what is called with the targets, the options and the execution.
+template <typename Solve>
+Task start_solve_of(const py::object& targets, SolveOptions options, const SharedExecution& execution, Solve solve) {
     const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    return deformer.solve(target_array.view(), start_positions, options, *held);
+    return {held,
+            [own = std::make_shared<const Positions>(PositionsArray(targets, "targets").view()),
+             options = std::move(options), held, solve = std::move(solve)]() -> Task::Deliver {
+                const auto solution = std::make_shared<Solution>(solve(*own, options, *held));
+                return [solution] { return py::cast(solution); };
+            }};
 }
 
-/// Of an array, for work that must not touch Python: a copy, or, where it is Solution.vertices as they were given,
-/// which nobody writes to, those themselves. A frame of a drag has megabytes of them.
-std::shared_ptr<const Positions> own_positions(const py::object& values, const char* name) {
-    if (py::isinstance<py::array>(values)) {
-        const py::object base = py::reinterpret_borrow<py::array>(values).base();
-        if (base && py::isinstance<Solution>(base)) {
-            const auto solution = base.cast<std::shared_ptr<Solution>>();
-            const PositionsArray seen(values, name);
-            if (seen.view().data() == solution->vertices.data() && seen.view().rows() == solution->vertices.rows())
-                return {solution, &solution->vertices};
-        }
-    }
-    return std::make_shared<const Positions>(PositionsArray(values, name).view());
+std::shared_ptr<const Positions> own_start(const std::optional<py::object>& start) {
+    return start ? std::make_shared<const Positions>(PositionsArray(*start, "start").view()) : nullptr;
+}
+
+std::optional<PositionsView> view_of(const std::shared_ptr<const Positions>& start) {
+    return start ? std::optional<PositionsView>(*start) : std::nullopt;
 }
 
 Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
                  const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
                  bool settle, const std::optional<py::object>& weights, const SharedExecution& execution) {
-    struct Call {
-        Positions targets;
-        std::shared_ptr<const Positions> start;
-        SolveOptions options;
+    return start_solve_of(
+        targets, solve_options(tolerance, max_iterations, settle, weights), execution,
+        [deformer, own = own_start(start)](const Positions& goal, const SolveOptions& options, Execution& held) {
+            return deformer->solve(goal, view_of(own), options, held);
+        });
+}
+
+/// @return what waits for the Deformer that `start` binds.
+template <typename... Arguments>
+auto deformer_of(Task (*start)(Arguments...)) {
+    return [start](Arguments... arguments) {
+        return start(arguments...).result().template cast<std::shared_ptr<Deformer>>();
     };
-    const auto call = std::make_shared<Call>(Call{
-        PositionsArray(targets, "targets").view(), {}, solve_options(tolerance, max_iterations, settle, weights)});
-    if (start) call->start = own_positions(*start, "start");
-    const SharedExecution held = execution_or_new(execution);
-    return {held, [deformer, call, held]() -> Task::Deliver {
-                std::optional<PositionsView> start_view;
-                if (call->start) start_view.emplace(*call->start);
-                const auto solution =
-                    std::make_shared<Solution>(deformer->solve(call->targets, start_view, call->options, *held));
-                return [solution] { return py::cast(solution); };
-            }};
+}
+
+/// A drag with its deformer.
+struct Drag {
+    std::shared_ptr<Deformer> deformer;
+    std::shared_ptr<Deformer::Drag> drag;
+};
+
+Drag begin_drag(const std::shared_ptr<Deformer>& deformer, const std::optional<py::object>& start) {
+    const std::shared_ptr<const Positions> own = own_start(start);
+    return {deformer, std::make_shared<Deformer::Drag>(*deformer, view_of(own))};
+}
+
+Task start_solve_in_drag(const Drag& drag, const py::object& targets, std::optional<double> tolerance,
+                         int max_iterations, bool settle, const std::optional<py::object>& weights,
+                         const SharedExecution& execution) {
+    if (!drag.drag) throw ::meanvalue::InvalidInput("the drag has ended; begin another with Deformer.drag()");
+    return start_solve_of(targets, solve_options(tolerance, max_iterations, settle, weights), execution,
+                          [drag](const Positions& goal, const SolveOptions& options, Execution& held) {
+                              return drag.drag->solve(goal, options, held);
+                          });
 }
 
 }  // namespace
@@ -183,98 +155,106 @@ void bind_deformer(py::module_& module) {
     py::class_<Deformer, std::shared_ptr<Deformer>> deformer(
         module, "Deformer", py::module_local(),
         "A mesh bound to its anchors: expensive to make, cheap to solve again for other targets.");
-    deformer
-        .def(
-            py::init(&make_deformer), py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
-            py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-            py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("loose") = "stay",
-            py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false,
-            py::arg("execution") = py::none(),
-            "Bind a mesh.\n\n"
-            "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
-            "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
-            "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
-            "be followed along their way. None: anchors joined by edges make a piece.\n"
-            "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
-            "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
-            "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
-            "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
-            "unit;\n"
-            "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
-            "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
-            "n\n"
-            "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
-            "ones. Method 'fast' only, and inside roi.\n"
-            "border: so many of the anchors, the last ones, are soft and only hold the region's border to its rest\n"
-            "shape; with loose='follow', a part that has no others follows.\n"
-            "loose: what becomes of a part that holds no anchor and lies in the region as a whole. 'stay': it keeps\n"
-            "its place. 'follow': it is carried along rigidly by the nearest surface that is held, and grows as "
-            "that\n"
-            "does; report.carriers tells by which part.\n"
-            "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
-            "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
-            "threads: 0 for every core; results do not depend on it.\n"
-            "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
-            "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
-            "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
-            "among others), SolverFailure, Cancelled.")
-        .def(
-            "solve", &solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
-            py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-            py::arg("settle") = defaults.settle, py::arg("weights") = py::none(), py::arg("execution") = py::none(),
-            "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
-            "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
-            "bounding-box diagonals from where they rest.\n"
-            "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
-            "None for the rest shape. Where it is the answer of the last solve, as in a drag, method 'fast' goes on\n"
-            "with what the solves before have told: the answer then depends on them, within the tolerance, and a\n"
-            "long way downhill may be left to the next solve (stop_reason says so; settle leaves nothing).\n"
-            "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
-            "bounding-box diagonal; None: 1e-4 for method 'fast' (5e-5 at rigidity 0), 1e-6 for the others.\n"
-            "From rest, method 'fast' stops also when the energy falls by less than 50 times it in four steps.\n"
-            "max_iterations: the most of each stage of the solve (the whole mesh, and the coarser levels before "
-            "it);\n"
-            "at the limit, the best shape so far is returned. Solution.all_iterations counts those of all stages.\n"
-            "Method 'full' stops also "
-            "when the energy falls by less than 100 times it in three steps on end.\n"
-            "settle: with a start, solve from rest as well and keep whichever ends at the lower energy: for the\n"
-            "end of a drag.\n"
-            "weights: (k,) from 0 to 1, or None: what the strength of each soft anchor is multiplied with, 1 for\n"
-            "hard ones. At 0 it is free, and its target may be anything, also NaN.\n"
-            "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
-            "Returns a Solution.\n"
-            "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. Threads may solve on one\n"
-            "deformer side by side, each with the bits that it has alone.")
-        .def("start_solve", &start_solve, py::arg("targets"), py::kw_only(), py::arg("start") = py::none(),
-             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-             py::arg("settle") = defaults.settle, py::arg("weights") = py::none(), py::arg("execution") = py::none(),
-             "As solve(), beside the interpreter. Returns a Task whose result is the Solution.\n\n"
-             "Arrays are copied first. Raises InvalidInput for arrays of another form.")
-        .def(
-            "rebind", &rebind, py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(),
-            py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(), py::arg("border") = 0,
-            py::arg("execution") = py::none(),
-            "Bind the same mesh to other anchors. Returns a new Deformer; this one stays as it is.\n\n"
-            "Mesh, roi, method, threads, portable and loose are those of this one; anchors, handles, rigidity,\n"
-            "strengths and border as in Deformer(), whose result this has, bit by bit. What does not depend on the "
-            "anchors is shared:\n"
-            "with a handle more or less it takes less than half of the time. Large handles (more than a 64th of the\n"
-            "vertices) that come or go, and parts of the mesh that had no anchor before, take as long as at first.\n"
-            "Raises InvalidInput, SolverFailure, Cancelled as Deformer().")
-        .def("start_rebind", &start_rebind, py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(),
-             py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(), py::arg("border") = 0,
-             py::arg("execution") = py::none(),
-             "As rebind(), beside the interpreter. Returns a Task whose result is the Deformer.")
-        .def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
-                               "BindReport: what bind found, and what it cost.");
+    const auto def_bind = [](auto&& define, const std::string& text) {
+        define(py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(), py::arg("roi") = py::none(),
+               py::arg("handles") = py::none(), py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(),
+               py::arg("border") = 0, py::arg("loose") = "stay", py::arg("method") = "fast", py::arg("threads") = 0,
+               py::arg("portable") = false, py::arg("execution") = py::none(), text.c_str());
+    };
+    def_bind(
+        [&](const auto&... arguments) { deformer.def(py::init(deformer_of(&start_bind)), arguments...); },
+        "Bind a mesh.\n\n"
+        "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
+        "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
+        "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
+        "be followed along their way. None: anchors joined by edges make a piece.\n"
+        "rigidity: how much lengths count, 0 or more; 0 is the paper's energy, None the default of the method.\n"
+        "strengths: (k,) float, one for each anchor. inf: met exactly, as all are with None. A finite number\n"
+        "0 < s <= 1e9: a soft anchor, a free vertex that a spring pulls to its target, with the energy\n"
+        "s |v - target|^2. That is in squared units of the input as the rest of the energy is, so s has no "
+        "unit;\n"
+        "about 1 is as stiff as the surroundings of one vertex. Divide by the number of a handle's vertices to\n"
+        "make it the strength of the handle; to let it give way alike at any resolution, make it weaker as 1 / "
+        "n\n"
+        "besides, as the energy of the shape is in finer meshes. A part is held by its soft anchors as by hard\n"
+        "ones. Method 'fast' only, and inside roi.\n"
+        "border: so many of the anchors, the last ones, are soft and only hold the region's border to its rest\n"
+        "shape; with loose='follow', a part that has no others follows.\n"
+        "loose: what becomes of a part that holds no anchor and lies in the region as a whole. 'stay': it keeps\n"
+        "its place. 'follow': it is carried along rigidly by the nearest surface that is held, and grows as "
+        "that\n"
+        "does; report.carriers tells by which part.\n"
+        "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding,\n"
+        "section 3) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
+        "threads: 0 for every core; results do not depend on it.\n"
+        "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
+        "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
+        "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
+        "among others), SolverFailure, Cancelled.");
+    def_bind([&](const auto&... arguments) { module.def("start_bind", &start_bind, arguments...); },
+             "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
+             "Arrays are copied first. Raises InvalidInput for arrays of another form.");
+    def_with_start(
+        deformer, "solve", &start_solve,
+        "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
+        "targets: (k, 3), in the order of the anchors, which meet them exactly but for soft ones; at most 1e6\n"
+        "bounding-box diagonals from where they rest.\n"
+        "start: (n, 3) an earlier solution, from which the shape follows what the anchors have moved since;\n"
+        "None for the rest shape. The answer depends on nothing else that was solved; for a row of solves, each\n"
+        "from the one before, drag() is faster.\n"
+        "tolerance: stop when no vertex moves farther in a step than this share of the rest shape's\n"
+        "bounding-box diagonal; None: 1e-4 for method 'fast' (5e-5 at rigidity 0), 1e-6 for the others.\n"
+        "From rest, method 'fast' stops also when the energy falls by less than 50 times it in four steps.\n"
+        "max_iterations: the most of each stage of the solve (the whole mesh, and the coarser levels before "
+        "it);\n"
+        "at the limit, the best shape so far is returned. Solution.all_iterations counts those of all stages.\n"
+        "Method 'full' stops also "
+        "when the energy falls by less than 100 times it in three steps on end.\n"
+        "settle: with a start, solve from rest as well and keep whichever ends at the lower energy: for the\n"
+        "end of a drag.\n"
+        "weights: (k,) from 0 to 1, or None: what the strength of each soft anchor is multiplied with, 1 for\n"
+        "hard ones. At 0 it is free, and its target may be anything, also NaN.\n"
+        "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
+        "Returns a Solution.\n"
+        "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. Threads may solve on one\n"
+        "deformer side by side, each with the bits that it has alone.",
+        py::arg("targets"), py::kw_only(), py::arg("start") = py::none(), py::arg("tolerance") = py::none(),
+        py::arg("max_iterations") = defaults.max_iterations, py::arg("settle") = defaults.settle,
+        py::arg("weights") = py::none(), py::arg("execution") = py::none());
+    py::class_<Drag> drag(
+        module, "Drag", py::module_local(),
+        "A row of solves, each from the answer of the one before: by Deformer.drag().\n\n"
+        "Method 'fast' goes on with what the solves before have told: an answer depends on them, within the\n"
+        "tolerance, and a long way downhill may be left to the next solve (Solution.stop_reason says so; settle\n"
+        "leaves nothing). One solve at a time: a second waits.");
+    def_with_start(
+        drag, "solve", &start_solve_in_drag,
+        "As Deformer.solve(), from the last answer. After an exception the next begins where this one did.",
+        py::arg("targets"), py::kw_only(), py::arg("tolerance") = py::none(),
+        py::arg("max_iterations") = defaults.max_iterations, py::arg("settle") = defaults.settle,
+        py::arg("weights") = py::none(), py::arg("execution") = py::none());
+    drag.def("__enter__", [](const py::object& self) { return self; });
+    drag.def(
+        "__exit__", [](Drag& self, const py::args&) { self.drag = nullptr; }, "Ends it and frees its memory.");
+    deformer.def(
+        "drag", &begin_drag, py::arg("start") = py::none(),
+        "Begin a row of solves, each from the answer of the one before: with deformer.drag() as drag:\n"
+        "drag.solve(targets).\n\n"
+        "start: (n, 3) where the first begins; None: at rest. Returns a Drag. Any number may go on side by side.");
+    def_with_start(
+        deformer, "rebind", &start_rebind,
+        "Bind the same mesh to other anchors. Returns a new Deformer; this one stays as it is.\n\n"
+        "Mesh, roi, method, threads, portable and loose are those of this one; anchors, handles, rigidity,\n"
+        "strengths and border as in Deformer(), whose result this has, bit by bit. What does not depend on the "
+        "anchors is shared:\n"
+        "with a handle more or less it takes less than half of the time. Large handles (more than a 64th of the\n"
+        "vertices) that come or go, and parts of the mesh that had no anchor before, take as long as at first.\n"
+        "Raises InvalidInput, SolverFailure, Cancelled as Deformer().",
+        py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
+        py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("execution") = py::none());
+    deformer.def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
+                                   "BindReport: what bind found, and what it cost.");
     bind_sequence(module, deformer);
-    module.def("start_bind", &start_bind, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(),
-               py::arg("roi") = py::none(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-               py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("loose") = "stay",
-               py::arg("method") = "fast", py::arg("threads") = 0, py::arg("portable") = false,
-               py::arg("execution") = py::none(),
-               "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
-               "Arrays are copied first. Raises InvalidInput for arrays of another form.");
 }
 
 }  // namespace meanvalue::bindings

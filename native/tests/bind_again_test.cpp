@@ -264,14 +264,14 @@ TEST(Settle, CancelledInItsSecondHalfLeavesTheDragAsItWas) {
     const Binding binding = binding_of(mesh, anchors, Method::kFast, 1);
     const auto deformer = bound(binding);
     Execution execution;
-    Deformer::Drag drag(*deformer, execution);
-    Deformer::Drag undisturbed(*deformer, execution);
-    Positions shape = mesh.vertices;
+    Deformer::Drag drag(*deformer, PositionsView(mesh.vertices));
+    Deformer::Drag undisturbed(*deformer, PositionsView(mesh.vertices));
+    Positions shape;
     for (std::size_t frame = 0; frame + 1 < frames.size(); ++frame) {
-        static_cast<void>(undisturbed.solve(frames[frame], PositionsView(shape), {}, execution));
-        shape = drag.solve(frames[frame], PositionsView(shape), {}, execution).vertices;
+        static_cast<void>(undisturbed.solve(frames[frame], {}, execution));
+        shape = drag.solve(frames[frame], {}, execution).vertices;
     }
-    const Solution expected = undisturbed.solve(frames.back(), PositionsView(shape), {}, execution);
+    const Solution expected = undisturbed.solve(frames.back(), {}, execution);
     SolveOptions settling;
     settling.settle = true;
     // The last look of such a solve, found on another deformer; most are of the second half, which is from rest.
@@ -288,8 +288,8 @@ TEST(Settle, CancelledInItsSecondHalfLeavesTheDragAsItWas) {
     }
     Execution cancelled;
     cancelled.cancel_at_look(last * 9 / 10);
-    EXPECT_THROW(static_cast<void>(drag.solve(frames[3], PositionsView(shape), settling, cancelled)), Cancelled);
-    const Solution found = drag.solve(frames.back(), PositionsView(shape), {}, execution);
+    EXPECT_THROW(static_cast<void>(drag.solve(frames[3], settling, cancelled)), Cancelled);
+    const Solution found = drag.solve(frames.back(), {}, execution);
     EXPECT_EQ(found.initial_energy, expected.initial_energy);  // it begins where the frames before lead
     EXPECT_LT(largest_distance(found.vertices, expected.vertices), 1e-3 * mesh.diagonal());
 }

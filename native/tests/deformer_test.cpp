@@ -5,7 +5,6 @@
 #include <limits>
 #include <thread>
 
-#include "meanvalue/common/detached_job.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/morph/morpher.h"
 #include "tests/support.h"
@@ -242,41 +241,6 @@ TEST(Deformer, ACancelledSolveLeavesTheDeformerUsable) {
         canceller.join();
     }
     EXPECT_EQ(solve(*deformer, twist.targets).vertices, before.vertices);
-}
-
-/// On a thread of its own, with the fast method.
-std::unique_ptr<Deformer> bound_apart(const Twist& twist, const std::shared_ptr<Execution>& execution) {
-    return bind_detached(Binding{twist.mesh.vertices, twist.mesh.faces, twist.anchors, {}}, execution);
-}
-
-TEST(Deformer, IsTheSameWhenBoundOnAThreadOfItsOwn) {
-    const Twist twist(1.0);
-    Execution execution;
-    Deformer expected(Binding{twist.mesh.vertices, twist.mesh.faces, twist.anchors, {}}, execution);
-    const auto deformer = bound_apart(twist, std::make_shared<Execution>());
-    EXPECT_EQ(solve(*deformer, twist.targets).vertices, solve(expected, twist.targets).vertices);
-    Twist broken = twist;
-    broken.mesh.vertices(7, 0) = std::nan("");
-    const auto bind = [&] { bound_apart(broken, std::make_shared<Execution>()); };
-    EXPECT_TRUE(contains(message_of<InvalidInput>(bind), "vertices[7]"));
-}
-
-TEST(Deformer, ABindOnAThreadOfItsOwnCanBeCancelledAnywhere) {
-    const Twist twist(1.0);
-    int cancelled = 0;
-    for (std::int64_t look = 1; look < 100000; look += 1 + look / 4) {
-        const auto execution = std::make_shared<Execution>();
-        execution->cancel_at_look(look);
-        try {
-            bound_apart(twist, execution);
-            break;
-        } catch (const Cancelled&) {
-            ++cancelled;
-        }
-    }
-    EXPECT_GT(cancelled, 5);
-    EXPECT_NO_THROW(bound_apart(twist, std::make_shared<Execution>()));
-    wait_for_detached();
 }
 
 TEST(Deformer, ASolveDoesNotWaitForAnother) {

@@ -37,6 +37,11 @@ inline Solution solve_from(Deformer& deformer, const Positions& targets, const P
     return deformer.solve(targets, PositionsView(start), options, execution);
 }
 
+inline Solution solve_next(Deformer::Drag& drag, const Positions& targets, const SolveOptions& options = {}) {
+    Execution execution;
+    return drag.solve(targets, options, execution);
+}
+
 inline void expect_energy_never_rises(const Solution& solution) {
     for (std::size_t k = 1; k < solution.energies.size(); ++k)
         EXPECT_LE(solution.energies[k], solution.energies[k - 1]) << "iteration " << k;

@@ -86,14 +86,13 @@ TEST(FastDecoder, ADraggedLoneAnchorIsFollowedInFewStepsHoweverSharpTheShapeIs) 
     const std::vector<Index> anchors = spread_vertices(mesh, 9);
     const auto deformer = bound_to(mesh, anchors);
     const Positions rest = rows_of(mesh.vertices, anchors);
-    Positions shape = mesh.vertices;
+    Deformer::Drag drag(*deformer, PositionsView(mesh.vertices));
     std::vector<int> iterations;
     Solution last;
     Positions targets = rest;
     for (int frame = 1; frame <= 20; ++frame) {
         targets.row(0) = rest.row(0) + frame * 0.0075 * mesh.diagonal() * Eigen::RowVector3d(0.6, 0.8, 0);
-        last = solve_from(*deformer, targets, shape);
-        shape = last.vertices;
+        last = solve_next(drag, targets);
         EXPECT_TRUE(last.converged) << frame;
         iterations.push_back(last.iterations);
     }
@@ -138,19 +137,21 @@ TEST(FastDecoder, RigidityGoesToZeroWithoutAJump) {
               2e-3 * mesh.diagonal());
 }
 
-TEST(FastDecoder, AStartThatIsNotTheLastAnswerIsSolvedAsByAFreshDeformer) {
+TEST(FastDecoder, AStartIsAStartAndNothingElse) {
     const Pose pose = two_ends("", bar(6, 36), Vector3::UnitZ(), 0.8, {0, 0.3, 0});
     const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
     const auto between = [&](double share) { return Positions(rest + share * (pose.targets - rest)); };
-    const auto dragged = bound_to(pose.mesh, pose.anchors);
+    const auto deformer = bound_to(pose.mesh, pose.anchors);
     Positions shape = pose.mesh.vertices;
     for (const double share : {0.1, 0.2, 0.3})
-        shape = solve_from(*dragged, between(share), shape).vertices;
-    Positions other = shape;
-    for (Index v = 0; v < other.rows(); ++v)
-        other(v, 0) += 1e-6 * std::sin(v);
-    const Solution here = solve_from(*dragged, between(0.4), other);
-    const Solution fresh = solve_from(*bound_to(pose.mesh, pose.anchors), between(0.4), other);
+        shape = solve_from(*deformer, between(share), shape).vertices;
+    {
+        Deformer::Drag drag(*deformer, PositionsView(pose.mesh.vertices));
+        for (const double share : {0.1, 0.2, 0.3})
+            solve_next(drag, between(share));
+    }
+    const Solution here = solve_from(*deformer, between(0.4), shape);
+    const Solution fresh = solve_from(*bound_to(pose.mesh, pose.anchors), between(0.4), shape);
     EXPECT_EQ(here.vertices, fresh.vertices);
     EXPECT_EQ(here.energies, fresh.energies);
 }
@@ -184,12 +185,11 @@ TEST(FastDecoder, ADragOfStiffSoftAnchorsTakesNoMoreStepsThanOneOfHardOnes) {
         Binding binding = binding_of(pose.mesh, pose.anchors, Method::kFast, 1);
         binding.strengths.assign(pose.anchors.size(), strength);
         Deformer deformer(binding, execution);
-        Positions shape = pose.mesh.vertices;
+        Deformer::Drag drag(deformer, PositionsView(pose.mesh.vertices));
         int iterations = 0;
         for (int frame = 1; frame <= 12; ++frame) {
-            const Solution solution = solve_from(deformer, rest + frame / 24.0 * (pose.targets - rest), shape);
+            const Solution solution = solve_next(drag, rest + frame / 24.0 * (pose.targets - rest));
             EXPECT_TRUE(solution.converged) << strength << " " << frame;
-            shape = solution.vertices;
             iterations += solution.iterations;
         }
         return iterations;
@@ -205,7 +205,7 @@ TEST(FastDecoder, AnUnsteadyDragEndsWhereASteadyOneDoes) {
         return two_ends("", mesh, Vector3::UnitX(), angle, {x, y, -0.1});
     };
     const auto deformer = bound_to(mesh, at(0, 0, 0).anchors);
-    Positions shape = mesh.vertices;
+    Deformer::Drag drag(*deformer, PositionsView(mesh.vertices));
     Solution last;
     std::mt19937 random(5);
     std::normal_distribution<double> noise(0.0, 0.25);
@@ -214,8 +214,7 @@ TEST(FastDecoder, AnUnsteadyDragEndsWhereASteadyOneDoes) {
         // Far and near, to and fro, and now and then not at all.
         const double jerk = frame % 7 == 0 ? 4.0 : 1.0;
         if (frame % 5 != 0) targets = at(0.4 + jerk * noise(random), jerk * noise(random), noise(random)).targets;
-        last = solve_from(*deformer, targets, shape);
-        shape = last.vertices;
+        last = solve_next(drag, targets);
         EXPECT_TRUE(last.converged) << frame;
         EXPECT_LE(last.iterations, 60) << frame;
         EXPECT_LT(last.energy, 1.02 * solve(*deformer, targets).energy) << frame;
@@ -231,11 +230,12 @@ TEST(FastDecoder, SettlingKeepsTheBetterOfWarmAndCold) {
     const Pose pose = turned(240.0);
     const auto deformer = bound_to(pose.mesh, pose.anchors);
     Positions dragged = pose.mesh.vertices;
-    for (int degrees = 20; degrees < 240; degrees += 20)
-        dragged = solve_from(*deformer, turned(degrees).targets, dragged).vertices;
+    {
+        Deformer::Drag drag(*deformer, PositionsView(dragged));
+        for (int degrees = 20; degrees < 240; degrees += 20)
+            dragged = solve_next(drag, turned(degrees).targets).vertices;
+    }
     const Solution cold = solve(*deformer, pose.targets);
-    // From the same start both times, not from the last answer the first time.
-    solve_from(*deformer, pose.targets, cold.vertices);
     const Solution warm = solve_from(*deformer, pose.targets, dragged);
     Execution execution;
     SolveOptions options;

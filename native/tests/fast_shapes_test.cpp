@@ -80,9 +80,10 @@ TEST(FastShapes, AHalfTurnReachedByDraggingIsAsEven) {
     for (const HeldBar& held : {HeldBar(4, 24), HeldBar(12, 72)}) {
         const auto deformer = bound_to(held.mesh, held.anchors);
         Positions shape = held.mesh.vertices;
+        Deformer::Drag drag(*deformer, PositionsView(held.mesh.vertices));
         for (int step = 1; step <= 18; ++step) {
             const double angle_rad = step * kPi / 18;
-            shape = solve_from(*deformer, held.targets({0, 0, 1}, angle_rad, {0, 0, 0}), shape).vertices;
+            shape = solve_next(drag, held.targets({0, 0, 1}, angle_rad, {0, 0, 0})).vertices;
         }
         expect_evenly_twisted(held, shape, kPi, 0.8);  // a half turn draws in more
     }
@@ -122,14 +123,14 @@ TEST(FastShapes, AThreeQuarterBendReachedByDraggingIsSmooth) {
     const HeldBar held(4, 48);
     const auto deformer = bound_to(held.mesh, held.anchors);
     Positions shape = held.mesh.vertices;
+    Deformer::Drag drag(*deformer, PositionsView(held.mesh.vertices));
     const double bend_rad = 1.5 * kPi;
     for (int step = 1; step <= 27; ++step) {
         // The upper end of an arc of the bar's length.
         const double angle_rad = bend_rad * step / 27;
         const double radius = held.length / angle_rad;
         const Vector3 end(0, -radius * (1 - std::cos(angle_rad)), radius * std::sin(angle_rad));
-        shape = solve_from(*deformer, held.targets({1, 0, 0}, angle_rad, end - Vector3(0, 0, held.length)), shape)
-                    .vertices;
+        shape = solve_next(drag, held.targets({1, 0, 0}, angle_rad, end - Vector3(0, 0, held.length))).vertices;
     }
     const double volume = volume_of(shape, held.mesh.faces) / volume_of(held.mesh.vertices, held.mesh.faces);
     EXPECT_EQ(flipped_triangles(shape, held.mesh), 0);

@@ -27,15 +27,12 @@ struct Drag {
         return std::make_unique<Deformer>(binding_of(mesh, anchors, method, threads), execution);
     }
 
-    Positions next(Deformer& deformer, std::size_t frame, const Positions& start) const {
-        return solve_from(deformer, frames[frame], start).vertices;
-    }
-
     /// The shape after every frame, each from the one before.
     std::vector<Positions> run(Deformer& deformer) const {
+        Deformer::Drag drag(deformer, PositionsView(mesh.vertices));
         std::vector<Positions> shapes;
-        for (std::size_t frame = 0; frame < frames.size(); ++frame)
-            shapes.push_back(next(deformer, frame, frame == 0 ? mesh.vertices : shapes.back()));
+        for (const Positions& targets : frames)
+            shapes.push_back(solve_next(drag, targets).vertices);
         return shapes;
     }
 };
@@ -84,40 +81,35 @@ TEST(SideBySide, DragsInTurnDoNotDisturbEachOther) {
     const std::vector<Positions> expected_one = one.run(*one.bound());
     const std::vector<Positions> expected_other = other.run(*one.bound());
     const auto deformer = one.bound();
-    Positions at_one = one.mesh.vertices, at_other = at_one;
+    Deformer::Drag drag_one(*deformer, PositionsView(one.mesh.vertices));
+    Deformer::Drag drag_other(*deformer, PositionsView(one.mesh.vertices));
     for (std::size_t frame = 0; frame < one.frames.size(); ++frame) {
-        at_one = one.next(*deformer, frame, at_one);
-        at_other = other.next(*deformer, frame, at_other);
+        EXPECT_EQ(solve_next(drag_one, one.frames[frame]).vertices, expected_one[frame]) << frame;
+        EXPECT_EQ(solve_next(drag_other, other.frames[frame]).vertices, expected_other[frame]) << frame;
         solve(*deformer, other.frames[frame]);  // nor does a solve from rest
-        EXPECT_EQ(at_one, expected_one[frame]) << frame;
-        EXPECT_EQ(at_other, expected_other[frame]) << frame;
     }
 }
 
 TEST(SideBySide, ADragGoesOnWhereAFrameWasCancelled) {
-    const Drag drag(0.1);
-    const auto deformer = drag.bound();
-    Positions at = drag.mesh.vertices;
+    const Drag frames(0.1);
+    const auto deformer = frames.bound();
+    Deformer::Drag drag(*deformer, PositionsView(frames.mesh.vertices));
+    Positions last;
     for (std::size_t frame = 0; frame < 4; ++frame)
-        at = drag.next(*deformer, frame, at);
+        last = solve_next(drag, frames.frames[frame]).vertices;
     Execution execution;
     std::thread cancelled([&] {
-        try {
-            SolveOptions endless;
-            endless.tolerance = 1e-300;
-            endless.max_iterations = 1000000;
-            deformer->solve(drag.frames[5], PositionsView(at), endless, execution);
-        } catch (const Cancelled&) {
-        }
+        SolveOptions endless;
+        endless.tolerance = 1e-300;
+        endless.max_iterations = 1000000;
+        EXPECT_THROW(drag.solve(frames.frames[5], endless, execution), Cancelled);
     });
     while (std::string(execution.stage()) != "solve")
         std::this_thread::yield();
     execution.cancel();
-    // It waits for what the cancelled frame holds: what that remembers saves iterations.
-    const Solution next = solve_from(*deformer, drag.frames[4], at);
+    const Solution next = solve_next(drag, frames.frames[4]);  // waits for the cancelled one
     cancelled.join();
-    const auto stranger = drag.bound();
-    EXPECT_LT(next.iterations, solve_from(*stranger, drag.frames[4], at).iterations);
+    EXPECT_LT(next.iterations, solve_from(*deformer, frames.frames[4], last).iterations);  // it remembers
 }
 
 }  // namespace

@@ -189,12 +189,11 @@ TEST_P(SoftPose, FollowingLeadsWhereASolveFromRestDoes) {
     const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
     for (const auto& strengths : {soft_above(pose, 0.05), std::vector<double>(pose.anchors.size(), 1.0)}) {
         const auto deformer = soft_bound_to(pose.mesh, pose.anchors, strengths);
-        Positions shape = pose.mesh.vertices;
+        Deformer::Drag drag(*deformer);
+        Positions shape;
         for (const double share : {0.9, 0.95, 1.0}) {
             const Positions targets = rest + share * (pose.targets - rest);
-            shape = share < 0.95
-                        ? solve(*deformer, targets).vertices
-                        : solve_from(*deformer, targets, shape, share < 1.0 ? SolveOptions() : kFine).vertices;
+            shape = solve_next(drag, targets, share < 1.0 ? SolveOptions() : kFine).vertices;
         }
         EXPECT_LT(largest_distance(shape, solve(*deformer, pose.targets, kFine).vertices),
                   1e-5 * pose.mesh.diagonal());

@@ -75,6 +75,7 @@ class Follower(Following):
     def _begin_anew(self):
         super()._begin_anew()
         self._targets = LiveTargets()
+        self._drag = self._drag_answer = None  # the binding and its native Drag; the answer of the last solve in it
 
     # Reading
 
@@ -124,9 +125,13 @@ class Follower(Following):
         model = self._model(obj)
         is_first = model.written is None
         shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else model.written
-        start = _start(shown, None if is_first else model.solution)
+        solution = None if is_first else model.solution
+        if solution is None or solution is not self._drag_answer or self._drag[0] is not binding:
+            self._drag = binding, session.begin_drag(binding, bind_input, _start(shown, solution))
+        drag = self._drag[1]
 
         def collect(owner, solved, composed, seconds):
+            self._drag_answer = solved
             if settles and self._wanted is not wanted:
                 return
             self._is_settled = settles
@@ -139,7 +144,7 @@ class Follower(Following):
 
         def work(execution):
             solved, summary = yield from session.solve_steps(
-                binding, bind_input, wanted, start, settle=settles, execution=execution
+                binding, bind_input, wanted, settle=settles, execution=execution, drag=drag
             )
             composed = result.compose(bind_input, wanted.positions, solved)
             return lambda owner: collect(owner, solved, composed, summary.seconds)

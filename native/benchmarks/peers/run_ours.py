@@ -27,12 +27,13 @@ class Steps:
         if job.options.get("handles"):
             keywords["handles"] = piece_numbers(job.pieces)
         self.deformer = meanvalue.Deformer(job.vertices, job.faces, job.anchors, **keywords)
-        self.last, self.last_targets, self.number = None, None, 0
+        self.drag, self.last, self.last_targets, self.number = None, None, None, 0
         self.remembered, self.solutions = {}, {"iterations": [], "energies": [], "converged": []}
 
     def __call__(self, targets, restart):
-        start = None if restart or self.last is None else self.last
-        solution = self.deformer.solve(targets, start=start)
+        if restart or self.drag is None:
+            self.drag = self.deformer.drag()
+        solution = self.drag.solve(targets)
         self.last, self.last_targets = solution.vertices, targets
         if self.number in self.options.get("check", []):
             self.remembered[self.number] = (targets, np.array(self.last))

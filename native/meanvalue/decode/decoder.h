@@ -27,8 +27,11 @@ struct DecodeOptions {
     /// soft anchor is multiplied with. At 0 it is free, and its target is not looked at.
     const std::vector<double>* weights = nullptr;
     int threads = 0;  ///< 0: as many as it was bound with
-    /// Nothing is to be left to a solve that goes on from the answer. What the workspace remembers stays as it is, so
-    /// that whoever asks for this may do so in two halves, and forgets it then.
+    /// The workspace belongs to a drag: a row of solves of which each begins at the answer of the one before. The
+    /// solve goes on with what the workspace remembers of these, and adds to it.
+    bool in_drag = false;
+    /// Nothing is to be left to a next solve. What the workspace remembers stays as it is, so that whoever asks for
+    /// this may do so in two halves, and forgets it then.
     bool is_last = false;
 };
 
@@ -44,8 +47,8 @@ struct DecodeReport {
     Timings timings;  ///< seconds by stage
 };
 
-/// What a solve writes besides its result. One solve at a time uses it; kept for the next, it spares taking memory
-/// and may remember the last answer, from which a drag goes on in fewer iterations.
+/// What a solve writes besides its result. One solve at a time uses it; kept for the next, it spares taking memory.
+/// That of a drag remembers its solves, so that the next takes fewer iterations.
 class Workspace {
   public:
     Workspace() = default;
@@ -53,11 +56,7 @@ class Workspace {
     Workspace& operator=(const Workspace&) = delete;
     virtual ~Workspace() = default;
 
-    /// Whether it remembers an answer that a solve may go on from.
-    virtual bool has_answer() const { return false; }
-    virtual void forget() {}  ///< that answer
-    /// Whether that is `positions`, n x 3 of the region.
-    virtual bool goes_on_from(const Positions&) const { return false; }
+    virtual void forget() {}  ///< what it remembers of a drag
     virtual std::size_t bytes() const = 0;  ///< about, once all of it is in use
 };
 
@@ -76,8 +75,8 @@ class Decoder {
     /// soft anchors then at their targets if there is no earlier shape; receives the result. Left in any state on an
     /// exception. @param workspace made by this decoder; after an exception it remembers no new
     /// answer, and less of the way to the old one.
-    /// The same bits for any number of threads; they depend on what the workspace remembers only where that is the
-    /// answer that options.previous holds. @throws Cancelled, SolverFailure.
+    /// The same bits for any number of threads; they depend on solves before in a drag only.
+    /// @throws Cancelled, SolverFailure.
     virtual DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                                 Execution& execution) const = 0;
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "meanvalue/common/detached_job.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 
@@ -20,16 +19,34 @@ Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer*
     : bound_(binding, execution, earlier == nullptr ? nullptr : &earlier->bound_),
       workspaces_(bound_.decoder()),
       report_(bound_.report()) {
-    report_.bytes += workspaces_.bytes_of_each(execution);
+    report_.bytes += WorkspacePool::Loan(workspaces_, execution).workspace().bytes();
 }
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) const {
-    return solve_with(nullptr, targets, start, options, execution);
+    WorkspacePool::Loan loan(workspaces_, execution);
+    return solve_with(loan.workspace(), false, targets, start, options, execution);
 }
 
-/// @param loan nullptr: the one that fits best is borrowed.
-Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& targets,
+Deformer::Drag::Drag(const Deformer& deformer, const std::optional<PositionsView>& start) : deformer_(deformer) {
+    if (start) last_.emplace(*start);
+}
+
+Deformer::Drag::~Drag() {
+    if (loan_) loan_->workspace().forget();
+}
+
+Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions& options, Execution& execution) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!loan_) loan_.emplace(deformer_.workspaces_, execution);
+    std::optional<PositionsView> start;
+    if (last_) start.emplace(*last_);
+    Solution solution = deformer_.solve_with(loan_->workspace(), true, targets, start, options, execution);
+    last_ = solution.vertices;
+    return solution;
+}
+
+Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,
                               const std::optional<PositionsView>& start, const SolveOptions& options,
                               Execution& execution) const {
     const double tolerance = options.tolerance.value_or(bound_.default_tolerance());
@@ -59,11 +76,9 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
         decode_options.targets = &filled_view;
         decode_options.weights = weights.empty() ? nullptr : &weights;
         decode_options.threads = threads;
+        decode_options.in_drag = in_drag;
         decode_options.is_last = options.settle;
         const Decoder& decoder = bound_.decoder();
-        std::optional<WorkspacePool::Loan> borrowed;
-        if (loan == nullptr) loan = &borrowed.emplace(workspaces_, decode_options.previous, execution);
-        Workspace& workspace = loan->workspace();
         report = decoder.decode(decode_options, workspace, positions, execution);
         if (start && options.settle) {
             Positions fresh = bound_.rows_of_region(bound_.place_anchors(filled, {}, weights, threads, execution),
@@ -92,21 +107,6 @@ Solution Deformer::solve_with(WorkspacePool::Loan* loan, const PositionsView& ta
     solution.timings = std::move(report.timings);
     solution.timings.merge(total);
     return solution;
-}
-
-std::unique_ptr<Deformer> bind_detached(Binding binding, const std::shared_ptr<Execution>& execution,
-                                        const std::shared_ptr<const Deformer>& earlier) {
-    struct Bind {
-        Binding binding;
-        std::shared_ptr<Execution> execution;
-        std::shared_ptr<const Deformer> earlier;
-        std::unique_ptr<Deformer> deformer;
-    };
-    const auto bind = std::make_shared<Bind>(Bind{std::move(binding), execution, earlier, nullptr});
-    run_detached(
-        [bind] { bind->deformer = std::make_unique<Deformer>(bind->binding, *bind->execution, bind->earlier.get()); },
-        *execution);
-    return std::move(bind->deformer);
 }
 
 }  // namespace meanvalue

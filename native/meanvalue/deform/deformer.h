@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,9 +62,7 @@ class Deformer {
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
     ///
-    /// Solves may run side by side on several threads: each has the bits that it has alone, as long as no frame of
-    /// its drag was cancelled. With a start that is the answer of the last solve of a drag, a few more digits come
-    /// from what that drag remembers: see WorkspacePool.
+    /// Solves may run side by side on several threads: each has the bits that it has alone.
     /// @param targets k x 3, in the order of the anchors, hard and soft alike, none farther than kFarthestDiagonals.
     /// @param start n x 3, an earlier solution: free vertices start there, and the fast method follows what the
     ///        anchors have moved since. None: the rest shape.
@@ -78,34 +77,32 @@ class Deformer {
         return solve(*share(targets, "targets"), {}, options, execution);
     }
 
-    /// Solves one after another with a workspace of their own, whatever else is solved on the deformer: their bits
-    /// are those of the same solves alone. It must not outlive the deformer or the execution.
+    /// A row of solves, each from the answer of the one before, which tell the fast method how the shape goes on
+    /// (docs/decisions/0012-predicted-drags.md). Their bits depend on each other, and on nothing else that is solved.
     class Drag {
       public:
-        /// @throws Cancelled, std::bad_alloc.
-        Drag(const Deformer& deformer, const Execution& execution)
-            : deformer_(deformer), loan_(deformer.workspaces_, nullptr, execution) {}
+        /// @param start where the first solve begins, n x 3; none: at rest. @pre the deformer outlives it.
+        explicit Drag(const Deformer& deformer, const std::optional<PositionsView>& start = {});
         Drag(const Drag&) = delete;
         Drag& operator=(const Drag&) = delete;
-        /// Nobody goes on from its last answer: the workspace is free for others, and pushes none of theirs out.
-        ~Drag() { loan_.workspace().forget(); }
+        ~Drag();
 
-        /// As Deformer::solve(); with a start that is no answer of this drag, nothing is gone on with.
-        Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
-                       const SolveOptions& options, Execution& execution) {
-            return deformer_.solve_with(&loan_, targets, start, options, execution);
-        }
+        /// As Deformer::solve(). After an exception the next solve begins where this one did. One at a time: a second
+        /// thread waits.
+        Solution solve(const PositionsView& targets, const SolveOptions& options, Execution& execution);
 
       private:
         const Deformer& deformer_;
-        WorkspacePool::Loan loan_;
+        std::mutex mutex_;
+        std::optional<Positions> last_;
+        std::optional<WorkspacePool::Loan> loan_;
     };
 
     const BindReport& report() const { return report_; }
     const BoundMesh& bound() const { return bound_; }
 
   private:
-    Solution solve_with(WorkspacePool::Loan* loan, const PositionsView& targets,
+    Solution solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,
                         const std::optional<PositionsView>& start, const SolveOptions& options,
                         Execution& execution) const;
 
@@ -113,11 +110,5 @@ class Deformer {
     mutable WorkspacePool workspaces_;
     BindReport report_;
 };
-
-/// Makes a Deformer on a thread of its own, so that a cancel waits neither for a look nor until all is freed that
-/// bind has made so far: see run_detached(), which is why it holds binding, execution and the earlier one.
-/// @param earlier as for the constructor of Deformer, whose errors it throws.
-std::unique_ptr<Deformer> bind_detached(Binding binding, const std::shared_ptr<Execution>& execution,
-                                        const std::shared_ptr<const Deformer>& earlier = nullptr);
 
 }  // namespace meanvalue

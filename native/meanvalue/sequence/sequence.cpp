@@ -60,7 +60,8 @@ void SequenceSolve::solve_run(Run& run, const Threads& threads) {
     Seam& seam_behind = *seams_[run.number - plan_.first_run() + 1];
     Execution of_run(&execution_);
     {
-        Deformer::Drag drag(deformer_, of_run);
+        std::optional<Deformer::Drag> drag;
+        drag.emplace(deformer_);
         Positions shape(0, 3);  // empty until a frame could be solved
         for (Index frame = run.begin; frame < run.end; ++frame) {
             const bool is_told = is_told_by(run, frame);
@@ -153,8 +154,8 @@ void SequenceSolve::smooth(Run& run) {
 }
 
 /// @param shape of the last frame that could be solved, or empty; receives this one's. @return whether it could.
-bool SequenceSolve::solve_frame(Deformer::Drag& drag, Index frame, bool is_told, int threads, Execution& execution,
-                                Positions& shape) {
+bool SequenceSolve::solve_frame(std::optional<Deformer::Drag>& drag, Index frame, bool is_told, int threads,
+                                Execution& execution, Positions& shape) {
     SolveOptions options;
     options.tolerance = options_.tolerance;
     options.max_iterations = options_.max_iterations;
@@ -169,16 +170,16 @@ bool SequenceSolve::solve_frame(Deformer::Drag& drag, Index frame, bool is_told,
     try {
         int iterations = 0;
         Solution solution;
-        const auto solve_from = [&](const Positions& before) {
-            std::optional<PositionsView> start;
-            if (before.rows() > 0) start.emplace(before);
-            solution = drag.solve(trajectories_.targets_at(frame), start, options, execution);
+        for (int left = shape.rows() > 0 ? 1 : kSolvesFromRest; left > 0; --left) {
+            solution = drag->solve(trajectories_.targets_at(frame), options, execution);
             iterations += solution.all_iterations;
-        };
-        solve_from(shape);
-        for (int left = shape.rows() > 0 ? 0 : kSolvesFromRest - 1; left > 0; --left)
-            solve_from(Positions(std::move(solution.vertices)));
-        require_single_precision(solution.vertices, "the solved shape");
+        }
+        try {
+            require_single_precision(solution.vertices, "the solved shape");
+        } catch (const InvalidInput&) {  // the next frame begins at the last good one
+            drag.emplace(deformer_, shape.rows() > 0 ? std::optional<PositionsView>(shape) : std::nullopt);
+            throw;
+        }
         shape = std::move(solution.vertices);
         if (!is_told) return true;
         const auto row = static_cast<std::size_t>(frame - plan_.begin());

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "meanvalue/sequence/run.h"
@@ -30,8 +31,8 @@ class SequenceSolve {
 
     template <typename Threads>
     void solve_run(Run& run, const Threads& threads);
-    bool solve_frame(Deformer::Drag& drag, Index frame, bool is_told, int threads, Execution& execution,
-                     Positions& shape);
+    bool solve_frame(std::optional<Deformer::Drag>& drag, Index frame, bool is_told, int threads,
+                     Execution& execution, Positions& shape);
     float* add_frame(Run& run, bool in_result);
     void smooth(Run& run);
     void carry_loose_parts(int threads);

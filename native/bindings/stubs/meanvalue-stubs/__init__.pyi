@@ -76,6 +76,7 @@ class Deformer:
         portable: bool = False,
         execution: Execution | None = None,
     ) -> None: ...
+    def drag(self, start: ArrayLike | None = None) -> Drag: ...
     def rebind(
         self,
         anchors: ArrayLike,
@@ -145,6 +146,30 @@ class Deformer:
         tolerance: float | None = None,
         max_iterations: int = 1000,
         threads: int = 0,
+        execution: Execution | None = None,
+    ) -> Task: ...
+
+class Drag:
+    def __enter__(self) -> Drag: ...
+    def __exit__(self, *args: object) -> None: ...
+    def solve(
+        self,
+        targets: ArrayLike,
+        *,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        settle: bool = False,
+        weights: ArrayLike | None = None,
+        execution: Execution | None = None,
+    ) -> Solution: ...
+    def start_solve(
+        self,
+        targets: ArrayLike,
+        *,
+        tolerance: float | None = None,
+        max_iterations: int = 1000,
+        settle: bool = False,
+        weights: ArrayLike | None = None,
         execution: Execution | None = None,
     ) -> Task: ...
 

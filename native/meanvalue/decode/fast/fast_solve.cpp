@@ -32,19 +32,19 @@ DecodeReport FastSolve::run(Positions& positions) {
         work_.keeps_history = false;
     }
     const bool is_cold = options_.previous == nullptr;
+    goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
     const int warm_limit = std::min(options_.max_iterations, kMostWarmSteps);
     const bool has_history = std::exchange(work_.keeps_history, false);
     bool keep_history = false;
     StopRule rule;
     if (is_cold) {
-        if (!options_.is_last) work_.predictor.forget();
         rule = cold_rule();
         start_cold(positions);
     } else {
         const StageTimer timer(timings_, "follow");
-        const bool goes_on = follow_drag(*options_.previous, positions);
-        keep_history = goes_on && has_history && history_is_exact();
-        if (goes_on && !options_.is_last) rule = drag_rule();
+        follow_drag(*options_.previous, positions);
+        keep_history = goes_on_ && has_history && history_is_exact();
+        if (goes_on_ && !options_.is_last) rule = drag_rule();
     }
     const auto minimise_whole = [&](int limit) {
         const StageTimer timer(timings_, "minimise");
@@ -76,7 +76,7 @@ DecodeReport FastSolve::run(Positions& positions) {
         minimised.at_limit = rest.at_limit;
         minimised.left_off = rest.left_off;
     }
-    if (!is_cold && !options_.is_last) {
+    if (!is_cold && options_.in_drag && !options_.is_last) {
         work_.predictor.note(positions, drivers_of(positions), minimised.energies.back());
         work_.keeps_history = true;
     }

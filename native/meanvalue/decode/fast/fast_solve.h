@@ -70,7 +70,7 @@ class FastSolve {
     void start_afresh_if_lower(double energy, Positions& positions);
 
     // From an earlier answer.
-    bool follow_drag(const Positions& previous, Positions& positions);
+    void follow_drag(const Positions& previous, Positions& positions);
     void follow_from(const Positions& previous, Positions& positions);
     void follow_otherwise(const Positions& previous, double energy, Positions& positions);
     void respond(Level level, std::size_t stage, const Positions& previous, Positions& positions);
@@ -87,7 +87,8 @@ class FastSolve {
     Timings timings_;
     double highest_start_ = std::numeric_limits<double>::infinity();  // of the whole mesh: see LbfgsOptions
     int all_iterations_ = 0;
-    Positions former_soft_targets_;  // of the solve that this workspace did before, if any
+    bool goes_on_ = false;           // it begins at the last answer of its drag
+    Positions former_soft_targets_;  // then: of the solve before
 };
 
 }  // namespace meanvalue

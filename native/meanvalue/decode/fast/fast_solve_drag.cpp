@@ -44,7 +44,8 @@ void FastSolve::put_balanced_targets(const Positions& previous, Positions& posit
     if (bound_.soft_.empty()) return;
     const FastLevel& level = *bound_.fine_;
     const Positions targets = work_.fine.energy.soft_targets;
-    const bool knows_former = work_.predictor.goes_on_from(previous) && former_soft_targets_.rows() == targets.rows();
+    const bool knows_former =
+        goes_on_ && &previous == options_.previous && former_soft_targets_.rows() == targets.rows();
     work_.fine.energy.soft_targets = level.energy->soft_constraints().rows_of(previous);
     Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
     level.energy->evaluate(previous, bound_.rigidity_, gradient, threads_, execution_, work_.fine.energy);
@@ -93,19 +94,17 @@ void FastSolve::follow_from(const Positions& previous, Positions& positions) {
         positions.row(v) = here.row(v);
 }
 
-/// Goes on from the answer of the last solve, if that is what `previous` is, as the answers before tell; or from
-/// another shape. @return whether it is.
-bool FastSolve::follow_drag(const Positions& previous, Positions& positions) {
-    const bool goes_on = work_.predictor.goes_on_from(previous);
-    if (!goes_on) {
+/// Goes on from the last answer of a drag, as the answers before tell; or from another shape.
+void FastSolve::follow_drag(const Positions& previous, Positions& positions) {
+    if (!goes_on_ && options_.in_drag) {
         Positions begins = previous;
         put_balanced_targets(previous, begins);
         work_.predictor.begin(previous, drivers_in(begins));
     }
     Positions predicted = previous;
-    if (!goes_on || !work_.predictor.predict(drivers_of(positions), predicted, threads_, execution_)) {
+    if (!goes_on_ || !work_.predictor.predict(drivers_of(positions), predicted, threads_, execution_)) {
         follow_from(previous, positions);
-        return goes_on;
+        return;
     }
     try {
         Positions answer = positions;
@@ -116,7 +115,6 @@ bool FastSolve::follow_drag(const Positions& previous, Positions& positions) {
         set_soft_targets();
         follow_from(previous, positions);  // what was predicted is of no use
     }
-    return goes_on;
 }
 
 /// Where a prediction was refused, as where the last change was a jump into another minimum: the lower of it and of

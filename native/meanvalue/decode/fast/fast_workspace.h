@@ -17,19 +17,17 @@ struct FastWorkspace : Workspace {
         std::vector<DiagonalDowndate> downdates;  // for each stage
     };
 
-    bool has_answer() const override { return predictor.has_answer(); }
     void forget() override {
         predictor.forget();
         keeps_history = false;
     }
-    bool goes_on_from(const Positions& positions) const override { return predictor.goes_on_from(positions); }
     std::size_t bytes() const override;
 
     OfLevel fine;
     OfLevel coarse;
     OfLevel middle;
     SupernodalFactor::Workspace factor;
-    SecantPredictor predictor;    // of the solves that each begin where the one before ended
+    SecantPredictor predictor;    // of the solves of a drag
     bool keeps_history = false;   // fine's minimiser: of the last of those, which came to its end
     std::size_t later_bytes = 0;  // of the predictor and the factor's, once they are in use
 };

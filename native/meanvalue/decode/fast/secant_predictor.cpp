@@ -23,10 +23,6 @@ double dot(const Positions& a, const Positions& b) {
 
 }  // namespace
 
-bool SecantPredictor::goes_on_from(const Positions& previous) const {
-    return is_answer_ && answer_.size() == previous.size() && answer_ == previous;
-}
-
 void SecantPredictor::forget() {
     is_answer_ = false;
     changes_.clear();

@@ -21,10 +21,8 @@ class SecantPredictor {
     explicit SecantPredictor(double size) : size_(size) {}
 
     bool has_answer() const { return is_answer_; }
-    /// Whether `previous` (n x 3) is the last answer.
-    bool goes_on_from(const Positions& previous) const;
-
-    /// Before a solve that begins at another shape, with the drivers at `drivers` (d x 3): all is forgotten.
+    /// Before a solve that begins at a shape that is no answer, with the drivers at `drivers` (d x 3): all is
+    /// forgotten.
     void begin(const Positions& previous, const Positions& drivers);
 
     /// Moves `positions` (n x 3), which are where the solve begins, as the last changes tell for drivers that go to
