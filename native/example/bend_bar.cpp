@@ -1,58 +1,42 @@
-// Bends a bar: its first cross-section is held, the last is lifted, and what is between follows.
+// Bends a bar that is given as libigl has meshes: its first cross-section is held, the last one is lifted.
+#include <meanvalue/deform/deformer.h>
+
 #include <cmath>
 #include <cstdio>
-#include <vector>
+#include <numeric>
 
-#include "meanvalue/deform/deformer.h"
-
-using meanvalue::Index;
-
-namespace {
-
-constexpr Index kSections = 30;
-constexpr Index kCorners = 8;
+constexpr int kSections = 30;
+constexpr int kCorners = 8;
 
 /// Rings of kCorners vertices along x, with the triangles between them; open at both ends.
-void make_bar(meanvalue::Positions& vertices, meanvalue::Triangles& triangles) {
-    vertices.resize(kSections * kCorners, 3);
-    triangles.resize(2 * (kSections - 1) * kCorners, 3);
-    Index row = 0;
-    for (Index section = 0; section < kSections; ++section) {
-        for (Index corner = 0; corner < kCorners; ++corner) {
-            const double angle = 2.0 * std::acos(-1.0) * corner / kCorners;
-            const Index here = section * kCorners + corner;
-            vertices.row(here) << 0.2 * section, 0.3 * std::cos(angle), 0.3 * std::sin(angle);
-            if (section + 1 == kSections) continue;
-            const Index beside = section * kCorners + (corner + 1) % kCorners;
-            triangles.row(row++) << here, beside, here + kCorners;
-            triangles.row(row++) << beside, beside + kCorners, here + kCorners;
-        }
+void make_bar(Eigen::MatrixXd& V, Eigen::MatrixXi& F) {
+    V.resize(kSections * kCorners, 3);
+    F.resize(2 * (kSections - 1) * kCorners, 3);
+    for (int v = 0; v < V.rows(); ++v) {
+        const double angle = 2.0 * EIGEN_PI * (v % kCorners) / kCorners;
+        V.row(v) << 0.2 * (v / kCorners), 0.3 * std::cos(angle), 0.3 * std::sin(angle);
+        if (v + kCorners >= V.rows()) continue;
+        const int beside = v - v % kCorners + (v + 1) % kCorners;
+        F.row(2 * v) << v, beside, v + kCorners;
+        F.row(2 * v + 1) << beside, beside + kCorners, v + kCorners;
     }
 }
 
-}  // namespace
-
 int main() {
-    meanvalue::Positions vertices;
-    meanvalue::Triangles triangles;
-    make_bar(vertices, triangles);
-    std::vector<Index> anchors;
-    anchors.reserve(2 * static_cast<std::size_t>(kCorners));
-    for (Index corner = 0; corner < kCorners; ++corner)
-        anchors.push_back(corner);
-    for (Index corner = 0; corner < kCorners; ++corner)
-        anchors.push_back((kSections - 1) * kCorners + corner);
+    Eigen::MatrixXd V;
+    Eigen::MatrixXi F;
+    make_bar(V, F);
+    std::vector<int> anchors(2 * kCorners);
+    std::iota(anchors.begin(), anchors.begin() + kCorners, 0);
+    std::iota(anchors.begin() + kCorners, anchors.end(), V.rows() - kCorners);
 
-    meanvalue::Execution execution;
-    meanvalue::Deformer deformer({vertices, triangles, anchors, {}}, execution);
-    meanvalue::Positions targets(2 * kCorners, 3);
-    for (Index anchor = 0; anchor < 2 * kCorners; ++anchor)
-        targets.row(anchor) = vertices.row(anchors[anchor]);
+    const meanvalue::Deformer deformer(meanvalue::Binding(V, F, anchors));
+    Eigen::MatrixXd targets = V(anchors, Eigen::all);
     targets.bottomRows(kCorners).rowwise() += Eigen::RowVector3d(-1.0, 0.0, 2.0);
+    const meanvalue::Solution solution = deformer.solve(targets);
+    const Eigen::MatrixXd U = solution.vertices;
 
-    const meanvalue::Solution solution = deformer.solve(targets, {}, {}, execution);
-    std::printf("%d vertices, %s after %d iterations; the middle has risen by %.3f\n",
-                static_cast<int>(vertices.rows()), solution.stop_reason.c_str(), solution.iterations,
-                solution.vertices(kSections / 2 * kCorners, 2) - vertices(kSections / 2 * kCorners, 2));
-    return solution.converged ? 0 : 1;
+    std::printf("%d vertices, %s after %d iterations (%s); the middle is %.3f higher\n", static_cast<int>(U.rows()),
+                solution.converged ? "converged" : "not converged", solution.iterations, solution.stop_reason.c_str(),
+                U(U.rows() / 2, 2) - V(V.rows() / 2, 2));
 }

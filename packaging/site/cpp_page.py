@@ -17,6 +17,7 @@ PUBLIC = (
     "morph/morpher.h",
     "encoding/encoder.h",
     "deform/bound_mesh.h",
+    "common/shared_arrays.h",
     "encoding/encoding.h",
     "common/execution.h",
     "common/errors.h",
