@@ -211,6 +211,13 @@ def test_data_without_a_marker_and_cut_data_do_not_count(tmp_path):
     assert store.missing() == list(range(1, 9))
 
 
+def test_data_with_a_damaged_header_do_not_count(tmp_path):
+    store = filled(tmp_path, shapes(8))
+    path = tmp_path / "+000005_+000008.pc2"
+    path.write_bytes(b"X" + path.read_bytes()[1:])
+    assert store.missing() == [5, 6, 7, 8]
+
+
 def test_a_damaged_chunk_is_told_and_taken_out(tmp_path):
     rows = shapes(8)
     store = filled(tmp_path / "chunks", rows)

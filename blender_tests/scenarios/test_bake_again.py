@@ -50,6 +50,14 @@ def test_a_part_is_baked_again(saved):
     assert np.abs(rows(path) - before).max(axis=(1, 2)).min() > 0.4  # all of it, now
 
 
+def test_a_part_is_baked_again_of_what_has_three_samples_a_frame(saved):
+    _obj, _control, path = saved
+    bake(samples=3)
+    before = rows(path)
+    bake(samples=3, use_part=True, part_start=4, part_end=6)
+    assert np.abs(rows(path) - before).max() < 1e-6
+
+
 def test_a_part_needs_the_cache_as_it_was(saved):
     with steps.refused("no point cache", "Part Only"):
         bpy.ops.meanvalue.bake(use_part=True, part_start=1, part_end=2)

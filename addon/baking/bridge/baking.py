@@ -158,7 +158,7 @@ def require_cache(path, header):
     if not pathlib.Path(path).exists():
         raise SceneError(f"There is no point cache at '{path}' to bake a part of. Turn Part Only off")
     found = point_cache.read_header(path)
-    if found != header:
+    if found.packed() != header.packed():  # the file has a third of a frame in single precision
         raise SceneError(
             f"The point cache has {found.samples:,} samples of {found.vertices:,} vertices from frame {found.start:g}, "
             f"the bake would have {header.samples:,} of {header.vertices:,} from {header.start:g}. Set the range as it "

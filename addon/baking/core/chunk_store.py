@@ -11,7 +11,7 @@ import hashlib
 import itertools
 import pathlib
 
-from ...errors import DamagedCacheError, IncompleteCacheError
+from ...errors import CacheError, DamagedCacheError, IncompleteCacheError
 from ...scene.core import whole_files
 from ...scene.core.checked_json import read_checked_json, write_checked_json
 from . import point_cache
@@ -121,8 +121,8 @@ class ChunkStore:
             if marker["key"] != self.key or marker["vertices"] != self.vertices:
                 continue
             chunk = path.with_suffix(".pc2")
-            with contextlib.suppress(OSError):
-                if chunk.stat().st_size == marker["bytes"]:
+            with contextlib.suppress(CacheError):  # as if it were not there: it is solved again
+                if point_cache.read_header(chunk).bytes == marker["bytes"]:
                     first, last = marker["frames"]
                     for frame in range(max(first, self.frames[0]), min(last, self.frames[-1]) + 1):
                         where.setdefault(frame, (chunk, marker))
