@@ -54,7 +54,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         made = _make_own_controls(obj)
         posing.record(obj)
         report = posing.binding.deformer.report
-        notes = [*mesh_problems.text(self._problems), *result.size_notes(report)]
+        problems, self._problems = self._problems, None  # Blender keeps the operator
+        notes = [*mesh_problems.text(problems), *result.size_notes(report)]
         if made:
             notes.insert(0, f"{wording.counted(made, 'control')} made")
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
