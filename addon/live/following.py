@@ -272,9 +272,9 @@ class Following:
         keys = obj.data.shape_keys
         return keys is not None and self.READS.written_key(obj) in keys.key_blocks
 
-    def _write(self, obj, shape, solution=None):
+    def _write(self, obj, shape):
         """Writes n x 3 float32 to the key, made where it is missing."""
         if not self._has_key(obj):
             self._make_key(obj)
         shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[self.READS.written_key(obj)], shape)
-        self._model(obj).wrote(shape, solution)
+        self._model(obj).wrote(shape)

@@ -69,7 +69,6 @@ class ObjectModel:
     content       rises with every edit
     rig_revision  rises when modifiers show the same mesh elsewhere, as a rig does that moves
     written       n x 3 float32: what the add-on has written last, None where that is not what the key has
-    solution      what the solver found for that, exactly: it goes on from there the quicker
     is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
     is_watched    panel or overlay show it, and want to be drawn again after an edit
     is_awaited    of these one waits until it is read
@@ -79,7 +78,7 @@ class ObjectModel:
         self.name = obj.name
         self.kind = kind
         self.rig_revision, self.rig_moved_at = next(_numbers), -math.inf
-        self.written = self.solution = None
+        self.written = None
         self.is_unchecked = self.is_watched = self.is_awaited = False
         self.content = next(_numbers)
         self.told_at = -math.inf
@@ -122,9 +121,9 @@ class ObjectModel:
     def rig_moved(self):
         self.rig_revision, self.rig_moved_at = next(_numbers), clock()
 
-    def wrote(self, shape, solution=None):
-        """The add-on has written the n x 3 float32 `shape` to its key just now, made of what the solver found."""
-        self.written, self.solution = shape, solution
+    def wrote(self, shape):
+        """The add-on has written the n x 3 float32 `shape` to its key just now."""
+        self.written = shape
 
     def was_told_within(self, seconds):
         """Whether Blender has told of an edit in the last `seconds`."""

@@ -136,23 +136,31 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     return Binding(deformer, summary)
 
 
+@dataclass(frozen=True, eq=False)
+class Drag:
+    """A row of solves, each from the answer of the one before: a native Drag, and what it is of."""
+
+    binding: object
+    native: object
+
+
 def begin_drag(binding, bind_input, start):
-    """A native Drag: a row of solves, each from the answer of the one before. start: n x 3 float64, None: rest."""
-    return binding.deformer.drag(bind_input.solver_mesh.start(start))
+    """A Drag. start: n x 3 float64, None: rest."""
+    return Drag(binding, binding.deformer.drag(bind_input.solver_mesh.start(start)))
 
 
 def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=None, drag=None):
     """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary). What is mirrored is so to the last bit.
 
     goal: a bridge.targets.Targets; start: n x 3 float64, an earlier result to begin at; settle: see the native
-    Deformer. The result is the same for the same arguments. With a drag of begin_drag() in place of a start it goes on
+    Deformer. The result is the same for the same arguments. With a Drag in place of a start it goes on
     with what the solves before told, and is so within the tolerance.
 
     @throws SolverError, CancelledError.
     """
     mesh = bind_input.solver_mesh
     task = call(
-        (drag or binding.deformer).start_solve,
+        (drag.native if drag else binding.deformer).start_solve,
         _targets(mesh, goal.positions),
         weights=_weights(mesh, goal.weights),
         **({} if drag else {"start": mesh.start(start)}),

@@ -39,9 +39,7 @@ struct Bent {
     Positions targets = rows_of(mesh.vertices, anchors);
 
     Bent() { targets.row(2) += Eigen::RowVector3d(0.3, 0.2, 0.9); }
-    Binding binding(Method method, int threads) const {
-        return binding_of(mesh, anchors, method, threads);
-    }
+    Binding binding(Method method, int threads) const { return binding_of(mesh, anchors, method, threads); }
     Positions solved(Deformer& deformer) const {
         Execution execution;
         return deformer.solve(targets, {}, SolveOptions(), execution).vertices;

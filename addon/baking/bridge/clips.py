@@ -72,6 +72,7 @@ class HandleClip:
         problems = ["" if is_converged else EARLY for is_converged in sequence.converged]
         for row in np.flatnonzero(~np.isfinite(vertices).all(axis=(1, 2))):
             problems[row] = NOT_NUMBERS
+            vertices[row] = vertices[row - 1] if row else self.bind_input.rest
         for row, message in sequence.errors:
             problems[row - begin] = FAILED.format(message)
         return vertices, problems

@@ -9,13 +9,14 @@ between them (De Marchi, On Leja sequences, 2004). A product is named by its `or
 """
 
 import functools
+import math
 
 import numpy as np
 
 #: No slider needs more: a turn by 180 degrees is met to 1e-6 by half as many.
 MOST = 12
 
-#: Places are rounded, so that drivers are short and mean the same.
+#: Places are rounded to so many decimals of a slider's range, so that drivers are short and mean the same.
 DECIMALS = 4
 
 #: Blender's own limit on an expression, without the closing zero.
@@ -29,7 +30,8 @@ def places(low, high):
     """The first MOST places, float64: 0, then 1 (or the end that is nearer), the ends, and those between."""
     low, high = min(low, 0.0), max(high, 0.0)
     found = [0.0, float(np.clip(1.0, low, high)) or low]
-    tried = np.round(np.linspace(low, high, 2001), DECIMALS)
+    finer = max(0, math.ceil(-math.log10(high - low)))
+    tried = np.round(np.linspace(low, high, 2001), DECIMALS + finer)
     while len(found) < MOST:
         product = np.prod(np.abs(tried[:, None] - np.array(found)), axis=1)
         found.append(float(tried[product.argmax()]))

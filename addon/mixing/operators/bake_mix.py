@@ -13,6 +13,9 @@ from ..bridge.morphers import InBetweenSearch
 #: Where the tolerance is not reached.
 ADVICE = "Allow more keys (At Most), raise the tolerance, or bake the animation to a point cache"
 
+#: How far a slider goes at least.
+LEAST_RANGE = 1e-6
+
 
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake_mix"
@@ -48,6 +51,9 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
             return None
         settings = obj.meanvalue.mix
         mix_input = gather(obj)
+        stuck = [f"'{slider.name}'" for slider in mix_input.sliders if max(slider.high, -slider.low) < LEAST_RANGE]
+        if stuck:
+            raise SceneError(f"The slider of {wording.listed(stuck)} goes nowhere. Raise Range Max, or mute the key")
         tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
         return InBetweenSearch(mix_input, tolerance, settings.most_keys)
 

@@ -15,15 +15,16 @@ def mesh_moved_by(control):
     if owner is not None:
         return owner
     key = compat.session_key(control)
-    if key not in _known:  # all objects of the scene are gone through
-        meshes = (obj for obj in bpy.context.view_layer.objects if obj.type == 'MESH')
-        _known[key] = next((obj.name for obj in meshes if _follows(obj, control)), "")
-    obj = bpy.data.objects.get(_known[key])
-    return obj if obj is not None and _follows(obj, control) else None
+    if key in _known and (not _known[key] or _follows(bpy.data.objects.get(_known[key]), control)):
+        return bpy.data.objects.get(_known[key])
+    found = next((obj for obj in bpy.context.view_layer.objects if _follows(obj, control)), None)
+    _known[key] = found.name if found is not None else ""
+    return found
 
 
 def _follows(obj, control):
-    return any(handle.control == control for handle in obj.meanvalue.handles)
+    is_mesh = obj is not None and obj.type == 'MESH'
+    return is_mesh and any(handle.control == control for handle in obj.meanvalue.handles)
 
 
 def note(depsgraph):

@@ -75,7 +75,7 @@ class Follower(Following):
     def _begin_anew(self):
         super()._begin_anew()
         self._targets = LiveTargets()
-        self._drag = self._drag_answer = None  # the binding and its native Drag; the answer of the last solve in it
+        self._drag = None  # what the last solve was of, as session.Drag
 
     # Reading
 
@@ -122,32 +122,31 @@ class Follower(Following):
 
     def _solve_work(self, obj, settles):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
-        model = self._model(obj)
-        is_first = model.written is None
-        shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else model.written
-        solution = None if is_first else model.solution
-        if solution is None or solution is not self._drag_answer or self._drag[0] is not binding:
-            self._drag = binding, session.begin_drag(binding, bind_input, _start(shown, solution))
-        drag = self._drag[1]
+        written = self._model(obj).written
+        is_first = written is None
+        shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
+        if is_first or self._drag is None or self._drag.binding is not binding:
+            start = shown.astype(np.float64) if np.isfinite(shown).all() else None
+            self._drag = session.begin_drag(binding, bind_input, start)
+        drag = self._drag
 
-        def collect(owner, solved, composed, seconds):
-            self._drag_answer = solved
+        def collect(owner, composed, seconds):
             if settles and self._wanted is not wanted:
                 return
             self._is_settled = settles
             if not settles:
                 self.solve_seconds, self._shown = seconds, wanted
             if is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
-                self._model(owner).wrote(shown, solved)
+                self._model(owner).wrote(shown)
             elif not (settles and self._near(composed, shown, SAME_TARGETS)):
-                self._write(owner, composed, solved)
+                self._write(owner, composed)
 
         def work(execution):
             solved, summary = yield from session.solve_steps(
                 binding, bind_input, wanted, settle=settles, execution=execution, drag=drag
             )
             composed = result.compose(bind_input, wanted.positions, solved)
-            return lambda owner: collect(owner, solved, composed, summary.seconds)
+            return lambda owner: collect(owner, composed, summary.seconds)
 
         return work
 
@@ -158,13 +157,6 @@ class Follower(Following):
         shape_keys.ensure_result_key(obj)
 
 
-def _start(shown, solution):
-    """What the solver is to begin from, n x 3 float64: its own answer where that is known; None for the rest shape."""
-    if solution is not None:
-        return solution
-    return shown.astype(np.float64) if np.isfinite(shown).all() else None
-
-
 class LiveTargets:
     """Where the anchors are wanted, behind a rig that may move at any time.
 
@@ -173,9 +165,8 @@ class LiveTargets:
     """
 
     def __init__(self):
-        self._measured = None  # revision of the rig that `_space` is of
-        self._gone_along = None  # and that for which controls were put to where it has their handles
-        self._space = None
+        self._measured = None, None  # revision of the rig, and what rig_space.measure() gave then
+        self._gone_along = None  # revision for which controls were put to where it has their handles
         self._known = {}  # see targets.positions()
 
     def is_behind(self, obj):
@@ -187,7 +178,7 @@ class LiveTargets:
         found = targets.problem(obj)
         if found:
             raise SceneError(found)
-        if self._measured != _revision(obj):
+        if self._measured[0] != _revision(obj):
             if former is not None:
                 goal, known = self._behind(obj, bind_input)
                 if goal.is_near(former, motion.NOISE * bind_input.diagonal):
@@ -202,20 +193,20 @@ class LiveTargets:
 
         @throws SceneError.
         """
-        if self._measured != _revision(obj):
+        if self._measured[0] != _revision(obj):
             self._measure(obj)
-        targets.follow_rig(obj, bind_input, self._space)
-        self._gone_along = self._measured
+        targets.follow_rig(obj, bind_input, self._measured[1])
+        self._gone_along = self._measured[0]
 
     def _measure(self, obj):
-        self._space = rig_space.measure(obj)
-        self._measured = _revision(obj)
+        space = rig_space.measure(obj)
+        self._measured = _revision(obj), space
 
     def _behind(self, obj, bind_input):
         """(Targets, what is known of handles then). Without a rig nothing is kept. @throws SceneError."""
-        known = dict(self._known)
-        is_kept = self._space is not None or known
-        return targets.gather_behind(obj, bind_input, self._space, known if is_kept else None), known
+        known, space = dict(self._known), self._measured[1]
+        is_kept = space is not None or known
+        return targets.gather_behind(obj, bind_input, space, known if is_kept else None), known
 
 
 def _revision(obj):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the operators that use the pose that is shown have in common."""
 
+from ...errors import SceneError
 from ...live import engine
 from ...scene import shape_keys
 from ...solver.core import result
@@ -30,6 +31,8 @@ class SettledOperator(BackgroundOperator):
             goal = prepared.targets
             composed = result.compose(prepared.bind_input, goal.positions, solved)
             shape_keys.write_result(obj, composed)
+        elif not _is_settled(obj):
+            raise SceneError(f"A handle of '{obj.name}' was moved meanwhile. Try again")
         return self.use(obj)
 
 

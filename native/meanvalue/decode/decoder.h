@@ -56,7 +56,7 @@ class Workspace {
     Workspace& operator=(const Workspace&) = delete;
     virtual ~Workspace() = default;
 
-    virtual void forget() {}  ///< what it remembers of a drag
+    virtual void forget() {}                ///< what it remembers of a drag
     virtual std::size_t bytes() const = 0;  ///< about, once all of it is in use
 };
 
