@@ -13,8 +13,9 @@ void make_bar(Eigen::MatrixXd& V, Eigen::MatrixXi& F) {
     V.resize(kSections * kCorners, 3);
     F.resize(2 * (kSections - 1) * kCorners, 3);
     for (int v = 0; v < V.rows(); ++v) {
+        const int section = v / kCorners;
         const double angle = 2.0 * EIGEN_PI * (v % kCorners) / kCorners;
-        V.row(v) << 0.2 * (v / kCorners), 0.3 * std::cos(angle), 0.3 * std::sin(angle);
+        V.row(v) << 0.2 * section, 0.3 * std::cos(angle), 0.3 * std::sin(angle);
         if (v + kCorners >= V.rows()) continue;
         const int beside = v - v % kCorners + (v + 1) % kCorners;
         F.row(2 * v) << v, beside, v + kCorners;

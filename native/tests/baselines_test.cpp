@@ -386,9 +386,11 @@ TEST(RotationInvariant, IsExactUnderRigidMotion) {
 void solve_as_in_print(const Mesh& mesh, const std::vector<char>& is_fixed, Eigen::MatrixXd& frames,
                        Positions& positions) {
     const Index count = mesh.vertex_count();
-    std::vector<Matrix3> rest_frames;
-    for (Index v = 0; v < count; ++v)
-        rest_frames.push_back(Eigen::Quaterniond::UnitRandom().toRotationMatrix());
+    std::vector<Matrix3> rest_frames(static_cast<std::size_t>(count));
+    for (Index v = 0; v < count; ++v) {
+        const Vector3 axis(std::sin(3.1 * v), std::cos(1.7 * v), 0.5);
+        rest_frames[v] = Eigen::AngleAxisd(2.3 * v, axis.normalized()).toRotationMatrix();
+    }
     std::vector<Index> free_lines;
     std::vector<Index> free;
     for (Index v = 0; v < count; ++v) {

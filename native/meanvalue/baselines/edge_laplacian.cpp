@@ -52,8 +52,9 @@ EdgeWeights uniform_weights(const Problem& problem, const Execution& execution) 
     return weights;
 }
 
-EdgeLaplacian::EdgeLaplacian(EdgeWeights weights, const std::vector<char>& is_fixed, const Execution& execution)
-    : weights_(std::move(weights)) {
+EdgeLaplacian::EdgeLaplacian(const EdgeWeights& weights, const std::vector<char>& is_fixed,
+                             const Execution& execution)
+    : weights_(weights) {
     std::vector<std::int64_t> slot(is_fixed.size(), -1);
     for (Index v = 0; v < weights_.cols(); ++v) {
         if (is_fixed[v]) continue;

@@ -21,7 +21,7 @@ EdgeWeights uniform_weights(const Problem& problem, const Execution& execution);
 class EdgeLaplacian {
   public:
     /// @param is_fixed n flags, of at least one vertex in each part. @throws SolverFailure, Cancelled.
-    EdgeLaplacian(EdgeWeights weights, const std::vector<char>& is_fixed, const Execution& execution);
+    EdgeLaplacian(const EdgeWeights& weights, const std::vector<char>& is_fixed, const Execution& execution);
 
     const EdgeWeights& weights() const { return weights_; }
     /// Which end of an edge is free, ascending: all vertices whose star matters.
