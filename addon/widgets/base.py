@@ -31,24 +31,29 @@ def end_all():
 
 
 class ModalOperator(Reporting):
-    """Mix-in of operators that go on beside the interface, with a timer. Subclasses define modal()."""
+    """Mix-in of operators that go on beside the interface. Subclasses define modal()."""
 
+    _is_running = False
     _timer = None
 
-    def begin(self, context, tick_seconds):
-        """What invoke() returns to go on."""
-        self._timer = context.window_manager.event_timer_add(tick_seconds, window=context.window)
+    def begin(self, context, tick_seconds=None):
+        """What invoke() returns to go on. tick_seconds: between events of a timer; None for no timer."""
+        if tick_seconds is not None:
+            self._timer = context.window_manager.event_timer_add(tick_seconds, window=context.window)
         context.window_manager.modal_handler_add(self)
         _running.append(self)
+        self._is_running = True
         return {'RUNNING_MODAL'}
 
     def end(self, context):
         """However it ends. Blender keeps the operator: subclasses let go here of what they hold."""
-        if self._timer is None:
+        if not self._is_running:
             return
         _running.remove(self)
-        context.window_manager.event_timer_remove(self._timer)
-        self._timer = None
+        self._is_running = False
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
         if context.workspace is not None:
             context.workspace.status_text_set(None)
 

@@ -3,16 +3,13 @@
 
 import bpy
 
-from ... import wording
-from ...errors import MeanValueError, SceneError
-from ...scene import selection, subject
-from ...widgets import under_mouse
-from ...widgets.background import VIEW_EVENTS
-from ...widgets.base import MeshOperator
+from ...errors import SceneError
+from ...scene import selection
+from ...widgets import picking
 from ..bridge import cuff_handles, marker_handles, marker_matching, marker_pairs, match_input
 
 
-class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
+class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator):
     """Click the point of the mesh where the active marker belongs. Match Markers keeps it"""
 
     bl_idname = "meanvalue.pick_marker_point"
@@ -42,55 +39,23 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
     def problem(cls, obj):
         return super().problem(obj) or marker_pairs.list_problem(obj)
 
-    def invoke(self, context, _event):
-        if self.remove or self.vertex >= 0 or bpy.app.background or context.window is None:
-            return self.execute(context)
-        try:
-            obj = subject.of(context)
-            self.marker = self._pair(obj).name  # what is active may change meanwhile
-        except MeanValueError as error:
-            return self.refuse(error)
-        self._object_name = obj.name
-        context.window.cursor_modal_set('EYEDROPPER')
-        context.workspace.status_text_set(f"Click the point of '{self.marker}' on '{obj.name}'    Esc: Cancel")
-        context.window_manager.modal_handler_add(self)
-        return {'RUNNING_MODAL'}
+    def is_given(self):
+        return self.remove or self.vertex >= 0
 
-    def modal(self, context, event):
-        if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
-            self._stop(context)
-            return {'CANCELLED'}
-        if event.type == 'LEFTMOUSE' and event.value == 'PRESS':
-            found = under_mouse.view_under(context, event)
-            obj = bpy.data.objects.get(self._object_name)
-            if obj is None or obj != subject.of(context):
-                self._stop(context)
-                return self.refuse(SceneError("Another object is active now. Pick the point again"))
-            if found is not None:
-                vertex = under_mouse.vertex_under(obj, *found)
-                if vertex is None:
-                    self.report({'INFO'}, f"There is nothing of '{obj.name}' under the mouse. Click on its surface")
-                else:
-                    self.vertex = vertex
-                    self._stop(context)
-                    return self.execute(context)
-            return {'RUNNING_MODAL'}
-        return {'PASS_THROUGH'} if event.type in VIEW_EVENTS else {'RUNNING_MODAL'}
+    def prompt(self, obj):
+        self.marker = self._pair(obj).name  # what is active may change meanwhile
+        return f"Click the point of '{self.marker}' on '{obj.name}'    Esc: Cancel"
 
-    def cancel(self, context):
-        self._stop(context)
+    def click(self, obj, view):
+        self.vertex = picking.vertex_clicked(obj, view)
+        return True
 
     def run(self, obj):
         pair = self._pair(obj)
         return _removed(obj, pair) if self.remove else self._picked(obj, pair)
 
     def _picked(self, obj, pair):
-        count = len(obj.data.vertices)
-        if not 0 <= self.vertex < count:
-            raise SceneError(
-                f"Vertex {self.vertex} is none of the {wording.vertices(count)} of '{obj.name}'. Click a point of the "
-                "mesh"
-            )
+        picking.require_vertex(obj, self.vertex)
         other = next(
             (each for each in obj.meanvalue.capture.pairs if each.vertex == self.vertex and each != pair), None
         )
@@ -124,12 +89,6 @@ class MEANVALUE_OT_pick_marker_point(MeshOperator, bpy.types.Operator):
         if index is None:
             raise SceneError("No marker is chosen. Click one in the list of Motion Capture")
         return capture.pairs[index]
-
-    def _stop(self, context):
-        if context.window is not None:
-            context.window.cursor_modal_restore()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
 
 
 def _removed(obj, pair):

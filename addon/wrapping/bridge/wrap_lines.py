@@ -23,18 +23,8 @@ COLORS = np.array(
 #: Size of what ends a line, at interface scale 1.
 END_PIXELS = 8.0
 
-_begun = None  # (name of an object, its vertex whose place is to be clicked next)
-
-
-def begin(obj, vertex):
-    """Shows a vertex whose place is still missing."""
-    global _begun
-    _begun = obj.name, vertex
-
-
-def end():
-    global _begun
-    _begun = None
+#: (name of an object, its vertex whose place is to be clicked next), or None.
+begun = None
 
 
 def paint(context, obj):
@@ -51,10 +41,10 @@ def lines(obj):
         return NOTHING
     count = len(obj.data.vertices)
     pairs = [pair for pair in settings.pairs if pair.vertex < count] if settings.target is not None else []
-    begun = [_begun[1]] if _begun is not None and _begun[0] == obj.name and _begun[1] < count else []
-    if not pairs and not begun:
+    alone = [begun[1]] if begun is not None and begun[0] == obj.name and begun[1] < count else []
+    if not pairs and not alone:
         return NOTHING
-    points = shown_shape.positions(obj)[[*(pair.vertex for pair in pairs), *begun]]
+    points = shown_shape.positions(obj)[[*(pair.vertex for pair in pairs), *alone]]
     places = points.copy()
     if pairs:
         to_own = obj.matrix_world.inverted_safe() @ settings.target.matrix_world
