@@ -125,8 +125,3 @@ def move_modifier_to_top(obj, modifier):
         return
     with bpy.context.temp_override(object=obj, active_object=obj, selected_objects=[obj]):
         bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
-
-
-def is_bone_selected(pose_bone):
-    """Since 5.0 each object's pose has a selection of its own; before, all that share the armature have one."""
-    return pose_bone.select if hasattr(pose_bone, "select") else pose_bone.bone.select

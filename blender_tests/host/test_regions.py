@@ -9,7 +9,7 @@ import pytest
 
 from addon.posing.core import springs
 from addon.posing.core.bind_input import soft_border
-from addon.posing.core.region_growth import distances, falloff, grown_by_distance, grown_by_rings, parts_within
+from addon.posing.core.region_growth import _nearness, distances, falloff, parts_within
 from addon.posing.core.tinted_faces import tinted_faces
 
 CHAIN = np.array([(0, 1), (1, 2), (2, 3), (3, 4), (5, 6)], np.int32)
@@ -18,14 +18,6 @@ CHAIN_POSITIONS = np.array([(0, 0, 0), (1, 0, 0), (3, 0, 0), (6, 0, 0), (10, 0, 
 
 def chosen(mask):
     return np.flatnonzero(mask).tolist()
-
-
-@pytest.mark.parametrize(
-    "seeds, rings, expected",
-    [([2], 0, [2]), ([2], 1, [1, 2, 3]), ([0], 2, [0, 1, 2]), ([0, 4], 1, [0, 1, 3, 4]), ([0], 99, [0, 1, 2, 3, 4])],
-)
-def test_rings(seeds, rings, expected):
-    assert chosen(grown_by_rings(CHAIN, CHAIN_POSITIONS, np.array(seeds), rings)) == expected
 
 
 @pytest.mark.parametrize(
@@ -56,9 +48,9 @@ def test_distances_are_those_of_dijkstra(limit):
     positions = rng.random((60, 3)).astype(np.float32) * 3.0
     edges = np.unique(np.sort(rng.integers(0, 60, (150, 2)), axis=1), axis=0).astype(np.int32)
     edges = edges[edges[:, 0] != edges[:, 1]]
-    assert chosen(grown_by_distance(edges, positions, np.array([3, 9]), limit)) == dijkstra(
-        edges, positions, [3, 9], limit
-    )
+    lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
+    found, _origins = _nearness(edges, lengths, np.array([3, 9]), len(positions), limit)
+    assert chosen(found <= limit) == dijkstra(edges, positions, [3, 9], limit)
 
 
 def dijkstra(edges, positions, seeds, limit):

@@ -30,18 +30,12 @@ def grow(**options):
     assert bpy.ops.meanvalue.grow_region(**options) == {'FINISHED'}
 
 
-@pytest.mark.parametrize("rings, expected", [(0, [MIDDLE]), (1, AROUND), (2, WITHIN_TWO), (99, list(range(25)))])
-def test_by_rings(rings, expected):
-    obj = grid_with_handle()
-    grow(mode='RINGS', rings=rings)
-    assert obj.meanvalue.roi_group == "Region"
-    assert members(obj, "Region") == expected
-
-
-@pytest.mark.parametrize("distance, expected", [(0.0, [MIDDLE]), (1.2, AROUND), (100.0, list(range(25)))])
+@pytest.mark.parametrize(
+    "distance, expected", [(0.0, [MIDDLE]), (1.2, AROUND), (2.1, WITHIN_TWO), (100.0, list(range(25)))]
+)
 def test_by_distance(distance, expected):
     obj = grid_with_handle()
-    grow(mode='DISTANCE', distance=distance)
+    grow(distance=distance)
     assert members(obj, "Region") == expected
 
 
@@ -51,7 +45,7 @@ def test_distance_is_measured_on_the_rest_shape_without_the_objects_scale():
     obj.shape_key_add(name="Basis")
     key = obj.shape_key_add(name="Far")
     steps.move(obj, range(0, 25, 2), (50.0, 0.0, 0.0), key)
-    grow(mode='DISTANCE', distance=1.2)
+    grow(distance=1.2)
     assert members(obj, "Region") == AROUND
 
 
@@ -61,15 +55,15 @@ def test_a_distance_that_was_never_given_fits_the_mesh():
         for vertex in obj.data.vertices:
             vertex.co *= size
         steps.list_anchors(obj, Handle=[60])
-        grow(mode='DISTANCE')
+        grow()
         assert 5 < len(members(obj, "Region")) < 60
 
 
 def test_growing_again_replaces_the_region_and_turns_invert_off():
     obj = grid_with_handle()
-    grow(mode='RINGS', rings=2)
+    grow(distance=2.1)
     obj.meanvalue.roi_invert = True
-    grow(mode='RINGS', rings=1)
+    grow(distance=1.2)
     assert members(obj, "Region") == AROUND
     assert not obj.meanvalue.roi_invert
     assert obj.vertex_groups.keys() == ["Handle", "Region"]
@@ -78,13 +72,13 @@ def test_growing_again_replaces_the_region_and_turns_invert_off():
 def test_extend_adds_to_what_may_move():
     obj = grid_with_handle()
     steps.list_anchors(obj, Corner=[0])
-    grow(mode='RINGS', rings=1)
+    grow(distance=1.2)
     obj.meanvalue.active_handle = 0
-    grow(mode='RINGS', rings=1, extend=True)
+    grow(distance=1.2, extend=True)
     assert members(obj, "Region") == sorted({0, 1, 5, *AROUND})
     obj.meanvalue.roi_invert = True
     obj.vertex_groups["Region"].add(list(range(25)), 1.0, 'REPLACE')
-    grow(mode='RINGS', rings=1, extend=True)
+    grow(distance=1.2, extend=True)
     assert members(obj, "Region") == AROUND, "the group was inverted, so that nothing could move before"
 
 
@@ -92,7 +86,7 @@ def test_extend_keeps_a_falloff_and_the_artists_own_group():
     obj = grid_with_handle()
     steps.add_group(obj, "Soft", [0, MIDDLE], 0.4)
     obj.meanvalue.roi_group = "Soft"
-    grow(mode='RINGS', rings=1, extend=True)
+    grow(distance=1.2, extend=True)
     assert obj.meanvalue.roi_group == "Region" and members(obj, "Soft") == [0, MIDDLE]
     assert members(obj, "Region") == sorted({0, *AROUND})
     region = obj.vertex_groups["Region"]
@@ -102,11 +96,11 @@ def test_extend_keeps_a_falloff_and_the_artists_own_group():
 def test_the_group_in_the_settings_is_used_and_a_stranger_called_region_is_not():
     obj = grid_with_handle()
     steps.add_group(obj, "Region", [3, 4])
-    grow(mode='RINGS', rings=1)
+    grow(distance=1.2)
     assert obj.meanvalue.roi_group == "Region.001"
     assert members(obj, "Region") == [3, 4]
     obj.meanvalue.roi_group = "Gone"
-    grow(mode='RINGS', rings=1)
+    grow(distance=1.2)
     assert members(obj, "Gone") == AROUND
 
 
@@ -114,14 +108,14 @@ def test_from_the_control_of_the_handle():
     obj = meshes.grid()
     steps.add_handle(obj, "Hand", [MIDDLE], live=False)
     assert bpy.context.object.type == 'EMPTY'
-    grow(mode='RINGS', rings=1)
+    grow(distance=1.2)
     assert members(obj, "Region") == AROUND
 
 
 @pytest.mark.parametrize(
     "prepare, texts",
     [
-        (lambda obj: obj.meanvalue.handles.clear(), ("no handle to grow from", "Add Handle")),
+        (lambda obj: obj.meanvalue.handles.clear(), ("no active handle", "Add Handle")),
         (lambda obj: obj.vertex_groups.remove(obj.vertex_groups["Handle"]), ("no vertex group 'Handle'",)),
         (lambda obj: obj.vertex_groups["Handle"].remove(range(25)), ("'Handle' has no vertices", "Assign some")),
         (lambda obj: setattr(obj.meanvalue, "roi_group", "Handle"), ("vertex group of a handle", "clear the field")),

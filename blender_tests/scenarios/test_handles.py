@@ -259,18 +259,6 @@ def test_keyframes_on_all_controls_at_the_current_frame():
         assert all([key.co.x for key in curve.keyframe_points] == [7.0] for curve in curves)
 
 
-def test_keyframes_on_the_selected_control_alone():
-    obj = sheet()
-    grab()
-    meshes.activate(obj)
-    grab(vertex=3 * COLUMNS + 3, size=0.1)
-    assert bpy.ops.meanvalue.keyframe_handles(selected=True) == {'FINISHED'}
-    assert [handle.control.animation_data is not None for handle in obj.meanvalue.handles] == [False, True]
-    meshes.activate(obj)
-    with steps.refused("No control is selected"):
-        bpy.ops.meanvalue.keyframe_handles(selected=True)
-
-
 def test_add_handle_gives_the_region_a_size():
     obj = sheet()
     steps.add_handle(obj, "Top", [MIDDLE, MIDDLE + 1], size=0.2)

@@ -80,7 +80,7 @@ def test_a_bone_carries_a_handle():
     handle.bone = "Hand"
     update()
     assert is_at_rest(obj)
-    assert bpy.ops.meanvalue.unbind.poll()  # the mesh is worked on while the armature is active
+    assert bpy.ops.meanvalue.bind.poll()  # the mesh is worked on while the armature is active
     armature.pose.bones["Hand"].location = (0.0, 0.0, 2.0)  # in the bone's own axes: its z is the world's -y
     update()
     expected = rest(obj)[TOP] + np.array(

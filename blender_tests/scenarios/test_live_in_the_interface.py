@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, rigged
+from support import handles, meshes, rigged, steps
 from support.handles import TOP, move, rest, shown, update
 from support.interface import interface, is_settled
 
@@ -77,7 +77,7 @@ def test_an_edit_is_noticed_beside_our_own_writing(timers, part, edit, is_dragge
     timers.run(0.1)
     off = shown(obj) - rest(obj)
     if edit is edit_group:
-        assert part("posing.bridge.object_status").member_count(obj, "Top") == 7
+        assert part("posing.bridge.scene_input").member_count(obj, "Top") == 7
         assert abs(off[TOP[1], 0] - 1.0) < 1e-3 and abs(off[TOP[0], 0] - 1.0) > 1e-6
     else:
         assert np.abs(off[TOP] - (1.0, 0.0, 0.0)).max() < 1e-3
@@ -97,7 +97,7 @@ def test_another_rest_shape_of_a_script_is_told(timers, part):
     timers.run(0.1)
     text, is_problem = part("live.engine").status(obj)
     assert is_problem and "rest shape" in text
-    assert part("posing.bridge.object_status").status(obj).state.name == "STALE"
+    assert steps.is_stale(obj)
 
 
 def test_what_is_edited_beside_a_bone_step_is_found(timers, part):
@@ -107,7 +107,7 @@ def test_what_is_edited_beside_a_bone_step_is_found(timers, part):
     rigged.bend(rig, 20.0)
     update()
     timers.run(0.1)
-    assert part("posing.bridge.object_status").member_count(obj, "Top") == 6
+    assert part("posing.bridge.scene_input").member_count(obj, "Top") == 6
     obj.data.shape_keys.reference_key.data[TOP[2]].co.x += 0.25
     rigged.bend(rig, 40.0)
     update()

@@ -121,12 +121,11 @@ def test_symmetric_and_merged_is_as_symmetric_and_joined(make):
     assert_lifted_alike(grabbed(make()), expected)
 
 
-@pytest.mark.parametrize("mode", ['RINGS', 'DISTANCE'])
-def test_a_region_grows_over_merged_seams(mode):
+def test_a_region_grows_over_merged_seams():
     def grown(obj):
         steps.add_handle(obj, "Handle", at(obj, -2, 8).tolist()[:1], live=False)
         meshes.activate(obj)
-        assert bpy.ops.meanvalue.grow_region(mode=mode, rings=5, distance=5.2) == {'FINISHED'}
+        assert bpy.ops.meanvalue.grow_region(distance=5.2) == {'FINISHED'}
         return {tuple(each) for each in np.round(positions(obj)[region_weights(obj) > 0.0, :2]).astype(int)}
 
     assert grown(joined()) == grown(open_seam()) == grown(split_faces())
@@ -205,8 +204,6 @@ def test_merged_doubles_are_no_problem_any_more(capfd):
     for distance, is_told in ((MERGE, False), (0.0, True)):
         meshes.activate(obj)
         obj.meanvalue.merge_distance = distance
-        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-        assert ("16 doubled vertices" in capfd.readouterr().out) == is_told
         assert bpy.ops.meanvalue.select_problems(kind='DOUBLE') == {'FINISHED'}
         assert ("16 doubled vertices" in capfd.readouterr().out) == is_told
         assert (obj.mode == 'EDIT') == is_told

@@ -134,12 +134,12 @@ def test_switched_off_while_live_and_on_again():
     assert opening(obj) > 1e-3
 
 
-def test_a_binding_knows_its_mirror(part):
+def test_a_binding_knows_its_mirror():
     obj, control = halves.half(live=False)
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     before = obj.meanvalue.bound.mirror
     obj.modifiers["Mirror"].use_axis = (False, True, False)
-    assert part("posing.bridge.object_status").status(obj).state.name == "BOUND"
+    assert steps.is_bound(obj)
     move(control, (0.0, 0.3, 0.0))
     steps.solve()
     assert obj.meanvalue.bound.mirror != before

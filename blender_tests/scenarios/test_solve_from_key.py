@@ -20,9 +20,14 @@ def posed():
     return obj
 
 
-def test_named_groups_become_pins_and_the_key_is_not_added(posed):
-    assert bpy.ops.meanvalue.solve_from_key(groups="hand, feet") == {'FINISHED'}
-    assert [(handle.name, handle.follows) for handle in posed.meanvalue.handles] == [("hand", 'REST'), ("feet", 'REST')]
+def pin(obj, *groups):
+    for group in groups:
+        assert bpy.ops.meanvalue.add_handle(group=group, pin=True) == {'FINISHED'}
+
+
+def test_pins_go_where_the_key_has_them_and_the_key_is_not_added(posed):
+    pin(posed, "hand", "feet")
+    assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
     keys, shown = posed.data.shape_keys.key_blocks, meshes.seen(posed)
     assert (keys["Pose"].value, keys["Mean-Value"].value) == (0.0, 1.0)
     assert np.abs(shown[TOP] - steps.key_positions(posed, "Pose")[TOP]).max() < 1e-5
@@ -31,38 +36,14 @@ def test_named_groups_become_pins_and_the_key_is_not_added(posed):
 
 
 @pytest.mark.parametrize(
-    "options, text",
-    [
-        ({"groups": "hand, foot"}, "no vertex group 'foot'"),
-        ({"groups": "hand, feet", "key": "Smile"}, "no shape key 'Smile'"),
-        ({}, "no handles yet"),
-    ],
+    "groups, key, text", [(["hand", "feet"], "Smile", "no shape key 'Smile'"), ([], "", "no handles yet")]
 )
-def test_what_is_missing_is_told_before_anything_is_changed(posed, options, text):
+def test_what_is_missing_is_told_before_anything_is_changed(posed, groups, key, text):
+    pin(posed, *groups)
     before = snapshot(posed)
     with steps.refused(text):
-        bpy.ops.meanvalue.solve_from_key(**options)
+        bpy.ops.meanvalue.solve_from_key(key=key)
     assert_same(before, snapshot(posed))
-
-
-def test_groups_that_cannot_hold_the_mesh_are_no_pins_afterwards(posed):
-    posed.vertex_groups.new(name="empty")
-    with steps.refused("'empty' has no vertices"):
-        bpy.ops.meanvalue.solve_from_key(groups="hand, empty")
-    assert len(posed.meanvalue.handles) == 0
-
-
-def test_repeating_it_after_its_pins_were_made_keeps_them(posed):
-    assert bpy.ops.meanvalue.solve_from_key(groups="hand, feet") == {'FINISHED'}
-    keys = posed.data.shape_keys
-    posed.active_shape_key_index = keys.key_blocks.find("Pose")
-    first = steps.key_positions(posed, "Mean-Value")
-    assert bpy.ops.meanvalue.solve_from_key(groups="hand, feet") == {'FINISHED'}
-    assert np.abs(steps.key_positions(posed, "Mean-Value") - first).max() < 1e-4
-    posed.vertex_groups.remove(posed.vertex_groups["hand"])
-    with steps.refused("no vertex group 'hand'"):
-        bpy.ops.meanvalue.solve_from_key(groups="hand, feet")
-    assert [handle.name for handle in posed.meanvalue.handles] == ["hand", "feet"]
 
 
 def test_nothing_follows_afterwards():

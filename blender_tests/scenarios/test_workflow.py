@@ -143,7 +143,7 @@ def test_closed_mesh_with_ngons(native):
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), expected)
 
 
-def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path, part):
+def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path):
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
     before = steps.key_positions(obj, "Mean-Value")
@@ -153,22 +153,10 @@ def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path, part)
     bpy.ops.wm.open_mainfile(filepath=path)
     obj = bpy.data.objects["Grid"]
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
-    assert part("posing.bridge.object_status").status(obj).state.name == "BOUND"
+    assert steps.is_bound(obj)
     steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
     steps.solve()
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
-
-
-def test_unbind_forgets_the_binding_only():
-    obj = steps.posed_grid(meshes.grid())
-    steps.solve()
-    before = snapshot(obj, without=("settings",))
-    assert bpy.ops.meanvalue.unbind() == {'FINISHED'}
-    assert_same(before, snapshot(obj, without=("settings",)))
-    assert not obj.meanvalue.bound.is_bound
-    assert [group.name for group in obj.meanvalue.handles] == ["Corners", "Tip"]
-    steps.solve()
-    assert obj.meanvalue.bound.is_bound
 
 
 def test_handle_list_by_operators():

@@ -7,6 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
+from . import installed
+
 
 def add_group(obj, name, indices, weight=1.0):
     group = obj.vertex_groups.new(name=name)
@@ -56,6 +58,17 @@ def bound_grid(obj):
     list_anchors(obj, Corners=[0, 4, 20], Tip=[24])
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     return obj
+
+
+def is_bound(obj):
+    """As the panel has it: bound, and nothing is in the way."""
+    return obj.meanvalue.bound.is_bound and installed.part("posing.bridge.bound_record").problem(obj) is None
+
+
+def is_stale(obj):
+    """Whether the panel asks for Update."""
+    found = installed.part("posing.bridge.bound_record").problem(obj)
+    return found is not None and found[1] and "Update" in found[0]
 
 
 def posed_grid(obj, offset=(0.0, 0.5, 1.0)):

@@ -28,7 +28,7 @@ def _set_up(ui):
     meshes.activate(obj)
     bpy.ops.meanvalue.add_handle(group="Top")
     meshes.activate(obj)
-    bpy.ops.meanvalue.grow_region(mode='DISTANCE', distance=6.0)
+    bpy.ops.meanvalue.grow_region(distance=6.0)
     ui.remember()
     ui.frame_all()
     yield from ui.open_tab("Mean-Value")

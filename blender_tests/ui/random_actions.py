@@ -107,7 +107,7 @@ class Artist:
 
     def press(self):
         self.activate_mesh()
-        names = ("bind", "unbind", "solve", "keep_pose", "apply_pose", "reset_handles")
+        names = ("bind", "solve", "keep_pose", "apply_pose", "reset_handles")
         yield from ()
         _operate(getattr(bpy.ops.meanvalue, self.chance.choice(names)))
 

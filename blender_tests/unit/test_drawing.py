@@ -117,7 +117,7 @@ def test_at_most_20_controls_with_handles(draw):
 
 def test_every_button_is_there(draw):
     text = draw(meshes.grid(), is_all_open=True).text
-    names = "add_handle bind unbind solve solve_from_key grow_region paint_region copy_system_info"
+    names = "add_handle bind solve solve_from_key grow_region paint_region copy_system_info"
     for name in names.split():
         assert f"operator meanvalue.{name}" in text
     for name in ("roi_group", "roi_invert", "method", "rigidity", "result_key"):

@@ -90,7 +90,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         problem = playing.keys_problem(obj, prepared.options.use_absolute) if prepared.to_keys else None
         if problem:
             raise SceneError(problem)
-        if prepared.posing.binding is not None and prepared.posing.changes:
+        if prepared.posing.binding is not None:
             prepared.posing.record(obj)
         notes = list(prepared.notes)
         if not prepared.options.use_part or obj.meanvalue.baked.path != prepared.shown_path:

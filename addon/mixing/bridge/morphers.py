@@ -87,11 +87,12 @@ def solve_steps(morpher, mix_input, values, execution=None):
 class Mixing:
     """As widgets/background.py wants it: binds what is mixed. bind_input: the MixInput; binding: the Morpher."""
 
-    changes = ""
-
     def __init__(self, mix_input):
         self.bind_input = mix_input
         self.binding = cached(mix_input)
+
+    def record(self, _obj):
+        """The file keeps no binding of a mix."""
 
     def read_triangles(self, _obj):
         pass

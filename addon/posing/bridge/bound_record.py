@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The binding as it is kept in the .blend: a fingerprint and the figures that the panel shows."""
+"""The binding as it is kept in the .blend, a fingerprint and figures, and whether it is still that of the scene."""
 
 from dataclasses import fields
 
-from ...errors import StaleBindingError
+from ... import wording
+from ...errors import SceneError, StaleBindingError
+from ...scene import shared_readings
 from ...solver.core import fingerprint
 from ...solver.core.fingerprint import Fingerprint
+from . import scene_input
 
 
 def read_fingerprint(record):
@@ -15,16 +18,32 @@ def read_fingerprint(record):
     return Fingerprint(**{field.name: getattr(record, field.name) for field in fields(Fingerprint)})
 
 
-def what_changed(record, now):
-    """What is another one than what is bound, in words, where that need not stop us; "" if nothing, None if nothing is
-    bound. now: a Fingerprint. @throws StaleBindingError if the artist has to look first."""
+def require_fits(record, now):
+    """now: a Fingerprint. @throws StaleBindingError if the artist has to look first: else it is bound again."""
     bound = read_fingerprint(record)
     if bound is None:
-        return None
+        return
     changes, needs_update = fingerprint.changes(bound, now)
     if needs_update:
         raise StaleBindingError(f"{changes}. Check the handles and press Update")
-    return changes
+
+
+def problem(obj, quiet_seconds=0.0):
+    """(why a mesh object cannot be posed by what was read of it, as a sentence; whether Update mends that), or None.
+
+    Cheap enough for drawing: outside Object Mode, for `quiet_seconds` after an edit, and as long as a big mesh is read,
+    of what was read last.
+    """
+    model = scene_input.model(obj)
+    model.is_watched = True
+    if obj.mode == 'OBJECT' and not (model.is_usable(obj) and model.was_told_within(quiet_seconds)):
+        shared_readings.finished(obj, scene_input.HandleReading)
+    try:
+        if model.is_known:
+            require_fits(obj.meanvalue.bound, model.result(obj).fingerprint)
+    except SceneError as error:
+        return wording.sentence(str(error)), isinstance(error, StaleBindingError)
+    return None
 
 
 def write(record, now, summary):

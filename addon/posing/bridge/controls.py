@@ -5,7 +5,6 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ... import compat
 from ...errors import SceneError
 from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
@@ -61,6 +60,13 @@ def none_to_move(obj):
     if any(handle.follows == 'CONTROL' for handle in obj.meanvalue.handles):
         return None
     return "There are no handles yet. Press on the mesh with Grab, or press Add Handle"
+
+
+def none_active(obj):
+    """Why there is no active handle or pin, in words, or None."""
+    if obj.meanvalue.active_handle < len(obj.meanvalue.handles):
+        return None
+    return "There is no active handle or pin. Press on the mesh with Grab, press Add Handle, or click one in the list"
 
 
 def is_deleted(handle):
@@ -236,14 +242,6 @@ def mover(handle):
     control = handle.control
     bone = control.pose.bones.get(handle.bone) if control.type == 'ARMATURE' else None
     return control if bone is None else bone
-
-
-def is_selected(handle):
-    """Whether the artist has selected what moves the handle; a bone counts in Pose Mode, with its armature else."""
-    carrier = mover(handle)
-    if isinstance(carrier, bpy.types.PoseBone) and handle.control.mode == 'POSE':
-        return compat.is_bone_selected(carrier)
-    return handle.control.select_get()
 
 
 def note_active(obj):

@@ -17,21 +17,18 @@ class Posing:
 
     bind_input  what is bound; binding  the Binding, None until there is one
     targets     where the anchors go; None to bind only
-    changes     what changed since the binding on record, in words, "" if nothing
     """
 
     def __init__(self, obj, reading=None, goal=None, is_checked=True, settles=False):
-        """goal: CONTROLS, or the name of a shape key that has the targets; None to bind only. is_checked: whether it is
-        told what changed since the binding on record. settles: from the result that is there; the better answer of that
-        and of rest. reading: see scene_input.gather().
+        """goal: CONTROLS, or the name of a shape key that has the targets; None to bind only. is_checked: it has to fit
+        the binding on record. settles: from the result that is there; the better answer of that and of rest.
+        reading: see scene_input.gather().
 
         @throws SceneError; StaleBindingError if the artist has to look first.
         """
         self.bind_input = scene_input.gather(obj, reading)
-        self.changes = ""
         if is_checked:
-            changes = bound_record.what_changed(obj.meanvalue.bound, self.bind_input.fingerprint)
-            self.changes = "it is posed for the first time" if changes is None else changes
+            bound_record.require_fits(obj.meanvalue.bound, self.bind_input.fingerprint)
         self._goal = goal
         self.targets = self._gather_targets(obj, self.bind_input)
         shape = shape_keys.result_positions(obj) if settles else None

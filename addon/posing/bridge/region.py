@@ -112,15 +112,8 @@ def handle_members(obj, name):
     return members
 
 
-def grown(obj, seeds, limit, by_rings=False):
-    """n bool: by a number of rings, or by a distance on the rest shape."""
-    surface = _Surface(obj, seeds)
-    grow = region_growth.grown_by_rings if by_rings else region_growth.grown_by_distance
-    return surface.of_mesh(grow(surface.edges, surface.rest, surface.seeds, limit))
-
-
 def distances(obj, seeds, limit):
-    """n float64: from the vertices `seeds` along edges of the rest shape; infinite beyond `limit`."""
+    """n float64: from the vertices `seeds` over the rest shape; infinite beyond `limit`."""
     surface = _Surface(obj, seeds)
     return surface.of_mesh(region_growth.distances(surface.edges, surface.rest, surface.seeds, limit))
 

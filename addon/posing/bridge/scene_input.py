@@ -88,6 +88,13 @@ def model(obj):
     return object_model.of(obj, HandleReading)
 
 
+def member_count(obj, name):
+    """How many vertices a handle has; None while that is not known."""
+    reading = model(obj).reading
+    members = reading.members if reading is not None else None
+    return None if members is None or name not in members else len(members[name])
+
+
 def start_reading(obj):
     """The HandleReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
     require_handles(obj)

@@ -9,45 +9,25 @@ from . import connected
 MOST_DETOUR = 2.0**0.5
 
 
-def grown_by_rings(edges, positions, seeds, ring_count):
-    """n bool: vertices that can be reached from `seeds` over at most `ring_count` edges; seeds are among them.
-
-    edges  m x 2 vertex indices.
-    """
-    return _nearness(edges, np.ones(len(edges)), seeds, len(positions), ring_count)[0] <= ring_count
-
-
-def grown_by_distance(edges, positions, seeds, distance):
-    """n bool: vertices within `distance` of `seeds`, measured along edges; seeds are among them.
-
-    edges  m x 2 vertex indices; positions  n x 3. A way along edges is at least as long as one straight over the faces,
-    by up to two fifths on a grid of squares.
-    """
-    return _edge_distances(edges, positions, seeds, distance)[0] <= distance
-
-
 def distances(edges, positions, seeds, limit):
     """n float64: about how far each vertex is from `seeds` over the surface; infinite beyond `limit`.
 
     Straight to the seed that is nearest along edges, so that what is equally far lies on a circle where the surface is
     flat, whatever its faces are; but no less than what the way along edges says, which is longer than one over the
     faces by up to sqrt(2) on a grid of squares: what is folded back to the seeds is not near.
+
+    edges  m x 2 vertex indices; positions  n x 3.
     """
-    along, nearest = _edge_distances(edges, positions, seeds, MOST_DETOUR * limit)
+    near = _may_be_within(positions, seeds, MOST_DETOUR * limit)
+    edges = edges[near[edges].all(axis=1)]
+    lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
+    along, nearest = _nearness(edges, lengths, seeds, len(positions), MOST_DETOUR * limit)
     reached = np.flatnonzero(np.isfinite(along))
     straight = np.linalg.norm(positions[reached].astype(np.float64) - positions[nearest[reached]], axis=1)
     result = np.full(len(positions), np.inf)
     result[reached] = np.maximum(straight, along[reached] / MOST_DETOUR)
     result[result > limit] = np.inf
     return result
-
-
-def _edge_distances(edges, positions, seeds, limit):
-    """As _nearness(), with lengths of edges."""
-    near = _may_be_within(positions, seeds, limit)
-    edges = edges[near[edges].all(axis=1)]
-    lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
-    return _nearness(edges, lengths, seeds, len(positions), limit)
 
 
 def parts_within(edges, positions, seeds, limit):

@@ -88,7 +88,7 @@ class Follower(Following):
         return session.cached(bind_input)
 
     def _require_good_binding(self, obj):
-        bound_record.what_changed(obj.meanvalue.bound, self._input.fingerprint)
+        bound_record.require_fits(obj.meanvalue.bound, self._input.fingerprint)
 
     # Posing
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One operator a file."""
+"""Operators, in files by what they are about."""

@@ -10,7 +10,7 @@ from ...scene import rig_space, selection, shape_keys, subject, vertex_groups
 from ...scene.core.finite import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import controls, new_handles, region, scene_input
-from .grow_region import notes_on
+from .region import notes_on
 
 
 class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
@@ -113,7 +113,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
             self._equip(obj, handle, members)
             message = f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
             if self.size > 0.0:
-                notes = notes_on(obj, region.current_mask(obj))
+                notes = list(notes_on(obj, region.current_mask(obj)))
         try:
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed

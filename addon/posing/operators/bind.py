@@ -4,12 +4,11 @@
 import bpy
 
 from ... import wording
-from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ...scene import vertex_groups
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ..bridge import bound_record, controls, scene_input, targets
+from ..bridge import bound_record, controls, new_handles, scene_input, targets
 from ..bridge.posing import Posing
-from ..core import mesh_problems
 
 
 class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
@@ -29,21 +28,6 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     def prepare(self, obj, reading):
         return Posing(obj, reading, is_checked=False)
 
-    def after(self, posing):
-        """What is unusual about the mesh is counted in slices: all of it takes half a second for 200,000 vertices."""
-        yield "looking at the mesh", 0.0
-        rest = posing.bind_input.rest
-        triangles = mesh_arrays.triangles(self._object().data, rest)
-        search = mesh_problems.search(
-            rest, triangles, posing.binding.deformer.report, posing.bind_input.solver_mesh.places
-        )
-        while True:
-            try:
-                yield "looking at the mesh", next(search)
-            except StopIteration as end:
-                self._problems = end.value
-                return
-
     def finish(self, obj, posing, _outcome):
         handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
         handles = [handle for handle in handles if controls.problem(obj, handle) is None]
@@ -53,11 +37,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         controls.remove_deleted(obj)
         made = _make_own_controls(obj)
         posing.record(obj)
-        report = posing.binding.deformer.report
-        problems, self._problems = self._problems, None  # Blender keeps the operator
-        notes = [*mesh_problems.text(problems), *result.size_notes(report)]
-        if made:
-            notes.insert(0, f"{wording.counted(made, 'control')} made")
+        notes = [f"{wording.counted(made, 'control')} made"] if made else []
+        notes += result.size_notes(posing.binding.deformer.report)
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
 
@@ -66,11 +47,9 @@ def _make_own_controls(obj):
     """For handles whose control is missing or belongs to another object, as after duplicating. Returns how many."""
     handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
     handles = [handle for handle in handles if controls.wants_own_control(obj, handle)]
-    rest, shown = shape_keys.rest_positions(obj.data), shape_keys.result_positions(obj)
     members = vertex_groups.members(obj, [handle.name for handle in handles])
     for handle in handles:
-        own = members[handle.name]
-        controls.add_control(obj, handle, rest[own], (rest if shown is None else shown)[own])
+        new_handles.make_handle(obj, handle, members[handle.name], handle.color)
     return len(handles)
 
 

@@ -11,7 +11,7 @@ from ...scene import new_rest, selection, shape_keys, subject
 from ...scene.core import fixed_points
 from ...solver import session
 from ..bridge import bound_record, controls, region
-from .settled import SettledOperator
+from .pose import SettledOperator
 
 #: Of the mesh's size: poses nearer to each other are one, since each was settled to no more than that.
 SAME_POSE = 1e-4

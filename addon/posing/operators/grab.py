@@ -13,8 +13,9 @@ from ...widgets import under_mouse
 from ...widgets.base import ModalOperator
 from ..bridge import controls, pinning, region
 from ..bridge.grip import Grip, handle_at
-from . import keyframe_handles, pressing, tool_choice
+from . import pressing, tool_choice
 from .drag_circle import DragCircle
+from .handles import insert_keyframes
 
 #: What a notch of the wheel makes of Size.
 WHEEL_STEP = 1.15
@@ -214,7 +215,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         _select_control(context, obj, self._grip)
         message, notes = _outcome(obj, self._grip, Vector(self.offset))
         if context.scene.tool_settings.use_keyframe_insert_auto:
-            keyframe_handles.insert(controls.mover(handle), notes)
+            insert_keyframes(controls.mover(handle), notes)
         return self.tell(message, notes)
 
     def _click(self, context, obj):

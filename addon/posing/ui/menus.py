@@ -74,7 +74,6 @@ class MEANVALUE_MT_advanced(menus.OperatorMenu, bpy.types.Menu):
     bl_label = "Advanced"
     operators = (
         "meanvalue.bind",
-        "meanvalue.unbind",
         "meanvalue.select_problems",
         "meanvalue.copy_system_info",
     )

@@ -10,8 +10,7 @@ from ...solver import native_loader
 from ...widgets import overlay, panels
 from ...widgets.panels import PanelPart, SidebarPanel
 from ...widgets.text_box import draw_wrapped
-from ..bridge import controls, object_status, targets
-from ..bridge.object_status import State
+from ..bridge import bound_record, controls, scene_input, targets
 from ..operators import tool_choice
 from .handle_list import MEANVALUE_UL_handles
 from .menus import MEANVALUE_MT_apply, draw_add
@@ -84,7 +83,7 @@ class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
         obj = subject.of(context)
         handle = _active_handle(obj)
         layout.prop_search(handle, "name", obj, "vertex_groups", text="Group")
-        count = object_status.member_count(obj, handle.name)
+        count = scene_input.member_count(obj, handle.name)
         layout.label(text="" if count is None else wording.vertices(count))
         layout.prop(handle, "follows")
         if handle.follows == 'CONTROL':
@@ -137,10 +136,8 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         layout.prop(settings, "loose_parts")
         layout.prop(settings, "merge_distance")
         layout.prop(settings, "result_key")
-        row = layout.row(align=True)
-        row.operator("meanvalue.bind")
-        row.operator("meanvalue.unbind")
         solve = layout.column(align=True)
+        solve.operator("meanvalue.bind")
         solve.operator("meanvalue.solve")
         solve.operator("meanvalue.solve_from_key")
         layout.operator_menu_enum("meanvalue.select_problems", "kind", icon='RESTRICT_SELECT_OFF')
@@ -210,18 +207,16 @@ def _draw_status(layout, context, obj):
 
 def _status(obj):
     """(text, whether it is a problem, whether Update mends it), or None if all is well."""
-    status = object_status.status(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
+    found = bound_record.problem(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
     if not obj.meanvalue.handles:
         return None
-    wants_update = status.state is State.STALE or any(
+    wants_update = (found is not None and found[1]) or any(
         handle.follows == 'CONTROL' and controls.wants_own_control(obj, handle) for handle in obj.meanvalue.handles
     )
     live = engine.status(obj)
     if live is not None:
         return *live, wants_update and live[1]
-    if status.state in {State.PROBLEM, State.STALE}:
-        return status.text, True, wants_update
-    problem = targets.problem(obj)
+    problem = found[0] if found is not None else targets.problem(obj)
     if problem:
         return problem, True, wants_update
     notes = mirrors.notes(obj)

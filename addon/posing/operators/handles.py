@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is done with handles that are there: select, remove, reset, keyframe."""
+
+import bpy
+
+from ... import wording
+from ...errors import SceneError
+from ...live import engine
+from ...scene import selection, vertex_groups
+from ...widgets.base import MeshOperator
+from ..bridge import control_places, controls, region
+
+#: What Blender calls the channels of rotation in each mode of rotation; Euler angles in all others.
+ROTATIONS = {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}
+
+
+class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
+    """Select the handle's control; in Edit Mode, and for pins, its vertices"""
+
+    bl_idname = "meanvalue.select_handle"
+    bl_label = "Select Handle"
+    needs_object_mode = False
+
+    index: bpy.props.IntProperty(
+        name="Line",
+        description="Line of the list, from 0; -1 for the active one",
+        default=-1,
+        min=-1,
+        options={'SKIP_SAVE'},
+    )
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or controls.none_active(obj)
+
+    def run(self, obj):
+        settings = obj.meanvalue
+        index = settings.active_handle if self.index < 0 else self.index
+        if index >= len(settings.handles):
+            raise SceneError(f"There are {len(settings.handles)} handles and pins. Choose one of them")
+        settings.active_handle = index
+        handle = settings.handles[index]
+        if handle.follows == 'CONTROL' and obj.mode != 'EDIT':
+            problem = controls.problem(obj, handle)
+            if problem:
+                raise SceneError(problem)
+            controls.select(handle)
+            return f"The control of '{handle.name}' is selected", []
+        return self._select_vertices(obj, handle.name)
+
+    def _select_vertices(self, obj, name):
+        vertex_groups.require_listed(obj, name)
+        obj.vertex_groups.active_index = obj.vertex_groups[name].index
+        selection.choose(obj)
+        if obj.mode != 'EDIT':
+            bpy.ops.object.mode_set(mode='EDIT')
+        bpy.ops.mesh.select_all(action='DESELECT')
+        bpy.ops.object.vertex_group_select()
+        return f"The vertices of '{name}' are selected", []
+
+
+class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
+    """Remove the active handle or pin, with the control and vertex group that were made for it"""
+
+    bl_idname = "meanvalue.remove_handle"
+    bl_label = "Remove Handle"
+    needs_object_mode = False
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or controls.none_active(obj)
+
+    def run(self, obj):
+        index = obj.meanvalue.active_handle
+        selection.leave_edit_mode(obj)
+        name = obj.meanvalue.handles[index].name
+        region.let_go(obj, obj.meanvalue.handles[index])
+        controls.remove_handle(obj, index)
+        return f"'{name}' holds nothing any more", []
+
+
+class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
+    """Put every control back to where its handle is in the rest shape. Controls moved by keyframes stay animated"""
+
+    bl_idname = "meanvalue.reset_handles"
+    bl_label = "Reset Handles"
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or controls.none_to_move(obj)
+
+    def run(self, obj):
+        controls.remove_deleted(obj)
+        usable, notes = _usable(obj)
+        with engine.held():  # the mesh follows once, when all are where they belong
+            held = [handle.name for handle in control_places.reset(obj, usable)]
+        obj.update_tag()
+        bpy.context.view_layer.update()
+        if held:
+            notes.append(
+                f"{wording.quoted(held)} not at rest: something else moves the control, such as a posed parent or a "
+                "constraint. Reset that too"
+            )
+        keyed = [
+            handle.name for handle in usable if handle.control.animation_data and handle.control.animation_data.action
+        ]
+        if keyed:
+            notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
+        if not obj.meanvalue.live:
+            notes.append("Live is off: press Solve to have the mesh follow")
+        return f"{wording.counted(len(usable), 'handle')} reset", notes
+
+
+class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
+    """Insert keyframes on place, turn and size of the controls, at the current frame"""
+
+    bl_idname = "meanvalue.keyframe_handles"
+    bl_label = "Keyframe Handles"
+    needs_object_mode = False
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or controls.none_to_move(obj)
+
+    def run(self, obj):
+        usable, notes = _usable(obj)
+        if not usable:
+            raise SceneError(notes[0])
+        selection.leave_edit_mode(obj)
+        movers = {controls.mover(handle) for handle in usable}
+        for mover in movers:
+            insert_keyframes(mover, notes)
+        frame = bpy.context.scene.frame_current
+        return f"Keyframes on {wording.counted(len(movers), 'control')} at frame {frame}", notes
+
+
+def insert_keyframes(mover, notes):
+    """Keys an object or a pose bone at the current frame; what is in the way goes to `notes`."""
+    is_bone = isinstance(mover, bpy.types.PoseBone)
+    group = mover.name if is_bone else "Object Transforms"
+    for channel in ("location", ROTATIONS.get(mover.rotation_mode, "rotation_euler"), "scale"):
+        try:
+            mover.keyframe_insert(channel, group=group)
+        except (RuntimeError, TypeError) as error:  # a linked or locked action
+            notes.append(f"'{mover.name}' takes no keyframes on {channel}: {error}")
+            return
+
+
+def _usable(obj):
+    """(handles whose controls can be followed, [why not] of the others)."""
+    handles = [handle for handle in obj.meanvalue.handles if handle.follows == 'CONTROL']
+    problems = [controls.problem(obj, handle) for handle in handles]
+    usable = [handle for handle, problem in zip(handles, problems, strict=True) if problem is None]
+    return usable, [problem for problem in problems if problem is not None]

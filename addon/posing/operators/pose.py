@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What uses the pose that is shown: Keep Pose and Apply as Rest. Finish is in finish.py."""
+
+import bpy
+
+from ... import ids
+from ...errors import SceneError
+from ...live import engine
+from ...scene import new_rest, shape_keys, subject
+from ...solver.core import result
+from ...widgets.background import BackgroundOperator
+from ..bridge import bound_record, controls, scene_input
+from ..bridge.posing import CONTROLS, Posing
+
+
+class SettledOperator(BackgroundOperator):
+    """Mix-in of those that use the pose that is shown: where it is live, it must not lag behind its controls.
+
+    Subclasses define use(obj) in place of run(obj); it finds the settled answer in the result key.
+    """
+
+    doing = "Settling"
+
+    def start_reading(self, obj):
+        return None if _is_settled(obj) else scene_input.start_reading(obj)
+
+    def prepare(self, obj, reading):
+        return None if _is_settled(obj) else Posing(obj, reading, CONTROLS, is_checked=False, settles=True)
+
+    def finish(self, obj, prepared, outcome):
+        if prepared is not None:
+            solved, _summary = outcome
+            prepared.keep()
+            goal = prepared.targets
+            composed = result.compose(prepared.bind_input, goal.positions, solved)
+            shape_keys.write_result(obj, composed)
+        elif not _is_settled(obj):
+            raise SceneError(f"A handle of '{obj.name}' was moved meanwhile. Try again")
+        return self.use(obj)
+
+
+def _unposed_problem(obj):
+    """Why there is no pose to use, in words, or None."""
+    if shape_keys.has_result(obj):
+        return None
+    return "Nothing is posed yet. Press on the mesh with Grab and drag"
+
+
+def _is_settled(obj):
+    """A mix of shape keys has no say in the pose."""
+    return not obj.meanvalue.live or engine.is_settled(obj)
+
+
+class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
+    """Store the pose as a new shape key, at value 0, and go on posing"""
+
+    bl_idname = "meanvalue.keep_pose"
+    bl_label = "Keep Pose"
+
+    name: bpy.props.StringProperty(
+        name="Name", description="Name of the new shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
+    )
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or _unposed_problem(obj)
+
+    def use(self, obj):
+        shape = shape_keys.result_positions(obj)
+        if shape is None:
+            raise SceneError(
+                f"There is no result to keep: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle "
+                "with Live on, or press Solve"
+            )
+        name = shape_keys.add_shape(obj, self.name.strip() or ids.KEPT_KEY, shape).name
+        obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
+        return f"The pose is kept as shape key '{name}'", []
+
+
+class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
+    """Make the pose the new rest shape, to pose on from there. Other shape keys are carried along"""
+
+    bl_idname = "meanvalue.apply_pose"
+    bl_label = "Apply as Rest"
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or _unposed_problem(obj)
+
+    def use(self, obj):
+        handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
+        controls.require_places(obj, handles)  # throws before anything is changed
+        engine.look_again(obj)
+        notes = new_rest.become(obj)
+        bound_record.clear(obj.meanvalue.bound)
+        controls.attach_where_they_are(obj, handles)
+        if subject.sharing_note(obj):
+            notes.append(subject.sharing_note(obj))
+        return "The pose is the rest shape now", notes

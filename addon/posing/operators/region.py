@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes the region of influence: grown from a handle, or painted."""
+
+import bpy
+import numpy as np
+
+from ... import wording
+from ...scene import selection, subject
+from ...widgets.base import MeshOperator
+from ..bridge import controls, region
+
+#: Distance to begin with, as a share of the bounding-box diagonal of the mesh.
+FIRST_DISTANCE = 0.2
+
+
+class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
+    """Make the region by growing it over the surface from the active handle"""
+
+    bl_idname = "meanvalue.grow_region"
+    bl_label = "Grow Region from Handle"
+
+    distance: bpy.props.FloatProperty(
+        name="Distance",
+        description="How far it reaches over the surface of the rest shape, in the object's own units, before its "
+        "scale. If it was never given, a fifth of the mesh's size",
+        default=1.0,
+        min=0.0,
+        subtype='DISTANCE',
+        options={'SKIP_SAVE'},  # the next mesh may be of another size
+    )
+    extend: bpy.props.BoolProperty(
+        name="Extend", description="Add to the region that is there, in place of replacing it", default=False
+    )
+
+    @classmethod
+    def problem(cls, obj):
+        return super().problem(obj) or controls.none_active(obj)
+
+    def run(self, obj):
+        settings = obj.meanvalue
+        region.require_own_group(obj)
+        name = settings.handles[settings.active_handle].name
+        members = region.handle_members(obj, name)
+        if not self.properties.is_property_set("distance"):
+            self.distance = region.radius(obj, FIRST_DISTANCE)
+        weights = (region.distances(obj, members, self.distance) <= self.distance).astype(float)
+        if self.extend:
+            weights = np.maximum(weights, region.weights(obj))
+        mask = weights > 0.0
+        region.write(obj, weights)
+        message = f"The region '{settings.roi_group}' has {wording.vertices(int(mask.sum()))} around '{name}'"
+        return message, list(notes_on(obj, mask))
+
+
+class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
+    """Paint the region: what has a weight may move. Press again when it is right"""
+
+    bl_idname = "meanvalue.paint_region"
+    bl_label = "Paint Region"
+    needs_object_mode = False
+
+    @classmethod
+    def problem(cls, obj):
+        is_painting = obj is not None and obj.mode == 'WEIGHT_PAINT'
+        problem = super().problem(obj) or (None if is_painting else subject.mode_problem(obj))
+        if problem is None and not obj.visible_get():
+            problem = f"'{obj.name}' is hidden, so it cannot be painted. Show it first"
+        return problem
+
+    def run(self, obj):
+        if obj.mode == 'WEIGHT_PAINT':
+            bpy.ops.object.mode_set(mode='OBJECT')
+            return "The region is painted", []
+        region.require_own_group(obj)
+        group = region.ensure_group(obj)
+        obj.vertex_groups.active_index = group.index
+        selection.choose(obj)
+        bpy.ops.object.mode_set(mode='WEIGHT_PAINT')
+        return f"Paint region '{group.name}': what has a weight may move. Press Paint Region again when it is right", []
+
+
+def notes_on(obj, mask):
+    """Sentences on a region, n bool, that may not do what the artist expects of it."""
+    outside = region.handles_outside(obj, mask)
+    if outside:
+        yield (
+            f"{'Handle' if len(outside) == 1 else 'Handles'} {wording.quoted(outside)} "
+            f"{'reaches' if len(outside) == 1 else 'reach'} out of it, where nothing follows: grow from there with "
+            "Extend, or turn it off"
+        )
