@@ -60,9 +60,7 @@ class MEANVALUE_PT_bake_options(PanelPart, bpy.types.Panel):
             _draw_cache(layout, obj, settings)
         else:
             layout.prop(settings, "prefix")
-            layout.prop(settings, "keys")
-            layout.prop(settings, "key_step" if settings.keys == 'EVERY' else "tolerance_share")
-            layout.prop(settings, "use_absolute")
+            layout.prop(settings, "tolerance_share")
 
 
 def draw_top(layout, context, obj):
@@ -82,7 +80,6 @@ def _draw_cache(layout, obj, settings):
     layout.prop(settings, "path")
     if not settings.path:
         layout.label(text=preparing.default_path(obj))
-    layout.prop(settings, "overwrite_any")
     layout.prop(settings, "use_part")
     if settings.use_part:
         column = layout.column(align=True)

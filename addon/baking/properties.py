@@ -53,10 +53,6 @@ OPTIONS = {
         subtype='FILE_PATH',
         options=compat.flags_of_paths(),
     ),
-    "overwrite_any": BoolProperty(
-        name="Overwrite",
-        description="Replace a file that is no earlier bake of this object in this .blend",
-    ),
     "use_part": BoolProperty(
         name="Part Only",
         description="Bake a part of the range again and leave the rest of the point cache as it is",
@@ -66,30 +62,16 @@ OPTIONS = {
     "prefix": StringProperty(
         name="Name", description="Shape keys are called so, with the frame", default="Bake", maxlen=40
     ),
-    "keys": EnumProperty(
-        name="Keys",
-        description="Which frames become shape keys",
-        items=(
-            ('ADAPTIVE', "Adaptive", "As few as keep the motion within the tolerance"),
-            ('EVERY', "Regular", "Every frame that is sampled, or every n-th"),
-        ),
-        default='ADAPTIVE',
-    ),
-    "key_step": IntProperty(name="Every", description="Make a key of every n-th sample", default=1, min=1, soft_max=25),
     "tolerance_share": FloatProperty(
         name="Tolerance",
-        description="No vertex may be farther than this part of the mesh's size from where it was solved",
+        description="As few keys are made as keep every vertex within this part of the mesh's size of where it was "
+        "solved; at 0 one for each sample",
         default=0.1,
         min=0.0,
         soft_max=5.0,
         max=100.0,
         precision=3,
         subtype='PERCENTAGE',
-    ),
-    "use_absolute": BoolProperty(
-        name="Absolute",
-        description="Absolute shape keys, played by their evaluation time: quicker with many keys, but the mesh "
-        "can have no relative ones beside them",
     ),
 }
 

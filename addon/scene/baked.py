@@ -23,7 +23,6 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     muted: StringProperty()
     was_live: BoolProperty()
     was_mixed: BoolProperty()
-    was_relative: BoolProperty()
     note: StringProperty()  # what it is, for the panel
 
 

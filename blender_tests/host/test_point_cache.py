@@ -173,11 +173,10 @@ def test_merged_chunks_are_the_cache_written_at_once(tmp_path, chunk, first):
     rows = shapes(10)
     store = filled(tmp_path / "chunks", rows, chunk, first=first)
     assert store.missing() == []
-    result_of(store.merge(tmp_path / "merged.pc2", header(rows, first)))
+    problems = result_of(store.merge(tmp_path / "merged.pc2", header(rows, first)))
     point_cache.write(tmp_path / "at_once.pc2", header(rows, first), [rows])
     assert (tmp_path / "merged.pc2").read_bytes() == (tmp_path / "at_once.pc2").read_bytes()
-    assert store.problems() == [f"of {number}" for number in range(first, first + 10)]
-    assert np.array_equal(np.stack([store.rows()[k] for k in (9, 0, 5, 4, 3)]), rows[[9, 0, 5, 4, 3]])
+    assert problems == [f"of {number}" for number in range(first, first + 10)]
 
 
 def test_chunks_that_overlap(tmp_path):
@@ -189,10 +188,9 @@ def test_chunks_that_overlap(tmp_path):
     with pytest.raises(IncompleteCacheError, match="3 of 10 frames are not baked yet, the first is 2"):
         result_of(store.merge(tmp_path / "out.pc2", header(rows)))
     store.write(2, rows[7:], ["of 2", "of 3", "of 4"])
-    result_of(store.merge(tmp_path / "out.pc2", header(rows)))
+    problems = result_of(store.merge(tmp_path / "out.pc2", header(rows)))
     assert np.array_equal(point_cache.mapped(tmp_path / "out.pc2"), rows)
-    assert np.array_equal(np.stack(store.rows()), rows)
-    assert store.problems() == [f"of {frame}" for frame in range(-5, 5)]
+    assert problems == [f"of {frame}" for frame in range(-5, 5)]
 
 
 def test_chunks_of_another_key_or_mesh_do_not_count(tmp_path):
@@ -248,9 +246,10 @@ from addon.baking.core import point_cache
 from addon.baking.core.chunk_store import ChunkStore
 
 store = ChunkStore(sys.argv[2] + "/out.chunks", "key", range(1, 61), 2000)
+missing = store.missing()
 for begin in range(1, 61, 6):
     numbers = list(range(begin, begin + 6))
-    if store.has(numbers):
+    if begin not in missing:
         continue
     rows = np.stack([np.random.default_rng(number).standard_normal((2000, 3)) for number in numbers])
     store.write(begin, rows, [""] * 6)
@@ -287,6 +286,3 @@ def test_killed_at_random_moments_it_goes_on_to_the_same_bytes(tmp_path):
     assert start(folder).wait() == 0
     assert (folder / "out.pc2").read_bytes() == wanted
     assert left_behind(folder) == []
-
-
-# -- which frames to keep --------------------------------------------------------------------------------------------

@@ -56,6 +56,7 @@ def test_a_part_is_baked_again_of_what_has_three_samples_a_frame(saved):
     before = rows(path)
     bake(samples=3, use_part=True, part_start=4, part_end=6)
     assert np.abs(rows(path) - before).max() < 1e-6
+    assert not list(path.parent.rglob("merged.pc2"))
 
 
 def test_a_part_needs_the_cache_as_it_was(saved):
@@ -77,15 +78,13 @@ def test_remove_bake_takes_back_what_bake_made(tmp_path):
     bake()
     assert not obj.meanvalue.live
     assert obj.data.shape_keys.key_blocks["Mean-Value"].mute
-    assert len(obj.modifiers) == 1
+    assert np.array_equal(played(obj, range(1, FRAMES + 1)), rows(tmp_path / "meanvalue_cache" / "Tube.pc2"))
+    bpy.context.scene.frame_set(5)
     assert bpy.ops.meanvalue.unbake() == {"FINISHED"}
     assert_same(before, snapshot(obj, without=("keys",)))
     key = obj.data.shape_keys.key_blocks["Mean-Value"]
     assert not key.mute and np.abs(steps.key_positions(obj, "Mean-Value") - shape).max() < 1e-3  # live, so solved anew
     assert (tmp_path / "meanvalue_cache" / "Tube.pc2").exists()
-    bake()
-    assert bpy.ops.meanvalue.unbake(delete_files=True) == {"FINISHED"}
-    assert list((tmp_path / "meanvalue_cache").iterdir()) == []
     assert not bpy.ops.meanvalue.unbake.poll()
 
 
@@ -104,13 +103,6 @@ def test_the_bake_is_kept_and_the_handles_are_removed(tmp_path, target):
     assert np.array_equal(played(bpy.data.objects["Tube"], range(1, FRAMES + 1)), before)
 
 
-def test_live_does_not_move_the_mesh_twice(tmp_path):
-    obj, _control = animated_tube(live=True)
-    save(tmp_path)
-    bake()
-    assert np.array_equal(played(obj, range(1, FRAMES + 1)), rows(tmp_path / "meanvalue_cache" / "Tube.pc2"))
-
-
 def test_undo_takes_it_back_and_redo_plays_the_file(saved):
     _obj, _control, path = saved
     bpy.ops.ed.undo_push(message="before")
@@ -126,7 +118,7 @@ def test_undo_takes_it_back_and_redo_plays_the_file(saved):
 
 def test_posing_on_does_not_move_a_baked_mesh_twice(saved):
     obj, _control, path = saved
-    bake(target="SHAPE_KEYS", keys="EVERY")
+    bake(target="SHAPE_KEYS", tolerance_share=0)
     baked = played(obj, [1, 6])
     obj.meanvalue.live = True
     assert np.abs(played(obj, [1, 6]) - baked).max() < 1e-6

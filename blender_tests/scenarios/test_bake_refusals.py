@@ -36,61 +36,50 @@ def test_an_unsaved_file_has_no_place_for_the_cache(tmp_path):
     ({"path": "relative.pc2"}, ["no full path"]),
     ({"path": "//scene.blend/cache.pc2"}, ["cannot be reached", "another path"]),
     ({"path": "//" + 300 * "x" + ".pc2"}, ["xxx", "Choose another path"]),
-    ({"use_part": True, "part_start": 3, "part_end": 2}, ["part ends before it begins"]),
+    ({"use_part": True, "part_start": 3, "part_end": 2}, ["Frames 3 to 2 are not in the range"]),
 ])  # fmt: skip
-def test_refused_options(saved, options, texts):
+def test_refused_options_are_told_before_any_frame_is_sampled(saved, options, texts):
     obj, _control, _path = saved
-    before = snapshot(obj)
-    with steps.refused(*texts):
-        bpy.ops.meanvalue.bake(**options)
-    assert_same(before, snapshot(obj))
-    assert bpy.context.scene.frame_current == 1
-
-
-def test_a_place_that_cannot_be_written_to_is_told_before_any_frame_is_sampled(saved):
-    scene, visited = bpy.context.scene, []
+    before, visited = snapshot(obj), []
 
     def remember(scene, *_others):
         visited.append(scene.frame_current)
 
     bpy.app.handlers.frame_change_pre.append(remember)
     try:
-        with steps.refused("cannot be reached"):
-            bpy.ops.meanvalue.bake(path="//scene.blend/folder/cache.pc2")
+        with steps.refused(*texts):
+            bpy.ops.meanvalue.bake(**options)
     finally:
         bpy.app.handlers.frame_change_pre.remove(remember)
-    assert visited == [] and scene.frame_current == 1
+    assert_same(before, snapshot(obj))
+    assert visited == [] and bpy.context.scene.frame_current == 1
 
 
-def test_a_file_that_was_saved_under_another_name_is_told_so(saved, tmp_path):
-    bake()
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "second.blend"))
-    with steps.refused("'Tube'", "'scene.blend'"):
-        bpy.ops.meanvalue.bake()
-    bake(overwrite_any=True)
-
-
-def test_a_size_that_would_hurt_asks(saved):
-    with steps.refused("GB", "confirm_size"):
+def test_a_size_that_would_hurt_is_asked_about(saved):
+    with steps.refused("GB", "confirm=True"):
         bpy.ops.meanvalue.bake(frame_range='OWN', frame_start=1, frame_end=900_000)
-    with steps.refused("901 shape keys", "confirm_size"):
-        bpy.ops.meanvalue.bake(target='SHAPE_KEYS', keys='EVERY', frame_range='OWN', frame_start=0, frame_end=900)
+    with steps.refused("901 shape keys", "confirm=True"):
+        bpy.ops.meanvalue.bake(target='SHAPE_KEYS', frame_range='OWN', frame_start=0, frame_end=900)
 
 
-def test_files_of_others_are_not_overwritten(saved):
+def test_it_is_asked_before_files_of_others_are_overwritten(saved, tmp_path):
     obj, _control, path = saved
     path.parent.mkdir()
     path.write_text("precious")
-    with steps.refused("Overwrite"):
+    with steps.refused("something else than a bake", "confirm=True"):
         bpy.ops.meanvalue.bake()
     assert path.read_text() == "precious"
-    bake(overwrite_any=True)
+    bake(confirm=True)
     assert len(rows(path)) == FRAMES
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "second.blend"))
+    with steps.refused("the bake of 'Tube' in 'scene.blend'"):
+        bpy.ops.meanvalue.bake()
+    bake(confirm=True)
     bpy.ops.object.duplicate()
     copy = bpy.context.object
     assert copy != obj
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    with steps.refused("'Tube'"):
+    with steps.refused("the bake of 'Tube' in 'second.blend'"):
         bpy.ops.meanvalue.bake(path=str(path))
 
 
@@ -169,14 +158,4 @@ def test_a_copy_with_the_same_mesh_has_a_cache_of_its_own(saved, tmp_path):
     assert len(copy.modifiers) == 1
     own = tmp_path / "meanvalue_cache" / f"{bpy.path.clean_name(copy.name)}.pc2"
     assert own.exists()
-    bpy.ops.meanvalue.unbake(delete_files=True)
-    assert not own.exists()
     assert np.array_equal(played(obj, [4]), rows(path)[3:4])
-
-
-def test_removing_the_bake_of_a_copy_keeps_the_originals_file(saved):
-    _obj, _control, path = saved
-    bake()
-    bpy.ops.object.duplicate()
-    assert bpy.ops.meanvalue.unbake(delete_files=True) == {'FINISHED'}
-    assert path.exists()

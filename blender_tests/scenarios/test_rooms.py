@@ -26,7 +26,7 @@ QUICK = {
     ),
     "wrapping": ("test_wrap.py::test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space",),
     "capture": ("test_match_markers.py::test_live_follows_at_once_when_the_frame_is_changed",),
-    "baking": ("test_bake_keys.py::test_a_key_for_every_frame_plays_what_was_solved",),
+    "baking": ("test_bake_keys.py::test_values_cross_fade_linearly",),
 }
 
 pytestmark = pytest.mark.skipif(not bpy.app.binary_path, reason="the bpy module starts no Blender")

@@ -212,12 +212,13 @@ def run_bake(options):
     out, clip, frames = task_of(options, "tasks.tsv")
     plan, triangles = load_and_check(out, clip)
     store = store_of(out, clip, plan, plan.numbers)
-    if store.has(frames):
+    missing = set(store.missing())
+    if missing.isdisjoint(frames):
         say(f"{clip['name']} {spelled(frames)}: done before")
         return
     begun = time.monotonic()
     for first, last in runs_of(frames):
-        if not store.has(range(first, last + 1)):
+        if not missing.isdisjoint(range(first, last + 1)):
             begin = plan.numbers.index(first)
             store.write(first, *solve(plan, triangles, begin, begin + last + 1 - first, options.threads))
     say(f"{clip['name']} {spelled(frames)}: {len(frames)} frames in {time.monotonic() - begun:.1f} s")
@@ -237,8 +238,7 @@ def run_merge(options):
         return
     for begun in store.folder.glob("*.pc2"):
         addon.whole_files.remove_abandoned(begun)
-    problems = store.problems()
-    addon.steps.result_of(store.merge(path, header))
+    problems = addon.steps.result_of(store.merge(path, header))
     addon.point_cache.write_marker(path, {"key": key, "clip": clip["name"]})
     say(f"{path}: {len(frames)} frames")
     for note in addon.bake_times.notes(frames, problems):

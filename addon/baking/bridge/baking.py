@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The work of a bake, chunk by chunk: what was done before is kept, what is done stays, whatever happens."""
 
+import dataclasses
 import itertools
 import pathlib
 import time
@@ -23,7 +24,7 @@ class Baking:
 
     rows            (begin, end) of the samples that are solved, all or a part
     plan, store     None until sample() went through
-    problems        of all rows, once it is written, as of HandleClip.solve_rows()
+    problems        of these rows, once it is written, as of HandleClip.solve_rows()
     kept, shapes    for shape keys: which rows, and what they are
     is_done         whether the point cache is there already
     """
@@ -69,11 +70,14 @@ class Baking:
     def work(self, execution):
         """Steps (see solver/job.py) that bind if need be and solve what is missing. @throws MeanValueError."""
         self._execution = execution
+        if self.is_done:
+            return
         first, last = self.rows
-        for begin, end in [] if self.is_done else self.plan.chunks():
+        missing = set(self.store.missing())
+        for begin, end in self.plan.chunks():
             begin, end = max(begin, first), min(end, last)
             numbers = self.plan.numbers[begin:end]
-            if not self.store.has(numbers):
+            if not missing.isdisjoint(numbers):
                 try:
                     yield from self._solve(begin, end, numbers)
                 except CancelledError as error:
@@ -115,40 +119,35 @@ class Baking:
 
     def write(self, obj):
         """Generator of the share done: puts the cache together, or chooses the shape keys. @throws CacheError."""
-        if self.is_done:
-            return
-        self.problems = self.store.problems()
+        if not self.is_done:
+            is_result = not self.to_keys and not self.options.use_part
+            path = self.path if is_result else self.store.folder / "merged.pc2"
+            header = dataclasses.replace(self.plan.header, samples=len(self.store.frames))
+            self.problems = yield from self.store.merge(path, header)
         if self.to_keys:
-            yield from self._choose_keys()
-        else:
-            yield from self._write_cache(obj)
-            self.store.remove()
-
-    def _write_cache(self, obj):
+            yield from self._choose_keys(path)
+            return
         key = self.plan.key
         if self.options.use_part:
-            self._rewrite_part()
+            self._replace_part(path)
             key = f"a part is of {key}"
-        else:
-            for row in self.store.merge(self.path, self.plan.header):
-                yield row / len(self.times)
         point_cache.write_marker(self.path, {"object": obj.name, "blend": preparing.blend_name(), "key": key})
+        self.store.remove()
 
-    def _rewrite_part(self):
+    def _replace_part(self, path):
         begin, end = self.rows
         parts = (
             point_cache.portions(self.path, 0, begin),
-            (row[None] for row in self.store.rows()),
+            point_cache.portions(path),
             point_cache.portions(self.path, end),
         )
         point_cache.write(self.path, self.plan.header, itertools.chain(*parts))
 
-    def _choose_keys(self):
-        rows = self.store.rows()
-        if self.options.keys == 'EVERY':
-            self.kept = key_reduction.every(len(rows), self.options.key_step)
-        else:
-            tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
+    def _choose_keys(self, path):
+        rows = point_cache.mapped(path)
+        self.kept = list(range(len(rows)))
+        tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
+        if tolerance > 0.0:
             self.kept = yield from key_reduction.reduced(rows, self.times, tolerance)
         self.shapes = [np.array(rows[row]) for row in self.kept]
 

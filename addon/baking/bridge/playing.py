@@ -10,8 +10,6 @@ from ...scene import actions, bakeable, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ..core import bake_times
 
-EVAL_TIME = "eval_time"
-
 
 def play_cache(obj, path, header):
     """A Mesh Cache modifier on top of the stack. Returns notes."""
@@ -37,14 +35,13 @@ def play_cache(obj, path, header):
         )
 
 
-def play_keys(obj, times, shapes, prefix, is_absolute):
+def play_keys(obj, times, shapes, prefix):
     """Shape keys at these times with their F-curves. Returns notes. For what has no keys_problem()."""
     mesh = obj.data
     record = obj.meanvalue.baked
     if mesh.shape_keys is None:
         shape_keys.make_basis(obj)
     keys = mesh.shape_keys
-    was_relative = keys.use_relative
     active_index = obj.active_shape_key_index
     made = []
     for time, shape in zip(times, shapes, strict=True):
@@ -52,21 +49,16 @@ def play_keys(obj, times, shapes, prefix, is_absolute):
         shape_keys.write_positions(mesh, key, shape)
         key.value = 0.0
         made.append(key)
-    if is_absolute:
-        _animate_time(keys, made, times)
-    else:
-        _animate_values(keys, made, times)
+    _animate_values(keys, made, times)
     obj.active_shape_key_index = active_index
-    record.target, record.was_relative = TO_KEYS, was_relative
+    record.target = TO_KEYS
     record.keys = json.dumps([key.name for key in made])
     _hide_result(obj)
-    if is_absolute and was_relative:
-        yield "The shape keys are absolute now. Posing needs relative ones, which Remove Bake restores"
     if obj.show_only_shape_key:
         yield "A shape key is pinned: turn off Shape Key Lock to see the bake"
 
 
-def keys_problem(obj, is_absolute):
+def keys_problem(obj):
     """Why `obj` cannot be baked to shape keys, in words, or None."""
     for other in bpy.data.objects:
         if other != obj and other.data == obj.data and other.meanvalue.baked.target == TO_KEYS:
@@ -75,14 +67,7 @@ def keys_problem(obj, is_absolute):
                 "make the mesh a single user (Object > Relations > Make Single User)"
             )
     keys = obj.data.shape_keys
-    if keys is None:
-        return None
-    is_own = obj.meanvalue.baked.target == TO_KEYS and obj.meanvalue.baked.was_relative
-    if is_absolute and not is_own and len(actions.read_keys(keys, EVAL_TIME)[0]):
-        return "The evaluation time of the shape keys is animated already. Remove that animation, or turn Absolute off"
-    if not is_absolute and not is_own and not keys.use_relative:
-        return shape_keys.ABSOLUTE
-    return None
+    return shape_keys.ABSOLUTE if keys is not None and not keys.use_relative else None
 
 
 def take_back(obj):
@@ -93,7 +78,7 @@ def take_back(obj):
         obj.modifiers.remove(modifier)
     said = f"the modifier '{record.modifier}'" if record.modifier else ""
     if record.target == TO_KEYS:
-        said = wording.counted(_remove_keys(obj, names_in(record.keys), record.was_relative), "shape key")
+        said = wording.counted(_remove_keys(obj, names_in(record.keys)), "shape key")
         shape_keys.remove_lone_basis(obj)
     keys = obj.data.shape_keys
     for name in names_in(record.muted):
@@ -161,22 +146,12 @@ def _animate_values(keys, made, times):
         actions.write_curve(keys, path, 0, times[begin:end], values, "LINEAR")
 
 
-def _animate_time(keys, made, times):
-    keys.use_relative = False
-    for key in made:
-        key.interpolation = "KEY_LINEAR"
-    actions.write_curve(keys, EVAL_TIME, 0, times, [key.frame for key in made], "LINEAR")
-
-
-def _remove_keys(obj, names, was_relative):
+def _remove_keys(obj, names):
     keys = obj.data.shape_keys
     if keys is None:
         return 0
     paths = {f'key_blocks["{bpy.utils.escape_identifier(name)}"].value' for name in names}
-    is_absolute = was_relative and not keys.use_relative
-    if is_absolute:
-        keys.use_relative = True
-        paths.add(EVAL_TIME)
+    keys.use_relative = True  # bakes of version 0.1 could be absolute
     curves = compat.curves_to_read(keys)
     for curve in [curve for curve in curves if curve.data_path in paths]:
         curves.remove(curve)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Whether what an artist has chosen for a bake fits the object, and where it goes."""
 
-import math
 import os
 import pathlib
 
@@ -10,7 +9,7 @@ import bpy
 from ... import wording
 from ...errors import SceneError
 from ...ids import CACHE_FOLDER
-from ...scene.baked import TO_CACHE, TO_KEYS
+from ...scene.baked import TO_KEYS
 from ...scene.core import whole_files
 from ...scene.core.file_names import file_name, windows_problem
 from ..core import bake_times, point_cache
@@ -26,11 +25,11 @@ KEY_BYTES_PER_VERTEX = 24
 
 def require_fit(obj, times, options, path):
     """@throws SceneError, CacheError if `obj` cannot be baked so; nothing was changed then."""
-    problem = size_problem(obj, times, options)
-    if problem and not options.confirm_size:
-        raise SceneError(f"{problem}. If that is what you want, bake with confirm_size=True")
-    _require_place(obj, options, path)
-    problem = playing.keys_problem(obj, options.use_absolute) if options.target == TO_KEYS else None
+    whole_files.require_place(path)
+    asked = doubts(obj, times, options, path)
+    if asked and not options.confirm:
+        raise SceneError(". ".join([*asked, "If that is what you want, bake with confirm=True"]))
+    problem = playing.keys_problem(obj) if options.target == TO_KEYS else None
     if problem:
         raise SceneError(problem)
 
@@ -41,31 +40,33 @@ def rows_of(times, options):
         return 0, len(times)
     if options.target == TO_KEYS:
         raise SceneError("Shape keys are baked as a whole. Turn Part Only off, or bake to a point cache")
-    if options.part_end < options.part_start:
-        raise SceneError(f"The part ends before it begins (frames {options.part_start} to {options.part_end})")
     return bake_times.rows_of(times, options.part_start, options.part_end)
 
 
-def size_problem(obj, times, options):
-    """A sentence if what is chosen would hurt, else None."""
-    vertices = len(obj.data.vertices)
-    if options.target == TO_CACHE:
-        size = cache_bytes(obj, times)
-        if size <= LARGE_BYTES:
-            return None
-        return (
+def doubts(obj, times, options, path):
+    """Sentences on what the artist is asked about before it is baked so."""
+    vertices, size = len(obj.data.vertices), cache_bytes(obj, times)
+    if options.target == TO_KEYS:
+        size = len(times) * vertices * KEY_BYTES_PER_VERTEX
+        if len(times) > MANY_KEYS or size > LARGE_BYTES:
+            return [
+                f"Up to {wording.counted(len(times), 'shape key')} of {wording.vertices(vertices)} will take "
+                f"{whole_files.in_bytes(size)} of memory and slow Blender down. A point cache has no such limits"
+            ]
+        return []
+    found = []
+    if size > LARGE_BYTES:
+        found.append(
             f"The point cache of {len(times):,} samples of {wording.vertices(vertices)} will take "
             f"{whole_files.in_bytes(size)}, and as much again while it is put together"
         )
-    step = options.key_step if options.keys == 'EVERY' else 1
-    keys = math.ceil((len(times) - 1) / step) + 1
-    size = keys * vertices * KEY_BYTES_PER_VERTEX
-    if keys <= MANY_KEYS and size <= LARGE_BYTES:
-        return None
-    return (
-        f"Up to {wording.counted(keys, 'shape key')} of {wording.vertices(vertices)} will take "
-        f"{whole_files.in_bytes(size)} of memory and slow Blender down. A point cache has no such limits"
-    )
+    marker = point_cache.read_marker(path)
+    if path.exists() and (marker.get("object"), marker.get("blend")) != (obj.name, blend_name()):
+        whose = "something else than a bake"
+        if "object" in marker:
+            whose = f"the bake of '{marker['object']}' in '{marker.get('blend') or 'an unsaved file'}'"
+        found.append(f"'{path}' ({whole_files.in_bytes(path.stat().st_size)}) is {whose}, and will be replaced")
+    return found
 
 
 def cache_bytes(obj, times):
@@ -107,22 +108,6 @@ def paths(obj, options):
     if full.suffix.lower() != ".pc2":
         return f"{shown}.pc2", full.with_name(f"{full.name}.pc2")
     return shown, full
-
-
-def _require_place(obj, options, path):
-    """@throws SceneError if something is in the way that must not be replaced."""
-    whole_files.require_place(path)
-    if options.target == TO_KEYS or options.overwrite_any or not path.exists():
-        return
-    marker = point_cache.read_marker(path)
-    if (marker.get("object"), marker.get("blend")) != (obj.name, blend_name()):
-        whose = "something else than a bake"
-        if "object" in marker:
-            whose = f"the bake of '{marker['object']}' in '{marker.get('blend') or 'an unsaved file'}'"
-        raise SceneError(
-            f"'{path}' ({whole_files.in_bytes(path.stat().st_size)}) is {whose}. Choose another path, or turn "
-            "Overwrite on if it may be replaced"
-        )
 
 
 def blend_name():

@@ -53,38 +53,37 @@ class ChunkStore:
         }
         write_checked_json(path.with_suffix(".json"), marker)
 
-    def has(self, frames):
-        """Whether each of `frames` is in a chunk."""
-        return self._where().keys() >= set(frames)
-
     def missing(self):
-        """The frames that are in no chunk, ascending."""
-        where = self._where()
-        return [frame for frame in self.frames if frame not in where]
+        """The frames that are in no chunk, ascending. Reads all markers."""
+        return self._without(self._where())
 
     def merge(self, path, header):
-        """Generator that puts the chunks together into the cache `path`, and yields how many rows are written.
+        """Generator that puts the chunks together into the cache `path`, and yields the share that is done.
 
-        Checks that no frame is missing and each chunk is what was written.
+        Checks that no frame is missing and each chunk is what was written. Returns [text] of all frames, as write()
+        was given them.
 
         @throws IncompleteCacheError, DamagedCacheError, after which the chunk is gone, CacheError.
         """
-        pieces = self._pieces()
+        where = self._where()
+        missing = self._without(where)
+        if missing:
+            raise IncompleteCacheError(
+                f"{len(missing)} of {len(self.frames)} frames are not baked yet, the first is {missing[0]}. Bake them "
+                "first"
+            )
+        problems = []
         with whole_files.replacing(path, header.bytes) as file:
             file.write(header.packed())
-            done = 0
-            for chunk, marker, begin, end in pieces:
+            for chunk, frames in itertools.groupby(self.frames, lambda frame: where[frame][0]):
+                frames = list(frames)
+                marker = where[frames[0]][1]
+                begin = frames[0] - marker["frames"][0]
+                end = begin + len(frames)
                 _copy_checked(chunk, marker, begin, end, file)
-                done += end - begin
-                yield done
-
-    def rows(self):
-        """[(n, 3) float32] of all frames, which stay on the disk. @throws IncompleteCacheError, CacheError."""
-        return [row for chunk, _marker, begin, end in self._pieces() for row in point_cache.mapped(chunk)[begin:end]]
-
-    def problems(self):
-        """[text] of all frames, "" where all went well. @throws IncompleteCacheError."""
-        return [text for _chunk, marker, begin, end in self._pieces() for text in marker["problems"][begin:end]]
+                problems += marker["problems"][begin:end]
+                yield len(problems) / len(self.frames)
+        return problems
 
     def remove(self):
         """Takes all chunks away, whatever their key, and the folder if nothing else is in it."""
@@ -94,22 +93,8 @@ class ChunkStore:
                     path.unlink()
             self.folder.rmdir()
 
-    def _pieces(self):
-        """[(path of a chunk, its marker, rows [begin, end) of it)] that make the clip. @throws IncompleteCacheError."""
-        where = self._where()
-        missing = [frame for frame in self.frames if frame not in where]
-        if missing:
-            raise IncompleteCacheError(
-                f"{len(missing)} of {len(self.frames)} frames are not baked yet, the first is {missing[0]}. Bake them "
-                "first"
-            )
-        pieces = []
-        for chunk, frames in itertools.groupby(self.frames, lambda frame: where[frame][0]):
-            frames = list(frames)
-            marker = where[frames[0]][1]
-            begin = frames[0] - marker["frames"][0]
-            pieces.append((chunk, marker, begin, begin + len(frames)))
-        return pieces
+    def _without(self, where):
+        return [frame for frame in self.frames if frame not in where]
 
     def _where(self):
         """{frame: (path of the chunk that has it, its marker)}."""

@@ -4,11 +4,6 @@
 import numpy as np
 
 
-def every(count, step):
-    """Rows 0, step, 2 step, ... of `count`, and the last one."""
-    return sorted({*range(0, count, step), count - 1})
-
-
 def reduced(rows, times, tolerance):
     """Generator of the rows to keep: the first, the last and as few between as it takes. Yields the share done.
 

@@ -30,9 +30,10 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     __annotations__ = {
         **properties.unsaved(),
-        "confirm_size": BoolProperty(
-            name="Confirm Size",
-            description="Bake even if the result takes a lot of memory or room on the disk",
+        "confirm": BoolProperty(
+            name="Confirm",
+            description="Bake even if the result is large, or replaces a file that is no earlier bake of this object "
+            "in this .blend",
             options={'SKIP_SAVE'},
         ),
     }
@@ -46,11 +47,12 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         obj = subject.of(context)
         options = self._options(obj)
         try:
-            problem = preparing.size_problem(obj, sampling.times_of(context.scene, obj, options), options)
+            times, path = sampling.times_of(context.scene, obj, options), preparing.paths(obj, options)[1]
+            doubts = preparing.doubts(obj, times, options, path)
         except MeanValueError as error:
             return self.refuse(error)
-        if problem and not self.confirm_size and not bpy.app.background:
-            self._ask(context, problem)
+        if doubts and not self.confirm and not bpy.app.background:
+            self._ask(context, doubts)
             return {'CANCELLED'}
         if context.screen is not None and context.screen.is_animation_playing:
             bpy.ops.screen.animation_cancel(restore_frame=False)  # it would take the frames away from under Bake
@@ -87,15 +89,13 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return (self._prepared and self._prepared.stopped()) or super().stopped()
 
     def finish(self, obj, prepared, _outcome):
-        problem = playing.keys_problem(obj, prepared.options.use_absolute) if prepared.to_keys else None
+        problem = playing.keys_problem(obj) if prepared.to_keys else None
         if problem:
             raise SceneError(problem)
         if prepared.posing.binding is not None:
             prepared.posing.record(obj)
-        notes = list(prepared.notes)
-        if not prepared.options.use_part or obj.meanvalue.baked.path != prepared.shown_path:
-            playing.take_back(obj)
-            notes += _play(obj, prepared)
+        playing.take_back(obj)
+        notes = [*prepared.notes, *_play(obj, prepared)]
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         shared = subject.sharing_note(obj) if prepared.to_keys else None
@@ -114,18 +114,19 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             name: getattr(self if self.properties.is_property_set(name) else settings, name)
             for name in properties.OPTIONS
         }
-        return types.SimpleNamespace(**values, confirm_size=self.confirm_size)
+        return types.SimpleNamespace(**values, confirm=self.confirm)
 
-    def _ask(self, context, problem):
+    def _ask(self, context, doubts):
         given = {name: getattr(self, name) for name in properties.OPTIONS if self.properties.is_property_set(name)}
 
         def draw(menu, _context):
-            menu.layout.label(text=wording.sentence(problem))
+            for doubt in doubts:
+                menu.layout.label(text=wording.sentence(doubt))
             menu.layout.operator_context = 'INVOKE_DEFAULT'
             again = menu.layout.operator(self.bl_idname, text="Bake All the Same", icon='CHECKMARK')
             for name, value in given.items():
                 setattr(again, name, value)
-            again.confirm_size = True
+            again.confirm = True
 
         context.window_manager.popup_menu(draw, title="Bake", icon='QUESTION')
 
@@ -133,9 +134,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 def _play(obj, prepared):
     """Makes what plays the bake. Yields notes."""
     if prepared.to_keys:
-        options = prepared.options
         times = prepared.times[prepared.kept]
-        yield from playing.play_keys(obj, times, prepared.shapes, options.prefix, options.use_absolute)
+        yield from playing.play_keys(obj, times, prepared.shapes, prepared.options.prefix)
         prepared.store.remove()
         made = wording.counted(len(times), "shape key")
     else:

@@ -51,7 +51,7 @@ def carry(subject, folder):
     seconds["import"] = -at + (at := time.perf_counter())
     pose.call(bpy.ops.meanvalue.match_markers)
     seconds["match"] = -at + (at := time.perf_counter())
-    pose.call(bpy.ops.meanvalue.bake, target="POINT_CACHE", frame_range="SCENE", overwrite_any=True, confirm_size=True)
+    pose.call(bpy.ops.meanvalue.bake, target="POINT_CACHE", frame_range="SCENE", confirm=True)
     seconds["bake"] = -at + (at := time.perf_counter())
     result = play(obj, seconds)
     seconds["play"] = -at + time.perf_counter()

@@ -33,8 +33,7 @@ def rows(subject, carried):
                 frame_start=frames[0],
                 frame_end=frames[-1],
                 step=STEP,
-                overwrite_any=True,
-                confirm_size=True,
+                confirm=True,
             )
         places = []
         for frame in frames:
