@@ -6,7 +6,7 @@ A kind is a module, or an object, with these functions:
 is_meant(obj)   whether it is this that shapes `obj`, or whose bake plays in its place: cheap
 bind(obj, reading)
                 in place of a Posing: bind_input (with rest, diagonal and revision, a digest of it), binding,
-                record(), read_triangles(), work(), require_unchanged(). @throws SceneError
+                record(), work(), require_unchanged(). @throws SceneError
 row(obj, bind_input)
                 (k,) float64: what the shape at the frame that is current depends on. @throws SceneError
 solve_steps(binding, bind_input, row, execution)

@@ -32,11 +32,11 @@ class BackgroundOperator(ModalOperator, MeshOperator):
     """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
 
     prepare() reads the scene and returns None where nothing is to be solved, or an object as posing/bridge/posing.py
-    has it: read_triangles(obj), which is called next, work(execution), the steps of a Job, which must not touch
-    Blender, and require_unchanged(obj, reading), which raises if the scene is another by then. finish() writes the
-    outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. before() and
-    after() are for what has to be done on the main thread before and after the job, in slices. Without a window, or
-    called to execute, all is done before the operator returns.
+    has it: work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading), which
+    raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
+    MeanValueError before they have changed anything. before() and after() are for what has to be done on the main
+    thread before and after the job, in slices. Without a window, or called to execute, all is done before the operator
+    returns.
     """
 
     #: Said in the status bar, with the stage behind it.
@@ -143,7 +143,6 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         if prepared is None:
             return self.finish(self._object(), None, None)
         yield from _in_slices(self.before(prepared))
-        prepared.read_triangles(self._object())
         if self._steps is None:  # called to execute
             outcome = run(prepared.work(None))
         else:

@@ -19,7 +19,6 @@ def test_no_thread_of_pythons_runs_while_the_solver_works(part, job):
     """Blender 3.4 crashes where one does: decision 0009."""
     obj, _control = handles.tube(live=False)
     prepared = part("posing.bridge.posing").Posing(obj, is_checked=False)
-    prepared.read_triangles(obj)
     before = threading.active_count()
     running = job.Job(prepared.work)
     most = before
@@ -75,7 +74,6 @@ def test_errors_come_with_the_result(job, steps_before):
 def test_cancel_ends_it_soon(part, job):
     obj, _control = handles.tube(live=False)
     prepared = part("posing.bridge.posing").Posing(obj, is_checked=False)
-    prepared.read_triangles(obj)
 
     def work(execution):  # so small a mesh may be bound before it is cancelled
         yield tasks.Until(lambda: execution.cancelled)

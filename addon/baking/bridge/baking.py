@@ -63,10 +63,6 @@ class Baking:
         numbers = self.plan.numbers[slice(*self.rows)]
         self.store = ChunkStore(folder, self.plan.key, numbers, self.plan.header.vertices)
 
-    def read_triangles(self, obj):
-        if not self.is_done:
-            self.posing.read_triangles(obj)
-
     def work(self, execution):
         """Steps (see solver/job.py) that bind if need be and solve what is missing. @throws MeanValueError."""
         self._execution = execution

@@ -94,9 +94,6 @@ class Mixing:
     def record(self, _obj):
         """The file keeps no binding of a mix."""
 
-    def read_triangles(self, _obj):
-        pass
-
     def work(self, execution):
         """Steps (see solver/job.py) that bind. @throws MeanValueError."""
         if self.binding is None:

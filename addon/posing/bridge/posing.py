@@ -35,17 +35,13 @@ class Posing:
         self._start = shape.astype(np.float64) if shape is not None and np.isfinite(shape).all() else None
         self.binding = session.cached(self.bind_input)
         self._known = session.earlier(self.bind_input) if self.binding is None else None
-        self._triangles = None
+        is_new = self.binding is None and self._known is None
+        self._triangles = mesh_arrays.triangles(obj.data, self.bind_input.rest) if is_new else None
 
     def _gather_targets(self, obj, bind_input):
         if self._goal is None:
             return None
         return targets.gather_from_key(obj, bind_input, self._goal) if self._goal else targets.gather(obj, bind_input)
-
-    def read_triangles(self, obj):
-        """Before work(): apart from the rest, since it takes long on a big mesh."""
-        if self.binding is None and self._known is None:
-            self._triangles = mesh_arrays.triangles(obj.data, self.bind_input.rest)
 
     def work(self, execution):
         """Steps (see workers.job) to (n x 3 positions, SolveSummary) if there are targets, else None.

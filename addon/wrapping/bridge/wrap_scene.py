@@ -19,9 +19,6 @@ class Wrapping(Wrap):
         super().__init__(gather(obj, target))
         self.target_name = target.name
 
-    def read_triangles(self, _obj):
-        pass
-
     def require_unchanged(self, obj, _reading):
         """@throws SceneError if one of both meshes is another by now."""
         target = bpy.data.objects.get(self.target_name)
