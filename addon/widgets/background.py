@@ -32,8 +32,8 @@ class BackgroundOperator(ModalOperator, MeshOperator):
     """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
 
     prepare() reads the scene and returns None where nothing is to be solved, or an object as posing/bridge/posing.py
-    has it: work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading), which
-    raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
+    has it: work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading),
+    which raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
     MeanValueError before they have changed anything. before() and after() are for what has to be done on the main
     thread before and after the job, in slices. Without a window, or called to execute, all is done before the operator
     returns.
