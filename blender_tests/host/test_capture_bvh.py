@@ -185,7 +185,7 @@ def test_bvh_that_was_cut_off_gives_its_whole_frames_and_says_so():
         ("Frames:", "Bilder:", "'Frames: N' is missing"),
         ("Frames: 4", "Frames: -4", "'Frames: N' is missing"),
         ("Frame Time:", "Time:", "'Frame Time: SECONDS' is missing"),
-        ("0.0083333\n", "0.0083333\n1 2 3\n", "line 33: it has 3 numbers, and the hierarchy has 13"),
+        ("0.0083333\n", "0.0083333\n1 2 3\n", "line 33: it has 3 numbers where there must be 13"),
         ("0.0083333\n", "0.0083333\n" + "1 " * 14 + "\n", "line 33: it has 14 numbers"),
         ("0.0083333\n", "0.0083333\n" + "x " * 13 + "\n", "line 33: 'x' is no number"),
     ],

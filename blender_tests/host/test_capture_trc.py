@@ -41,7 +41,7 @@ def test_trc_with_z_up_is_seen_and_choice_overrules():
     assert np.abs(read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES)).positions - METRES).max() < DECIMALS
     take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES), up_axis="Y", unit=0.1)
     assert take.positions[0, 0, 2] == pytest.approx(100.0 * METRES[0, 0, 1])
-    assert [note[:22] for note in take.notes] == ["In the chosen unit the"], "nobody is 168 m large"
+    assert [note[:22] for note in take.notes] == ["By the chosen unit the"], "nobody is 168 m large"
 
 
 @pytest.mark.parametrize("unit", ["", "parsec"])
@@ -150,12 +150,12 @@ def test_trc_that_was_cut_off_gives_its_whole_rows_and_says_so():
     "change, words",
     [
         (lambda text: text.replace("PathFileType", "Path", 1), "'PathFileType'"),
-        (lambda text: "\n".join(text.split("\n")[:2]), "line 2: it ends in its header|ends in its header, at line 2"),
+        (lambda text: "\n".join(text.split("\n")[:2]), "line 2: the file ends in its header"),
         (lambda text: text.replace("Frame#", "Bild", 1), "line 4: the markers' names are missing"),
         (lambda text: "\n".join(["\t".join(line.split("\t")[:2]) for line in text.split("\n")]), "names no marker"),
-        (lambda text: "\n".join(text.split("\n")[:6]), "no frames"),
+        (lambda text: "\n".join(text.split("\n")[:6]), "line 5: there is no whole frame"),
         (lambda text: text.replace("\n3\t", "\ndrei\t", 1), "line 9: 'drei' is no number"),
-        (lambda text: text.replace("\n3\t", "\n3\t0\t0\t", 1), "line 9: it has 28 columns, and 8 markers need 26"),
+        (lambda text: text.replace("\n3\t", "\n3\t0\t0\t", 1), "line 9: it has 28 numbers where there must be 26"),
         (lambda text: text.replace("\n1\t", "\n\t", 1), "first row has no frame number"),
     ],
 )

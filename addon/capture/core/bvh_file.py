@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import math
 import re
-from array import array
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,33 +11,32 @@ import numpy as np
 from ...errors import MotionFileError
 from . import units
 from .bvh_hierarchy import HierarchyReader
-from .forward_kinematics import joint_positions, rest_positions
-from .recording import Recording
+from .forward_kinematics import joint_positions
+from .recording import Recording, usable_rate
 from .take import Take
 from .text_lines import Lines, number_in, quoted
-
-AGAIN = "Export it again as BVH, or mend the line in a text editor"
-RATE_WITHOUT = 30.0
 
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
     """The joints of a BVH file of that content as markers; `file` is its name. Raises MotionFileError."""
-    lines = Lines(data)
-    hierarchy = HierarchyReader(lines, file)
-    joints = hierarchy.read()
+    lines = Lines(data, file)
+    joints, channels = HierarchyReader(lines).read()
+    frames, rate = _motion_header(lines)
     notes = []
-    frames, rate = _motion_header(lines, file, notes)
-    motion = _motion(lines, file, hierarchy.channel_count, frames, notes)
+    rows = [(lines.number, " ".join(line.split())) for line in lines if line.strip()]
+    motion = lines.table(rows, channels, frames, notes)
     if len(motion) * len(joints) > max(len(data), 1024):
         raise MotionFileError(
-            f"{file}: {len(joints)} joints are more than {hierarchy.channel_count} channels in {len(motion)} frames "
-            "can move. The file is damaged: export it again as BVH"
+            f"{file}: {len(joints)} joints are more than {channels} channels in {len(motion)} frames can move. The "
+            "file is damaged: export it again as BVH"
         )
     with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
         positions = joint_positions(joints, motion)
+        rest = joint_positions(joints, np.zeros((1, channels)))[0]
     return _Skeleton(
         file=file,
         rate_hz=rate,
+        usual_rate=30.0,
         first_frame=1,
         labels=[joint.name for joint in joints],
         positions=positions,
@@ -48,7 +45,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         parents=tuple(joint.parent for joint in joints),
         zero_is_missing=False,
         drops_never_seen=False,
-        rest=rest_positions(joints),
+        rest=rest,
     ).take(up_axis, unit)
 
 
@@ -74,55 +71,27 @@ class _Skeleton(Recording):
         return super().seen_up(positions)
 
 
-def _motion_header(lines, file, notes):
-    """(frames that are told, frames a second)."""
-    frames_line, time_line = lines.next_filled(), lines.next_filled()
-    found = re.fullmatch(r"\s*Frames\s*:?\s*(\d{1,9})\s*", frames_line or "", re.IGNORECASE | re.ASCII)
+def _motion_header(lines):
+    """(frames that are told, frames a second or None)."""
+    found = re.fullmatch(r"\s*Frames\s*:?\s*(\d{1,9})\s*", lines.next_filled() or "", re.IGNORECASE | re.ASCII)
     if not found:
-        raise MotionFileError(f"{file}, line {lines.number}: 'Frames: N' is missing after MOTION. {AGAIN}")
-    timed = re.fullmatch(r"\s*Frame\s*Time\s*:?\s*(\S+)\s*", time_line or "", re.IGNORECASE)
+        lines.fail("'Frames: N' is missing after MOTION")
+    timed = re.fullmatch(r"\s*Frame\s*Time\s*:?\s*(\S+)\s*", lines.next_filled() or "", re.IGNORECASE)
     if not timed:
-        raise MotionFileError(f"{file}, line {lines.number}: 'Frame Time: SECONDS' is missing after 'Frames'. {AGAIN}")
-    return int(found.group(1)), _rate(timed.group(1), notes)
+        lines.fail("'Frame Time: SECONDS' is missing after 'Frames'")
+    return int(found.group(1)), _rate(timed.group(1))
 
 
-def _rate(text, notes):
-    """Frames a second from a frame time that was rounded to so many digits."""
+def _rate(text):
+    """Frames a second from a frame time that was rounded to so many digits; None if it is no time."""
     seconds = number_in(text)
-    if seconds is None or not (math.isfinite(seconds) and 1e-6 <= seconds <= 1e3):
-        notes.append(f"The frame time {quoted(text)} is no time: {RATE_WITHOUT:g} frames a second are assumed")
-        return RATE_WITHOUT
+    rate = usable_rate(1.0 / seconds) if seconds else None
+    if rate is None:
+        return None
     digits = re.fullmatch(r"\d*\.(\d+)", text)
     rounding = min(0.51 * 10.0 ** -len(digits.group(1)), 2e-3 * seconds) if digits else 0.0
-    whole = round(1.0 / seconds)
+    whole = round(rate)
     for meant in (whole, whole / 1.001):  # 29.97 and the like are film's and television's
         if meant and abs(1.0 / meant - seconds) <= rounding:
             return float(meant)
-    return 1.0 / seconds
-
-
-def _motion(lines, file, channels, told, notes):
-    """(f, channels) float64. A last row that is cut off is dropped."""
-    values = array("d")
-    rows = [(lines.number, line) for line in lines if line.strip()]
-    count = len(rows)
-    if rows and len(rows[-1][1].split()) < channels and count <= told:
-        count -= 1
-    for number, line in rows[:count]:
-        words = line.split()
-        if len(words) != channels:
-            raise MotionFileError(
-                f"{file}, line {number}: it has {len(words)} numbers, and the hierarchy has {channels} channels. "
-                f"{AGAIN}"
-            )
-        try:
-            values.extend(map(float, words))
-        except ValueError:
-            wrong = next(word for word in words if number_in(word) is None)
-            raise MotionFileError(f"{file}, line {number}: {quoted(wrong)} is no number. {AGAIN}") from None
-    if count == 0:
-        raise MotionFileError(f"{file}: it has no whole frame after 'Frame Time'. {AGAIN}")
-    if count != told:
-        what = "is cut off" if count < told else "is longer than it says"
-        notes.append(f"The file {what}: {count} frames are there, {told} are told")
-    return np.frombuffer(values, np.float64).reshape(count, channels)
+    return rate

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from ...errors import MotionFileError
 from .text_lines import Lines, number_in, quoted
 
 #: Channels in lower case -> (True for a position, axis).
@@ -34,14 +33,15 @@ class Joint:
 class HierarchyReader:
     """Reads lines from HIERARCHY to MOTION. Raises MotionFileError with the number of the line."""
 
-    def __init__(self, lines: Lines, file: str):
+    def __init__(self, lines: Lines):
         self._lines = lines
-        self._file = file
-        self.joints: list[Joint] = []
-        self.channel_count = 0
+        self._fail = lines.fail
+        self._joints: list[Joint] = []
+        self._channel_count = 0
         self._open: list[int] = []  # joints whose braces are open
 
-    def read(self) -> list[Joint]:
+    def read(self) -> tuple[list[Joint], int]:
+        """(joints, number of channels)."""
         statements = self._statements()
         first = next(statements, "")
         if first.partition(" ")[0].upper() != "HIERARCHY":
@@ -56,15 +56,15 @@ class HierarchyReader:
             if word.upper() in ("ROOT", "JOINT", "END"):
                 self._begin(word.upper(), rest)
                 if next(statements, "") != "{":
-                    self._fail(f"a '{{' is missing after {quoted(self.joints[-1].name)}")
-                self._open.append(len(self.joints) - 1)
+                    self._fail(f"a '{{' is missing after {quoted(self._joints[-1].name)}")
+                self._open.append(len(self._joints) - 1)
             elif word == "}":
                 self._leave()
             elif word.upper() in ("OFFSET", "CHANNELS"):
                 if not self._open:
                     self._fail(f"{word} outside a joint")
                 take = self._offset if word.upper() == "OFFSET" else self._channels
-                take(self.joints[self._open[-1]], rest.split())
+                take(self._joints[self._open[-1]], rest.split())
             else:
                 self._fail(f"{quoted(statement)} is not understood")
         return self._fail("the file ends before MOTION")
@@ -80,16 +80,16 @@ class HierarchyReader:
         parent = self._open[-1] if self._open else -1
         if (kind == "ROOT") == bool(self._open):
             self._fail(f"{quoted(name)} is a {kind} {'inside' if self._open else 'outside'} another joint")
-        if self._open and self.joints[parent].is_end:
+        if self._open and self._joints[parent].is_end:
             self._fail(f"an end site holds the joint {quoted(name)}")
         if kind == "END":
-            name = self.joints[parent].name and f"{self.joints[parent].name}_end"
-        self.joints.append(Joint(name, parent, is_end=kind == "END", line=self._lines.number))
+            name = self._joints[parent].name and f"{self._joints[parent].name}_end"
+        self._joints.append(Joint(name, parent, is_end=kind == "END", line=self._lines.number))
 
     def _leave(self):
         if not self._open:
             self._fail("a '}' too many")
-        joint = self.joints[self._open.pop()]
+        joint = self._joints[self._open.pop()]
         if joint.offset is None:
             self._fail(f"joint {quoted(joint.name)} (line {joint.line}) has no OFFSET")
 
@@ -110,16 +110,13 @@ class HierarchyReader:
         if None in known or len(set(known)) < len(known):
             self._fail(f"CHANNELS {quoted(' '.join(words))}: Xposition ... Zrotation are known, each once")
         joint.channels = known
-        joint.first_channel = self.channel_count
-        self.channel_count += len(known)
+        joint.first_channel = self._channel_count
+        self._channel_count += len(known)
 
     def _finished(self):
         if self._open:
-            joint = self.joints[self._open[-1]]
+            joint = self._joints[self._open[-1]]
             self._fail(f"MOTION begins inside joint {quoted(joint.name)} (line {joint.line}): a '}}' is missing")
-        if not self.joints or self.channel_count == 0:
+        if not self._joints or self._channel_count == 0:
             self._fail("the hierarchy has no joint that moves")
-        return self.joints
-
-    def _fail(self, reason, remedy="Export it again as BVH, or mend the line in a text editor"):
-        raise MotionFileError(f"{self._file}, line {self._lines.number}: {reason}. {remedy}")
+        return self._joints, self._channel_count

@@ -16,7 +16,7 @@ import numpy as np
 from ...errors import MotionFileError
 from . import model_outputs, units
 from .c3d_parameters import BLOCK, NUMBER_FORMATS, Parameters
-from .recording import Recording
+from .recording import Recording, usable_rate
 from .take import Take
 
 MAGIC = 0x50
@@ -24,7 +24,6 @@ LONGEST = 65535
 AGAIN = "The file is damaged or cut off: export or copy it again"
 #: Makers whose files have Y up where they do not say it.
 Y_UP_MAKERS = ("motion analysis", "optitrack", "naturalpoint")
-RATE_WITHOUT = 100.0
 
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
@@ -32,30 +31,27 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     numbers, parameters = _sections(data, file)
     header = _header(data, numbers)
     layout, notes = _find_layout(header, parameters, len(data), file)
-    labels = [
-        label for name in model_outputs.numbered(parameters, "LABELS") for label in parameters.strings("POINT", name)
-    ]
+    labels = parameters.all_strings("POINT", "LABELS")
     labels = (labels + [""] * layout.points)[: layout.points]
-    kinds = model_outputs.in_c3d(parameters, labels)
-    model_outputs.require_markers(kinds, file)
-    chosen = [point for point, kind in enumerate(kinds) if kind is None]
-    positions, computed = _samples(data, numbers, layout, chosen)
-    kept = [labels[point] for point in chosen]
-    if computed.any() and not computed.all():
-        names = [label or "without name" for label, is_computed in zip(kept, computed, strict=True) if is_computed]
+    kinds = model_outputs.kinds(labels, model_outputs.listed_in(parameters))
+    positions, computed = _samples(data, numbers, layout)
+    computed = [is_computed for is_computed, kind in zip(computed, kinds, strict=True) if kind is None]
+    if any(computed) and not all(computed):
+        names = [label for label, kind in zip(labels, kinds, strict=True) if kind is None]
+        names = [name or "without name" for name, is_computed in zip(names, computed, strict=True) if is_computed]
         shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
         notes.append(f"{len(names)} points have no residual in any frame ({shown}): they were computed, or filtered")
     first = _field_number(parameters, "ACTUAL_START_FIELD")
     return Recording(
         file=file,
-        rate_hz=_rate(header, parameters, notes),
+        rate_hz=usable_rate(parameters.number("POINT", "RATE"), header.rate),
         first_frame=header.first if first is None else first,
-        labels=kept,
+        labels=labels,
+        kinds=kinds,
         positions=positions,
-        unit=_unit(parameters, notes),
+        unit=parameters.string("POINT", "UNITS"),
         up_axis=_screen_up(parameters),
         usual_up=_usual_up(parameters),
-        left_out=model_outputs.by_kind(labels, kinds),
         notes=notes,
     ).take(up_axis, unit)
 
@@ -186,8 +182,8 @@ def _field_number(parameters, name):
     return int(values[0]) + (65536 * values[1] if len(values) > 1 and isinstance(values[1], int) else 0)
 
 
-def _samples(data, numbers, layout, chosen):
-    """(f, m, 3) float64 positions of the `chosen` points, NaN where they are invalid; (m,) bool: none was measured.
+def _samples(data, numbers, layout):
+    """(f, m, 3) float64 positions of all points, NaN where they are invalid; (m,) bool: none was measured.
 
     The fourth word of a sample is -1 where it is invalid; else its low byte is the residual and its high byte has the
     cameras: both 0 where the point was computed or filtered.
@@ -195,7 +191,7 @@ def _samples(data, numbers, layout, chosen):
     kind = "f4" if layout.is_float else "i2"
     words = numbers.numbers(data, kind, layout.start, layout.frames * layout.words)
     frames = words.reshape(layout.frames, layout.words)[:, : 4 * layout.points]
-    frames = frames.reshape(layout.frames, layout.points, 4)[:, chosen]
+    frames = frames.reshape(layout.frames, layout.points, 4)
     with np.errstate(all="ignore"):  # damaged floats
         positions = frames[..., :3].astype(np.float64)
         if not layout.is_float:
@@ -205,22 +201,6 @@ def _samples(data, numbers, layout, chosen):
         computed = valid.any(axis=0) & ~(fourth > 0).any(axis=0)
     positions[~valid] = np.nan
     return positions, computed
-
-
-def _rate(header, parameters, notes):
-    for rate in (parameters.number("POINT", "RATE"), header.rate):
-        if rate is not None and 1e-3 <= rate <= 1e6:
-            return float(rate)
-    notes.append(f"The file names no usable rate: {RATE_WITHOUT:g} frames a second are assumed")
-    return RATE_WITHOUT
-
-
-def _unit(parameters, notes):
-    name = parameters.string("POINT", "UNITS")
-    metres = units.metres_in(name) if name else None
-    if name and metres is None:
-        notes.append(f"The file's unit '{name}' is not known")
-    return metres
 
 
 def _screen_up(parameters):

@@ -6,6 +6,7 @@ Format: "The C3D File Format User Guide", Motion Lab Systems, 2021.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -75,10 +76,6 @@ class Parameters:
         kind, dimensions, start = self._entries.get((self._group_numbers.get(group), name), (None, (), 0))
         return (kind, dimensions, start, len(self._data) - start) if kind in kinds else None
 
-    def names(self, group: str) -> list[str]:
-        number = self._group_numbers.get(group)
-        return [name for owner, name in self._entries if owner == number]
-
     def numbers(self, group: str, name: str, signed: bool = False) -> list[float]:
         """The values, empty where there are none; whole numbers count from 0 unless `signed`."""
         found = self._find(group, name, 1, 2, 4)
@@ -101,6 +98,15 @@ class Parameters:
             return []
         count = max(0, min(math.prod(dimensions[1:]), left // width))
         return [_text(self._data[at : at + width]) for at in range(start, start + count * width, width)]
+
+    def all_strings(self, group: str, name: str) -> list[str]:
+        """Those of `name` and of its continuations, name2 and so on, as far as there are some."""
+        found = self.strings(group, name)
+        for number in itertools.count(2):
+            more = self.strings(group, f"{name}{number}")
+            if not more:
+                return found
+            found += more
 
     def string(self, group: str, name: str) -> str:
         return " ".join(self.strings(group, name)).strip()

@@ -8,15 +8,6 @@ import numpy as np
 from .bvh_hierarchy import Joint
 
 
-def rest_positions(joints: list[Joint]) -> np.ndarray:
-    """(j, 3) positions by the offsets alone, with roots at the origin."""
-    rest = np.zeros((len(joints), 3))
-    for index, joint in enumerate(joints):
-        if joint.parent >= 0:
-            rest[index] = rest[joint.parent] + joint.offset
-    return rest
-
-
 def joint_positions(joints: list[Joint], motion: np.ndarray) -> np.ndarray:
     """(f, j, 3) positions for motion (f, channels) in degrees and units of the file; NaN from where a channel is.
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import re
 
-from ...errors import MotionFileError
-
 #: Parameter of POINT that lists labels -> what they are.
 KINDS = {
     "ANGLES": "angles",
@@ -24,7 +22,6 @@ KINDS = {
     "VIRTUAL_MARKERS": "virtual points",
     "BONES": "segment axes",
 }
-VIRTUAL = "virtual points"
 UNLABELLED = "unlabelled points"
 
 #: Names of points that no marker can be: joint centres, centre of mass, V_ for virtual (Motion Analysis), what is on
@@ -41,41 +38,30 @@ _VIRTUAL_NAME = re.compile(
 )
 
 
-def numbered(parameters, name: str) -> list[str]:
-    """`name` and its continuations, name2 and so on, as far as POINT has them."""
-    present = set(parameters.names("POINT"))
-    found = [name] if name in present else []
-    number = 2
-    while f"{name}{number}" in present:
-        found.append(f"{name}{number}")
-        number += 1
-    return found
-
-
-def in_c3d(parameters, labels: list[str]) -> list[str | None]:
-    """For each label of a C3D file its kind, None for a marker."""
+def listed_in(parameters) -> dict[str, str]:
+    """{label: kind} that a C3D file tells by its parameters."""
     kinds = dict(KINDS)
     types = parameters.strings("POINT", "TYPE_GROUPS")  # pairs: the parameter, and what one of it is called
     for name in types[0::2]:
         kinds.setdefault(name.upper(), name.lower())
     for name in ("LABELS", "DESCRIPTIONS", "UNITS", ""):
         kinds.pop(name, None)
-    listed = _segment_axes(labels)
-    for name, kind in kinds.items():
-        for parameter in numbered(parameters, name):
-            for label in parameters.strings("POINT", parameter):
-                listed.setdefault(label, kind)
-    listed.pop("", None)
-    found = [listed.get(label) or kind_by_name(label) for label in labels]
+    return {label: kind for name, kind in kinds.items() for label in parameters.all_strings("POINT", name)}
+
+
+def kinds(labels: list[str], listed: dict[str, str] | None = None) -> list[str | None]:
+    """For each label its kind, None for a marker. `listed`: {label: kind} that the file itself tells."""
+    known = {**(listed or {}), **_segment_axes(labels), "": None}
+    found = [known.get(label) or _kind_by_name(label) for label in labels]
     if None not in found:  # where nobody gave names, points without are the markers
         found = [None if kind == UNLABELLED else kind for kind in found]
     return found
 
 
-def kind_by_name(label: str) -> str | None:
+def _kind_by_name(label):
     if re.fullmatch(r"\*\d+", label):  # reflections that nobody gave to a marker are *1, *2, ... (Vicon)
         return UNLABELLED
-    return VIRTUAL if len(label) < 100 and _VIRTUAL_NAME.fullmatch(label) else None
+    return "virtual points" if len(label) < 100 and _VIRTUAL_NAME.fullmatch(label) else None
 
 
 def _segment_axes(labels):
@@ -84,22 +70,3 @@ def _segment_axes(labels):
     present = set(labels)
     stems = [label[:-1] for label in present if len(label) > 1 and {label[:-1] + end for end in "OALP"} <= present]
     return {stem + end: "segment axes" for stem in stems for end in "OALP"}
-
-
-def by_kind(labels: list[str], kinds: list[str | None]) -> dict[str, tuple[str, ...]]:
-    """kind -> labels of that kind, in the file's order."""
-    result = {}
-    for label, kind in zip(labels, kinds, strict=True):
-        if kind is not None:
-            result.setdefault(kind, []).append(label)
-    return {kind: tuple(names) for kind, names in result.items()}
-
-
-def require_markers(kinds: list[str | None], file: str) -> None:
-    """Raises MotionFileError if there is no marker beside what a model computed."""
-    if None in kinds:
-        return
-    counts = ", ".join(f"{len(names)} {kind}" for kind, names in by_kind([""] * len(kinds), kinds).items())
-    raise MotionFileError(
-        f"{file}: it has no marker, only what a model computed ({counts}). Export the take with its marker trajectories"
-    )

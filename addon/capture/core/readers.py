@@ -31,14 +31,12 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
     path = pathlib.Path(path)
     reader = _READERS.get(path.suffix.lower())
     try:
-        if path.is_dir():
-            raise MotionFileError(f"{path}: this is a folder. Choose a file in it: one of {', '.join(SUFFIXES)}")
         if reader is None:
             raise MotionFileError(
                 f"{path.name}: what ends in '{path.suffix}' is not read. Export the motion as {', '.join(SUFFIXES)}"
             )
         if not path.is_file():  # a pipe or a device would never end
-            raise MotionFileError(f"{path}: there is no such file. Choose a motion capture file")
+            raise MotionFileError(f"{path}: there is no such file. Choose one of {', '.join(SUFFIXES)}")
         return reader(path.read_bytes(), path.name, up_axis, unit)
     except OSError as error:
         raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions") from None

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,12 +14,12 @@ from .take import Take
 
 #: Metres from the origin beyond which a sample is no measurement but a damaged number.
 FARTHEST = 1e4
-#: Metres that people and the room they move in have; beyond that the unit is in doubt.
-PLAUSIBLE = (0.02, 50.0)
-#: Metres that a person may have, in any pose: beyond that a unit that was chosen is in doubt.
-PLAUSIBLE_PERSON = (0.4, 4.0)
+#: Metres that a subject may have, from a face to several people: beyond that its unit is in doubt.
+PLAUSIBLE = (0.1, 10.0)
 #: Letters of a label that are kept.
 LONGEST_LABEL = 120
+#: Frames a second that can be.
+RATES = (1e-3, 1e6)
 
 
 @dataclass
@@ -27,19 +28,22 @@ class Recording:
 
     #: With suffix, for messages; the Take's is without.
     file: str
-    rate_hz: float
-    first_frame: int
     #: As in the file: empty and equal ones are allowed here.
     labels: list[str]
-    #: (f, m, 3) float64; NaN in any of the three means missing.
+    #: (f, m, 3) float64; NaN in any of the three means missing. It may be written to.
     positions: np.ndarray
-    #: Metres for one unit, None where the file does not say.
-    unit: float | None = None
+    #: Frames a second; None where the file does not say: then they are `usual_rate`.
+    rate_hz: float | None = None
+    usual_rate: float = 100.0
+    first_frame: int = 1
+    #: For each label None or, of what is no marker, what it is (model_outputs.py); empty: all are markers.
+    kinds: list[str | None] = field(default_factory=list)
+    #: What the file calls its unit, "" where it does not say.
+    unit: str = ""
     #: One of units.UP_AXES, None where the file does not say.
     up_axis: str | None = None
     #: The axis that is up by custom of this format or maker, and words for that.
     usual_up: tuple[str, str] = ("Z", "as most laboratories have it")
-    left_out: dict[str, tuple[str, ...]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     parents: tuple[int, ...] = ()
     #: Exact zeros in all three coordinates are how many writers of this format say that a sample is missing, with or
@@ -50,54 +54,72 @@ class Recording:
 
     def take(self, up_axis: str | None, unit: float | None) -> Take:
         """In metres, Z up; `up_axis` and `unit` overrule the file. Raises MotionFileError where nothing is left."""
+        left_out = {}
+        labels, positions = self._markers(left_out)
         with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
-            positions = self._in_metres(self._cleaned(self.positions), unit)
-            up = self._up(positions, up_axis)
-            positions = units.turn_up(positions, up)
+            self._clean(positions)
+            positions *= self._metres(positions, unit)
+            positions = units.turn_up(positions, self._up(positions, up_axis))
         self._drop_damaged(positions)
-        labels, positions = self._seen(self._unique_labels(), positions)
+        labels, positions = self._seen(self._unique(labels), positions, left_out)
         positions.flags.writeable = False
+        if self.rate_hz is None:
+            self.notes.append(f"The file names no usable rate: {self.usual_rate:g} frames a second are assumed")
         return Take(
             name=self.file.rpartition(".")[0] or self.file,
-            rate_hz=self.rate_hz,
+            rate_hz=self.rate_hz or self.usual_rate,
             first_frame=self.first_frame,
             labels=labels,
             positions=positions,
-            left_out=dict(self.left_out),
+            left_out={kind: tuple(names) for kind, names in left_out.items()},
             notes=tuple(self.notes),
             parents=self.parents,
         )
 
-    def _cleaned(self, positions):
-        """NaN in all three where a sample is missing; the array is this recording's own and is written to."""
+    def _markers(self, left_out):
+        """(labels, positions) without what is no marker, which goes to `left_out`."""
+        if not any(self.kinds):
+            return self.labels, self.positions
+        for label, kind in zip(self.labels, self.kinds, strict=True):
+            if kind is not None:
+                left_out.setdefault(kind, []).append(label)
+        chosen = [number for number, kind in enumerate(self.kinds) if kind is None]
+        if not chosen:
+            counts = ", ".join(f"{len(names)} {kind}" for kind, names in left_out.items())
+            raise MotionFileError(
+                f"{self.file}: it has no marker, only what a model computed ({counts}). Export the take with its "
+                "marker trajectories"
+            )
+        return [self.labels[number] for number in chosen], self.positions[:, chosen]
+
+    def _clean(self, positions):
+        """NaN in all three where a sample is missing."""
         missing = ~np.isfinite(positions).all(axis=2)
         if self.zero_is_missing:
             missing |= ~positions.any(axis=2)
         positions[missing] = np.nan
-        return positions
 
-    def _in_metres(self, positions, chosen):
-        if chosen is not None:
-            if not (np.isfinite(chosen) and chosen > 0.0):
-                raise MotionFileError(f"The unit must be meters for one unit of the file, above 0, and is {chosen}")
-            metres = float(chosen)
-            extent = metres * self.spread(positions)
-            if extent > 0.0 and not PLAUSIBLE_PERSON[0] <= extent <= PLAUSIBLE_PERSON[1]:
-                fits, _ = units.guess_unit(self.spread(positions))
-                self.notes.append(
-                    f"In the chosen unit the subject is {units.length(extent)} large, which no person is. A person "
-                    f"would fit {fits:.4g} m for a unit of the file; choose another unit if this is one"
-                )
-        elif self.unit is not None:
-            metres = self.unit
-            extent = metres * self.spread(positions)
-            if extent > 0.0 and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
-                self.notes.append(f"By the file's unit the markers are {extent:.3g} m apart: choose another unit")
-        else:
-            metres, words = units.guess_unit(self.spread(positions))
+    def _metres(self, positions, chosen):
+        """Metres for one unit of the file."""
+        if chosen is not None and not (np.isfinite(chosen) and chosen > 0.0):
+            raise MotionFileError(f"The unit must be meters for one unit of the file, above 0, and is {chosen}")
+        told = units.metres_in(self.unit)
+        if self.unit and told is None:
+            self.notes.append(f"The file's unit '{self.unit[:LONGEST_LABEL]}' is not known")
+        spread = self.spread(positions)
+        fits, words = units.guess_unit(spread)
+        metres = told if chosen is None else chosen
+        if metres is None:
             self.notes.append(f"The file names no unit: {words}. Choose another unit if the size is wrong")
-        positions *= metres
-        return positions
+            return fits
+        extent = metres * spread
+        if extent > 0.0 and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
+            whose = "the file's unit" if chosen is None else "the chosen unit"
+            self.notes.append(
+                f"By {whose} the subject is {units.length(extent)} large. A person would fit {fits:.4g} m for a unit "
+                "of the file; choose another unit if this is one"
+            )
+        return float(metres)
 
     def spread(self, positions):
         """The largest extent of the subject in units of the file, about its height; 0 where there is nothing."""
@@ -141,31 +163,26 @@ class Recording:
         positions[far] = np.nan
         self.notes.append(f"{count} samples more than {FARTHEST / 1000.0:g} km from the origin are taken as missing")
 
-    def _unique_labels(self):
-        """No label is empty, none is there twice; what was changed is noted."""
-        given = [label[:LONGEST_LABEL] for label in self.labels]
-        taken, used, following = set(given), set(), {}  # following: name -> the number to try next: many may be equal
-        nameless, renamed, labels = 0, [], []
+    def _unique(self, labels):
+        """The labels; none is empty, none is there twice. What was changed is noted."""
+        given = [label[:LONGEST_LABEL] for label in labels]
+        taken, used, counts, unique = set(given), set(), {}, []
         for number, label in enumerate(given, 1):
-            unique = label or f"Point {number}"
-            if unique in used or (not label and unique in taken):
-                count = following.get(unique, 2)
-                while f"{unique}_{count}" in taken:
-                    count += 1
-                following[unique], unique = count + 1, f"{unique}_{count}"
-                taken.add(unique)
-            nameless += not label
-            renamed += [unique] if label and unique != label else []
-            used.add(unique)
-            labels.append(unique)
+            name = wanted = label or f"Point {number}"
+            while name in used or (name in taken and name != label):
+                name = f"{wanted}_{next(counts.setdefault(wanted, itertools.count(2)))}"
+            used.add(name)
+            unique.append(name)
+        nameless = given.count("")
+        renamed = [name for name, label in zip(unique, given, strict=True) if label and name != label]
         if nameless:
             self.notes.append(f"{nameless} markers without a name are called after their number, as 'Point 1'")
         if renamed:
             self.notes.append(f"{len(renamed)} markers had the name of another and got a number, as '{renamed[-1]}'")
-        return tuple(labels)
+        return tuple(unique)
 
-    def _seen(self, labels, positions):
-        """Without the markers that have no sample at all."""
+    def _seen(self, labels, positions, left_out):
+        """Without the markers that have no sample at all, which go to `left_out`."""
         seen = ~np.isnan(positions[..., 0]).all(axis=0)
         if not seen.any() or positions.shape[0] == 0:
             raise MotionFileError(
@@ -173,7 +190,12 @@ class Recording:
                 "Export the take again, with its trajectories"
             )
         if self.drops_never_seen and not seen.all():
-            self.left_out["never seen"] = tuple(label for label, keep in zip(labels, seen, strict=True) if not keep)
+            left_out["never seen"] = [label for label, keep in zip(labels, seen, strict=True) if not keep]
             labels = tuple(label for label, keep in zip(labels, seen, strict=True) if keep)
             positions = positions[:, seen]
         return labels, positions
+
+
+def usable_rate(*told: float | None) -> float | None:
+    """The first of rates that can be one, in frames a second, or None."""
+    return next((float(rate) for rate in told if rate is not None and RATES[0] <= rate <= RATES[1]), None)

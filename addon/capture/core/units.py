@@ -55,15 +55,10 @@ def turn_up(positions: np.ndarray, up_axis: str) -> np.ndarray:
     return turned
 
 
-def _few_frames(positions, most=200):
-    """Some frames of (f, m, 3), evenly: enough to guess by, whatever the length."""
-    step = max(1, -(-positions.shape[0] // most))
-    return positions[::step]
-
-
-def _lowest_and_highest(positions):
-    """Of each frame that has a marker: (g, 3) minima and maxima over its markers."""
-    few = _few_frames(positions)
+def _lowest_and_highest(positions, most=200):
+    """(g, 3) minima and maxima over the markers of (f, m, 3), in some frames that have any: enough to guess by, whatever
+    the length."""
+    few = positions[:: max(1, -(-len(positions) // most))]
     few = few[(~np.isnan(few[..., 0])).any(axis=1)]
     if few.size == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))
