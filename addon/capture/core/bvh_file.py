@@ -23,8 +23,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     joints, channels = HierarchyReader(lines).read()
     frames, rate = _motion_header(lines)
     notes = []
-    rows = [(lines.number, " ".join(line.split())) for line in lines if line.strip()]
-    motion = lines.table(rows, channels, frames, notes)
+    motion = lines.table([(number, " ".join(row.split())) for number, row in lines.filled()], channels, frames, notes)
     if len(motion) * len(joints) > max(len(data), 1024):
         raise MotionFileError(
             f"{file}: {len(joints)} joints are more than {channels} channels in {len(motion)} frames can move. The "

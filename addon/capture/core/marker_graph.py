@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which markers move together: cells of markers that are about rigid, and the edges in them."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core.rigid import fit_rotations
+from ...scene.core.rigid import fit_rotations, nearest_rotations
 from . import landmarks as places
 from .gaps import distance_variation
 
-#: Nearest markers that make a cell with one whose place on the body is unknown.
+#: Markers that make a cell with one whose place on the body is unknown.
 NEAREST = 5
 #: How much farther a marker counts as whose distance varies (standard deviation).
 TOGETHER = 20.0
@@ -25,6 +26,8 @@ class MarkerGraph:
     members: np.ndarray
     #: (c, k) 1 or 0.
     weights: np.ndarray
+    #: (m, c) how much each marker turns with each cell; rows sum to 1.
+    shares: np.ndarray
     #: (e, 2) marker numbers, and (e,) the cell that an edge turns with.
     edges: np.ndarray
     cell_of_edge: np.ndarray
@@ -43,71 +46,49 @@ class MarkerGraph:
             )
         return result
 
-
-def by_segments(reference, landmarks):
-    """The graph whose cells are the segments of the body (landmarks.py); other markers form cells with their NEAREST.
-
-    reference  (m, 3), no NaN; landmarks  m names or None.
-    """
-    cells = [numbers for _, numbers in sorted(places.segments(landmarks).items())]
-    placed = {number for numbers in cells for number in numbers}
-    distances = np.linalg.norm(reference[:, None] - reference[None], axis=2)
-    for number in range(len(reference)):
-        if number not in placed:
-            cells.append(np.argsort(distances[number], kind="stable")[: NEAREST + 1].tolist())
-    edges, owners, seen = [], [], set()
-    for cell, numbers in enumerate(cells):
-        for k, first in enumerate(numbers):
-            for second in numbers[k + 1 :]:
-                pair = (min(first, second), max(first, second))
-                if pair not in seen:
-                    seen.add(pair)
-                    edges.append(pair)
-                    owners.append(cell)
-    edges, owners = _joined(edges, owners, distances)
-    return MarkerGraph(*_padded(cells), np.array(edges, int).reshape(-1, 2), np.array(owners, int))
+    def of_markers(self, turns):
+        """(f, m, 3, 3): turns of the markers, by those of the cells (f, c, 3, 3)."""
+        return nearest_rotations(np.einsum("mc,fcij->fmij", self.shares, turns))
 
 
-def around_markers(reference, landmarks, markers):
-    """The graph with one cell for each marker, without edges: those of its segments, or NEAREST that move with it.
+def marker_graph(reference, landmarks, markers):
+    """The MarkerGraph whose cells are the segments of the body (landmarks.py). Each marker of none has a cell with the
+    NEAREST that move with it.
 
-    reference  (m, 3), no NaN; landmarks  m names or None; markers  (f, m, 3), from which is seen what moves together.
+    reference  (m, 3); landmarks  m names or None; markers  (f, m, 3), by which is seen what moves together.
     """
     near = np.linalg.norm(reference[:, None] - reference[None], axis=2)
     variation = distance_variation(markers)
     distances = near + TOGETHER * np.where(np.isfinite(variation), variation, near)
-    segments = places.segments(landmarks)
-    cells = []
-    for number in range(len(reference)):
-        mates = {mate for numbers in segments.values() if number in numbers for mate in numbers} - {number}
-        order = [int(mate) for mate in np.argsort(distances[number], kind="stable") if mate != number]
-        near = [mate for mate in order if mate in mates][: NEAREST + 1]
-        if len(near) < 2:
-            near += [mate for mate in order if mate not in near][: NEAREST - len(near)]
-        cells.append([number, *near])
-    return MarkerGraph(*_padded(cells), np.zeros((0, 2), int), np.zeros(0, int))
+    np.fill_diagonal(distances, 0.0)
+    cells = [numbers for _, numbers in sorted(places.segments(landmarks).items())]
+    cells_of = [[cell for cell, numbers in enumerate(cells) if number in numbers] for number in range(len(reference))]
+    for number, own in enumerate(cells_of):
+        if not own:
+            own.append(len(cells))
+            cells.append(np.argsort(distances[number], kind="stable")[: NEAREST + 1].tolist())
+    owners = {}
+    for cell, numbers in enumerate(cells):
+        for pair in itertools.combinations(numbers, 2):
+            owners.setdefault(tuple(sorted(pair)), cell)
+    _join(owners, cells_of, near)
+    widest = max(map(len, cells))
+    return MarkerGraph(
+        members=np.array([numbers + numbers[:1] * (widest - len(numbers)) for numbers in cells]),
+        weights=np.array([[1.0] * len(numbers) + [0.0] * (widest - len(numbers)) for numbers in cells]),
+        shares=np.array([[(cell in own) / len(own) for cell in range(len(cells))] for own in cells_of]),
+        edges=np.array(list(owners), int).reshape(-1, 2),
+        cell_of_edge=np.array(list(owners.values()), int),
+    )
 
 
-def _padded(cells):
-    widest = max((len(numbers) for numbers in cells), default=1)
-    members = np.array([[*numbers, *[numbers[0]] * (widest - len(numbers))] for numbers in cells], int)
-    weights = np.array([[1.0] * len(numbers) + [0.0] * (widest - len(numbers)) for numbers in cells])
-    return members.reshape(-1, widest), weights.reshape(-1, widest)
-
-
-def _joined(edges, owners, distances):
-    """The edges, and the shortest ones that join what they leave in several parts (turning with any cell nearby)."""
-    edges, owners = list(edges), list(owners)
+def _join(owners, cells_of, distances):
+    """Adds to {edge: its cell} the shortest edges that join what these leave in several parts."""
     part = np.arange(len(distances))
-    cell_of = {}
-    for (first, second), owner in zip(edges, owners, strict=True):
+    for first, second in owners:
         part[part == part[first]] = part[second]
-        cell_of.setdefault(first, owner)
-        cell_of.setdefault(second, owner)
     while len(np.unique(part)) > 1:
         apart = np.where(part[:, None] != part[None], distances, np.inf)
         first, second = (int(k) for k in np.unravel_index(np.argmin(apart), apart.shape))
-        edges.append((min(first, second), max(first, second)))
-        owners.append(cell_of.get(first, cell_of.get(second, 0)))
+        owners[min(first, second), max(first, second)] = cells_of[first][0]
         part[part == part[first]] = part[second]
-    return edges, owners

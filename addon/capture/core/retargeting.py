@@ -8,7 +8,7 @@ from ...scene.core.rigid import turns_between
 from . import landmarks as places
 from .foot_planting import planted
 from .hip_centres import with_hips
-from .marker_graph import by_segments
+from .marker_graph import marker_graph
 
 #: Edges whose captured lengths vary by this share count half: joints bend between their ends.
 BENDING = 0.05
@@ -46,7 +46,7 @@ def retarget(markers, reference, character, rate_hz, landmarks=None):
         raise checks.InvalidMotionError(f"A body needs at least 3 markers to be retargeted, but there are {count}.")
     _require_same_heading(reference, character)
     reference, character, completed, landmarks = with_hips(reference, character, markers, landmarks)
-    graph = by_segments(reference, landmarks)
+    graph = marker_graph(reference, landmarks, completed)
     turns = graph.rotations(reference, completed)
     completed = complete(completed, reference, graph, turns)
     shape = _solved(graph, turns, completed, reference, character)

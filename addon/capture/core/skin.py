@@ -5,7 +5,7 @@ import numpy as np
 
 from ...scene.core import checks
 from .hip_centres import with_hips
-from .marker_graph import around_markers
+from .marker_graph import marker_graph
 
 
 def skin_targets(markers, reference, match, landmarks=None):
@@ -35,7 +35,8 @@ def skin_targets(markers, reference, match, landmarks=None):
     names = [landmarks[number] if landmarks is not None else None for number in known]
     # Thighs often have two markers: the hips, which go with the pelvis, tell how they turn.
     rest, _, moving, names = with_hips(reference[known], reference[known], markers[:, known], names)
-    turns = around_markers(rest, names, moving).rotations(rest, moving)[:, : len(known)]
+    graph = marker_graph(rest, names, moving)
+    turns = graph.of_markers(graph.rotations(rest, moving))[:, : len(known)]
     result = np.full_like(markers, np.nan)
     result[:, known] = markers[:, known] - np.einsum("fmij,mj->fmi", turns, match.offset[known])
     return result

@@ -47,6 +47,10 @@ class Lines:
         """The next line that is not blank, None at the end."""
         return next((line for line in self if line.strip()), None)
 
+    def filled(self) -> list[tuple[int, str]]:
+        """(number, text) of all lines that are left and not blank."""
+        return [(self.number, line) for line in self if line.strip()]
+
     def fail(self, reason: str, remedy: str = REMEDY, number: int | None = None):
         """Raises MotionFileError with the file, the last line or that of `number`, the reason and a remedy."""
         raise MotionFileError(f"{self._file}, line {number or self.number}: {reason}. {remedy}")

@@ -82,7 +82,7 @@ def _labels(lines, keys):
 def _table(lines, markers, keys, notes):
     """((f, 2 + 3 m) float64: number of the frame, time, coordinates, NaN for blank cells; how many of the m the header
     has no names for, though the first row has columns for them)."""
-    rows = [(lines.number, line) for line in lines if line.strip()]
+    rows = lines.filled()
     told = number_in(keys.get("numframes", ""))
     told = int(told) if told is not None and math.isfinite(told) else None
     width = 2 + 3 * markers
