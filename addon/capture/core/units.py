@@ -56,8 +56,7 @@ def turn_up(positions: np.ndarray, up_axis: str) -> np.ndarray:
 
 
 def _lowest_and_highest(positions, most=200):
-    """(g, 3) minima and maxima over the markers of (f, m, 3), in some frames that have any: enough to guess by, whatever
-    the length."""
+    """(g, 3) minima and maxima over the markers of (f, m, 3), in some frames that have any: enough to guess by."""
     few = positions[:: max(1, -(-len(positions) // most))]
     few = few[(~np.isnan(few[..., 0])).any(axis=1)]
     if few.size == 0:
