@@ -6,7 +6,6 @@ Format: "The C3D File Format User Guide", Motion Lab Systems, 2021.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -101,12 +100,11 @@ class Parameters:
 
     def all_strings(self, group: str, name: str) -> list[str]:
         """Those of `name` and of its continuations, name2 and so on, as far as there are some."""
-        found = self.strings(group, name)
-        for number in itertools.count(2):
-            more = self.strings(group, f"{name}{number}")
-            if not more:
-                return found
+        found, number = self.strings(group, name), 2
+        while more := self.strings(group, f"{name}{number}"):
             found += more
+            number += 1
+        return found
 
     def string(self, group: str, name: str) -> str:
         return " ".join(self.strings(group, name)).strip()
