@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The add-on's entry in Preferences: whether the compiled solver is there, what it has to fit, and shortcuts."""
+"""The add-on's entry in Preferences: whether the compiled solver is there, and what it has to fit."""
 
 import bpy
 
 from . import wording
-from .posing.ui import keymap
 from .solver import native_loader
 from .widgets import text_box
 
@@ -26,6 +25,3 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
             split.label(text=label)
             split.label(text=value)
         box.operator("meanvalue.copy_system_info", icon='COPYDOWN')
-        box = self.layout.box()
-        box.label(text="Shortcuts")
-        keymap.draw(box)

@@ -44,6 +44,13 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     solve_stop_reason: StringProperty()
 
 
+def _choose_region(settings, context):
+    """A group that the artist chose is not the add-on's to delete, though the add-on may have made it once."""
+    if settings.roi_group != settings.made_region:
+        settings.made_region = ""
+    tell(settings, context)
+
+
 class Settings:
     """Annotations for the property group of an object, see addon/properties.py"""
 
@@ -60,7 +67,7 @@ class Settings:
         "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is "
         "free). Without a group, the whole mesh may move",
         maxlen=ids.NAME_LENGTH,
-        update=tell,
+        update=_choose_region,
     )
     roi_invert: BoolProperty(
         name="Invert",

@@ -10,7 +10,6 @@ from .bridge import controls, moved_meshes, orphans, overlay_data
 from .live.follower import Follower
 from .operators import (
     add_handle,
-    bind,
     copy_system_info,
     drive_by_bone,
     finish,
@@ -21,7 +20,7 @@ from .operators import (
     select_problems,
     solve,
 )
-from .ui import grab_tool, handle_list, keymap, menus, overlay, panel
+from .ui import grab_tool, keymap, menus, overlay, panel
 
 PROPERTY_GROUPS = (*properties.PROPERTY_GROUPS, old_files.MEANVALUE_PG_anchor_group)
 SETTINGS = {**properties.SETTINGS, **old_files.SETTINGS}
@@ -47,13 +46,12 @@ CLASSES = (
     pose.MEANVALUE_OT_apply_pose,
     drive_by_bone.MEANVALUE_OT_drive_by_bone,
     finish.MEANVALUE_OT_finish,
-    bind.MEANVALUE_OT_bind,
+    solve.MEANVALUE_OT_bind,
     solve.MEANVALUE_OT_solve,
     solve.MEANVALUE_OT_solve_from_key,
     region.MEANVALUE_OT_grow_region,
     region.MEANVALUE_OT_paint_region,
     copy_system_info.MEANVALUE_OT_copy_system_info,
-    handle_list.MEANVALUE_UL_handles,
     *panel.CLASSES,
     *menus.CLASSES,
 )

@@ -28,7 +28,8 @@ def finished(obj, kind):
 
 def look_again_when_quiet():
     """What is shown was edited. Blender has no reason of its own to draw when it has been left alone for a moment."""
-    _schedule(object_model.QUIET_SECONDS)
+    if not bpy.app.timers.is_registered(_read_on):  # or it is read right now
+        _schedule(object_model.QUIET_SECONDS)
 
 
 def stop():
@@ -38,7 +39,8 @@ def stop():
 
 def _schedule(seconds):
     """Timers are never called in the background, and one left over keeps the bpy module of 4.5 from ending."""
-    if not bpy.app.background and not bpy.app.timers.is_registered(_read_on):
+    stop()
+    if not bpy.app.background:
         bpy.app.timers.register(_read_on, first_interval=seconds)
 
 

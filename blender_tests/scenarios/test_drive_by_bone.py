@@ -36,7 +36,7 @@ def test_off_at_rest_and_on_at_the_pose():
 def test_bone_axis_and_angle_can_be_given():
     obj, rig = corrected()
     call = bpy.ops.meanvalue.drive_by_bone
-    assert call(key="Bent", bone="Upper", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
+    assert call(bone="Upper", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
     assert value_at(obj, rig, 10.0) == pytest.approx(0.5, abs=1e-4)
     with steps.refused("no bone 'Nowhere'"):
         call(bone="Nowhere")

@@ -104,6 +104,16 @@ def test_finish_leaves_the_artists_own_groups_and_objects():
     assert "Own" in bpy.data.objects
 
 
+def test_a_region_that_the_artist_chose_again_is_the_artists_own():
+    obj = sheet()
+    steps.add_group(obj, "Painted", range(100))
+    grab()
+    for name in ("Painted", "Region"):
+        obj.meanvalue.roi_group = name
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    assert set(obj.vertex_groups.keys()) == {"Painted", "Region"}
+
+
 def test_finish_and_grab_again_poses_on_top():
     obj = sheet()
     grab()
@@ -133,10 +143,9 @@ def test_what_is_kept_is_not_what_the_next_pose_writes():
     with steps.refused("'Mean-Value'"):
         bpy.ops.meanvalue.finish(name="Mean-Value")
     assert_same(before, snapshot(obj))
-    obj.data.shape_keys.key_blocks["Mean-Value"].name = obj.meanvalue.result_key = "Kept Pose"
-    handles.update()
+    obj.shape_key_add(name="Kept Pose", from_mix=False)
     assert bpy.ops.meanvalue.finish() == {'FINISHED'}
-    assert obj.data.shape_keys.key_blocks.keys() == ["Basis", "Kept Pose.001"]
+    assert obj.data.shape_keys.key_blocks.keys() == ["Basis", "Kept Pose.001", "Kept Pose"]
 
 
 def test_what_hangs_on_a_control_stays_where_it_is():

@@ -16,6 +16,7 @@ class Timers:
 
     def __init__(self):
         self._waiting = []
+        self.first_intervals = {}  # function: what it was registered with last
         self.passed = 0.0
 
     def is_registered(self, function):
@@ -23,6 +24,7 @@ class Timers:
 
     def register(self, function, first_interval=0.0):
         self._waiting.append(function)
+        self.first_intervals[function] = first_interval
 
     def unregister(self, function):
         self._waiting.remove(function)

@@ -138,22 +138,25 @@ def to_4x4(matrix):
     return result
 
 
+def bone_of(handle):
+    """The pose bone that moves a handle; None where its control is an object, or the bone is gone."""
+    control = handle.control
+    return control.pose.bones.get(handle.bone) if control.type == 'ARMATURE' else None
+
+
 def world_of(handle):
     """4 x 4: the control, object or bone, in the world."""
-    control = handle.control
-    world = np.array(control.matrix_world, np.float64)
-    if control.type == 'ARMATURE' and handle.bone in control.pose.bones:
-        world = world @ np.array(control.pose.bones[handle.bone].matrix, np.float64)
-    return world
+    world, bone = np.array(handle.control.matrix_world, np.float64), bone_of(handle)
+    return world if bone is None else world @ np.array(bone.matrix, np.float64)
 
 
 def put(handle, world):
     """Puts the control to 4 x 4 `world`."""
-    control, place = handle.control, to_blender(world)
-    if control.type == 'ARMATURE' and handle.bone in control.pose.bones:
-        control.pose.bones[handle.bone].matrix = control.matrix_world.inverted_safe() @ place
-    else:
+    control, place, bone = handle.control, to_blender(world), bone_of(handle)
+    if bone is None:
         control.matrix_world = place
+    else:
+        bone.matrix = control.matrix_world.inverted_safe() @ place
 
 
 def is_flat(matrix):
@@ -190,8 +193,7 @@ def reset(obj, handles):
 
 def _depth(handle):
     """How many parents the control has: those are reset before it."""
-    control = handle.control
-    bone = control.pose.bones.get(handle.bone) if control.type == 'ARMATURE' and handle.bone else None
+    control, bone = handle.control, bone_of(handle)
     count = len(bone.parent_recursive) if bone is not None else 0
     while control.parent is not None:
         control, count = control.parent, count + 1

@@ -233,15 +233,14 @@ def select(handle):
             "in the Outliner"
         )
     selection.choose(handle.control)
-    if handle.control.type == 'ARMATURE' and handle.bone in handle.control.data.bones:
-        handle.control.data.bones.active = handle.control.data.bones[handle.bone]
+    bone = control_places.bone_of(handle)
+    if bone is not None:
+        handle.control.data.bones.active = bone.bone
 
 
 def mover(handle):
     """The object or pose bone that moves a handle which has no problem()."""
-    control = handle.control
-    bone = control.pose.bones.get(handle.bone) if control.type == 'ARMATURE' else None
-    return control if bone is None else bone
+    return control_places.bone_of(handle) or handle.control
 
 
 def note_active(obj):

@@ -19,6 +19,9 @@ SAME_SIZE = 1e-6
 #: which they cut off.
 KEY_STATE = ("mute", "vertex_group", "slider_min", "slider_max", "value")
 
+#: Settings that making a handle and its region changes.
+SETTINGS = ("active_handle", "live", "roi_group", "roi_invert", "made_region", "former_result")
+
 #: The end of a limb is where its region's weights are no higher.
 END_OF_LIMB = 0.25
 
@@ -44,13 +47,13 @@ class Grip:
         """
         self._before = _Before(obj)
         index = obj.meanvalue.handles.find(name)
-        index = handle_at(obj, vertex) if index < 0 else index
+        index = new_handles.handle_at(obj, vertex) if index < 0 else index
         self.is_new = index is None
         _require_can_be_posed(obj)
         if self.is_new:
             _require_edges(obj, vertex)
             rig_space.measure(obj)  # throws before anything is changed
-            members = near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
+            members = new_handles.near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
             self.has_size = bool(obj.meanvalue.roi_group) or not _moving_handles(obj)
             handle = new_handles.add_handle(obj, members, new_name=ids.HANDLE_GROUP)
             new_handles.make_handle(obj, handle, members)
@@ -151,17 +154,14 @@ class _Before:
 
     def __init__(self, obj):
         settings = obj.meanvalue
-        self.live = settings.live
+        self._settings = {name: getattr(settings, name) for name in SETTINGS}
         self.others = [] if settings.live else roll.kinds_on(obj)
-        self._region = settings.roi_group, settings.roi_invert, settings.made_region
         self._had_group = settings.roi_group in obj.vertex_groups
-        self._active = settings.active_handle
         self._was_bound = settings.bound.is_bound
         self._weights = None
         self._result = shape_keys.result_positions(obj)
         self._had_keys = obj.data.shape_keys is not None
         self._keys = _read_keys(obj)
-        self._former_result = settings.former_result
         self._active_group = vertex_groups.active_name(obj)
 
     def region_weights(self, obj):
@@ -171,12 +171,12 @@ class _Before:
 
     def bring_back(self, obj, made_handle):
         settings = obj.meanvalue
-        settings.live = self.live
         if made_handle in settings.handles:
             controls.remove_handle(obj, settings.handles.find(made_handle))
-        settings.active_handle = self._active
         if self._weights is not None:
-            self._bring_region_back(obj)
+            self._bring_weights_back(obj)
+        for name, value in self._settings.items():
+            setattr(settings, name, value)
         if self._result is not None:
             shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[settings.result_key], self._result)
         else:
@@ -188,19 +188,16 @@ class _Before:
         for kind in self.others:
             kind.turn(obj, True)
         _bring_keys_back(obj, self._keys)
-        settings.former_result = self._former_result
         vertex_groups.make_active(obj, self._active_group)
         obj.update_tag()
 
-    def _bring_region_back(self, obj):
-        settings = obj.meanvalue
-        name, is_inverted, made_region = self._region
-        if self._had_group and settings.roi_group == name:
-            weights = 1.0 - self._weights if is_inverted else self._weights
+    def _bring_weights_back(self, obj):
+        name = self._settings["roi_group"]
+        if self._had_group and obj.meanvalue.roi_group == name:
+            weights = 1.0 - self._weights if self._settings["roi_invert"] else self._weights
             vertex_groups.replace_weights(obj, obj.vertex_groups[name], weights)
         else:
             region.remove_made_group(obj)
-        settings.roi_group, settings.roi_invert, settings.made_region = name, is_inverted, made_region
 
 
 def _read_keys(obj):
@@ -222,21 +219,6 @@ def _bring_keys_back(obj, states):
             blocks[name].relative_key = blocks[relative_to]
         for attribute, value in zip(KEY_STATE, values, strict=True):
             setattr(blocks[name], attribute, value)
-
-
-def handle_at(obj, vertex):
-    """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
-    has."""
-    found = (new_handles.handle_at(obj, each) for each in region.copies_of(obj, vertex))
-    return next((index for index in found if index is not None), None)
-
-
-def near_vertices(obj, vertex, distance):
-    """Indices, int32: `vertex` and those within `distance` of it along edges that no other handle has."""
-    distances = region.distances(obj, np.array([vertex]), distance)
-    near = np.flatnonzero(distances <= distance).astype(np.int32)
-    is_free = [each == vertex or new_handles.handle_at(obj, int(each)) is None for each in near]
-    return near[np.array(is_free)]
 
 
 def _channels(handle):

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""New handles with a control, and new pins."""
+"""New handles with a control, and pins; which handle has a vertex."""
 
 import numpy as np
 
-from ...scene import shape_keys, vertex_groups
-from . import controls
+from ... import ids, wording
+from ...errors import SceneError
+from ...scene import rig_space, shape_keys, vertex_groups
+from . import controls, region
 
 #: Told apart in the overlay without looking alike to most eyes (Okabe and Ito 2008).
 COLORS = (
@@ -54,7 +56,21 @@ def positions(obj, members):
 
 
 def handle_at(obj, vertex):
-    """Number of the first handle that is turned on and has the vertex; None if none has."""
+    """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
+    has."""
+    found = (_handle_of(obj, each) for each in region.copies_of(obj, vertex))
+    return next((index for index in found if index is not None), None)
+
+
+def near_vertices(obj, vertex, distance):
+    """Indices, int32: `vertex` and those within `distance` of it along edges that no other handle has."""
+    distances = region.distances(obj, np.array([vertex]), distance)
+    near = np.flatnonzero(distances <= distance).astype(np.int32)
+    is_free = [each == vertex or _handle_of(obj, int(each)) is None for each in near]
+    return near[np.array(is_free)]
+
+
+def _handle_of(obj, vertex):
     names = {obj.vertex_groups[each.group].name for each in obj.data.vertices[vertex].groups if each.weight > 0.0}
     for number, handle in enumerate(obj.meanvalue.handles):
         if handle.is_enabled and handle.name in names and not controls.is_deleted(handle):
@@ -62,8 +78,43 @@ def handle_at(obj, vertex):
     return None
 
 
-def is_posed(obj, members):
+def _is_posed(obj, members):
     """Whether the vertices are shown elsewhere than in the rest shape."""
     rest, posed = positions(obj, members)
     size = np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0))
     return bool(np.abs(posed - rest).max(initial=0.0) > 1e-5 * size)
+
+
+def toggle_pin(obj, vertex, size, name=""):
+    """Lets go of the pin `name`, or of the one that has the vertex, or pins the mesh there: Grab with Shift.
+
+    The pin holds as much as a new handle of that size. Returns a message. @throws SceneError.
+    """
+    index = obj.meanvalue.handles.find(name)
+    index = handle_at(obj, vertex) if index < 0 else index
+    if index is not None:
+        return _let_go(obj, index)
+    members = near_vertices(obj, vertex, region.HANDLE_SHARE * region.radius(obj, size))
+    is_posed = _is_posed(obj, members)
+    if is_posed:
+        rig_space.measure(obj)  # throws before anything is changed
+    handle = add_handle(obj, members, new_name=ids.PIN_GROUP)
+    if is_posed:
+        make_handle(obj, handle, members, PIN_COLOR)
+        handle.is_pin = True
+    else:
+        make_pin(handle)
+    obj.update_tag()
+    return f"Pin '{handle.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go"
+
+
+def _let_go(obj, index):
+    handle = obj.meanvalue.handles[index]
+    if handle.follows != 'REST' and not handle.is_pin:
+        raise SceneError(
+            f"'{handle.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "
+            "remove it, click it in the list and press -"
+        )
+    name = handle.name
+    controls.remove_handle(obj, index)
+    return f"Pin '{name}' is let go"

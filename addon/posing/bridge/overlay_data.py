@@ -7,7 +7,7 @@ hundred times as long, are read again when object_model says that they may be ot
 for a moment. What did not change is the same array as before.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,46 +19,49 @@ from . import scene_input, targets
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """Points and faces to draw, in object space.
+    """What was read of an object, and where that is to be seen, in object space.
 
-    points  k x 3 float32, colors  k x 4 float32: the anchors of all enabled handles that are not surrounded by others,
-            with Symmetric on both sides
-    tint    p x 3 float32, freedom p float32, corners q x 3 int32 into them: the region's faces, as Subdivision shows
-            them, and how freely their vertices move, 0 to 1; none if no region is set
+    stamp      of what was read, as of object_model
+    anchors    k int32, of all enabled handles, those that are not surrounded by others; with Symmetric on both sides
+    handles    k int32, number of the enabled handle of each
+    tinted     p int32, vertices of the region's faces, as Subdivision shows them; none if no region is set
+    freedom    p float32, how freely these move, 0 to 1
+    corners    q x 3 int32, triangles of them, positions in `tinted`
+    positions  n x 3 float32, where all vertices are to be seen
+    palette    (red, green, blue, alpha) of each enabled handle
     """
 
-    points: np.ndarray
-    colors: np.ndarray
-    tint: np.ndarray
+    stamp: object_model.Stamp | None
+    anchors: np.ndarray
+    handles: np.ndarray
+    tinted: np.ndarray
     freedom: np.ndarray
     corners: np.ndarray
+    positions: np.ndarray
+    palette: tuple = ()
 
+    @property
+    def points(self):
+        """k x 3 float32."""
+        return self.positions[self.anchors]
+
+    @property
+    def colors(self):
+        """k x 4 float32, of the points."""
+        return np.array(self.palette, np.float32).reshape(-1, 4)[self.handles]
+
+    @property
+    def tint(self):
+        """p x 3 float32."""
+        return self.positions[self.tinted]
+
+
+_NONE, _NO_TRIANGLES = np.empty(0, np.int32), np.empty((0, 3), np.int32)
 
 #: Until the mesh is read.
-NOTHING = Look(
-    points=np.empty((0, 3), np.float32),
-    colors=np.empty((0, 4), np.float32),
-    tint=np.empty((0, 3), np.float32),
-    freedom=np.empty(0, np.float32),
-    corners=np.empty((0, 3), np.int32),
-)
+NOTHING = Look(None, _NONE, _NONE, _NONE, np.empty(0, np.float32), _NO_TRIANGLES, np.empty((0, 3), np.float32))
 
-
-@dataclass(eq=False)
-class _Known:
-    stamp: object_model.Stamp
-    vertex_count: int  # as shown
-    anchors: np.ndarray  # k int32
-    handles: np.ndarray  # k int32: number of the enabled handle
-    tint_vertices: np.ndarray  # p int32
-    tint_freedom: np.ndarray  # p float32
-    tint_corners: np.ndarray  # q x 3 int32
-    look: Look | None = None
-    look_positions: np.ndarray | None = None  # n x 3 float32, what `look` was made of
-    look_colors: tuple = ()
-
-
-_known = {}  # session key: _Known
+_known = {}  # session key: Look
 
 
 def clear():
@@ -70,38 +73,36 @@ def look(obj):
     key = compat.session_key(obj)
     model = scene_input.model(obj)
     model.is_watched = True
-    known, positions = _known.get(key), shown_shape.all_positions(obj)
-    is_same_mesh = known is not None and known.vertex_count == len(positions)
-    is_same_list = known is not None and known.stamp.signature == model.stamp(obj).signature
-    if not (is_same_mesh and is_same_list and model.was_told_within(object_model.QUIET_SECONDS)):
+    known, positions = _known.get(key, NOTHING), shown_shape.all_positions(obj)
+    stamp, is_same_mesh = model.stamp(obj), known is not NOTHING and len(known.positions) == len(positions)
+    is_same_list = is_same_mesh and known.stamp.signature == stamp.signature
+    if not (is_same_list and model.was_told_within(object_model.QUIET_SECONDS)):
         reading = shared_readings.finished(obj, scene_input.HandleReading)
+        if reading is None and not is_same_list:  # its handles may be others than those that there are now
+            return known if is_same_mesh else NOTHING
         if reading is not None and not (is_same_mesh and known.stamp == model.stamp(obj)):
-            known = _known[key] = _read(obj, model.stamp(obj), reading, positions)
-        elif reading is None and (not is_same_mesh or known.look is None):
-            return NOTHING
-        elif reading is None and not is_same_list:
-            return known.look  # its handles may be others than those that there are now
-    colors = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
-    if known.look is None or known.look_colors != colors or not np.array_equal(known.look_positions, positions):
-        known.look = _look(known, positions, colors)
-        known.look_positions, known.look_colors = positions, colors
-    return known.look
+            known = _read(obj, model.stamp(obj), reading, positions)
+    palette = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
+    if known.palette != palette or not np.array_equal(known.positions, positions):
+        known = replace(known, positions=positions, palette=palette)
+    _known[key] = known
+    return known
 
 
 def _read(obj, stamp, reading, positions):
     names = [handle.name for handle in targets.enabled_handles(obj)]
     region = obj.meanvalue.roi_group
     members = reading.members
-    anchors, handles = bind_input.anchor_layout([members.get(name, np.empty(0, np.int32)) for name in names])
+    anchors, handles = bind_input.anchor_layout([members.get(name, _NONE) for name in names])
     rest = shape_keys.rest_positions(obj.data)
     twins = mirrors.partners(obj, rest, *reading.faces)
     anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *reading.faces)
-    vertices, corners, freedom = np.empty(0, np.int32), np.empty((0, 3), np.int32), np.empty(0)
+    tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
     if region in members:
         freedom = scene_input.region_weights(obj, reading)
         freedom = scene_input.effective_region(obj, freedom, rest, None if twins is None else twins[None])
-        vertices, corners, freedom = _tint(obj, reading.faces, freedom, positions)
-    return _Known(stamp, len(positions), anchors, handles, vertices, freedom.astype(np.float32), corners)
+        tinted, corners, freedom = _tint(obj, reading.faces, freedom, positions)
+    return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
 
 
 def _tint(obj, faces, freedom, positions):
@@ -141,13 +142,3 @@ def _outlined(anchors, handles, vertex_count, corners, starts):
     is_shown = is_shown[anchors]
     is_shown |= ~np.isin(handles, handles[is_shown])
     return anchors[is_shown], handles[is_shown]
-
-
-def _look(known, positions, colors):
-    return Look(
-        points=positions[known.anchors],
-        colors=np.array(colors, np.float32).reshape(-1, 4)[known.handles],
-        tint=positions[known.tint_vertices],
-        freedom=known.tint_freedom,
-        corners=known.tint_corners,
-    )

@@ -65,11 +65,6 @@ def weights(obj):
     return 1.0 - found if settings.roi_invert else found
 
 
-def current_mask(obj):
-    """n bool: what may move by the settings; nothing if no region is set or its group is missing."""
-    return welding.spread(weights(obj), copies(obj), obj.meanvalue.roi_invert) > 0.0
-
-
 def copies(obj):
     """n int, the lowest numbered copy of each vertex by Merge Distance; None if nothing is merged."""
     return welding.copies(shape_keys.rest_positions(obj.data), obj.meanvalue.merge_distance)
@@ -171,10 +166,3 @@ def let_go(obj, handle):
         write(obj, left)
     else:
         remove_made_group(obj)
-
-
-def handles_outside(obj, mask):
-    """Names of the enabled handles, pins left out, that have vertices outside `mask`."""
-    moving = [handle.name for handle in obj.meanvalue.handles if handle.is_enabled and handle.follows != 'REST']
-    members = vertex_groups.members(obj, moving)
-    return [name for name in moving if name in members and not mask[members[name]].all()]

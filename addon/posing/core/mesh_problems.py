@@ -23,6 +23,7 @@ KINDS = (
     ('NO_AREA', "Faces Without Area", "Faces whose corners lie in one line or in one place"),
     ('FLIPPED', "Flipped Faces", "Neighbouring faces that look to opposite sides"),
     ('FIN', "More Than Two Faces", "Edges that more than two faces share, and those of faces that are there twice"),
+    ('UNPAIRED', "Unpaired", "Vertices without a mirror image across the axis of Symmetric"),
 )
 
 
@@ -35,11 +36,12 @@ class Problem:
     vertices: np.ndarray
 
 
-def find(rest, triangles, report=None, places=None):
+def find(rest, triangles, report=None, places=None, partners=None):
     """All Problems of n x 3 `rest` and m x 3 `triangles`, in the order of KINDS.
 
     report: the native one of a binding, which knows the parts; places: which vertex of what the solver gets each of
-    the n is (BindInput.solver_mesh). Doubles that are one there are none.
+    the n is (BindInput.solver_mesh): doubles that are one there are none; partners: n int, the mirror image of each
+    vertex, -1 for none.
     """
     rest = np.asarray(rest, np.float64)
     places = np.arange(len(rest)) if places is None else places
@@ -49,6 +51,7 @@ def find(rest, triangles, report=None, places=None):
         'NO_AREA': _without_area(rest, triangles),
         **_of_edges(triangles),
         **({} if report is None else _of_parts(report, places)),
+        'UNPAIRED': _unpaired(np.empty(0, int) if partners is None else partners),
     }
     return [Problem(kind, *found[kind]) for kind, *_ in KINDS if kind in found and len(found[kind][1])]
 
@@ -58,6 +61,11 @@ def _wire(count, triangles):
     lone[triangles] = False
     vertices = np.flatnonzero(lone)
     return f"{wording.vertices(len(vertices))} without faces", vertices
+
+
+def _unpaired(partners):
+    vertices = np.flatnonzero(partners < 0)
+    return f"{wording.vertices(len(vertices))} without a mirror image", vertices
 
 
 def _doubles(rest, triangles, places):

@@ -10,7 +10,6 @@ from ...scene import rig_space, selection, shape_keys, subject, vertex_groups
 from ...scene.core.finite import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import controls, new_handles, region, scene_input
-from .region import notes_on
 
 
 class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
@@ -105,20 +104,18 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
             rig_space.measure(obj)  # throws before anything is changed
         new_name = self.name or (ids.PIN_GROUP if self.pin else ids.HANDLE_GROUP)
         handle = new_handles.add_handle(obj, members, group=name, new_name=new_name)
-        count, notes = wording.vertices(len(np.unique(members))), []
+        count = wording.vertices(len(np.unique(members)))
         if self.pin:
             new_handles.make_pin(handle)
             message = f"Pin '{handle.name}' holds {count}"
         else:
             self._equip(obj, handle, members)
             message = f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
-            if self.size > 0.0:
-                notes = list(notes_on(obj, region.current_mask(obj)))
         try:
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed
-            return message, [*notes, str(problem)]
-        return message, notes
+            return message, [str(problem)]
+        return message, []
 
     def _require_usable(self, obj, members):
         """@throws SceneError before anything is changed."""

@@ -20,12 +20,6 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.drive_by_bone"
     bl_label = "Drive by Bone"
 
-    key: bpy.props.StringProperty(
-        name="Shape Key",
-        description="The kept pose. If empty: the active shape key",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
-    )
     bone: bpy.props.StringProperty(
         name="Bone",
         description="If empty: the bone that is turned most",
@@ -67,10 +61,7 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         layout.prop(self, "angle")
 
     def run(self, obj):
-        rig = _armature(obj)
-        key = obj.data.shape_keys.key_blocks.get(self.key) if self.key else shape_keys.kept(obj)
-        if key is None:
-            raise SceneError(f"'{obj.name}' has no shape key '{self.key}'. Choose one that it has")
+        rig, key = _armature(obj), shape_keys.kept(obj)
         self._fill_in(rig)
         if self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")

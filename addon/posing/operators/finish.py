@@ -61,8 +61,11 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     def prepare(self, obj, reading):
         if self.keep == 'NOTHING':
             return None
-        if self.keep == 'SHAPE_KEY' and shape_keys.result_positions(obj) is not None:
-            _kept_name(obj, self.name)  # throws before anything is changed
+        if self.keep == 'SHAPE_KEY' and self._kept_name() == obj.meanvalue.result_key:
+            raise SceneError(
+                f"'{self._kept_name()}' is the key that posing writes, so the next pose would overwrite it. Give the "
+                "kept pose another name, or change Result (Advanced)"
+            )
         return super().prepare(obj, reading)
 
     def use(self, obj):
@@ -75,6 +78,9 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             notes.append(sharing)
         return f"{kept}. {removed} removed", notes
 
+    def _kept_name(self):
+        return self.name.strip() or ids.KEPT_KEY
+
     def _keep(self, obj):
         """Returns (sentence, [notes])."""
         settings, keys = obj.meanvalue, obj.data.shape_keys
@@ -85,7 +91,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         settings.live = False
         if keeps_key and same is None:
             key = keys.key_blocks[settings.result_key]
-            key.name = _kept_name(obj, self.name)
+            key.name = self._kept_name()
             return f"The pose is shape key '{key.name}'", []
         shape_keys.remove(obj, [settings.result_key])
         if same is not None and same != keys.reference_key:
@@ -145,18 +151,6 @@ def _is_copy(other, obj):
     ours, theirs = ({(handle.name, handle.control) for handle in each.meanvalue.handles} for each in (obj, other))
     mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
     return theirs <= ours and not mine and any(control is not None for _, control in theirs)
-
-
-def _kept_name(obj, wanted):
-    """What to call the kept key: `wanted`, numbered if that is taken. @throws SceneError if posing writes that key."""
-    result, wanted = obj.meanvalue.result_key, wanted.strip() or ids.KEPT_KEY
-    if wanted == result and wanted != ids.KEPT_KEY:
-        raise SceneError(
-            f"'{wanted}' is the key that posing writes, so the next pose would overwrite it. Give the kept pose "
-            "another name, or change Result (Advanced)"
-        )
-    names = (wanted, *(f"{wanted[: ids.NAME_LENGTH - 4]}.{number:03}" for number in range(1, 1000)))
-    return next(name for name in names if name not in obj.data.shape_keys.key_blocks)
 
 
 def remove_what_was_made(obj):

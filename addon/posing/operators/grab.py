@@ -11,8 +11,8 @@ from ...live import engine
 from ...scene import selection, subject
 from ...widgets import under_mouse
 from ...widgets.base import ModalOperator
-from ..bridge import controls, pinning, region
-from ..bridge.grip import Grip, handle_at
+from ..bridge import controls, new_handles, region
+from ..bridge.grip import Grip
 from . import pressing, tool_choice
 from .drag_circle import DragCircle
 from .handles import insert_keyframes
@@ -92,10 +92,10 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             if self.handle not in obj.meanvalue.handles:
                 pressing.require_vertex(obj, self.vertex)
             if self.pin:
-                message, notes = pinning.toggle(obj, self.vertex, self.size)
+                message = new_handles.toggle_pin(obj, self.vertex, self.size, self.handle)
                 if obj != subject.of(context):
                     selection.choose(obj)
-                return self.tell(message, notes)
+                return self.tell(message, [])
             grip = Grip(obj, self.vertex, self.size, self.handle)
             if self.properties.is_property_set("size"):
                 grip.resize(obj, self.size)
@@ -118,11 +118,10 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         except SceneError as error:
             return self._warn(error)
         self.object_name, self._identity = obj.name, compat.session_key(obj)
+        self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
         if self.pin:
-            self.vertex = pinning.pressed_vertex(obj, self._pressed)
             return self.execute(context)
         self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
-        self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
         own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
         self.size = self._size_taken = own_size or self.size
         self._circle = DragCircle()
@@ -184,7 +183,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
 
     def _handle(self, obj):
         """Name of the handle or pin that is pressed on, or ""."""
-        index = None if self._pressed.handle else handle_at(obj, self.vertex)
+        index = None if self._pressed.handle else new_handles.handle_at(obj, self.vertex)
         return self._pressed.handle if index is None else obj.meanvalue.handles[index].name
 
     def _on_plane(self, context, mouse):

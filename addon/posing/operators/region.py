@@ -46,10 +46,9 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         weights = (region.distances(obj, members, self.distance) <= self.distance).astype(float)
         if self.extend:
             weights = np.maximum(weights, region.weights(obj))
-        mask = weights > 0.0
         region.write(obj, weights)
-        message = f"The region '{settings.roi_group}' has {wording.vertices(int(mask.sum()))} around '{name}'"
-        return message, list(notes_on(obj, mask))
+        count = wording.vertices(np.count_nonzero(weights))
+        return f"The region '{settings.roi_group}' has {count} around '{name}'", []
 
 
 class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
@@ -77,14 +76,3 @@ class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
         selection.choose(obj)
         bpy.ops.object.mode_set(mode='WEIGHT_PAINT')
         return f"Paint region '{group.name}': what has a weight may move. Press Paint Region again when it is right", []
-
-
-def notes_on(obj, mask):
-    """Sentences on a region, n bool, that may not do what the artist expects of it."""
-    outside = region.handles_outside(obj, mask)
-    if outside:
-        yield (
-            f"{'Handle' if len(outside) == 1 else 'Handles'} {wording.quoted(outside)} "
-            f"{'reaches' if len(outside) == 1 else 'reach'} out of it, where nothing follows: grow from there with "
-            "Extend, or turn it off"
-        )

@@ -16,10 +16,6 @@ from ..bridge import scene_input
 from ..core import mesh_problems
 
 ALL = 'ALL'
-KINDS = (
-    *mesh_problems.KINDS,
-    ('UNPAIRED', "Unpaired", "Vertices without a mirror image across the axis of Symmetric"),
-)
 
 
 class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
@@ -33,7 +29,7 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
         description="What to select",
         items=(
             (ALL, "All", "Whatever is unusual"),
-            *KINDS,
+            *mesh_problems.KINDS,
         ),
         default=ALL,
     )
@@ -41,8 +37,7 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
     def run(self, obj):
         found = [each for each in problems(obj) if self.kind in {ALL, each.kind}]
         if not found:
-            what = "Nothing unusual" if self.kind == ALL else f"Nothing of the kind '{_name(self.kind)}'"
-            return f"{what} was found on '{obj.name}'", []
+            return f"Nothing {'unusual' if self.kind == ALL else 'of that kind'} was found on '{obj.name}'", []
         vertices = np.unique(np.concatenate([each.vertices for each in found]))
         selection.choose(obj)
         notes = selection.edit_with_selected(obj, vertices)
@@ -59,14 +54,5 @@ def problems(obj):
         bind_input = scene_input.gather(obj)
         places, binding = bind_input.solver_mesh.places, session.cached(bind_input)
         report = binding.deformer.report if binding is not None else None
-    found = mesh_problems.find(rest, triangles, report, places)
     partners = mirrors.partners(obj, rest, *mesh_arrays.faces(obj.data))
-    unpaired = np.flatnonzero(partners < 0) if partners is not None else ()
-    if len(unpaired):
-        text = f"{wording.vertices(len(unpaired))} without a mirror image across {obj.meanvalue.symmetric}"
-        found.append(mesh_problems.Problem('UNPAIRED', text, unpaired))
-    return found
-
-
-def _name(kind):
-    return next(name for identifier, name, _ in KINDS if identifier == kind)
+    return mesh_problems.find(rest, triangles, report, places, partners)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keyboard shortcuts. They are free in Blender's own keymap, and can be changed in the add-on's preferences.
+"""Keyboard shortcuts. They are free in Blender's own keymap, and can be changed in Preferences > Keymap.
 
 Blender keeps what the artist changed beside what is registered here, so that it survives.
 """
@@ -31,26 +31,6 @@ def _turn_live(_scene, is_on):
     obj = subject.of(bpy.context)
     if subject.object_problem(obj) is None and (obj.meanvalue.handles or not is_on):
         obj.meanvalue.live = is_on
-
-
-def _items(keyconfig):
-    """(keymap, its item) of the shortcuts that `keyconfig` has."""
-    for name, operator, properties, _key, _modifiers in SHORTCUTS:
-        keymap = keyconfig.keymaps.get(name) if keyconfig else None
-        for item in keymap.keymap_items if keymap else ():
-            if item.idname == operator and all(getattr(item.properties, key) == properties[key] for key in properties):
-                yield keymap, item
-                break
-
-
-def draw(layout):
-    """The shortcuts as the artist has them, to be edited."""
-    import rna_keymap_ui
-
-    keyconfig = bpy.context.window_manager.keyconfigs.user
-    for keymap, item in _items(keyconfig):
-        layout.context_pointer_set("keymap", keymap)
-        rna_keymap_ui.draw_kmi([], keyconfig, keymap, item, layout, 0)
 
 
 def register():

@@ -15,7 +15,7 @@ def draw_add(layout):
 
 
 class MEANVALUE_MT_handles(bpy.types.Menu):
-    """Hold the mesh, and move what is held"""
+    """Hold the mesh, move what is held, and say what may follow"""
 
     bl_idname = "MEANVALUE_MT_handles"
     bl_label = "Handles"
@@ -27,7 +27,8 @@ class MEANVALUE_MT_handles(bpy.types.Menu):
         obj = subject.of(context)
         if subject.object_problem(obj) is None:
             layout.prop(obj.meanvalue, "live")
-        menus.draw_operators(layout, ("meanvalue.reset_handles", "meanvalue.keyframe_handles"))
+        menus.draw_operators(layout, ("meanvalue.reset_handles", "meanvalue.keyframe_handles", None))
+        menus.draw_operators(layout, ("meanvalue.grow_region", "meanvalue.paint_region"))
 
 
 class MEANVALUE_MT_apply(bpy.types.Menu):
@@ -59,14 +60,6 @@ class MEANVALUE_MT_pose(bpy.types.Menu):
         self.layout.menu(MEANVALUE_MT_apply.bl_idname)
 
 
-class MEANVALUE_MT_region(menus.OperatorMenu, bpy.types.Menu):
-    """Which part of the mesh may move"""
-
-    bl_idname = "MEANVALUE_MT_region"
-    bl_label = "Region"
-    operators = ("meanvalue.grow_region", "meanvalue.paint_region")
-
-
 class MEANVALUE_MT_advanced(menus.OperatorMenu, bpy.types.Menu):
     """What everyday posing does without"""
 
@@ -86,7 +79,7 @@ class MEANVALUE_MT_object(bpy.types.Menu):
     bl_label = ids.SIDEBAR_TAB
 
     def draw(self, _context):
-        own = (MEANVALUE_MT_handles, MEANVALUE_MT_pose, MEANVALUE_MT_region)
+        own = (MEANVALUE_MT_handles, MEANVALUE_MT_pose)
         for name in (*(menu.bl_idname for menu in own), *menus.of_rooms, MEANVALUE_MT_advanced.bl_idname):
             self.layout.menu(name)
 
@@ -117,7 +110,6 @@ CLASSES = (
     MEANVALUE_MT_handles,
     MEANVALUE_MT_apply,
     MEANVALUE_MT_pose,
-    MEANVALUE_MT_region,
     MEANVALUE_MT_advanced,
     MEANVALUE_MT_object,
     MEANVALUE_MT_edit_mesh,

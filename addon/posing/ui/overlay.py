@@ -51,10 +51,10 @@ def paint(context, obj):
         with gpu.matrix.push_pop():
             gpu.matrix.multiply_matrix(obj.matrix_world)
             if _batches.tint is not None and obj.mode in TINTED_MODES:
-                _draw_closer(context, TINT_CLOSER, _draw_tint)
+                _draw_closer(context, TINT_CLOSER, _batches.tint, compat.surface_shader())
             if _batches.points is not None:
                 gpu.state.point_size_set(POINT_PIXELS * context.preferences.system.ui_scale)
-                _draw_closer(context, POINTS_CLOSER, _draw_points)
+                _draw_closer(context, POINTS_CLOSER, _batches.points, compat.points_shader())
     finally:
         gpu.state.point_size_set(1.0)
         gpu.state.depth_mask_set(wrote_depth)
@@ -62,19 +62,11 @@ def paint(context, obj):
         gpu.state.blend_set('NONE')
 
 
-def _draw_tint():
-    _batches.tint.draw(compat.surface_shader())
-
-
-def _draw_points():
-    _batches.points.draw(compat.points_shader())
-
-
-def _draw_closer(context, share, draw_it):
+def _draw_closer(context, share, batch, shader):
     with gpu.matrix.push_pop_projection():
         projection = gpu.matrix.get_projection_matrix()
         gpu.matrix.load_projection_matrix(closer(projection, context.region_data.view_distance, share))
-        draw_it()
+        batch.draw(shader)
 
 
 def closer(projection, view_distance, share):

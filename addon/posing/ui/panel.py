@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sidebar panel and its parts."""
+"""The sidebar panel, its parts, and the list of handles and pins."""
 
 import bpy
 
@@ -12,10 +12,39 @@ from ...widgets.panels import PanelPart, SidebarPanel
 from ...widgets.text_box import draw_wrapped
 from ..bridge import bound_record, controls, scene_input, targets
 from ..operators import tool_choice
-from .handle_list import MEANVALUE_UL_handles
 from .menus import MEANVALUE_MT_apply, draw_add
 
+FOLLOWS_ICONS = {'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 HINT = "Press on the mesh and drag. Shift-click holds a place. The wheel says how much follows."
+
+
+class MEANVALUE_UL_handles(bpy.types.UIList):
+    """One line for each handle or pin: on or off, color, name, and a button to select it"""
+
+    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
+        obj = subject.of(context)
+        missing = item.name not in obj.vertex_groups
+        row = layout.row(align=True)
+        row.prop(item, "is_enabled", text="")
+        color = row.row(align=True)
+        color.ui_units_x = 0.6
+        color.prop(item, "color", text="")
+        broken = missing or (item.follows == 'CONTROL' and controls.problem(obj, item) is not None)
+        name = row.row()
+        name.alert = broken
+        name.active = item.is_enabled
+        icon = 'ERROR' if broken else FOLLOWS_ICONS[item.follows]
+        name.label(text=item.name, icon=icon, translate=False)
+        row.operator("meanvalue.select_handle", text="", icon='RESTRICT_SELECT_OFF').index = index
+
+    def filter_items(self, _context, data, collection):
+        """Without the handles whose control was deleted."""
+        handles = getattr(data, collection)
+        if self.filter_name:
+            shown = bpy.types.UI_UL_list.filter_items_by_name(self.filter_name, self.bitflag_filter_item, handles)
+        else:
+            shown = [self.bitflag_filter_item] * len(handles)
+        return [0 if controls.is_deleted(handle) else flag for handle, flag in zip(handles, shown, strict=True)], []
 
 
 class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
@@ -224,6 +253,7 @@ def _status(obj):
 
 
 CLASSES = (
+    MEANVALUE_UL_handles,
     MEANVALUE_PT_panel,
     MEANVALUE_PT_selection,
     MEANVALUE_PT_active_handle,
