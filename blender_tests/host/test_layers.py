@@ -19,6 +19,7 @@ ALLOWED = {
     "optimise": {"common", "mesh", "encoding", "linalg"},
     "decode": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise"},
     "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
+    "sliders": {"common", "linalg"},
     "sequence": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform"},
     "morph": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform"},
     # What we are compared with; nothing of the product depends on it.

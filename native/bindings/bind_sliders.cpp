@@ -86,8 +86,8 @@ Task start_solve_sequence(const std::shared_ptr<SliderFit>& fit, const py::objec
                           const std::optional<py::object>& weights, const SharedExecution& execution) {
     const FloatArray array = as_floats(targets, "targets", 3, "an array of shape (frames, anchors, 3)");
     if (array.shape(2) != 3) {
-        throw ::meanvalue::InvalidInput(message("targets has ", array.shape(2),
-                                                " coordinates; give an array of shape (frames, anchors, 3)"));
+        throw ::meanvalue::InvalidInput(
+            message("targets has ", array.shape(2), " coordinates; give an array of shape (frames, anchors, 3)"));
     }
     std::vector<Positions> frames;
     for (py::ssize_t f = 0; f < array.shape(0); ++f) {

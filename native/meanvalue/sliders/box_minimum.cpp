@@ -18,7 +18,8 @@ double value_at(const BoxProblem& problem, const Eigen::VectorXd& x) {
 }
 
 /// Those that no bound holds against the slope.
-std::vector<Eigen::Index> find_free(const BoxProblem& problem, const Eigen::VectorXd& x, const Eigen::VectorXd& slope) {
+std::vector<Eigen::Index> find_free(const BoxProblem& problem, const Eigen::VectorXd& x,
+                                    const Eigen::VectorXd& slope) {
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < x.size(); ++i) {
         const bool at_lower = x(i) <= problem.lower(i) && slope(i) > 0.0;

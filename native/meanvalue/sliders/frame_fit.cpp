@@ -33,7 +33,8 @@ Eigen::VectorXd ranges(const SliderModel& model) {
 }
 
 double least_noise(const SliderModel& model) {
-    const double square = model.basis.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, model.basis.size()));
+    const double square =
+        model.basis.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, model.basis.size()));
     return std::max(kLeastNoise * kLeastNoise * square, std::numeric_limits<double>::min());
 }
 

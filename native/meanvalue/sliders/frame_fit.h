@@ -19,7 +19,9 @@ struct SliderModel {
     Eigen::Index anchor_count() const { return anchors.rows(); }
     Eigen::Index shape_count() const { return basis.cols(); }
     /// The values in the box nearest to zero: what the prior prefers.
-    Eigen::VectorXd rest_values() const { return Eigen::VectorXd::Zero(shape_count()).cwiseMax(lower).cwiseMin(upper); }
+    Eigen::VectorXd rest_values() const {
+        return Eigen::VectorXd::Zero(shape_count()).cwiseMax(lower).cwiseMin(upper);
+    }
     /// Where the anchors are, k x 3, before the whole is moved.
     Positions mix(const Eigen::VectorXd& values) const;
 };
@@ -33,13 +35,13 @@ struct FrameTargets {
 
 /// What is estimated of one frame.
 struct FrameEstimate {
-    Eigen::VectorXd values;                      ///< s
-    Matrix3 rotation = Matrix3::Identity();      ///< of the whole
-    Vector3 translation = Vector3::Zero();       ///< of the whole
-    Eigen::VectorXd prior;                       ///< s: variance of each value before the targets are seen
-    double noise = 0.0;                          ///< variance of a target's coordinate
-    double scale = 0.0;                          ///< variance by which outliers are judged
-    std::vector<double> trust;                   ///< of each known anchor, from 1 to 0 for an outlier
+    Eigen::VectorXd values;                  ///< s
+    Matrix3 rotation = Matrix3::Identity();  ///< of the whole
+    Vector3 translation = Vector3::Zero();   ///< of the whole
+    Eigen::VectorXd prior;                   ///< s: variance of each value before the targets are seen
+    double noise = 0.0;                      ///< variance of a target's coordinate
+    double scale = 0.0;                      ///< variance by which outliers are judged
+    std::vector<double> trust;               ///< of each known anchor, from 1 to 0 for an outlier
 
     bool is_outlier(std::size_t row) const { return trust[row] < 0.05; }
     /// k x 3: targets minus the anchors that were found, NaN without a target.
@@ -55,7 +57,8 @@ struct NeighbourPull {
 /// How a small rigid motion about `centre` moves `points`, 3m x 6: three translations, three rotations.
 Eigen::MatrixXd rigid_motions(const Positions& points, const Vector3& centre);
 
-/// The motion of the whole by the best fit, everything else as before any target is seen. @pre three known anchors where the whole can move, else one.
+/// The motion of the whole by the best fit, everything else as before any target is seen. @pre three known anchors
+/// where the whole can move, else one.
 FrameEstimate begin_estimate(const SliderModel& model, const FrameTargets& frame, const Eigen::VectorXd& values);
 
 /// Sparse Bayesian regression (Tipping 2001) within bounds: each value has a prior variance of its own, which is

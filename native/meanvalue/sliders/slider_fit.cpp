@@ -46,7 +46,8 @@ void require_sizes(const SliderBinding& binding) {
 Eigen::VectorXd bounds_of(const std::vector<double>& given, std::size_t count, double fallback, const char* name) {
     if (given.empty()) return Eigen::VectorXd::Constant(static_cast<Eigen::Index>(count), fallback);
     if (given.size() != count) {
-        throw InvalidInput(message(name, " has ", given.size(), " numbers for ", count, " shapes; give one for each"));
+        throw InvalidInput(
+            message(name, " has ", given.size(), " numbers for ", count, " shapes; give one for each"));
     }
     for (std::size_t s = 0; s < count; ++s) {
         if (!std::isfinite(given[s])) {
@@ -181,8 +182,8 @@ SliderFit::~SliderFit() = default;
 SliderSolution SliderFit::solve(const PositionsView& targets, const SliderOptions& options) const {
     const auto anchors = static_cast<std::size_t>(anchor_count());
     if (!options.weights.empty() && options.weights.size() != anchors) {
-        throw InvalidInput(message("weights has ", options.weights.size(), " numbers for ", anchors,
-                                   " anchors; give one for each"));
+        throw InvalidInput(
+            message("weights has ", options.weights.size(), " numbers for ", anchors, " anchors; give one for each"));
     }
     Eigen::VectorXd start = bound_->model.rest_values();
     if (!options.start.empty()) start = bounds_of(options.start, shape_count(), 0.0, "start");

@@ -50,8 +50,8 @@ Eigen::VectorXd step_variances(const SliderModel& model, const std::vector<Frame
     return ((two - one) / count).cwiseMax(least);
 }
 
-/// Prior variances of frames close in time are alike: their mean over a window.
-std::vector<Eigen::VectorXd> shared_priors(const std::vector<FrameEstimate>& estimates) {
+/// Which shapes are in use is alike in frames close in time: prior variances become their means over a window.
+void share_priors(std::vector<FrameEstimate>& estimates) {
     const auto count = static_cast<Index>(estimates.size());
     std::vector<Eigen::VectorXd> priors(estimates.size());
     for (Index f = 0; f < count; ++f) {
@@ -62,7 +62,8 @@ std::vector<Eigen::VectorXd> shared_priors(const std::vector<FrameEstimate>& est
             sum += estimates[g].prior;
         priors[f] = sum / static_cast<double>(end - begin);
     }
-    return priors;
+    for (Index f = 0; f < count; ++f)
+        estimates[f].prior = priors[f];
 }
 
 NeighbourPull pull_of(const std::vector<FrameEstimate>& estimates, const Eigen::VectorXd& steps, Index f) {
@@ -91,9 +92,8 @@ void fill_gaps(const std::vector<Index>& seen, std::vector<FrameEstimate>& estim
         FrameEstimate between = before;
         between.values = (1.0 - share) * before.values + share * after.values;
         between.translation = (1.0 - share) * before.translation + share * after.translation;
-        between.rotation = Eigen::Quaterniond(before.rotation)
-                               .slerp(share, Eigen::Quaterniond(after.rotation))
-                               .toRotationMatrix();
+        between.rotation =
+            Eigen::Quaterniond(before.rotation).slerp(share, Eigen::Quaterniond(after.rotation)).toRotationMatrix();
         estimates[f] = between;
     }
 }
@@ -118,9 +118,7 @@ std::vector<FrameEstimate> estimate_sequence(const SliderModel& model, const std
     });
     fill_gaps(seen, estimates);
     const Eigen::VectorXd steps = step_variances(model, estimates, seen);
-    const std::vector<Eigen::VectorXd> priors = shared_priors(estimates);
-    for (std::size_t f = 0; f < estimates.size(); ++f)
-        estimates[f].prior = priors[f];
+    share_priors(estimates);
     // Every second frame, then the others: what is read is not written meanwhile.
     for (int sweep = 0; sweep < 2 * kSweeps; ++sweep) {
         std::vector<Index> turn;

@@ -265,6 +265,61 @@ class Sequence:
     @property
     def vertices(self) -> NDArray[np.float32]: ...
 
+class SliderFit:
+    def __init__(
+        self,
+        rest: ArrayLike,
+        shapes: ArrayLike,
+        anchors: ArrayLike,
+        *,
+        lower: ArrayLike = 0.0,
+        upper: ArrayLike = 1.0,
+        can_move: bool = True,
+        threads: int = 0,
+    ) -> None: ...
+    @property
+    def alike(self) -> tuple[tuple[int, int], ...]: ...
+    def solve(
+        self,
+        targets: ArrayLike,
+        weights: ArrayLike | None = None,
+        *,
+        start: ArrayLike | None = None,
+    ) -> SliderValues: ...
+    def solve_sequence(
+        self,
+        targets: ArrayLike,
+        weights: ArrayLike | None = None,
+        *,
+        execution: Execution | None = None,
+    ) -> SliderValues: ...
+    def start_solve(
+        self,
+        targets: ArrayLike,
+        weights: ArrayLike | None = None,
+        *,
+        start: ArrayLike | None = None,
+    ) -> Task: ...
+    def start_solve_sequence(
+        self,
+        targets: ArrayLike,
+        weights: ArrayLike | None = None,
+        *,
+        execution: Execution | None = None,
+    ) -> Task: ...
+    @property
+    def unseen(self) -> tuple[int, ...]: ...
+
+class SliderValues:
+    @property
+    def outliers(self) -> NDArray[np.bool_]: ...
+    @property
+    def residuals(self) -> NDArray[np.float64]: ...
+    @property
+    def transform(self) -> NDArray[np.float64]: ...
+    @property
+    def values(self) -> NDArray[np.float64]: ...
+
 class Solution:
     @property
     def all_iterations(self) -> int: ...
