@@ -26,7 +26,7 @@ def test_a_posed_object_without_a_name_of_the_artists(native, tmp_path, capfd):
     text = told(capfd)
     assert SECRET not in text and str(tmp_path) not in text
     for line in (f"Blender: {bpy.app.version_string}", "Vertices, edges, faces: 25, 40, 16", "Modifiers: SUBSURF",
-                 "Pin: on True", "Region: True", "Method: fast", f"Solver: {native.__version__}"):  # fmt: skip
+                 "Handles and pins, region: 2, True", "Method: fast", f"Solver: {native.__version__}"):  # fmt: skip
         assert line in text, line
 
 

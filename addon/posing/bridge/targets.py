@@ -81,17 +81,12 @@ def gather_behind(obj, bind_input, space, known=None):
 
 def gather_from_key(obj, bind_input, name):
     """The Targets of all handles and pins where the shape key `name` has their vertices. @throws SceneError."""
-    require_key(obj, name)
-    shape = shape_keys.positions(obj.data.shape_keys.key_blocks[name])
-    require_finite(shape, f"shape key '{name}'")
-    return Targets(shape[bind_input.anchors].astype(np.float64), _weights(obj, bind_input))
-
-
-def require_key(obj, name):
-    """@throws SceneError if the object has no shape key `name`."""
     keys = obj.data.shape_keys
     if keys is None or name not in keys.key_blocks:
         raise SceneError(f"'{obj.name}' has no shape key '{name}'. Choose one that it has")
+    shape = shape_keys.positions(keys.key_blocks[name])
+    require_finite(shape, f"shape key '{name}'")
+    return Targets(shape[bind_input.anchors].astype(np.float64), _weights(obj, bind_input))
 
 
 def positions(obj, bind_input, space, known=None):
@@ -169,6 +164,7 @@ def _require_depth(obj, bind_input, space, is_moved):
 
 
 def _require_numbers(handle, points):
+    """Or they would be other targets whenever they are looked at."""
     if not np.isfinite(points).all():
         raise SceneError(
             f"The control of handle '{handle.name}' is at a place that is not a number. Reset its transform"

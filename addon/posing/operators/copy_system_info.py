@@ -47,15 +47,10 @@ def _facts(obj):
         return
     mesh, settings = obj.data, obj.meanvalue
     yield "Vertices, edges, faces", f"{len(mesh.vertices):,}, {len(mesh.edges):,}, {len(mesh.polygons):,}"
-    yield "Objects with the mesh", mesh.users
     yield "Mode", obj.mode
     yield "Scale", ", ".join(f"{part:g}" for part in obj.scale)
     yield "Modifiers", ", ".join(modifier.type for modifier in obj.modifiers)
-    yield "Shape keys", len(mesh.shape_keys.key_blocks) if mesh.shape_keys else 0
-    for handle in settings.handles:
-        kind = "Handle" if handle.follows == 'CONTROL' else "Pin"
-        yield kind, f"on {handle.is_enabled}, soft {handle.is_soft}"
-    yield "Region", bool(settings.roi_group)
+    yield "Handles and pins, region", f"{len(settings.handles)}, {bool(settings.roi_group)}"
     yield "Live, bound, baked", f"{settings.live}, {settings.bound.is_bound}, {settings.baked.target or False}"
     for name in declarations.names(type(settings)):
         setting = settings.bl_rna.properties[name]

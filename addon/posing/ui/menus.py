@@ -49,27 +49,17 @@ class MEANVALUE_MT_apply(bpy.types.Menu):
 
 
 class MEANVALUE_MT_pose(bpy.types.Menu):
-    """Keep the pose, or use it"""
+    """Keep the pose, or use it; and what everyday posing does without"""
 
     bl_idname = "MEANVALUE_MT_pose"
     bl_label = "Pose"
 
     def draw(self, _context):
-        solve = ("meanvalue.solve", "meanvalue.solve_from_key", None)
-        menus.draw_operators(self.layout, (*solve, "meanvalue.keep_pose", "meanvalue.drive_by_bone"))
+        menus.draw_operators(self.layout, ("meanvalue.keep_pose", "meanvalue.drive_by_bone"))
         self.layout.menu(MEANVALUE_MT_apply.bl_idname)
-
-
-class MEANVALUE_MT_advanced(menus.OperatorMenu, bpy.types.Menu):
-    """What everyday posing does without"""
-
-    bl_idname = "MEANVALUE_MT_advanced"
-    bl_label = "Advanced"
-    operators = (
-        "meanvalue.bind",
-        "meanvalue.select_problems",
-        "meanvalue.copy_system_info",
-    )
+        solve = ("meanvalue.bind", "meanvalue.solve", "meanvalue.solve_from_key")
+        menus.draw_operators(self.layout, (None, *solve, None))
+        menus.draw_operators(self.layout, ("meanvalue.select_problems", "meanvalue.copy_system_info"))
 
 
 class MEANVALUE_MT_object(bpy.types.Menu):
@@ -79,20 +69,8 @@ class MEANVALUE_MT_object(bpy.types.Menu):
     bl_label = ids.SIDEBAR_TAB
 
     def draw(self, _context):
-        own = (MEANVALUE_MT_handles, MEANVALUE_MT_pose)
-        for name in (*(menu.bl_idname for menu in own), *menus.of_rooms, MEANVALUE_MT_advanced.bl_idname):
+        for name in (MEANVALUE_MT_handles.bl_idname, MEANVALUE_MT_pose.bl_idname, *menus.of_rooms):
             self.layout.menu(name)
-
-
-class MEANVALUE_MT_edit_mesh(bpy.types.Menu):
-    """Hold the mesh by the selected vertices"""
-
-    bl_idname = "MEANVALUE_MT_edit_mesh"
-    bl_label = ids.SIDEBAR_TAB
-
-    def draw(self, _context):
-        draw_add(self.layout)
-        menus.draw_operators(self.layout, ("meanvalue.select_handle", "meanvalue.remove_handle"))
 
 
 def meanvalue_draw_object_menu(self, context):
@@ -103,16 +81,14 @@ def meanvalue_draw_object_menu(self, context):
 
 def meanvalue_draw_edit_mesh_menu(self, _context):
     self.layout.separator()
-    self.layout.menu(MEANVALUE_MT_edit_mesh.bl_idname)
+    self.layout.menu(MEANVALUE_MT_handles.bl_idname, text=ids.SIDEBAR_TAB)
 
 
 CLASSES = (
     MEANVALUE_MT_handles,
     MEANVALUE_MT_apply,
     MEANVALUE_MT_pose,
-    MEANVALUE_MT_advanced,
     MEANVALUE_MT_object,
-    MEANVALUE_MT_edit_mesh,
 )
 
 _ENTRIES = (
