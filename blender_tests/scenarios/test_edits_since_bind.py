@@ -152,16 +152,19 @@ def in_world(obj, vertices):
     return np.array([tuple(obj.matrix_world @ mesh.vertices[vertex].co) for vertex in vertices])
 
 
-@pytest.mark.parametrize("is_scaled", [False, True])
+@pytest.mark.parametrize("change", ["nothing", "scale", "origin"])
 @pytest.mark.parametrize("is_subdivided", [False, True])
-def test_what_is_posed_stays_at_its_control_when_scale_is_applied_and_faces_are_subdivided(is_scaled, is_subdivided):
+def test_what_is_posed_stays_at_its_control_when_what_it_is_of_changes(change, is_subdivided):
     obj, control, ear = grabbed_ear()
-    if is_scaled:
+    if change == "scale":
         obj.scale = (2.0, 2.0, 2.0)
         bpy.context.view_layer.update()
     before, size = in_world(obj, ear), max(obj.dimensions)
-    if is_scaled:
+    if change == "scale":
         bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
+    elif change == "origin":
+        bpy.context.scene.cursor.location = (1.0, 2.0, 3.0)
+        bpy.ops.object.origin_set(type='ORIGIN_CURSOR')
     if is_subdivided:
         bpy.ops.object.mode_set(mode='EDIT')
         bpy.ops.mesh.select_all(action='SELECT')

@@ -162,7 +162,6 @@ def test_what_hangs_on_a_control_stays_where_it_is():
     assert hat.parent is None and np.allclose(hat.matrix_world, before, atol=1e-5)
 
 
-
 def test_cancel_leaves_the_mesh_as_it_was():
     obj = meshes.tube(name="Tube")
     before = snapshot(obj, without=("settings",))

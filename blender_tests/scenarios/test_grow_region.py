@@ -104,14 +104,6 @@ def test_the_group_in_the_settings_is_used_and_a_stranger_called_region_is_not()
     assert members(obj, "Gone") == AROUND
 
 
-def test_from_the_control_of_the_handle():
-    obj = meshes.grid()
-    steps.add_handle(obj, "Hand", [MIDDLE], live=False)
-    assert bpy.context.object.type == 'EMPTY'
-    grow(distance=1.2)
-    assert members(obj, "Region") == AROUND
-
-
 @pytest.mark.parametrize(
     "prepare, texts",
     [
@@ -165,19 +157,13 @@ def test_painting_while_the_control_is_active_paints_the_mesh():
     assert obj.mode == 'WEIGHT_PAINT'
 
 
-def test_a_hidden_mesh_is_not_painted():
+@pytest.mark.parametrize("is_hidden, text", [(True, "is hidden"), (False, "vertex group of a handle too")])
+def test_a_hidden_mesh_and_a_handles_group_are_not_painted(is_hidden, text):
     obj = grid_with_handle()
-    obj.hide_set(True)
+    obj.hide_set(is_hidden)
+    obj.meanvalue.roi_group = "" if is_hidden else "Handle"
     bpy.context.view_layer.objects.active = obj
     before = snapshot(obj)
-    with steps.refused("is hidden", "Show it"):
+    with steps.refused(text):
         bpy.ops.meanvalue.paint_region()
     assert_same(before, snapshot(obj))
-
-
-def test_painting_a_handles_group_is_refused():
-    obj = grid_with_handle()
-    obj.meanvalue.roi_group = "Handle"
-    with steps.refused("vertex group of a handle too"):
-        bpy.ops.meanvalue.paint_region()
-    assert obj.mode == 'OBJECT'

@@ -113,7 +113,8 @@ def test_removing_a_handle_leaves_what_was_there_before():
     bpy.context.collection.objects.link(other)
     bpy.ops.meanvalue.remove_handle()
     assert "Top" in obj.vertex_groups
-    bpy.ops.meanvalue.add_handle(group="Top")
+    obj.vertex_groups.active_index = obj.vertex_groups["Top"].index
+    bpy.ops.meanvalue.add_handle()
     made = obj.meanvalue.handles["Top"].control
     obj.meanvalue.handles["Top"].control = other
     meshes.activate(obj)
@@ -162,14 +163,6 @@ def test_keep_pose():
     assert "Lean.001" in obj.data.shape_keys.key_blocks
 
 
-def test_keep_and_apply_need_a_result():
-    obj = meshes.tube()
-    for operator in (bpy.ops.meanvalue.keep_pose, bpy.ops.meanvalue.apply_pose):
-        with steps.refused("Nothing is posed yet"):
-            operator()
-    assert obj.data.shape_keys is None
-
-
 def test_apply_as_rest():
     obj, control = handles.tube()
     smile = obj.shape_key_add(name="Smile", from_mix=False)
@@ -198,13 +191,6 @@ def test_solve_without_live_takes_the_controls():
     meshes.activate(obj)
     with steps.refused("Handle 'Top' has no control"):
         bpy.ops.meanvalue.solve()
-
-
-def test_operators_work_on_the_mesh_of_an_active_control():
-    obj, control = handles.tube(live=False)
-    assert bpy.context.object == control
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert obj.meanvalue.bound.is_bound
 
 
 def test_the_methods_of_the_paper_are_there():
@@ -243,7 +229,6 @@ def test_a_soft_handle_without_influence_is_free(live):
     assert abs(moved_by() - pulled) < 0.05 * pulled
 
 
-
 def test_keyframes_on_all_controls_at_the_current_frame():
     obj = sheet()
     grab()
@@ -257,6 +242,16 @@ def test_keyframes_on_all_controls_at_the_current_frame():
             (path, index) for path in ("location", "rotation_euler", "scale") for index in range(3)
         }
         assert all([key.co.x for key in curve.keyframe_points] == [7.0] for curve in curves)
+
+
+def test_live_is_not_turned_on_without_handles():
+    obj = meshes.grid()
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
+    bpy.context.collection.objects.link(lamp)
+    for active in (obj, lamp):
+        meshes.activate(active)
+        assert bpy.ops.wm.context_toggle(data_path="scene.meanvalue_live") == {'FINISHED'}  # as the shortcut does
+    assert not obj.meanvalue.live
 
 
 def test_add_handle_gives_the_region_a_size():

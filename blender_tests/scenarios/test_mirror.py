@@ -207,24 +207,6 @@ def test_what_deforms_the_mirrored_mesh():
     assert len(meshes.seen(obj)) == plain
 
 
-def test_a_soft_border_of_the_region_across_the_seam():
-    obj, control = halves.half(live=False)
-    height = rest(obj)[:, 2]
-    group = obj.vertex_groups.new(name="Fading")
-    for number, weight in enumerate(np.clip((height + 0.5) / 1.5, 0.0, 1.0).tolist()):
-        if weight > 0.0:
-            group.add([number], weight, 'REPLACE')
-    obj.meanvalue.roi_group = "Fading"
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    move(control, (0.0, 0.3, 0.2))
-    meshes.activate(obj)
-    steps.solve()
-    assert opening(obj) < CLOSED
-    moved = np.abs(shown(obj) - rest(obj)).max(axis=1)
-    assert moved.max() > 0.25 and moved[height < -0.5].max() == 0.0
-
-
 @pytest.mark.parametrize("make", ["beside the plane", "through the plane"])
 def test_what_has_no_seam_is_posed_as_ever(make):
     obj, control = halves.half(live=False, shift=(0.5, 0.0, 0.0)) if make[0] == "b" else halves.whole(live=False)
@@ -240,16 +222,6 @@ def test_what_has_no_seam_is_posed_as_ever(make):
         steps.solve()
         shapes.append(shown(obj))
     assert np.array_equal(*shapes)
-
-
-def test_a_shape_key_as_the_pose():
-    obj, _control = halves.half(live=False)
-    steps.add_pose_key(obj)
-    top = [vertex.index for vertex in obj.data.vertices if any(g.group == 1 for g in vertex.groups)]
-    steps.move(obj, top, (0.1, 0.4, 0.1))
-    assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
-    assert opening(obj) < CLOSED
-    assert np.abs(shown(obj) - rest(obj)).max() > 0.3
 
 
 def animate(control):

@@ -140,24 +140,6 @@ def test_saved_and_loaded_it_goes_on(tmp_path):
     assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < 2.0 * NEAR * rigs.size(obj)
 
 
-def test_undo_takes_a_move_on_a_rig_back():
-    obj, _armature = linear()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
-    bpy.ops.ed.undo_push(message="Before")
-    before = rigs.seen(obj)
-    rigs.move_in_world(control, OFFSET)
-    bpy.ops.ed.undo_push(message="Moved")
-    bpy.ops.ed.undo()
-    obj = bpy.data.objects["Arm"]
-    update()
-    assert np.abs(rigs.seen(obj) - before).max() < 1e-3
-    bpy.ops.ed.redo()
-    obj = bpy.data.objects["Arm"]
-    update()
-    assert np.abs(rigs.seen(obj)[MIDDLE] - before[MIDDLE] - OFFSET).max() < NEAR * rigs.size(obj)
-
-
 def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
     obj, armature = rigs.arm()
     rigs.bend(armature, 90.0)

@@ -58,22 +58,6 @@ def disabled_during_a_bind(ui):
     assert text is None, text
 
 
-def a_pin_removed_while_live_shows_at_once(ui):
-    _obj, control, _middle = handles.three_handles()
-    control.location.x += 2.0
-    ui.remember()
-    ui.frame_all()
-    yield from ui.pause(1.0)
-    obj = bpy.data.objects["Tube"]
-    before = handles.shown(obj)
-    obj.meanvalue.active_handle = 1
-    yield from ui.invoke("meanvalue.remove_handle")
-    yield from ui.pause(1.5)
-    obj = bpy.data.objects["Tube"]
-    moved = float(np.abs(handles.shown(obj) - before).max())
-    assert moved > 0.1, moved
-
-
 def keep_pose_of_a_drag_that_is_not_settled(ui):
     obj, control = yield from _begin(ui)
     with _slowly(0.5):

@@ -4,7 +4,6 @@
 import bpy
 import pytest
 from support import meshes, steps
-from support.snapshot import assert_same, snapshot
 
 
 @pytest.fixture
@@ -55,13 +54,6 @@ def test_in_edit_mode(problem, is_known):
     obj.data.update_tag()
     update()
     assert steps.is_bound(obj)
-
-
-def test_asking_changes_nothing(problem):
-    obj = steps.posed_grid(meshes.textured_grid())
-    before = snapshot(obj)
-    problem(obj)
-    assert_same(before, snapshot(obj))
 
 
 def test_a_new_file_is_not_mistaken_for_the_old_one(problem, tmp_path):

@@ -187,8 +187,6 @@ def test_an_empty_mesh(data):
     assert (len(look.points), len(look.corners)) == (0, 0)
 
 
-
-
 PERSPECTIVE = mathutils.Matrix(((2, 0, 0, 0), (0, 2, 0, 0), (0, 0, -1.002, -0.2002), (0, 0, -1, 0)))
 ORTHOGRAPHIC = mathutils.Matrix(((0.1, 0, 0, 0), (0, 0.1, 0, 0), (0, 0, -0.002, 0), (0, 0, 0, 1)))
 
