@@ -266,6 +266,5 @@ def _hangs_on(control, obj):
 
 
 def _size(obj, points):
-    extent = np.ptp(points, axis=0)
-    whole = float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
+    extent, whole = np.ptp(points, axis=0), region.shown_size(obj)
     return float(np.clip(SIZE_OVER_PART * 0.5 * extent.max(), SMALLEST_SIZE * whole, LARGEST_SIZE * whole))

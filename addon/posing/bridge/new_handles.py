@@ -81,8 +81,7 @@ def _handle_of(obj, vertex):
 def _is_posed(obj, members):
     """Whether the vertices are shown elsewhere than in the rest shape."""
     rest, posed = positions(obj, members)
-    size = np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0))
-    return bool(np.abs(posed - rest).max(initial=0.0) > 1e-5 * size)
+    return bool(np.abs(posed - rest).max(initial=0.0) > 1e-5 * region.shown_size(obj))
 
 
 def toggle_pin(obj, vertex, size, name=""):

@@ -124,6 +124,11 @@ def radius(obj, size):
     return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
 
 
+def shown_size(obj):
+    """Of the mesh's box, modifiers and all: quick, for what is only shown."""
+    return float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
+
+
 def around(obj, *handles):
     """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. The more, the nearer they are; and
     loose parts that lie whole within that, as eyes in a head, which follow."""

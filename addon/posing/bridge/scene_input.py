@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from ... import compat, ids, wording
+from ... import compat, ids
 from ...errors import SceneError
 from ...scene import declarations, mesh_arrays, mirrors, object_model, shape_keys, vertex_groups
 from ...scene.core import mirror_planes
@@ -193,12 +193,10 @@ def require_handles(obj):
 
 
 def _require_members(names, members, region_name, invert, freedom):
-    empty = [name for name in names if len(members[name]) == 0]
-    if empty:
+    empty = next((name for name in names if len(members[name]) == 0), None)
+    if empty is not None:
         raise SceneError(
-            f"{'Handle' if len(empty) == 1 else 'Handles'} {wording.quoted(empty)} "
-            f"{'has' if len(empty) == 1 else 'have'} no vertices with a weight above zero. Assign vertices to "
-            f"{'it' if len(empty) == 1 else 'them'}, or remove {'it' if len(empty) == 1 else 'them'}"
+            f"Handle '{empty}' has no vertices with a weight above zero. Assign vertices to it, or remove it"
         )
     if region_name and not (freedom > 0.0).any():
         raise SceneError(

@@ -194,9 +194,8 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if self._grip is not None and not self._grip.has_size:
             return
         self.size = min(MOST_SIZE, max(LEAST_SIZE, self.size * WHEEL_STEP**direction))
-        tool = context.workspace.tools.from_space_view3d_mode('OBJECT', create=False)
-        if not self.handle and tool is not None and tool.idname == MEANVALUE_OT_grab.bl_idname:
-            tool.operator_properties(tool.idname).size = self.size
+        if not self.handle and tool_choice.is_active(context):
+            tool_choice.settings(context).size = self.size
 
     def _take_size(self, obj):
         if self._grip is not None and self.size != self._size_taken:

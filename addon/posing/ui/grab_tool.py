@@ -2,9 +2,9 @@
 """The tool in the toolbar of Object Mode: press on the mesh and drag."""
 
 import bpy
-from mathutils import Vector
 
 from ...scene import subject
+from ..bridge import region
 from ..operators import drag_circle
 
 #: Fainter than while something is dragged: how far the mesh is from the eye under the mouse is not known yet.
@@ -40,15 +40,9 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
         if drag_circle.is_shown or view is None or subject.object_problem(obj) is not None:
             return
         size = tool.operator_properties("meanvalue.grab").size
-        length = size * _size(obj) * max(map(abs, obj.matrix_world.to_scale()))
+        length = size * region.shown_size(obj) * max(map(abs, obj.matrix_world.to_scale()))
         place = obj.matrix_world.translation
         drag_circle.draw(mouse, HOVER_COLOR, drag_circle.pixels(context.region, view, place, length))
-
-
-def _size(obj):
-    """Of the mesh, quickly: of its box, modifiers and all."""
-    low, high = Vector(obj.bound_box[0]), Vector(obj.bound_box[6])
-    return (high - low).length
 
 
 def register():
