@@ -79,18 +79,6 @@ def rig_transform(space, handle, members):
     return space.transform_of(members, frame_of(handle) if follows_rig(handle.id_data, handle) else None)
 
 
-def set_frame(handle, frame):
-    """Has the control of a handle at rest stand in another frame, turned as it was."""
-    former = frame_of(handle)
-    if np.allclose(former, frame, rtol=0.0, atol=motion.NOISE):
-        return
-    rest = at_rest(handle)
-    left, _, right = np.linalg.svd(np.linalg.inv(former) @ rest[:3, :3])
-    rest[:3, :3] = frame @ left @ right
-    handle.control_frame = frame.ravel()
-    handle.rest_relation = rest.ravel()
-
-
 def follows_rig(obj, handle):
     """Whether the control of `handle` goes along with the rig: one that Add Handle made and Blender's own ways have not
     put elsewhere."""
@@ -170,13 +158,7 @@ def to_blender(matrix):
 
 
 def reset(obj, handles):
-    """Puts controls back to where their handles are in the rest shape. Returns those of `handles` that are elsewhere.
-
-    Those that Add Handle made take the scale that the object has now: a turn of them would shear else.
-    """
-    for handle in handles:
-        if follows_rig(obj, handle):
-            set_frame(handle, unscaled(obj))
+    """Puts controls back to where their handles are in the rest shape. Returns the handles that are elsewhere still."""
     bpy.context.view_layer.update()
     handles = sorted(handles, key=_depth)
     for _ in range(MOST_RESETS):

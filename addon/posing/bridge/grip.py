@@ -54,7 +54,8 @@ class Grip:
             _require_edges(obj, vertex)
             rig_space.measure(obj)  # throws before anything is changed
             members = new_handles.near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
-            self.has_size = bool(obj.meanvalue.roi_group) or not _moving_handles(obj)
+            is_first = all(handle.follows == 'REST' or not handle.is_enabled for handle in obj.meanvalue.handles)
+            self.has_size = bool(obj.meanvalue.roi_group) or is_first
             handle = new_handles.add_handle(obj, members, new_name=ids.HANDLE_GROUP)
             new_handles.make_handle(obj, handle, members)
             self._size_before = 0.0
@@ -256,10 +257,6 @@ def _require_control(obj, handle):
         problem = f"The control of '{handle.name}' is linked from another file. Move it there, or make it local"
     if problem:
         raise SceneError(problem)
-
-
-def _moving_handles(obj):
-    return [handle.name for handle in obj.meanvalue.handles if handle.is_enabled and handle.follows != 'REST']
 
 
 def _require_edges(obj, vertex):
