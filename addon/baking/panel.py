@@ -29,38 +29,24 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
         obj = subject.of(context)
         settings = obj.meanvalue.bake
         layout.prop(settings, "target")
-        layout.prop(settings, "frame_range")
+        if settings.target == TO_CACHE:
+            layout.prop(settings, "path")
+            if not settings.path:
+                layout.label(text=preparing.default_path(obj))
+        else:
+            layout.prop(settings, "prefix")
+            layout.prop(settings, "tolerance_share")
+        column = layout.column(align=True)
+        column.prop(settings, "frame_range")
         if settings.frame_range == 'OWN':
-            column = layout.column(align=True)
             column.prop(settings, "frame_start")
             column.prop(settings, "frame_end")
+        column.prop(settings, "step")
+        column.prop(settings, "samples")
         _draw_size(layout, context, obj, settings)
         bake = layout.column()
         bake.scale_y = 1.4
         bake.operator(MEANVALUE_OT_bake.bl_idname, icon='REC')
-
-
-class MEANVALUE_PT_bake_options(PanelPart, bpy.types.Panel):
-    """How finely it is sampled, and what it becomes"""
-
-    bl_label = "Options"
-    bl_parent_id = MEANVALUE_PT_bake.bl_idname
-    bl_options = {'DEFAULT_CLOSED'}
-
-    def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        obj = subject.of(context)
-        settings = obj.meanvalue.bake
-        column = layout.column(align=True)
-        column.prop(settings, "step")
-        column.prop(settings, "samples")
-        if settings.target == TO_CACHE:
-            _draw_cache(layout, obj, settings)
-        else:
-            layout.prop(settings, "prefix")
-            layout.prop(settings, "tolerance_share")
 
 
 def draw_top(layout, context, obj):
@@ -76,17 +62,6 @@ def draw_top(layout, context, obj):
     return True
 
 
-def _draw_cache(layout, obj, settings):
-    layout.prop(settings, "path")
-    if not settings.path:
-        layout.label(text=preparing.default_path(obj))
-    layout.prop(settings, "use_part")
-    if settings.use_part:
-        column = layout.column(align=True)
-        column.prop(settings, "part_start")
-        column.prop(settings, "part_end")
-
-
 def _draw_size(layout, context, obj, settings):
     """How much there is to do, or why it cannot be done."""
     try:
@@ -100,4 +75,4 @@ def _draw_size(layout, context, obj, settings):
     layout.label(text=text)
 
 
-CLASSES = (MEANVALUE_PT_bake, MEANVALUE_PT_bake_options)
+CLASSES = (MEANVALUE_PT_bake,)

@@ -2,7 +2,7 @@
 """How an object is baked: `object.meanvalue.bake`."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .. import compat
 from ..scene.baked import TO_CACHE, TO_KEYS
@@ -53,12 +53,6 @@ OPTIONS = {
         subtype='FILE_PATH',
         options=compat.flags_of_paths(),
     ),
-    "use_part": BoolProperty(
-        name="Part Only",
-        description="Bake a part of the range again and leave the rest of the point cache as it is",
-    ),
-    "part_start": IntProperty(name="From", description="First frame to bake again", default=1),
-    "part_end": IntProperty(name="To", description="Last frame to bake again", default=10),
     "prefix": StringProperty(
         name="Name", description="Shape keys are called so, with the frame", default="Bake", maxlen=40
     ),

@@ -2,6 +2,7 @@
 """The object that the artist works on, and why it cannot be worked on."""
 
 from .. import wording
+from ..errors import SceneError
 
 #: Rooms say here which mesh an object stands for, as a control does: functions of an object, to a mesh object or None.
 finders = []
@@ -71,6 +72,16 @@ def sharing_note(obj):
     return None
 
 
-def others(context, obj):
-    """Selected meshes besides `obj`."""
-    return [other for other in context.selected_objects if other != obj and other.type == 'MESH']
+def other_mesh(context, obj, chosen=None):
+    """The mesh whose shape `obj` takes: `chosen`, or else the other one that is selected. @throws SceneError."""
+    if chosen is None:
+        others = [other for other in context.selected_objects if other != obj and other.type == 'MESH']
+        if len(others) != 1:
+            raise SceneError(
+                f"{len(others)} other meshes are selected. Select one, then Shift-click '{obj.name}', to make it the "
+                "active one"
+            )
+        return others[0]
+    if chosen.type != 'MESH' or chosen == obj:
+        raise SceneError(f"'{chosen.name}' is no other mesh. Choose one whose shape '{obj.name}' can take")
+    return chosen

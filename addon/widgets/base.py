@@ -73,6 +73,14 @@ class MeshOperator(Reporting):
     #: Operators that only edit the settings work in every mode.
     needs_object_mode = True
 
+    #: Name of a property that makes another button of the operator, with its own description; or "".
+    switch = ""
+
+    @classmethod
+    def description(cls, _context, properties):
+        is_on = cls.switch and getattr(properties, cls.switch)
+        return (cls.bl_rna.properties[cls.switch] if is_on else cls.bl_rna).description
+
     @classmethod
     def poll(cls, context):
         problem = cls.problem(subject.of(context))

@@ -8,7 +8,6 @@ there as the add-on does: True if it was taken, False if an error of the add-on'
 import importlib.util
 import json
 import pathlib
-import types
 
 import numpy as np
 
@@ -106,40 +105,16 @@ class Bundles:
         assert len(plan.clip.bind_input.solver_mesh.held_rest) > 0 and triangles.shape[1] == 3
 
 
-class OfJson:
-    def damaged(self, content, random_numbers):
-        if random_numbers.random() < 0.3:
-            return mutated(content, random_numbers)
-        return json.dumps(with_odd_values(json.loads(content), random_numbers)).encode()
+def json_damaged(content, random_numbers):
+    if random_numbers.random() < 0.3:
+        return mutated(content, random_numbers)
+    return json.dumps(with_odd_values(json.loads(content), random_numbers)).encode()
 
 
-class Plans(OfJson):
-    """plan.json of a farm; its table of tasks follows it."""
+class Chunks:
+    """Markers of chunks: what is none counts as a chunk that is missing. Plans and markers of caches are read alike."""
 
-    name = "plan"
-
-    def __init__(self, folder):
-        plan, triangles = a_plan()
-        FARM.write_plan(folder, [("Clip", plan, triangles), ("Other", plan, triangles)], 2)
-        self.seeds = [(folder / "plan" / "plan.json").read_bytes()]
-
-    def attempt(self, content, folder):
-        (folder / "plan.json").write_bytes(content)
-        (folder / "tasks.tsv").write_bytes(b"Clip\t1-2\nClip\t3\n" if len(content) % 2 else content)
-        options = types.SimpleNamespace(index=0, plan=folder, out=None, clip=None, frames=None, key=None)
-        return is_taken(lambda: self._read(folder, options))
-
-    def _read(self, folder, options):
-        plan = FARM.read_plan(folder)
-        for clip in plan["clips"]:
-            own = set(FARM.parse(clip["frames"]))
-            assert {frame for part in clip["chunks"] for frame in FARM.parse(part)} == own
-        _out, clip, frames = FARM.task_of(options, "tasks.tsv")
-        assert set(frames) <= set(FARM.parse(clip["frames"]))
-
-
-class Chunks(OfJson):
-    """Markers of chunks: what is none counts as a chunk that is missing."""
+    damaged = staticmethod(json_damaged)
 
     name = "chunk"
     KEY = "0123abcd"
@@ -164,24 +139,9 @@ class Chunks(OfJson):
         assert list(bake_times.notes([1, 2, 3, 4], problems))
 
 
-class Markers(OfJson):
-    """The marker beside a cache."""
-
-    name = "marker"
-
-    def __init__(self, folder):
-        point_cache.write_marker(folder / "seed.pc2", {"key": "key", "object": "Cube", "blend": "a.blend"})
-        self.seeds = [point_cache.marker_path(folder / "seed.pc2").read_bytes()]
-
-    def attempt(self, content, folder):
-        path = folder / "a.pc2"
-        point_cache.write(path, point_cache.Header(0, 1.0, 1.0, 0), [])
-        point_cache.marker_path(path).write_bytes(content)
-        return point_cache.is_current(path, "key", point_cache.Header(0, 1.0, 1.0, 0))
-
-
-class MarkerSets(OfJson):
+class MarkerSets:
     name = "markers"
+    damaged = staticmethod(json_damaged)
 
     def __init__(self, folder):
         marker_sets.save(folder / "seed.json", "Plug-in Gait", known_sets.PLUG_IN_GAIT)
@@ -217,4 +177,4 @@ class FrameRanges:
         assert FARM.parse(FARM.spelled(frames)) == frames
 
 
-KINDS = (PointCaches, Bundles, Plans, Chunks, Markers, MarkerSets, FrameRanges)
+KINDS = (PointCaches, Bundles, Chunks, MarkerSets, FrameRanges)

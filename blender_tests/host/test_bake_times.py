@@ -16,9 +16,6 @@ def test_times():
     assert bake_times.sample_times(3, 3).tolist() == [3]
     with pytest.raises(SceneError, match="ends before it begins"):
         bake_times.sample_times(4, 1)
-    assert bake_times.rows_of(bake_times.sample_times(1, 9, step=2), 2, 6) == (1, 3)
-    with pytest.raises(SceneError, match="not in the range"):
-        bake_times.rows_of(bake_times.sample_times(1, 9), 10, 20)
 
 
 def test_straight_motion_needs_two_keys_and_each_corner_one():

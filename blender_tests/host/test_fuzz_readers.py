@@ -9,7 +9,7 @@ from blender_tests.fuzz import driver
 
 RUNS = 300
 #: Refused by their checksum, whatever is damaged. Few damaged files are none.
-CHECKED = ("bundle", "plan", "chunk")
+CHECKED = ("bundle", "chunk")
 
 
 @pytest.mark.filterwarnings("error")

@@ -34,39 +34,28 @@ def test_nothing_changed_nothing_to_do(saved):
     assert len(obj.modifiers) == 1
 
 
-def test_a_part_is_baked_again(saved):
-    _obj, control, path = saved
+@pytest.mark.parametrize("frames", [240, 300])
+def test_only_chunks_that_changed_are_solved_again(tmp_path, frames):
+    """Also where the range is longer than before: the first chunk is copied, whatever is in the file."""
+    _obj, control = animated_tube(frames=240)
+    save(tmp_path)
+    path = tmp_path / "meanvalue_cache" / "Tube.pc2"
     bake()
+    content = bytearray(path.read_bytes())
+    content[32:36] = np.float32(77.0).tobytes()
+    path.write_bytes(content)
     before = rows(path)
-    curve = curves(control)[0]
-    for point in curve.keyframe_points:
-        point.co.y += 0.5
-    curve.update()
-    bake(use_part=True, part_start=4, part_end=6)
+    curves(control)[0].keyframe_points[-2].co.y += 0.5
+    bpy.context.scene.frame_end = frames
+    bake(frame_range='SCENE')
     after = rows(path)
-    assert np.array_equal(after[[0, 1, 2, *range(6, FRAMES)]], before[[0, 1, 2, *range(6, FRAMES)]])
-    assert np.abs(after[3:6] - before[3:6]).max() > 0.4
-    bake()
-    assert np.abs(rows(path) - before).max(axis=(1, 2)).min() > 0.4  # all of it, now
-
-
-def test_a_part_is_baked_again_of_what_has_three_samples_a_frame(saved):
-    _obj, _control, path = saved
-    bake(samples=3)
-    before = rows(path)
-    bake(samples=3, use_part=True, part_start=4, part_end=6)
-    assert np.abs(rows(path) - before).max() < 1e-6
-    assert not list(path.parent.rglob("merged.pc2"))
-
-
-def test_a_part_needs_the_cache_as_it_was(saved):
-    with steps.refused("no point cache", "Part Only"):
-        bpy.ops.meanvalue.bake(use_part=True, part_start=1, part_end=2)
-    bake()
-    with steps.refused("12 samples", "6 of"):
-        bpy.ops.meanvalue.bake(step=2, use_part=True, part_start=1, part_end=2)
-    with steps.refused("not in the range"):
-        bpy.ops.meanvalue.bake(use_part=True, part_start=50, part_end=60)
+    assert len(after) == frames and after[0, 0, 0] == 77.0
+    assert np.array_equal(after[:96], before[:96])
+    assert np.abs(after[200:240] - before[200:240]).max() > 0.2
+    bake(frame_range='SCENE', path="//fresh.pc2")
+    fresh = rows(tmp_path / "fresh.pc2")
+    assert fresh[0, 0, 0] != 77.0
+    assert np.array_equal(after[1:], fresh[1:])
 
 
 def test_remove_bake_takes_back_what_bake_made(tmp_path):

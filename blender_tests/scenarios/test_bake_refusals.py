@@ -36,7 +36,6 @@ def test_an_unsaved_file_has_no_place_for_the_cache(tmp_path):
     ({"path": "relative.pc2"}, ["no full path"]),
     ({"path": "//scene.blend/cache.pc2"}, ["cannot be reached", "another path"]),
     ({"path": "//" + 300 * "x" + ".pc2"}, ["xxx", "Choose another path"]),
-    ({"use_part": True, "part_start": 3, "part_end": 2}, ["Frames 3 to 2 are not in the range"]),
 ])  # fmt: skip
 def test_refused_options_are_told_before_any_frame_is_sampled(saved, options, texts):
     obj, _control, _path = saved

@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The work of a bake, chunk by chunk: what was done before is kept, what is done stays, whatever happens."""
 
-import dataclasses
-import itertools
-import pathlib
+import contextlib
 import time
 
 import bpy
 import numpy as np
 
-from ...errors import CancelledError, SceneError
+from ...errors import CacheError, CancelledError
 from ...scene import bakeable
 from ...scene.baked import TO_KEYS
 from ...wording import counted
@@ -22,9 +20,8 @@ from .clips import BakePlan, RowClip
 class Baking:
     """One object with its options (attributes as properties.py), in place of a Posing for widgets/background.py.
 
-    rows            (begin, end) of the samples that are solved, all or a part
     plan, store     None until sample() went through
-    problems        of these rows, once it is written, as of HandleClip.solve_rows()
+    problems        of all rows, once it is written, as of HandleClip.solve_rows()
     kept, shapes    for shape keys: which rows, and what they are
     is_done         whether the point cache is there already
     """
@@ -37,7 +34,6 @@ class Baking:
         self.times = sampling.times_of(scene, obj, options)
         self.shown_path, self.path = preparing.paths(obj, options)
         preparing.require_fit(obj, self.times, options, self.path)
-        self.rows = preparing.rows_of(self.times, options)
         self.notes = ()  # on what was sampled, sentences
         self._kind = bakeable.of(obj) or handle_source
         self.posing = self._kind.bind(obj, reading)
@@ -55,36 +51,45 @@ class Baking:
         else:
             clip = RowClip(self._kind, bind_input, np.array(rows))
         self.plan = BakePlan(clip, self.times, self.options.step / self.options.samples)
-        if self.options.use_part:
-            require_cache(self.path, self.plan.header)
-        elif not self.to_keys:
+        if not self.to_keys:
             self.is_done = point_cache.is_current(self.path, self.plan.key, self.plan.header)
         folder = self.path.with_name(f"{self.path.name.removesuffix('.pc2')}.chunks")
-        numbers = self.plan.numbers[slice(*self.rows)]
-        self.store = ChunkStore(folder, self.plan.key, numbers, self.plan.header.vertices)
+        self.store = ChunkStore(folder, self.plan.key, self.plan.numbers, self.plan.header.vertices)
 
     def work(self, execution):
         """Steps (see solver/job.py) that bind if need be and solve what is missing. @throws MeanValueError."""
-        self._execution = execution
         if self.is_done:
             return
-        first, last = self.rows
-        missing = set(self.store.missing())
+        self._execution = execution
+        missing, known = set(self.store.missing()), self._known_rows()
         for begin, end in self.plan.chunks():
-            begin, end = max(begin, first), min(end, last)
             numbers = self.plan.numbers[begin:end]
             if not missing.isdisjoint(numbers):
                 try:
-                    yield from self._solve(begin, end, numbers)
+                    yield from self._copy_or_solve(begin, end, numbers, known)
                 except CancelledError as error:
                     raise CancelledError(self.stopped()) from error
             self._done += len(numbers)
 
-    def _solve(self, begin, end, numbers):
+    def _known_rows(self):
+        """{key of a chunk: (its first row, the problems from there on)} in the cache that an earlier bake has left."""
+        with contextlib.suppress(CacheError):
+            header, marker = point_cache.read_header(self.path), point_cache.read_marker(self.path)
+            if (header.vertices, header.samples) == (self.plan.header.vertices, len(marker.get("problems", ()))):
+                return {key: (first, marker["problems"][first:]) for key, first in marker["chunks"].items()}
+        return {}
+
+    def _copy_or_solve(self, begin, end, numbers, known):
+        count, key = end - begin, self.plan.clip.key_of(begin, end)
+        if key in known:
+            first, problems = known[key]
+            rows = np.concatenate([*point_cache.portions(self.path, first, first + count)])
+            self.store.write(numbers[0], rows, problems[:count])
+            return
         if self.posing.binding is None:
             yield from self.posing.work(self._execution)
         self._begun_at = self._begun_at or (time.monotonic(), self._done)
-        self._doing = end - begin
+        self._doing = count
         rows, problems = yield from self.plan.clip.solve_rows(self.posing.binding, begin, end, self._execution)
         self._doing = 0
         self.store.write(numbers[0], rows, problems)
@@ -115,29 +120,18 @@ class Baking:
 
     def write(self, obj):
         """Generator of the share done: puts the cache together, or chooses the shape keys. @throws CacheError."""
-        if not self.is_done:
-            is_result = not self.to_keys and not self.options.use_part
-            path = self.path if is_result else self.store.folder / "merged.pc2"
-            header = dataclasses.replace(self.plan.header, samples=len(self.store.frames))
-            self.problems = yield from self.store.merge(path, header)
         if self.to_keys:
+            path = self.store.folder / "merged.pc2"
+            self.problems = yield from self.store.merge(path, self.plan.header)
             yield from self._choose_keys(path)
             return
-        key = self.plan.key
-        if self.options.use_part:
-            self._replace_part(path)
-            key = f"a part is of {key}"
-        point_cache.write_marker(self.path, {"object": obj.name, "blend": preparing.blend_name(), "key": key})
+        about = point_cache.read_marker(self.path)
+        if not self.is_done:
+            self.problems = yield from self.store.merge(self.path, self.plan.header)
+            chunks = {self.plan.clip.key_of(begin, end): begin for begin, end in self.plan.chunks()}
+            about = {"key": self.plan.key, "chunks": chunks, "problems": self.problems}
+        point_cache.write_marker(self.path, {**about, "object": obj.name, "blend": preparing.blend_name()})
         self.store.remove()
-
-    def _replace_part(self, path):
-        begin, end = self.rows
-        parts = (
-            point_cache.portions(self.path, 0, begin),
-            point_cache.portions(path),
-            point_cache.portions(self.path, end),
-        )
-        point_cache.write(self.path, self.plan.header, itertools.chain(*parts))
 
     def _choose_keys(self, path):
         rows = point_cache.mapped(path)
@@ -146,16 +140,3 @@ class Baking:
         if tolerance > 0.0:
             self.kept = yield from key_reduction.reduced(rows, self.times, tolerance)
         self.shapes = [np.array(rows[row]) for row in self.kept]
-
-
-def require_cache(path, header):
-    """The cache of which a part is baked again has the same samples. @throws SceneError, CacheError."""
-    if not pathlib.Path(path).exists():
-        raise SceneError(f"There is no point cache at '{path}' to bake a part of. Turn Part Only off")
-    found = point_cache.read_header(path)
-    if found.packed() != header.packed():  # the file has a third of a frame in single precision
-        raise SceneError(
-            f"The point cache has {found.samples:,} samples of {found.vertices:,} vertices from frame {found.start:g}, "
-            f"the bake would have {header.samples:,} of {header.vertices:,} from {header.start:g}. Set the range as it "
-            "was, or turn Part Only off"
-        )

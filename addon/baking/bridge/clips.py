@@ -43,13 +43,13 @@ class HandleClip:
     weights: np.ndarray | None
     portable: bool = False
 
-    @cached_property
-    def key(self):
-        """Digest of all that the shapes depend on."""
+    def key_of(self, begin, end):
+        """Digest of all that the shapes of rows [begin, end) depend on: also on rows of runs that fade into theirs."""
+        rows = slice(max(0, begin - RUN_FRAMES), end + RUN_FRAMES)
         return digest(
             repr(self.bind_input.fingerprint.key),
-            self.targets,
-            "all count" if self.weights is None else self.weights,
+            self.targets[rows],
+            "all count" if self.weights is None else self.weights[rows],
             f"{native_loader.module().__version__} {REVISION} {RUN_FRAMES} {OVERLAP_FRAMES} {self.portable}",
         )
 
@@ -86,9 +86,9 @@ class RowClip:
     bind_input: object
     rows: np.ndarray
 
-    @cached_property
-    def key(self):
-        return digest(self.bind_input.revision, self.rows, f"{native_loader.module().__version__} {REVISION}")
+    def key_of(self, begin, end):
+        version = f"{native_loader.module().__version__} {REVISION}"
+        return digest(self.bind_input.revision, self.rows[begin:end], version)
 
     def solve_rows(self, binding, begin, end, execution):
         """Steps as of HandleClip. @throws CancelledError."""
@@ -117,7 +117,7 @@ class BakePlan:
     @cached_property
     def key(self):
         """Digest of all that the shapes depend on, and of the times that they belong to."""
-        return digest(self.clip.key, self.times, repr(self.spacing))
+        return digest(self.clip.key_of(0, len(self.times)), self.times, repr(self.spacing))
 
     @property
     def header(self):

@@ -12,7 +12,7 @@ from ...ids import CACHE_FOLDER
 from ...scene.baked import TO_KEYS
 from ...scene.core import whole_files
 from ...scene.core.file_names import file_name, windows_problem
-from ..core import bake_times, point_cache
+from ..core import point_cache
 from . import playing
 
 #: What is larger asks first.
@@ -32,15 +32,6 @@ def require_fit(obj, times, options, path):
     problem = playing.keys_problem(obj) if options.target == TO_KEYS else None
     if problem:
         raise SceneError(problem)
-
-
-def rows_of(times, options):
-    """(begin, end) of the samples to solve. @throws SceneError."""
-    if not options.use_part:
-        return 0, len(times)
-    if options.target == TO_KEYS:
-        raise SceneError("Shape keys are baked as a whole. Turn Part Only off, or bake to a point cache")
-    return bake_times.rows_of(times, options.part_start, options.part_end)
 
 
 def doubts(obj, times, options, path):

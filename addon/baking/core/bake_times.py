@@ -18,16 +18,6 @@ def sample_times(start, end, step=1, samples=1):
     return start + np.arange(count) * step / samples
 
 
-def rows_of(times, first, last):
-    """(begin, end) of the samples from frame `first` to `last`. @throws SceneError if there are none."""
-    inside = np.flatnonzero((times >= first) & (times <= last))
-    if len(inside) == 0:
-        raise SceneError(
-            f"Frames {first} to {last} are not in the range that is baked, {named(times[0])} to {named(times[-1])}"
-        )
-    return int(inside[0]), int(inside[-1]) + 1
-
-
 def named(time):
     """A frame as names and messages show it: "12", "12.5"."""
     return f"{time:.3f}".rstrip("0").rstrip(".") if time % 1 else f"{time:.0f}"

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import DamagedCacheError
 from ...scene.core import whole_files
-from ...scene.core.checked_json import read_json, write_json
+from ...scene.core.checked_json import read_checked_json, write_checked_json
 
 _LAYOUT = struct.Struct("<12siiffi")
 _SIGNATURE = b"POINTCACHE2\0"
@@ -114,12 +114,12 @@ def marker_path(path):
 
 def write_marker(path, about):
     """@throws CacheError."""
-    write_json(marker_path(path), about)
+    write_checked_json(marker_path(path), about)
 
 
 def read_marker(path):
-    """{} if there is none."""
-    return read_json(marker_path(path)) or {}
+    """{} if there is none, or one that anything else has written to."""
+    return read_checked_json(marker_path(path)) or {}
 
 
 def is_current(path, key, header):

@@ -104,8 +104,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if prepared.is_done:
             return f"'{obj.name}' is baked already, and nothing has changed since", notes
         what = "frame" if prepared.options.samples == 1 else "sample"
-        times = prepared.times[slice(*prepared.rows)]
-        return f"Baked {wording.counted(len(times), what)}", [*bake_times.notes(times, prepared.problems), *notes]
+        found = bake_times.notes(prepared.times, prepared.problems)
+        return f"Baked {wording.counted(len(prepared.times), what)}", [*found, *notes]
 
     def _options(self, obj):
         """What is set of the operator's own properties, and else the object's settings."""

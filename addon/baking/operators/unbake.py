@@ -14,16 +14,13 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.unbake"
     bl_label = "Remove Bake"
+    switch = "keep_bake"
 
     keep_bake: BoolProperty(
         name="Keep Bake, Remove Handles",
         description="The bake stays and plays without the add-on; handles, pins and what was made for them go",
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def description(cls, _context, properties):
-        return cls.bl_rna.properties["keep_bake"].description if properties.keep_bake else cls.__doc__
 
     @classmethod
     def problem(cls, obj):

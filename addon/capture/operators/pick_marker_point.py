@@ -14,6 +14,7 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
 
     bl_idname = "meanvalue.pick_marker_point"
     bl_label = "Pick Marker Point"
+    switch = "remove"
 
     marker: bpy.props.StringProperty(
         name="Marker",
@@ -30,10 +31,6 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
         "Match Markers leaves it out until its box is ticked again",
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def description(cls, _context, properties):
-        return cls.bl_rna.properties["remove"].description if properties.remove else cls.__doc__
 
     @classmethod
     def problem(cls, obj):

@@ -20,6 +20,11 @@ LEAST_RANGE = 1e-6
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake_mix"
     bl_label = "Bake Mix"
+    bl_description = (
+        "Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and play "
+        "without the add-on"
+    )
+    switch = "remove"
     doing = "Baking the mix of"
 
     remove: bpy.props.BoolProperty(
@@ -27,15 +32,6 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         description="Take away the in-between keys that are there. The sliders mix in straight lines then, or live",
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def description(cls, _context, properties):
-        if properties.remove:
-            return properties.bl_rna.properties["remove"].description
-        return (
-            "Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and "
-            "play without the add-on"
-        )
 
     @classmethod
     def problem(cls, obj):
@@ -65,7 +61,11 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
 
     def finish(self, obj, prepared, found):
         if self.remove:
-            return _removed(obj)
+            count = in_between_keys.remove(obj)
+            if count == 0:
+                raise SceneError(f"'{obj.name}' has no in-between keys of Bake Mix")
+            obj.data.update_tag()
+            return f"Removed {wording.counted(count, 'in-between key')} of '{obj.name}'", []
         share = found.error / prepared.bind_input.diagonal if prepared.bind_input.diagonal else 0.0
         is_near = found.error <= prepared.tolerance
         if not found.shapes and not is_near:
@@ -80,11 +80,3 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         made = wording.counted(len(in_between_keys.make(obj, prepared.bind_input, found)), "in-between key")
         text = f"'{obj.name}' has {made}, within {share:.2%} of the mesh's size, driven by its sliders"
         return text, [] if is_near else [f"That is more than the tolerance. {ADVICE}"]
-
-
-def _removed(obj):
-    count = in_between_keys.remove(obj)
-    if count == 0:
-        raise SceneError(f"'{obj.name}' has no in-between keys of Bake Mix")
-    obj.data.update_tag()
-    return f"Removed {wording.counted(count, 'in-between key')} of '{obj.name}'", []

@@ -68,19 +68,10 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
         return f"'{obj.name}' has the shape of '{source.name}'{where} as shape key '{name}', with its slider", notes
 
     def _source(self, obj):
-        if not self.source:
-            missing = _missing(bpy.context, obj)
-            if missing:
-                raise SceneError(missing)
-            return subject.others(bpy.context, obj)[0]
         source = bpy.data.objects.get(self.source)
-        if source is None:
+        if source is None and self.source:
             raise SceneError(f"There is no object '{self.source}'. Choose another source")
-        if source.type != 'MESH':
-            raise SceneError(f"'{source.name}' is not a mesh. Choose another source")
-        if source == obj:
-            raise SceneError(f"'{obj.name}' is the mesh itself. Choose another source")
-        return source
+        return subject.other_mesh(bpy.context, obj, source)
 
 
 def draw_buttons(layout, context):
@@ -99,11 +90,10 @@ def _missing(context, obj, part=""):
     """What the artist has yet to choose, or None."""
     if obj is None or obj.type != 'MESH':
         return "There is no active mesh"
-    count = len(subject.others(context, obj))
-    if count != 1:
-        return (
-            f"{count} other meshes are selected. Select one, then Shift-click '{obj.name}', to make it the active one"
-        )
+    try:
+        subject.other_mesh(context, obj)
+    except SceneError as error:
+        return str(error)
     if part and part not in obj.vertex_groups:
         return "There is no vertex group that says where the part is. Select it in Edit Mode and assign a group"
     return None

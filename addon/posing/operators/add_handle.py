@@ -17,6 +17,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.add_handle"
     bl_label = "Add Handle"
+    switch = "pin"
     needs_object_mode = False
 
     pin: bpy.props.BoolProperty(
@@ -74,10 +75,6 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         if not self.pin:
             layout.prop(self, "size")
             layout.prop(self, "live")
-
-    @classmethod
-    def description(cls, _context, properties):
-        return cls.bl_rna.properties["pin"].description if properties.pin else cls.__doc__
 
     @classmethod
     def problem(cls, obj):

@@ -44,22 +44,11 @@ def problem(context, obj):
 
 
 def target_of(context, obj):
-    """The object that `obj` takes the shape of: that of the settings, else the other mesh that is selected.
+    """The object that `obj` takes the shape of: that of the settings, or else the other mesh that is selected.
 
     @throws SceneError.
     """
-    target = obj.meanvalue.wrap.target
-    if target is None:
-        others = subject.others(context, obj)
-        if len(others) != 1:
-            raise SceneError(
-                f"{len(others)} other meshes are selected. Choose one in Onto, or select one and Shift-click "
-                f"'{obj.name}', so that it is the active one"
-            )
-        target = others[0]
-    if target.type != 'MESH' or target == obj:
-        raise SceneError(f"'{target.name}' is no other mesh. Choose one whose shape '{obj.name}' can take")
-    return target
+    return subject.other_mesh(context, obj, obj.meanvalue.wrap.target)
 
 
 def _require_ready(obj, target):

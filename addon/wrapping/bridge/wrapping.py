@@ -17,21 +17,19 @@ from ..core import flips
 
 #: How much all springs together count; of one it is this over their number, so that they give way alike at any
 #: resolution. Each is tried until partners are as close as CLOSE, a share of the diagonal, on average, and taken if it
-#: turns no more triangles over than the one before. Picked pairs count PICKED at least.
-STRENGTHS, PICKED, CLOSE = (1.5, 5.0, 15.0, 50.0, 150.0), 15.0, 5e-4
+#: turns no more triangles over than the one before.
+STRENGTHS, CLOSE = (1.5, 5.0, 15.0, 50.0, 150.0), 5e-4
 #: Of the picked pairs while they alone pose the mesh: then they are met.
 POSING = 1.0
 #: Rounds of closest points at each strength at most, and what a round must gain for another one.
 ROUNDS, GAIN = 6, 0.1
-#: Partners look the same way to this cosine and are no farther than this share of the diagonal.
-COSINE, LIMIT = 0.3, 0.05
+#: Partners look the same way to this cosine.
+COSINE = 0.3
 #: A vertex is no partner of a point that another place of the mesh is nearer to by this factor, give or take this share
 #: of an edge: insides of mouths, eyes that the other does not have, and what is hidden behind.
 NEARER, SLACK = 2.0, 0.5
-#: What is so many rings around a flipped triangle is let go of; at the end so often, farther each time.
-AROUND, MENDS = 2, 4
-#: The solver's tolerance there: folds are small.
-FINE = 1e-6
+#: What is so many rings around a flipped triangle is let go of.
+AROUND = 2
 #: Points that are looked up before Blender may draw.
 SLICE = 4000
 
@@ -70,13 +68,13 @@ class Wrap:
         best = None
         for number, strength in enumerate(STRENGTHS):
             self.share = (number + 0.5) / (len(STRENGTHS) + 1)
-            deformer = yield from self._bind(rest, given.used, self._strengths(strength))
-            shape, partners, away = yield from self._rounds(deformer, rest, shape)
-            shape, partners = yield from self._mended(deformer, rest, shape, partners)
+            springs = np.full(len(given.used), strength / len(given.used))
+            deformer = yield from self._bind(rest, given.used, springs)
+            shape, weights, away = yield from self._rounds(deformer, rest, shape)
             flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))
             if best is not None and flipped > best[2]:
                 break
-            best = shape, partners[1], flipped
+            best = shape, weights, flipped
             if away < CLOSE * given.diagonal:
                 break
         shape, weights, flipped = best
@@ -93,13 +91,12 @@ class Wrap:
         yield task
         return session.call(task.result)
 
-    def _solve(self, deformer, targets, weights=None, start=None, tolerance=None):
+    def _solve(self, deformer, targets, weights=None, start=None):
         task = session.call(
             deformer.start_solve,
             np.ascontiguousarray(targets),
             weights=weights,
             start=start,
-            tolerance=tolerance,
             execution=self._execution,
             refused=session.REFUSED_POSE,
         )
@@ -109,17 +106,11 @@ class Wrap:
             raise SolverError("The solver gave positions that are not numbers. Pick more pairs of points")
         return vertices
 
-    def _strengths(self, strength):
-        used, picked = self.given.used, self.given.picked
-        result = np.full(len(used), strength / len(used))
-        result[np.isin(used, picked)] = max(strength, PICKED) / len(used)
-        return result
-
     def _rounds(self, deformer, rest, shape):
-        """Returns (shape, the last (points, weights) of the used vertices, their mean distance from the points)."""
+        """Returns (shape, the last weights of the used vertices, their mean distance from their partners)."""
         last = np.inf
         for _ in range(ROUNDS):
-            self._let_go(rest, shape, AROUND)
+            self._let_go(rest, shape)
             points, weights, away = yield from self._partners(shape)
             if not weights.any():
                 raise SceneError(
@@ -129,19 +120,18 @@ class Wrap:
             if away > (1.0 - GAIN) * last:
                 break
             last = away
-        return shape, (points, weights), away
+        return shape, weights, away
 
     def _partners(self, shape):
         """(points (u, 3), weights (u,), mean distance to them) of the used vertices; picked ones have their own."""
         given, used = self.given, self.given.used
-        limit = LIMIT * given.diagonal
         surface = Surface(shape, given.triangles)
         normals = surface.normals()[used]
-        triangle, shares, points, away = yield from _nearest(self._surface, shape[used], normals, limit)
+        triangle, shares, points, away = yield from _nearest(self._surface, shape[used], normals)
         found = np.isfinite(away)
         facing = np.einsum("kc,kcj->kj", shares, self._normals[given.target_triangles[triangle]])[found]
         facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-300)
-        nearest = (yield from _nearest(surface, points[found], facing, limit))[3]
+        nearest = (yield from _nearest(surface, points[found], facing))[3]
         found[found] = away[found] <= NEARER * nearest + SLACK * self._edge_lengths(shape)[used[found]]
         mean = float(away[found].mean()) if found.any() else 0.0
         points[~found] = shape[used[~found]]
@@ -157,32 +147,20 @@ class Wrap:
         ends = self._edges.ravel()
         return np.bincount(ends, np.repeat(lengths, 2), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)
 
-    def _mended(self, deformer, rest, shape, partners):
-        """Lets go of the surroundings of flipped triangles, farther each time, until there are none."""
-        points, weights = partners
-        for number in range(MENDS):
-            if not self._let_go(rest, shape, AROUND + number):
-                break
-            weights = np.where(self._is_free[self.given.used], 0.0, weights)
-            shape = yield from self._solve(deformer, points, weights, shape, FINE)
-        return shape, (points, weights)
-
-    def _let_go(self, rest, shape, rings):
-        """Whether triangles are flipped; so many rings around them are drawn nowhere any more."""
-        bad = flips.flipped(rest, shape, self.given.triangles)
+    def _let_go(self, rest, shape):
+        """What is around flipped triangles is drawn nowhere any more."""
         free = np.zeros(len(shape), bool)
-        free[self.given.triangles[bad]] = True
-        for _ in range(rings):
+        free[self.given.triangles[flips.flipped(rest, shape, self.given.triangles)]] = True
+        for _ in range(AROUND):
             free[self._edges[free[self._edges].any(axis=1)]] = True
         self._is_free |= free
-        return bool(bad.any())
 
 
-def _nearest(surface, points, normals=None, within=np.inf):
+def _nearest(surface, points, normals=None):
     """As Surface.nearest(), with Pauses."""
     found = []
     for begin in range(0, len(points), SLICE) or [0]:
         part = slice(begin, begin + SLICE)
-        found.append(surface.nearest(points[part], None if normals is None else normals[part], COSINE, within))
+        found.append(surface.nearest(points[part], None if normals is None else normals[part], COSINE))
         yield Pause()
     return tuple(np.concatenate(each) for each in zip(*found, strict=True))

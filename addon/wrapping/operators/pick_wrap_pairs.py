@@ -8,16 +8,16 @@ from ...errors import SceneError
 from ...widgets import picking
 from ..bridge import wrap_lines, wrap_scene
 
-DESCRIPTION = (
-    "Click a point of the mesh, then the same point of the other one, and so on until Enter; Backspace takes the last "
-    "pair back. Begin with the ends: head, hands, feet, finger tips"
-)
-
 
 class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
     bl_idname = "meanvalue.pick_wrap_pairs"
     bl_label = "Pick Pairs"
+    bl_description = (
+        "Click a point of the mesh, then the same point of the other one, and so on until Enter; Backspace takes the "
+        "last pair back. Begin with the ends: head, hands, feet, finger tips"
+    )
     bl_options = {'UNDO'}  # adjusted afterwards, it would pick anew
+    switch = "clear"
     repeats = True
 
     vertex: bpy.props.IntProperty(
@@ -27,10 +27,6 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
         name="Place", description="Where it belongs, in the other object's own space", size=3, options={'SKIP_SAVE'}
     )
     clear: bpy.props.BoolProperty(name="Clear", description="Take all picked pairs back", options={'SKIP_SAVE'})
-
-    @classmethod
-    def description(cls, _context, properties):
-        return cls.bl_rna.properties["clear"].description if properties.clear else DESCRIPTION
 
     @classmethod
     def problem(cls, obj):
