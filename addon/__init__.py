@@ -24,22 +24,12 @@ bl_info = {
 
 
 def register():
-    from . import second_copy
-
-    if second_copy.first_copy():
-        second_copy.register()
-        return
     from . import registration
 
     registration.register()
 
 
 def unregister():
-    from . import second_copy
-
-    if second_copy.stands_back():
-        second_copy.unregister()
-        return
     from . import registration
 
     registration.unregister()

@@ -35,17 +35,12 @@ def corner_store(mesh):
     return (attribute.data, "value") if attribute else (mesh.loops, "vertex_index")
 
 
-def set_face_sizes(mesh, sizes):
-    """Blender 3.4 stores the sizes of faces; later they follow from the starts and cannot be set."""
-    if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:
-        mesh.polygons.foreach_set("loop_total", sizes)
-
-
 def session_key(id_block):
     """Tells datablocks apart while the file is open, whatever they are called. Only for caches; do not store it."""
-    if hasattr(id_block, "session_uid"):
-        return id_block.session_uid
-    return id_block.as_pointer()
+    return id_block.session_uid if _HAS_SESSION_UID else id_block.as_pointer()
+
+
+_HAS_SESSION_UID = "session_uid" in bpy.types.ID.bl_rna.properties  # 4.2 and later; asked for hundreds of times a frame
 
 
 def curves_to_write(id_block, action):

@@ -24,8 +24,20 @@ ROOMS = tuple(
 
 CLASSES = (preferences.MEANVALUE_AP_preferences, *(cls for room in ROOMS for cls in room.CLASSES))
 
+#: A class that is registered as long as a copy of the add-on is on, and the module that has it.
+MARK, MARK_MODULE = "MEANVALUE_PT_panel", ".posing.ui.panel"
+
+
+def _require_only_copy():
+    """A second one, as an extension beside a legacy add-on, would take away the classes of the first with its own."""
+    mark = getattr(bpy.types, MARK, None)
+    package = mark.__module__.removesuffix(MARK_MODULE) if mark else __package__
+    if package != __package__:
+        raise RuntimeError(f"Another copy of Mean-Value Deform is on ({package}). Untick it, then tick this one")
+
 
 def register():
+    _require_only_copy()
     native_loader.forget()
     properties.register(ROOMS)
     for cls in CLASSES:

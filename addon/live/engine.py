@@ -143,11 +143,14 @@ def _tick():
     _notice_end_of_rendering()
     _tell_of_renders()
     if not (_is_rendering or _holds):
-        _is_missed = False
+        is_missed, _is_missed = _is_missed, False
         with held():
             for obj, follower in roll.in_charge():
                 with _reporting(follower):
-                    follower.tick(obj)
+                    if is_missed:
+                        follower.follow(obj)
+                    else:
+                        follower.tick(obj)
     return _wait()
 
 

@@ -176,9 +176,10 @@ class Following:
         is_quiet: do all that is left for a quiet moment; starts: begin new jobs."""
         try:
             self._require_ready(obj)
-            if not self._read(obj, is_quiet):
+            if not self._read(obj, is_quiet, is_quiet or (makes_keys and self._job is None and self._is_quiet(obj))):
                 return
-            self._look(obj)
+            if not (makes_keys and self._job is not None):  # of what has moved since it began a handler has heard
+                self._look(obj)
             self._collect(obj, makes_keys)
             if self._job is None and self.problem is None and starts:
                 self._start_next(obj, makes_keys, is_quiet or (makes_keys and self._is_quiet(obj)))
@@ -187,13 +188,16 @@ class Following:
         except MeanValueError as error:
             self.give_up(str(error))
 
-    def _read(self, obj, is_quiet):
-        """Reads for a moment. Returns whether all is read. @throws MeanValueError."""
+    def _read(self, obj, is_quiet, compares):
+        """Reads for a moment. Returns whether all is read. @throws MeanValueError.
+
+        compares: keys with what was written, which takes too long for a step of a drag.
+        """
         model, seconds = self._model(obj), math.inf if is_quiet else SLICE_SECONDS
         was_read = model.is_read(obj) if is_quiet else self._is_read(obj)
         if not was_read and not model.read_on(obj, seconds):
             return self.READS_AT_REST and self._input is not None and model.is_usable(obj)
-        if model.is_unchecked and (not was_read or is_quiet or self._is_quiet(obj)):
+        if model.is_unchecked and (compares or not was_read):
             model.compare_on(obj, seconds)
             if is_quiet:
                 model.read_on(obj)

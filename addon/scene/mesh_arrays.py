@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mesh data as numpy arrays: float32 and int32, Blender's own types, which foreach_get copies without conversion."""
 
-import contextlib
-
 import bpy
 import numpy as np
 
@@ -40,12 +38,17 @@ def triangles(mesh, rest):
     """m x 3 int32: Blender's own triangulation of the shape `rest`, n x 3 float32.
 
     How a quad is split depends on where its corners are. The mesh's own triangles are right if its vertices are in
-    the rest shape; else a temporary mesh in the rest shape is triangulated.
+    the rest shape; else a copy in the rest shape is triangulated.
     """
     if np.array_equal(vertex_positions(mesh), rest):
         return shown_triangles(mesh)
-    with _temporary_mesh(mesh, rest) as rest_mesh:
-        return shown_triangles(rest_mesh)
+    copy = mesh.copy()
+    try:
+        store, name = compat.position_store(copy)
+        store.foreach_set(name, rest.ravel())
+        return shown_triangles(copy)
+    finally:
+        bpy.data.meshes.remove(copy)
 
 
 def shown_triangles(mesh):
@@ -54,22 +57,3 @@ def shown_triangles(mesh):
     corners = np.empty(3 * len(mesh.loop_triangles), np.int32)
     mesh.loop_triangles.foreach_get("vertices", corners)
     return corners.reshape(-1, 3)
-
-
-@contextlib.contextmanager
-def _temporary_mesh(original, rest):
-    corners, starts = faces(original)
-    mesh = bpy.data.meshes.new("Mean-Value rest shape")
-    try:
-        mesh.vertices.add(len(rest))
-        store, name = compat.position_store(mesh)
-        store.foreach_set(name, rest.ravel())
-        mesh.loops.add(len(corners))
-        mesh.loops.foreach_set("vertex_index", corners)
-        mesh.polygons.add(len(starts))
-        mesh.polygons.foreach_set("loop_start", starts)
-        ends = np.append(starts[1:], len(corners))
-        compat.set_face_sizes(mesh, (ends - starts).astype(np.int32))
-        yield mesh
-    finally:
-        bpy.data.meshes.remove(mesh)

@@ -78,23 +78,17 @@ def _is_absent(name, error):
 
 
 def _explanation(failures):
-    here = ", ".join(f"{label} {value}" for label, value in environment())
-    if failures:
-        return (
-            f"The solver is installed but cannot be loaded ({'; '.join(failures)}). This Blender has {here}. "
-            "Install the add-on zip made for this system"
-        )
     bundled = sorted(path.name for path in (pathlib.Path(__file__).parents[1] / "lib").glob("meanvalue.*"))
-    if bundled:
-        return (
-            f"The solver of this add-on is for another Python: it has {', '.join(bundled)}, this Blender has {here}. "
-            "Install the add-on zip made for this Python"
-        )
-    python = ".".join(platform.python_version_tuple()[:2])
+    if failures:
+        problem = f"The solver is installed but cannot be loaded ({'; '.join(failures)})"
+    elif bundled:
+        problem = f"The solver of this add-on is for another Python: it has {', '.join(bundled)}"
+    else:
+        problem = "The compiled solver is missing"
+    here = ", ".join(f"{label} {value}" for label, value in environment())
     return (
-        f"The compiled solver is missing. This Blender has {here}. Install the zip made for it: for Blender 4.2 and "
-        f"later the one whose name ends in {zip_ending()}, with a wheel for CPython {python} "
-        f"(cp{python.replace('.', '')}); for older Blenders one with a solver in its lib folder"
+        f"{problem}. This Blender has {here}. Install the zip made for it: for Blender 4.2 and later the one whose "
+        f"name ends in {zip_ending()}, for older Blenders one with a solver in its lib folder"
     )
 
 
