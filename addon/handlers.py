@@ -13,6 +13,7 @@ from .scene import object_model, shared_readings
 from .solver import session
 
 _rooms = ()
+_is_unknown = True  # what is in the file: the add-on may be enabled in any; if undo or loading fails, no handler says so
 
 
 def _have_heard(name, *arguments):
@@ -26,6 +27,8 @@ def _have_heard(name, *arguments):
 def meanvalue_scene_updated(_scene, depsgraph):
     if depsgraph.mode == 'RENDER':  # on a thread of its own
         return
+    if _is_unknown:
+        _begin()
     _have_heard("scene_updated", depsgraph)
     _note_active_object(depsgraph)
     if engine.scene_updated(depsgraph):
@@ -38,22 +41,31 @@ def meanvalue_frame_changed(_scene, depsgraph):
 
 
 @persistent
+def meanvalue_leave_file(*_):
+    """Another file or state is to come."""
+    global _is_unknown
+    _is_unknown = True
+    engine.forget()
+
+
+@persistent
 def meanvalue_look_again(*_):
+    global _is_unknown
+    _is_unknown = False
     _forget_what_was_read()
     engine.look_for_live_objects()
 
 
 @persistent
-def meanvalue_leave_file(*_):
-    engine.leave_file()
-
-
-@persistent
 def meanvalue_another_file(*_):
     session.clear()
+    engine.render_ended()
+    _begin()
+
+
+def _begin():
     _have_heard("another_file")
-    _forget_what_was_read()
-    engine.another_file()
+    meanvalue_look_again()
 
 
 @persistent
@@ -114,8 +126,8 @@ def register(rooms):
 
 def unregister():
     """By name: after reloading the add-on, handlers of the former one are other functions."""
-    global _rooms
-    _rooms = ()
+    global _rooms, _is_unknown
+    _rooms, _is_unknown = (), True
     for list_name, handler in _HANDLERS:
         handlers = getattr(bpy.app.handlers, list_name)
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]

@@ -20,8 +20,4 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
         else:
             ready = f"Ready, version {native_loader.module().__version__}"
             box.label(text=ready, icon='CHECKMARK')
-        for label, value in native_loader.environment():
-            split = box.split(factor=0.3)
-            split.label(text=label)
-            split.label(text=value)
         box.operator("meanvalue.copy_system_info", icon='COPYDOWN')

@@ -13,7 +13,6 @@ from . import render_notes, roll, updates
 #: How often it is looked whether a render has ended, if there is something left to do then.
 WAIT_SECONDS = 0.5
 
-_must_search = True  # the add-on may be enabled in a file that has live objects
 _said = []  # what the panels showed last
 _is_rendering = False
 _holds = 0  # how many are at work inside held()
@@ -28,8 +27,6 @@ def scene_updated(depsgraph):
     if depsgraph.mode == 'RENDER' or len(depsgraph.updates) == 0:
         return False
     _notice_end_of_rendering()
-    if _must_search:
-        look_for_live_objects()
     is_to_be_drawn = _take_note(depsgraph)
     follow_all()
     return is_to_be_drawn
@@ -68,23 +65,9 @@ def _take_note(depsgraph):
 
 def look_for_live_objects():
     """After loading or undo everything may be another: forget, and see which objects are live."""
-    global _must_search
-    _must_search = False
     forget()
     roll.search()
     _schedule()
-
-
-def leave_file():
-    """Another file or state is to come. If it cannot be read, Blender goes on with this one and does not say so."""
-    global _must_search
-    _must_search = True
-    forget()
-
-
-def another_file():
-    render_ended()
-    look_for_live_objects()
 
 
 def render_started():
@@ -200,8 +183,6 @@ def forget():
 
 
 def shut_down():
-    global _must_search
-    _must_search = True
     forget()
     render_ended()
     if bpy.app.timers.is_registered(_tick):

@@ -16,9 +16,7 @@ _untold = []  # notes that no popup has shown
 
 def begin(unsettled):
     """A render begins. unsettled: [(identity, name)] of objects whose mesh does not show the settled answer yet."""
-    _at_first.clear()
-    _notes.clear()
-    _untold.clear()
+    forget()
     for identity, name in unsettled:
         _tell(
             identity,
@@ -58,15 +56,9 @@ def take_untold():
     return untold
 
 
-def forget(identity=None):
-    """identity: of the object to forget; all if None."""
-    for known in (_at_first, _notes):
-        if identity is None:
-            known.clear()
-        else:
-            known.pop(identity, None)
-    if identity is None:
-        _untold.clear()
+def forget():
+    for known in (_at_first, _notes, _untold):
+        known.clear()
 
 
 def _tell(identity, note):

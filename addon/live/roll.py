@@ -84,9 +84,9 @@ def search():
                 follower = kind(obj)
             follower.name = obj.name
             _followers[identity(obj)] = follower
-    for key, follower in known.items():
+    for follower in known.values():
         follower.stop()
-        render_notes.forget(key)
+        render_notes.forget()
 
 
 def live_objects():

@@ -59,8 +59,6 @@ CLASSES = (
 #: What is hung into Blender's own user interface.
 _USER_INTERFACE = (menus, keymap, grab_tool, overlay)
 
-_must_look = True  # at all objects: the add-on may be enabled in a file of an earlier version
-
 
 def register():
     subject.finders.append(moved_meshes.mesh_moved_by)
@@ -70,8 +68,6 @@ def register():
 
 
 def unregister():
-    global _must_look
-    _must_look = True
     roll.remove_kind(Follower)
     subject.finders.remove(moved_meshes.mesh_moved_by)
     for module in reversed(_USER_INTERFACE):
@@ -83,8 +79,6 @@ def unregister():
 
 
 def scene_updated(depsgraph):
-    if _must_look:
-        another_file()
     moved_meshes.note(depsgraph)
     if orphans.are_there() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.register(orphans.remove, first_interval=0.0)
@@ -98,8 +92,6 @@ def chosen(active):
 
 
 def another_file():
-    global _must_look
-    _must_look = False
     orphans.forget()
     orphans.note()
     old_files.carry_over(bpy.data.objects)

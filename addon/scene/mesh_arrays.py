@@ -7,13 +7,16 @@ import numpy as np
 from .. import compat
 
 
+def coordinates(store, name):
+    """n x 3 float32 of a (collection, property) as compat has them of meshes and shape keys."""
+    found = np.empty(3 * len(store), np.float32)
+    store.foreach_get(name, found)
+    return found.reshape(-1, 3)
+
+
 def vertex_positions(mesh):
     """n x 3 float32 of `mesh.vertices`. Shape keys do not show here."""
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    if len(positions):
-        store, name = compat.position_store(mesh)
-        store.foreach_get(name, positions)
-    return positions.reshape(-1, 3)
+    return coordinates(*compat.position_store(mesh))
 
 
 def faces(mesh):

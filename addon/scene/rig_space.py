@@ -78,16 +78,12 @@ STRAIGHT = 4e-6
 
 def is_there(obj):
     """Whether anything is between the pose's key and what is seen. Cheap enough for each step of a drag."""
-    if any(_deforms(obj, modifier) for modifier in obj.modifiers):
-        return True
-    if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS:
-        return True
-    return bool(sliders(obj))
+    return bool(_deformers(obj) or sliders(obj))
 
 
 def looks_at_neighbours(obj):
     """Whether where a vertex is seen may depend on where the key has others."""
-    return any(modifier.type in NEIGHBOURLY and _deforms(obj, modifier) for modifier in obj.modifiers)
+    return any(each.type in NEIGHBOURLY for each in _deformers(obj))
 
 
 def sliders(obj):
@@ -101,9 +97,7 @@ def sliders(obj):
 
 def named(obj):
     """What deforms the object behind its key, in words."""
-    names = [modifier.name for modifier in obj.modifiers if _deforms(obj, modifier)]
-    if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS:
-        names.append(obj.parent.name)
+    names = [each.name for each in _deformers(obj)]
     return wording.quoted(names) if names else "its shape keys"
 
 
@@ -168,7 +162,7 @@ def evaluating(obj):
     """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen. @throws SceneError."""
     evaluated, stores = _evaluated(obj)
     rest = shape_keys.rest_positions(obj.data)
-    former = [_read(store, name) for store, name, _ in stores]
+    former = [mesh_arrays.coordinates(store, name) for store, name, _ in stores]
     switches = np.empty(len(evaluated.modifiers), bool)
     evaluated.modifiers.foreach_get("show_viewport", switches)
     depsgraph = bpy.context.view_layer.depsgraph
@@ -181,7 +175,8 @@ def evaluating(obj):
     try:
         used = [_deforms(obj, each) for each in obj.modifiers]
         evaluated.modifiers.foreach_set("show_viewport", used)
-        if _has_nodes(obj) and len(evaluate(rest)) != len(rest):  # they make vertices, which only trying tells
+        has_nodes = any(each.type == 'NODES' for each in _deformers(obj))
+        if has_nodes and len(evaluate(rest)) != len(rest):  # they make vertices, which only trying tells
             used = [each.type != 'NODES' and is_used for each, is_used in zip(obj.modifiers, used, strict=True)]
             evaluated.modifiers.foreach_set("show_viewport", used)
         yield evaluate
@@ -189,10 +184,6 @@ def evaluating(obj):
         for (store, name, _), shape in zip(stores, former, strict=True):
             store.foreach_set(name, shape.ravel())
         evaluated.modifiers.foreach_set("show_viewport", switches)
-
-
-def _has_nodes(obj):
-    return any(modifier.type == 'NODES' and _deforms(obj, modifier) for modifier in obj.modifiers)
 
 
 def _evaluated(obj):
@@ -251,10 +242,10 @@ def _run(evaluated, depsgraph):
         evaluated.to_mesh_clear()
 
 
-def _read(store, name):
-    shape = np.empty(3 * len(store), np.float32)
-    store.foreach_get(name, shape)
-    return shape
+def _deformers(obj):
+    """Modifiers, and the parent if it deforms its children as they do."""
+    found = [modifier for modifier in obj.modifiers if _deforms(obj, modifier)]
+    return [*found, obj.parent] if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS else found
 
 
 def _deforms(obj, modifier):

@@ -3,7 +3,6 @@
 
 import bmesh
 import bpy
-import numpy as np
 
 from .. import compat, ids
 from ..errors import SceneError
@@ -33,10 +32,7 @@ def remove_lone_basis(obj):
 
 def positions(key):
     """n x 3 float32 of one shape key."""
-    store, name = compat.key_store(key)
-    result = np.empty(3 * len(store), np.float32)
-    store.foreach_get(name, result)
-    return result.reshape(-1, 3)
+    return mesh_arrays.coordinates(*compat.key_store(key))
 
 
 def held(obj, name):
@@ -132,20 +128,19 @@ def write_result(obj, result):
     return notes
 
 
+def result(obj):
+    """The result key, or None if there is none. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    return keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+
+
 def result_positions(obj):
     """n x 3 float32 of the result key, or None if there is none that fits the mesh."""
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
-    if key is None or key == keys.reference_key:
+    key = result(obj)
+    if key is None or key == obj.data.shape_keys.reference_key:
         return None
     shape = positions(key)
     return shape if len(shape) == len(obj.data.vertices) else None
-
-
-def has_result(obj):
-    """Whether there is a result key. Cheap enough for drawing."""
-    keys = obj.data.shape_keys
-    return keys is not None and obj.meanvalue.result_key in keys.key_blocks
 
 
 def kept(obj):
@@ -205,8 +200,7 @@ def _remove_from_edit_mode(mesh, name):
 
 def why_result_is_hidden(obj):
     """Why the object does not show the result key as it is, in words, or None. Cheap enough for drawing."""
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+    keys, key = obj.data.shape_keys, result(obj)
     if key is None:
         return None
     if obj.meanvalue.baked.target:

@@ -27,8 +27,7 @@ def positions(obj):
     count = len(obj.data.vertices)
     if len(evaluated.vertices) == count or (len(evaluated.vertices) > count and _are_first(obj)):
         return mesh_arrays.vertex_positions(evaluated)[:count]
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
+    key = shape_keys.result(obj)
     result = shape_keys.result_positions(obj) if key and key.value > 0.0 and not key.mute else None
     return shape_keys.rest_positions(obj.data) if result is None else result
 

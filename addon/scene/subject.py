@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The object that the artist works on, and why it cannot be worked on."""
 
+import bpy
+
 from .. import wording
 from ..errors import SceneError
 
@@ -53,15 +55,8 @@ def mode_problem(obj):
 
 
 def mode_name(mode):
-    names = {
-        'EDIT': "Edit Mode",
-        'SCULPT': "Sculpt Mode",
-        'VERTEX_PAINT': "Vertex Paint Mode",
-        'WEIGHT_PAINT': "Weight Paint Mode",
-        'TEXTURE_PAINT': "Texture Paint Mode",
-        'PARTICLE_EDIT': "Particle Edit Mode",
-    }
-    return names.get(mode) or f"{mode.title()} Mode"
+    """As Blender's interface has it."""
+    return bpy.types.Object.bl_rna.properties["mode"].enum_items[mode].name
 
 
 def sharing_note(obj):

@@ -14,16 +14,6 @@ from . import native_loader
 _running = set()
 
 
-def run(steps):
-    """Goes through `steps`, a generator of native Tasks, and waits for each. Returns what it returns."""
-    while True:
-        try:
-            task = next(steps)
-        except StopIteration as end:
-            return end.value
-        task.wait()
-
-
 class Job:
     """Goes through `work(execution)`, a generator of native Tasks, each of which it waits for before it goes on.
 

@@ -5,7 +5,6 @@ Deformers are a cache of what the scene already says: nothing is lost when one i
 a Blender object.
 """
 
-from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,17 +30,15 @@ class DeformerCache:
     def __init__(self, capacity, byte_limit):
         self._capacity = capacity
         self._byte_limit = byte_limit
-        self._entries = OrderedDict()
-
-    def __len__(self):
-        return len(self._entries)
+        self._entries = {}  # key: (entry, bytes, family), the newest last
 
     def get(self, key):
         """The entry, now the newest, or None."""
-        if key not in self._entries:
+        found = self._entries.pop(key, None)
+        if found is None:
             return None
-        self._entries.move_to_end(key)
-        return self._entries[key][0]
+        self._entries[key] = found
+        return found[0]
 
     def relative(self, family):
         """The newest entry that was put with this family, or None. It stays as old as it is."""
@@ -50,10 +47,10 @@ class DeformerCache:
 
     def put(self, key, entry, byte_count, family=None):
         """family: what entries have in common that may be made from each other."""
+        self.discard(key)
         self._entries[key] = (entry, byte_count, family)
-        self._entries.move_to_end(key)
         while len(self._entries) > 1 and (len(self._entries) > self._capacity or self._total() > self._byte_limit):
-            self._entries.popitem(last=False)
+            self.discard(next(iter(self._entries)))
 
     def discard(self, key):
         self._entries.pop(key, None)
@@ -206,12 +203,7 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
 
 def _held(mesh, bind_input):
     """(anchors, arguments) for the solver, to whom a soft border is one more soft handle."""
-    anchors, handles, strengths, border = (
-        mesh.anchors,
-        mesh.handles,
-        mesh.strengths,
-        mesh.border,
-    )
+    anchors, handles, strengths, border = mesh.anchors, mesh.handles, mesh.strengths, mesh.border
     if border is not None:
         if strengths is None:
             strengths = np.full(len(handles), np.inf)

@@ -9,7 +9,7 @@ from .. import compat, wording
 from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import subject
 from ..solver.core.steps import result_of
-from ..solver.job import Job, run
+from ..solver.job import Job
 from .base import MeshOperator, ModalOperator
 
 #: How often a running job is looked at.
@@ -144,7 +144,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
             return self.finish(self._object(), None, None)
         yield from _in_slices(self.before(prepared))
         if self._steps is None:  # called to execute
-            outcome = run(prepared.work(None))
+            outcome = result_of(prepared.work(None), lambda task: task.wait())
         else:
             outcome = yield from self._beside_the_interface(prepared)
         if self._timer is not None:  # Blender went on since the scene was read

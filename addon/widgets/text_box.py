@@ -15,8 +15,6 @@ def draw_wrapped(layout, context, text, icon='NONE'):
     letters = int((context.region.width / scale - MARGIN_WIDTH) / LETTER_WIDTH)
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for number, line in enumerate(textwrap.wrap(text, max(letters, SHORTEST_LINE))):
-        if icon == 'NONE':
-            column.label(text=line)
-        else:
-            column.label(text=line, icon=icon if number == 0 else 'BLANK1')
+    for line in textwrap.wrap(text, max(letters, SHORTEST_LINE)):
+        column.label(text=line, icon=icon)
+        icon = 'NONE' if icon == 'NONE' else 'BLANK1'

@@ -104,52 +104,37 @@ def vertex_or_image(obj, place):
     """(vertex, 3 x 3 Matrix) of a place on what is shown of `obj`, (3,) in its own space: the vertex that is nearest
     there, itself or its image in Mirror modifiers, and what turns moves there into its own. None on all other copies.
     """
-    surface = _Surface(obj)
-    best = None
+    positions, (corners, starts) = shown_shape.positions(obj), mesh_arrays.faces(obj.data)
+    is_loose = np.full(len(positions), len(corners) > 0)  # what a loose vertex holds is not what was pressed
+    is_loose[corners] = False
+    least, found = np.inf, None
     for matrix, shift in mirrors.images(obj):
-        own = matrix.T @ (place - shift)
-        vertex, distance = surface.nearest(own)
-        if best is None or distance < (1.0 - SAME) * best[0]:
-            best = distance, vertex, matrix.T, own
-    _distance, vertex, turn, own = best
-    return (vertex, Matrix(turn.tolist())) if vertex is not None and surface.has(own) else None
+        own = (matrix.T @ (place - shift)).astype(np.float32)
+        distances = np.where(is_loose, np.inf, np.linalg.norm(positions - own, axis=1))
+        if distances.min(initial=np.inf) < (1.0 - SAME) * least:
+            least, found = distances.min(), (distances, matrix.T)
+    if found is None:
+        return None
+    distances, turn = found
+    if _is_copied(obj) and not _is_near_a_face(positions, corners, starts, distances):
+        return None
+    return int(distances.argmin()), Matrix(turn.tolist())
 
 
-class _Surface:
-    """The mesh's own surface, where it is shown."""
+def _is_copied(obj):
+    copying = {each.type for each in obj.modifiers if each.show_viewport} & COPYING
+    if rig_space.is_there(obj):  # the surface is known at rest alone, and Smooth by Angle copies nothing
+        copying -= {'NODES'}
+    return bool(copying)
 
-    def __init__(self, obj):
-        self._positions = shown_shape.positions(obj)
-        self._corners, self._starts = mesh_arrays.faces(obj.data)
-        copying = {each.type for each in obj.modifiers if each.show_viewport} & COPYING
-        if rig_space.is_there(obj):  # the surface is known at rest alone, and Smooth by Angle copies nothing
-            copying -= {'NODES'}
-        self._is_copied = bool(copying)
 
-    def nearest(self, place):
-        """(vertex, distance), of those that faces have: what a loose one holds is not what was pressed."""
-        distances = self._distances(place)
-        if len(distances) == 0:
-            return None, np.inf
-        vertex = int(distances.argmin())
-        return vertex, float(distances[vertex])
-
-    def has(self, place):
-        """Whether a face is as near as it is large: what copies a mesh tells nothing of what is a copy."""
-        if not self._is_copied or len(self._starts) == 0:
-            return True
-        corners = self._positions[self._corners]
-        extents = np.maximum.reduceat(corners, self._starts) - np.minimum.reduceat(corners, self._starts)
-        nearest = np.minimum.reduceat(self._distances(place)[self._corners], self._starts)
-        return bool((nearest <= np.linalg.norm(extents, axis=1)).any())
-
-    def _distances(self, place):
-        distances = np.linalg.norm(self._positions - np.asarray(place, np.float32), axis=1)
-        if len(self._corners):
-            is_loose = np.ones(len(distances), bool)
-            is_loose[self._corners] = False
-            distances[is_loose] = np.inf
-        return distances
+def _is_near_a_face(positions, corners, starts, distances):
+    """Whether a face is as near as it is large: what copies a mesh tells nothing of what is a copy."""
+    if len(starts) == 0:
+        return True
+    ends = positions[corners]
+    extents = np.maximum.reduceat(ends, starts) - np.minimum.reduceat(ends, starts)
+    return bool((np.minimum.reduceat(distances[corners], starts) <= np.linalg.norm(extents, axis=1)).any())
 
 
 def _is_in(region, event):

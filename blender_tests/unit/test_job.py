@@ -53,7 +53,6 @@ def test_work_without_steps_is_finished_at_once(job):
         yield
 
     assert job.Job(work).is_finished and job.Job(work).result() == 3
-    assert job.run(work(None)) == 3
 
 
 @pytest.mark.parametrize("steps_before", [0, 1])
@@ -67,8 +66,6 @@ def test_errors_come_with_the_result(job, steps_before):
     assert running.is_finished
     with pytest.raises(ValueError, match="out of order"):
         running.result()
-    with pytest.raises(ValueError, match="out of order"):
-        job.run(work(None))
 
 
 def test_cancel_ends_it_soon(part, job):

@@ -40,7 +40,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.handles and not shape_keys.has_result(obj):
+        if problem is None and not obj.meanvalue.handles and not shape_keys.result(obj):
             problem = f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
         if problem is None and obj.meanvalue.baked.target:
             problem = shape_keys.BAKE_PLAYS

@@ -41,7 +41,7 @@ class SettledOperator(BackgroundOperator):
 
 def _unposed_problem(obj):
     """Why there is no pose to use, in words, or None."""
-    if shape_keys.has_result(obj):
+    if shape_keys.result(obj) is not None:
         return None
     return "Nothing is posed yet. Press on the mesh with Grab and drag"
 

@@ -67,7 +67,7 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
             draw_wrapped(layout, context, wording.sentence(overlay.problem), icon='ERROR')
         if any(draw_top(layout, context, obj) for draw_top in panels.tops):
             return
-        is_new = not (obj.meanvalue.handles or shape_keys.has_result(obj))
+        is_new = not (obj.meanvalue.handles or shape_keys.result(obj))
         if is_new:
             draw_wrapped(layout, context, HINT, icon='INFO')
         _draw_grab(layout, context, obj)

@@ -71,11 +71,9 @@ def require_place(path):
     """
     path = pathlib.Path(path)
     with telling(path):
-        folder = path.parent
-        while not folder.exists():
-            if folder == folder.parent:
-                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-            folder = folder.parent
+        folder = next((each for each in path.parents if each.exists()), None)
+        if folder is None:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
         if not folder.is_dir():
             raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
         if not os.access(folder, os.W_OK | os.X_OK):
@@ -103,21 +101,14 @@ def remove_abandoned(path):
 
 def _is_abandoned(path, host_and_process):
     host, _, process = host_and_process.rpartition(".")
-    if host == socket.gethostname() and os.name == "posix" and process.isdigit():
-        return not _is_running(int(process))
     with contextlib.suppress(OSError):
-        return time.time() - path.stat().st_mtime > ABANDONED_SECONDS
+        if host != socket.gethostname() or os.name != "posix" or not process.isdigit():
+            return time.time() - path.stat().st_mtime > ABANDONED_SECONDS
+        try:
+            os.kill(int(process), 0)
+        except ProcessLookupError:
+            return True
     return False
-
-
-def _is_running(process):
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def _sync_folder(folder):

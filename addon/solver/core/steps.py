@@ -2,13 +2,15 @@
 """Work that is written as a generator, which yields how far it is and returns its result."""
 
 
-def result_of(steps):
-    """Goes through a generator at once. Returns what it returns."""
+def result_of(steps, wait=None):
+    """Goes through a generator at once. Returns what it returns. wait: called with each step, as to await its end."""
     while True:
         try:
-            next(steps)
+            step = next(steps)
         except StopIteration as end:
             return end.value
+        if wait is not None:
+            wait(step)
 
 
 class Pause:
