@@ -55,8 +55,8 @@ def mode_problem(obj):
 
 
 def mode_name(mode):
-    """As Blender's interface has it."""
-    return bpy.types.Object.bl_rna.properties["mode"].enum_items[mode].name
+    name = bpy.types.Object.bl_rna.properties["mode"].enum_items[mode].name
+    return f"{name.removesuffix(' Mode')} Mode"
 
 
 def sharing_note(obj):

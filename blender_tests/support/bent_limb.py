@@ -23,8 +23,16 @@ def limb(around=12, along=36):
 
 
 def bent(vertices, degrees):
-    """The middle third bends in the plane of X and Z, as much everywhere."""
-    return _carried(vertices, np.radians(degrees))
+    """The middle third bends in the plane of X and Z, as much everywhere, and keeps its length."""
+    angle = np.radians(degrees)
+    if angle == 0.0:
+        return vertices.copy()
+    x, y, z = vertices.T
+    turned, radius = angle * _share(x), LENGTH / 3.0 / angle
+    before, behind = np.minimum(x, LENGTH / 3.0), np.maximum(x - 2.0 * LENGTH / 3.0, 0.0)
+    along = before + radius * np.sin(turned) + behind * np.cos(angle)
+    up = radius * (1.0 - np.cos(turned)) + behind * np.sin(angle)
+    return np.stack([along - z * np.sin(turned), y, up + z * np.cos(turned)], axis=1)
 
 
 def twisted(vertices, degrees):
@@ -37,25 +45,3 @@ def twisted(vertices, degrees):
 
 def _share(x):
     return np.clip((x - LENGTH / 3.0) / (LENGTH / 3.0), 0.0, 1.0)
-
-
-def _carried(vertices, angle):
-    """Sections stand upright on a centre line that keeps its length, and is turned by `angle` in the end."""
-    angles = angle * _share(vertices[:, 0])
-    fine = np.linspace(0.0, LENGTH, 4001)
-    turn = angle * _share(fine)
-    line = _integrated(np.stack([np.cos(turn), np.sin(turn)], axis=1), fine[1] - fine[0])
-    centre = np.stack([np.interp(vertices[:, 0], fine, line[:, axis]) for axis in (0, 1)], axis=1)
-    return np.stack(
-        [
-            centre[:, 0] - np.sin(angles) * vertices[:, 2],
-            vertices[:, 1],
-            centre[:, 1] + np.cos(angles) * vertices[:, 2],
-        ],
-        axis=1,
-    )
-
-
-def _integrated(steps, width):
-    """By the trapezoid rule, from 0."""
-    return np.concatenate([np.zeros((1, 2)), np.cumsum(0.5 * (steps[1:] + steps[:-1]) * width, axis=0)])
