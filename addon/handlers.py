@@ -13,7 +13,7 @@ from .scene import object_model, shared_readings
 from .solver import session
 
 _rooms = ()
-_is_unknown = True  # what is in the file: the add-on may be enabled in any; if undo or loading fails, no handler says so
+_is_unknown = True  # what the file has: the add-on may be enabled in any, and nobody tells if undo or loading failed
 
 
 def _have_heard(name, *arguments):

@@ -73,31 +73,26 @@ class Binding:
     summary: result.BindSummary
 
 
-def cached(bind_input, portable=False):
+def cached(bind_input):
     """The Binding of `bind_input` if it is at hand, else None."""
-    return _cache.get((bind_input.fingerprint.key, portable))
+    return _cache.get(bind_input.fingerprint.key)
 
 
-def earlier(bind_input, portable=False):
+def earlier(bind_input):
     """A Binding of the same mesh, region and method to other anchors if one is at hand, else None: see bind_steps()."""
-    return _cache.relative(_family(bind_input, portable))
+    return _cache.relative(_family(bind_input))
 
 
-def remember(bind_input, binding, portable=False):
-    _cache.put(
-        (bind_input.fingerprint.key, portable),
-        binding,
-        int(binding.deformer.report.bytes),
-        _family(bind_input, portable),
-    )
+def remember(bind_input, binding):
+    _cache.put(bind_input.fingerprint.key, binding, int(binding.deformer.report.bytes), _family(bind_input))
 
 
-def _family(bind_input, portable):
-    return (bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance, portable)
+def _family(bind_input):
+    return bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance
 
 
 def bind_steps(bind_input, triangles, execution, portable=False, known=None):
-    """Steps (see workers.job) to a new Binding; `triangles` m x 3 int32.
+    """Steps (see solver/job.py) to a new Binding; `triangles` m x 3 int32.
 
     portable: with the same bits on every processor of an architecture, and slower.
     known: what earlier() gave: the same Binding in less than half of the time, and `triangles` are not looked at.
@@ -138,29 +133,29 @@ class Drag:
     """A row of solves, each from the answer of the one before: a native Drag, and what it is of."""
 
     binding: object
+    bind_input: object
     native: object
 
 
-def begin_drag(binding, bind_input, start):
-    """A Drag. start: n x 3 float64, None: rest."""
-    return Drag(binding, binding.deformer.drag(bind_input.solver_mesh.start(start)))
+def begin_drag(binding, bind_input, shape=None):
+    """A Drag from n x 3 `shape`, an earlier result; from rest where there is none, or what it holds are no numbers."""
+    start = shape.astype(np.float64) if shape is not None and np.isfinite(shape).all() else None
+    return Drag(binding, bind_input, binding.deformer.drag(bind_input.solver_mesh.start(start)))
 
 
-def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=None, drag=None):
-    """Steps (see workers.job) to (n x 3 float64 positions, SolveSummary). What is mirrored is so to the last bit.
+def solve_steps(drag, goal, settle=False, execution=None):
+    """Steps (see solver/job.py) to (n x 3 float64 positions, SolveSummary). What is mirrored is so to the last bit.
 
-    goal: a bridge.targets.Targets; start: n x 3 float64, an earlier result to begin at; settle: see the native
-    Deformer. The result is the same for the same arguments. With a Drag in place of a start it goes on
-    with what the solves before told, and is so within the tolerance.
+    goal: a bridge.targets.Targets; settle: see the native Deformer. The first result of a Drag is the same for the same
+    arguments. It then goes on with what the solves before told, and is so within the tolerance.
 
     @throws SolverError, CancelledError.
     """
-    mesh = bind_input.solver_mesh
+    mesh = drag.bind_input.solver_mesh
     task = call(
-        (drag.native if drag else binding.deformer).start_solve,
+        drag.native.start_solve,
         _targets(mesh, goal.positions),
         weights=_weights(mesh, goal.weights),
-        **({} if drag else {"start": mesh.start(start)}),
         settle=settle,
         execution=execution,
         refused=REFUSED_POSE,
@@ -177,7 +172,7 @@ def solve_steps(binding, bind_input, goal, start=None, settle=False, execution=N
 
 
 def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
-    """Steps (see workers.job) to (r x n x 3 float32, native Sequence) of rows `frames`, (begin, end), of a clip.
+    """Steps (see solver/job.py) to (r x n x 3 float32, native Sequence) of rows `frames`, (begin, end), of a clip.
 
     targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None. Rows that could
     not be solved are told in its `errors`.
@@ -245,7 +240,7 @@ def keep(key, bound, byte_count):
 
 
 def forget(fingerprint):
-    _cache.discard((fingerprint.key, False))
+    _cache.discard(fingerprint.key)
 
 
 def clear():

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Bind and Solve hand to the solver: the gathered scene, and the calls to make with it."""
 
-import numpy as np
-
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
@@ -31,8 +29,7 @@ class Posing:
             bound_record.require_fits(obj.meanvalue.bound, self.bind_input.fingerprint)
         self._goal = goal
         self.targets = self._gather_targets(obj, self.bind_input)
-        shape = shape_keys.result_positions(obj) if settles else None
-        self._start = shape.astype(np.float64) if shape is not None and np.isfinite(shape).all() else None
+        self._start = shape_keys.result_positions(obj) if settles else None
         self.binding = session.cached(self.bind_input)
         self._known = session.earlier(self.bind_input) if self.binding is None else None
         is_new = self.binding is None and self._known is None
@@ -53,16 +50,9 @@ class Posing:
             self._triangles = self._known = None
         if self.targets is None:
             return None
-        return (
-            yield from session.solve_steps(
-                self.binding,
-                self.bind_input,
-                self.targets,
-                start=self._start,
-                settle=self._start is not None,
-                execution=execution,
-            )
-        )
+        drag = session.begin_drag(self.binding, self.bind_input, self._start)
+        settles = self._start is not None
+        return (yield from session.solve_steps(drag, self.targets, settle=settles, execution=execution))
 
     def keep(self):
         """Keeps the binding for the session."""

@@ -126,8 +126,7 @@ class Follower(Following):
         is_first = written is None
         shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
         if is_first or self._drag is None or self._drag.binding is not binding:
-            start = shown.astype(np.float64) if np.isfinite(shown).all() else None
-            self._drag = session.begin_drag(binding, bind_input, start)
+            self._drag = session.begin_drag(binding, bind_input, shown)
         drag = self._drag
 
         def collect(owner, composed, seconds):
@@ -142,9 +141,7 @@ class Follower(Following):
                 self._write(owner, composed)
 
         def work(execution):
-            solved, summary = yield from session.solve_steps(
-                binding, bind_input, wanted, settle=settles, execution=execution, drag=drag
-            )
+            solved, summary = yield from session.solve_steps(drag, wanted, settle=settles, execution=execution)
             composed = result.compose(bind_input, wanted.positions, solved)
             return lambda owner: collect(owner, composed, summary.seconds)
 
