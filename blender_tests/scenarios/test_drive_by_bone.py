@@ -5,24 +5,21 @@ import math
 
 import bpy
 import pytest
-from support import rigged, steps
-from support.handles import move, update
+from support import rigs, steps
+from support.handles import move
 
 
 def corrected():
     """(object, armature object) with the bone bent and a pose kept for that."""
-    obj, rig = rigged.tube()
-    obj.meanvalue.live = True
-    rigged.bend(rig, 60.0)
-    update()
+    obj, rig = rigs.posed_arm()
+    rigs.bend(rig, 60.0)
     move(obj.meanvalue.handles["Top"].control, (0.3, 0.0, 0.0))
     bpy.ops.meanvalue.keep_pose(name="Bent")
     return obj, rig
 
 
 def value_at(obj, rig, degrees):
-    rigged.bend(rig, degrees)
-    update()
+    rigs.bend(rig, degrees)
     return obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.shape_keys.key_blocks["Bent"].value
 
 
@@ -36,7 +33,7 @@ def test_off_at_rest_and_on_at_the_pose():
 def test_bone_axis_and_angle_can_be_given():
     obj, rig = corrected()
     call = bpy.ops.meanvalue.drive_by_bone
-    assert call(bone="Upper", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
+    assert call(bone="Lower", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
     assert value_at(obj, rig, 10.0) == pytest.approx(0.5, abs=1e-4)
     with steps.refused("no bone 'Nowhere'"):
         call(bone="Nowhere")
@@ -44,8 +41,7 @@ def test_bone_axis_and_angle_can_be_given():
 
 def test_refused_where_no_bone_is_turned():
     obj, rig = corrected()
-    rigged.bend(rig, 0.0)
-    update()
+    rigs.bend(rig, 0.0)
     with steps.refused("No bone is turned"):
         bpy.ops.meanvalue.drive_by_bone()
     assert not obj.data.shape_keys.animation_data

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, rigged
+from support import handles, meshes, rigs
 from support.handles import move, shown, update
 
 
@@ -34,7 +34,7 @@ EDITS = {
 
 @pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS.keys())
 def test_edits(part, edit):
-    obj, _rig = rigged.tube(live=True)
+    obj, _rig = rigs.posed_arm()
     control = obj.meanvalue.handles["Top"].control
     move(control, (0.5, 0.0, 0.0))
     edit(obj)

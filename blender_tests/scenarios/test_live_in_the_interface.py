@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, rigged, steps
+from support import handles, meshes, rigs, steps
 from support.handles import TOP, move, rest, shown, update
 from support.interface import interface, is_settled
 
@@ -101,16 +101,14 @@ def test_another_rest_shape_of_a_script_is_told(timers, part):
 
 
 def test_what_is_edited_beside_a_bone_step_is_found(timers, part):
-    obj, rig = rigged.tube(live=True)
+    obj, rig = rigs.posed_arm()
     timers.run(0.1)
     obj.vertex_groups["Top"].remove([TOP[0], TOP[1]])
-    rigged.bend(rig, 20.0)
-    update()
+    rigs.bend(rig, 20.0)
     timers.run(0.1)
     assert part("posing.bridge.scene_input").member_count(obj, "Top") == 6
     obj.data.shape_keys.reference_key.data[TOP[2]].co.x += 0.25
-    rigged.bend(rig, 40.0)
-    update()
+    rigs.bend(rig, 40.0)
     timers.run(0.1)
     assert "rest shape" in part("live.engine").status(obj)[0]
 

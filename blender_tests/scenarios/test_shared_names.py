@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import armatures, handles, meshes, rigged, steps
+from support import armatures, handles, meshes, rigs, steps
 from support.handles import TOP, move, shown, update
 from support.snapshot import assert_same, snapshot
 
@@ -21,10 +21,11 @@ def skinned(*bones):
     rig = armatures.make(
         Lower=((0.0, 0.0, 0.0), (0.0, 0.0, 5.0)), Upper=((0.0, 0.0, 5.0), (0.0, 0.0, 10.0), "Lower"), **more
     )
-    for name, members in (("Lower", rigged.LOWER), ("Upper", rigged.UPPER)):
-        steps.add_group(obj, name, members)
+    middle = handles.MIDDLE[0]
+    steps.add_group(obj, "Lower", range(middle))
+    steps.add_group(obj, "Upper", range(middle, len(obj.data.vertices)))
     obj.modifiers.new("Armature", 'ARMATURE').object = rig
-    rigged.bend(rig, 60.0)
+    rigs.bend(rig, 60.0, "Upper")
     for name in bones:
         rig.pose.bones[name].location = (1.0, 0.0, 0.0)
     meshes.activate(obj)

@@ -8,28 +8,25 @@ from . import meshes, steps
 
 RINGS, SEGMENTS = 17, 8
 BOTTOM = range(SEGMENTS)
+MIDDLE = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
 TOP = range((RINGS - 1) * SEGMENTS, RINGS * SEGMENTS)
 RESULT = "Mean-Value"
 
 
-def tube(name="Tube", live=True):
-    """(object, control) with the control active, as Add Handle leaves it."""
+def tube(name="Tube", live=True, middle=False):
+    """(object, control) with the control active, as Add Handle leaves it. middle: with a second pin there."""
     obj = meshes.tube(RINGS, SEGMENTS, name)
     steps.add_handle(obj, "Bottom", BOTTOM, pin=True)
+    if middle:
+        steps.add_handle(obj, "Middle", MIDDLE, pin=True)
     steps.add_handle(obj, "Top", TOP, live=live)
     update()
     return obj, bpy.context.object
 
 
 def three_handles(live=True):
-    """(object, control of Top, vertices of Middle): as tube(), with a second pin in the middle."""
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    middle = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
-    steps.add_handle(obj, "Bottom", BOTTOM, pin=True)
-    steps.add_handle(obj, "Middle", middle, pin=True)
-    steps.add_handle(obj, "Top", TOP, live=live)
-    update()
-    return obj, bpy.context.object, middle
+    """(object, control of Top, vertices of Middle)."""
+    return (*tube(live=live, middle=True), MIDDLE)
 
 
 def update():

@@ -7,14 +7,11 @@ import bpy
 import numpy as np
 
 from . import armatures, meshes, steps
+from .handles import BOTTOM, MIDDLE, RINGS, SEGMENTS, TOP, update  # noqa: F401  for tests
 
-RINGS, SEGMENTS = 17, 8
 LENGTH, ELBOW = 9.6, 4.8
 #: Vertices within this distance of the elbow are shared by both bones.
 SHARE = 1.5
-BOTTOM = range(SEGMENTS)
-TOP = range((RINGS - 1) * SEGMENTS, RINGS * SEGMENTS)
-MIDDLE = range(RINGS // 2 * SEGMENTS, (RINGS // 2 + 1) * SEGMENTS)
 
 
 def arm(volume=False, name="Arm"):
@@ -33,6 +30,15 @@ def arm(volume=False, name="Arm"):
     modifier.object = armature
     modifier.use_deform_preserve_volume = volume
     update()
+    return obj, armature
+
+
+def posed_arm(live=True):
+    """(mesh object, armature object): arm() with a pin at its bottom and a handle at its top."""
+    obj, armature = arm()
+    pin(obj, "Bottom", BOTTOM)
+    handle(obj, "Top", TOP, live)
+    meshes.activate(obj)
     return obj, armature
 
 
@@ -78,9 +84,7 @@ def _by_dual_quaternions(turn, share, point):
 
 def seen(obj):
     """n x 3 float64: where the vertices of the mesh are seen, in the object's space."""
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    points = np.array([vertex.co for vertex in evaluated.data.vertices], np.float64)
-    return points[: len(obj.data.vertices)]
+    return meshes.seen(obj)[: len(obj.data.vertices)].astype(np.float64)
 
 
 def size(obj):
@@ -108,7 +112,3 @@ def move_in_world(control, offset):
     world.translation = [a + b for a, b in zip(world.translation, offset, strict=True)]
     control.matrix_world = world
     update()
-
-
-def update():
-    bpy.context.view_layer.update()
