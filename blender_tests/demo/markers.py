@@ -55,8 +55,6 @@ def add_spheres(name, centres, radius, colour):
 
 def border_vertices(obj, roi):
     """Indices of the vertices outside the region, boolean `roi` (n,), that an edge joins to it."""
-    edges = np.empty(2 * len(obj.data.edges), dtype=np.int32)
-    obj.data.edges.foreach_get("vertices", edges)
-    edges = edges.reshape(-1, 2)
+    edges = scene_mesh.edges(obj)
     crossing = edges[roi[edges[:, 0]] != roi[edges[:, 1]]]
     return np.setdiff1d(crossing, np.flatnonzero(roi))

@@ -3,17 +3,12 @@
 
 import numpy as np
 
-
-def rotation_matrix(axis, angle_rad):
-    """The 3x3 rotation about the direction `axis` (3,), right-handed, for column vectors."""
-    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle_rad) * cross + (1.0 - np.cos(angle_rad)) * cross @ cross
+from native.benchmarks.rigid import rotation_about
 
 
 def turned(points, axis, angle_rad, pivot):
     """`points` (k, 3) turned about the line through `pivot` (3,)."""
-    return (points - pivot) @ rotation_matrix(axis, angle_rad).T + pivot
+    return (points - pivot) @ rotation_about(axis, np.degrees(angle_rad)).T + pivot
 
 
 def bent_chord(tip, root, axis, angle_rad):

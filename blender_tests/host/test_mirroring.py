@@ -10,6 +10,8 @@ from addon.errors import SceneError
 from addon.posing.core import springs
 from addon.posing.core.bind_input import BindInput, soft_border
 from addon.scene.core import twins
+from native.benchmarks.rigid import rotation_about
+from native.benchmarks.shape_metrics import volume
 
 AXES = [(0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2)]
 
@@ -93,9 +95,8 @@ def symmetric(vertices, triangles, groups, axis=0, **options):
 def moves(points, axes=(0,)):
     """k x 3: lifts the top and bends it forward, and pulls the side out; along all planes that go through these."""
     kind = kinds(points)[:, None]
-    angle, forward = (0.0, 0.0) if 1 in axes else (0.6, 0.1)
-    cos, sin = np.cos(angle), np.sin(angle)
-    turn = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
+    degrees, forward = (0.0, 0.0) if 1 in axes else (34.4, 0.1)
+    turn = rotation_about(unit(0), degrees)
     lifted = (points - [0.0, 0.0, 1.2]) @ turn.T + [0.0, 0.0, 1.5] - points
     return np.where(kind == 0, lifted, np.where(kind == 2, [0.3, forward, 0.0], 0.0))
 
@@ -117,11 +118,6 @@ def test_the_whole_of_a_part_is_the_body(axes):
     assert volume(whole.rest, built) == pytest.approx(volume(vertices, triangles), rel=1e-5)
     edges = np.sort(np.concatenate([built[:, [0, 1]], built[:, [1, 2]], built[:, [2, 0]]]), axis=1)
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
-
-
-def volume(vertices, triangles):
-    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
 
 
 def posed_as_a_whole(vertices, triangles, axes, soft):
@@ -169,14 +165,6 @@ def test_the_seam_stays_in_its_planes(axes):
             assert np.abs(along).max() > 0.05
 
 
-def rotation(axis, angle):
-    matrix = np.eye(3)
-    one, other = (axis + 1) % 3, (axis + 2) % 3
-    matrix[one, one] = matrix[other, other] = np.cos(angle)
-    matrix[one, other], matrix[other, one] = -np.sin(angle), np.sin(angle)
-    return matrix
-
-
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_a_handle_across_the_plane_turns_in_it_and_keeps_its_shape(mirrored):
     """A head that is turned aside and nods only nods; it is not pressed flat."""
@@ -189,10 +177,10 @@ def test_a_handle_across_the_plane_turns_in_it_and_keeps_its_shape(mirrored):
     points = given.anchor_rest[top]
     middle = np.array([0.0, *points.mean(axis=0)[1:]])
     clip = np.repeat(given.anchor_rest[None], 4, axis=0)
-    nod = rotation(0, 0.5)
+    nod = rotation_about(unit(0), 28.6)
     clip[0, top] = (points - middle) @ nod.T + middle
-    clip[1, top] = (points - middle) @ (1.2 * rotation(2, 0.7)).T + middle + [0.3, 0.0, 0.0]
-    clip[2, top] = (points - middle) @ (rotation(2, 0.4) @ nod @ rotation(2, -0.4)).T + middle
+    clip[1, top] = (points - middle) @ (1.2 * rotation_about(unit(2), 40.1)).T + middle + [0.3, 0.0, 0.0]
+    clip[2, top] = (points - middle) @ (rotation_about(unit(2), 22.9) @ nod @ rotation_about(unit(2), -22.9)).T + middle
     clip[3, top] = np.nan
     met = given.solver_mesh.met(clip)[:3, top]
     assert np.array_equal(met[0], clip[0, top])

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 from addon.scene.core import fixed_points, motion
+from native.benchmarks.rigid import rotation_about
 
 
 def similarity(points, scale, offset):
-    axis = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    rotation = np.eye(3) + np.sin(1.1) * cross + (1 - np.cos(1.1)) * cross @ cross
-    return (scale * points @ rotation.T + offset).astype(np.float32)
+    return (scale * points @ rotation_about((1.0, 2.0, 3.0), 63.0).T + offset).astype(np.float32)
 
 
 TRIANGLE = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.3, 0.2, 0.0)])
@@ -31,11 +29,8 @@ def test_plane_or_line_wherever_and_however_large(scale, points, spans):
 
 def a_move():
     """A turn by 50 degrees about (1, 2, 2), and a step."""
-    x, y, z = np.array([1.0, 2.0, 2.0]) / 3.0
-    cross = np.array([(0, -z, y), (z, 0, -x), (-y, x, 0)])
-    angle = np.radians(50.0)
     move = np.eye(4)
-    move[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    move[:3, :3] = rotation_about((1.0, 2.0, 2.0), 50.0)
     move[:3, 3] = (3.0, -1.0, 0.5)
     return move
 

@@ -29,16 +29,6 @@ def farthest_points(vertices, count):
     return np.array(chosen)
 
 
-def rotation(axis, angle_deg):
-    """3 x 3 rotation about a coordinate axis (0, 1, 2)."""
-    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    matrix = np.eye(3)
-    matrix[first, first] = matrix[second, second] = cos
-    matrix[second, first], matrix[first, second] = sin, -sin
-    return matrix
-
-
 def measure(name, vertices, triangles, anchors, targets, roi=None):
     """One row of the table."""
     deformer = meanvalue.Deformer(vertices, triangles, anchors, roi=roi, method="full")

@@ -3,8 +3,9 @@
 
 import numpy as np
 
+from ...posing.core.region_growth import nearness
 from ...scene.core import checks
-from ...scene.core.surface import Surface, along_from, outward
+from ...scene.core.surface import Surface, outward
 from . import facing
 from .hip_centres import with_hips
 from .landmarks import has_joints, side_of
@@ -110,16 +111,26 @@ def _arm(body, shoulder, across):
     out -= np.median(out[body.above > 0.5]) + 0.5 * np.linalg.norm(across)
     beyond = np.flatnonzero((out > BEYOND * body.height) & (body.above > HANDS))
     points, reach, is_arm = body.points[beyond], REACH * body.height, np.zeros(len(body.points), bool)
-    far = along_from(np.linalg.norm(points - shoulder, axis=1) < ROOT * body.height, points, reach)
+    far = _along_from(np.linalg.norm(points - shoulder, axis=1) < ROOT * body.height, points, reach)
     far[np.isinf(far)] = 0.0
     if not far.any() or far.max() < LEAST_ARM * body.height:
         return is_arm, far[:0]
     # Flanks may be as far from the shoulder along the skin, but not as far out.
     tip = (far + out[beyond]).argmax()
-    from_tip = along_from(np.arange(len(points)) == tip, points, reach)
+    from_tip = _along_from(np.arange(len(points)) == tip, points, reach)
     near = from_tip < far[tip]
     is_arm[beyond[near]] = True
     return is_arm, from_tip[near]
+
+
+def _along_from(seeds, points, reach):
+    """(n,): lengths of the shortest ways from points (n, 3) where seeds (n,) is true, by steps of at most `reach` from
+    one point to another; infinite where there is none."""
+    squares = (points**2).sum(axis=1)
+    apart = squares[:, None] - 2.0 * points @ points.T + squares
+    steps = np.argwhere(np.triu(apart < reach**2, 1))
+    lengths = np.sqrt(np.maximum(apart[steps[:, 0], steps[:, 1]], 0.0))
+    return nearness(steps, lengths, np.flatnonzero(seeds), len(points), np.inf)[0]
 
 
 def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):

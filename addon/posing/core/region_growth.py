@@ -21,7 +21,7 @@ def distances(edges, positions, seeds, limit):
     near = _may_be_within(positions, seeds, MOST_DETOUR * limit)
     edges = edges[near[edges].all(axis=1)]
     lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
-    along, nearest = _nearness(edges, lengths, seeds, len(positions), MOST_DETOUR * limit)
+    along, nearest = nearness(edges, lengths, seeds, len(positions), MOST_DETOUR * limit)
     reached = np.flatnonzero(np.isfinite(along))
     straight = np.linalg.norm(positions[reached].astype(np.float64) - positions[nearest[reached]], axis=1)
     result = np.full(len(positions), np.inf)
@@ -58,7 +58,7 @@ def _may_be_within(positions, seeds, limit):
     return ((positions >= low) & (positions <= high)).all(axis=1)
 
 
-def _nearness(edges, lengths, seeds, vertex_count, limit):
+def nearness(edges, lengths, seeds, vertex_count, limit):
     """(n float64, n int): length of the shortest way from the seeds, infinite beyond `limit`; the seed it is from.
 
     Shortest paths after Bellman and Ford, going on only from the vertices that came nearer in the last step: a few

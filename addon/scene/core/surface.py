@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Nearest points on a triangle mesh, for many points at once, in numpy alone."""
 
-import heapq
-
 import numpy as np
 
 from . import checks
@@ -144,28 +142,6 @@ def _least(values, rows, count):
 def _first_of_each(rows):
     """Where in `rows`, ascending, each number comes first."""
     return np.flatnonzero(np.diff(rows, prepend=-1))
-
-
-def along_from(seeds, points, reach):
-    """(n,): lengths of the shortest ways from points (n, 3) where seeds (n,) is true, by steps of at most `reach` from
-    one point to another; infinite where there is none (Dijkstra 1959)."""
-    squares = (points**2).sum(axis=1)
-    apart = squares[:, None] - 2.0 * points @ points.T + squares
-    begins, ends = np.nonzero(apart < reach**2)
-    lengths = np.sqrt(np.maximum(apart[begins, ends], 0.0)).tolist()
-    first, ends = np.searchsorted(begins, np.arange(len(points) + 1)).tolist(), ends.tolist()
-    result = np.where(seeds, 0.0, np.inf).tolist()
-    queue = [(0.0, number) for number in np.flatnonzero(seeds).tolist()]
-    while queue:
-        length, number = heapq.heappop(queue)
-        if length > result[number]:
-            continue
-        for k in range(first[number], first[number + 1]):
-            longer = length + lengths[k]
-            if longer < result[ends[k]]:
-                result[ends[k]] = longer
-                heapq.heappush(queue, (longer, ends[k]))
-    return np.array(result)
 
 
 def outward(points, normals):
