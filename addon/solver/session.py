@@ -162,11 +162,10 @@ def solve_steps(drag, goal, settle=False, execution=None):
     )
     yield task
     solution = call(task.result, refused=REFUSED_POSE)
-    summary = result.SolveSummary.of(solution, mesh.diagonal)
+    summary = result.SolveSummary.of(solution)
     if not np.isfinite(solution.vertices).all():
         raise SolverError(
-            f"The solver gave positions that are not numbers ({summary.text()}). Move the handles closer to the rest "
-            "shape, or add pins"
+            "The solver gave positions that are not numbers. Move the handles closer to the rest shape, or add pins"
         )
     return mesh.cut_back(solution.vertices), summary
 

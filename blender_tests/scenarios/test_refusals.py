@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that can go wrong: a message that names it, and the scene as it was."""
 
+import functools
+import types
+
 import bpy
 import numpy as np
 import pytest
@@ -227,15 +230,18 @@ def test_errors_of_the_native_module(native, bind_gives, kind):
 
 
 class WrappedDeformer:
-    """The real deformer with another answer to start_solve()."""
+    """The real deformer with another answer to start_solve() of its drags."""
 
     def __init__(self, deformer, answer):
         self.report = deformer.report
         self._deformer = deformer
         self._answer = answer
 
-    def start_solve(self, targets, **options):
-        return tasks.Changed(self._deformer.start_solve(targets, **options), self._answer)
+    def drag(self, start):
+        return types.SimpleNamespace(start_solve=functools.partial(self._start_solve, self._deformer.drag(start)))
+
+    def _start_solve(self, drag, targets, **options):
+        return tasks.Changed(drag.start_solve(targets, **options), self._answer)
 
 
 class Answer:

@@ -16,7 +16,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scene.core import fixed_points
 from ...scene.core.mirror_planes import reflection
 from . import connected, welding
 from .agreed_motion import agreed
@@ -60,7 +59,6 @@ class PlainMesh:
 
     rest = property(lambda self: self._of.rest.astype(np.float64))
     held_rest = property(lambda self: self._of.rest[self._of.is_held])
-    diagonal = property(lambda self: self._of.diagonal)
     places = property(lambda self: np.arange(len(self._of.rest)))
 
     def _as_it_is(self, values):
@@ -183,10 +181,6 @@ class SolverMesh:
     def places(self):
         """n int: which vertex of the solver mesh each is."""
         return self._images[0]
-
-    @cached_property
-    def diagonal(self):
-        return fixed_points.bounding_box_diagonal(self.rest)
 
     def triangles(self, triangles):
         """m x 3 int32 of the mesh to M x 3 of the solver mesh, facing out. Without those that merging leaves no area;

@@ -67,7 +67,7 @@ class SolvingOperator(BackgroundOperator):
         posing.record(obj)
         bound_record.write_solve(obj.meanvalue.bound, summary)
         shared = subject.sharing_note(obj)
-        solved_into = f"Solved into '{obj.meanvalue.result_key}': {summary.text()}"
+        solved_into = f"Solved into '{obj.meanvalue.result_key}' in {wording.seconds(summary.seconds)}"
         return ". ".join([solved_into, *notes, *([shared] if shared else [])]), warnings
 
 

@@ -123,17 +123,12 @@ def nothing_is_held(report):
 
 @dataclass(frozen=True)
 class SolveSummary:
-    """What is worth telling about a solve. `energy` is for a rest bounding box of diagonal 1."""
+    """What is worth telling about a solve."""
 
     iterations: int
-    energy: float
     seconds: float
     converged: bool
     stop_reason: str
-
-    def text(self):
-        iterations = wording.counted(self.iterations, "iteration")
-        return f"{iterations}, energy {self.energy:.3g}, {wording.seconds(self.seconds)}"
 
     def notes(self):
         if not self.converged:
@@ -143,11 +138,10 @@ class SolveSummary:
             )
 
     @classmethod
-    def of(cls, solution, diagonal):
+    def of(cls, solution):
         """From the native solution."""
         return cls(
             iterations=int(solution.iterations),
-            energy=float(solution.energy) / diagonal**2,
             seconds=float(solution.timings["total"]),
             converged=bool(solution.converged),
             stop_reason=str(solution.stop_reason),
