@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support import handles, meshes, steps
 from support.handles import rest, shown
+from support.sheets import region_weights
 
 #: Quads on a side of each half, and the distance that merges the doubles of the seam.
 SIDE, MERGE = 15, 1e-3
@@ -76,11 +77,6 @@ def lifts(obj):
     for place, lift in zip(np.round(positions(obj)[:, :2]).astype(int), (shown(obj) - rest(obj))[:, 2], strict=True):
         found.setdefault(tuple(place), []).append(float(lift))
     return found
-
-
-def region_weights(obj):
-    group = obj.vertex_groups[obj.meanvalue.roi_group].index
-    return np.array([next((e.weight for e in v.groups if e.group == group), 0.0) for v in obj.data.vertices])
 
 
 def assert_lifted_alike(obj, expected):

@@ -38,7 +38,8 @@ def test_it_is_posed_as_with_the_modifier_applied():
     steps.solve() if obj.meanvalue.bound.is_bound else (bpy.ops.meanvalue.bind(), steps.solve())
     by_halves = shown(obj)
     other, its_control = halves.half(live=False, name="Applied")
-    remove_pose(other)
+    meshes.activate(other)
+    other.shape_key_clear()
     bpy.ops.object.modifier_apply(modifier="Mirror")
     its_control.matrix_world = control.matrix_world.copy()
     update()
@@ -50,13 +51,6 @@ def test_it_is_posed_as_with_the_modifier_applied():
     places = {tuple(place): number for number, place in enumerate(np.round(rest(other).astype(float), 4) + 0.0)}
     numbers = [places[tuple(place)] for place in np.round(rest(obj).astype(float), 4) + 0.0]
     assert np.abs(shown(other)[numbers] - by_halves).max() < 1e-3 * halves.size(obj)
-
-
-def remove_pose(obj):
-    meshes.activate(obj)
-    if obj.data.shape_keys is not None:
-        obj.shape_key_clear()
-    assert obj.data.shape_keys is None
 
 
 def test_a_handle_across_the_seam_goes_along_the_plane():

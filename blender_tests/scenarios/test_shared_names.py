@@ -9,11 +9,6 @@ from support.handles import TOP, move, shown, update
 from support.snapshot import assert_same, snapshot
 
 
-def seen(obj):
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    return np.array([vertex.co for vertex in evaluated.to_mesh().vertices])
-
-
 def skinned(*bones):
     """A tube on two bones, bent, and on others that no vertex has a weight for."""
     obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
@@ -35,10 +30,10 @@ def skinned(*bones):
 
 def test_groups_that_grab_makes_are_no_skin_of_bones_called_the_same():
     obj = skinned("Handle", "Region", "Pin")
-    before = seen(obj)
+    before = meshes.seen(obj)
     assert bpy.ops.meanvalue.grab(vertex=TOP[0], size=0.2, offset=(0.0, 0.0, 0.0)) == {'FINISHED'}
     update()
-    assert np.abs(seen(obj) - before).max() < 1e-5
+    assert np.abs(meshes.seen(obj) - before).max() < 1e-5
     made = {group.name for group in obj.vertex_groups} - {"Lower", "Upper"}
     assert made and made.isdisjoint({"Handle", "Region", "Pin"})
 
@@ -46,7 +41,7 @@ def test_groups_that_grab_makes_are_no_skin_of_bones_called_the_same():
 @pytest.mark.parametrize("pin", [False, True])
 def test_a_handle_named_as_a_bone_without_a_group_gets_another_name(pin):
     obj = skinned("Tip")
-    before = seen(obj)
+    before = meshes.seen(obj)
     selected = np.zeros(len(obj.data.vertices), bool)
     selected[list(TOP)] = True
     obj.data.vertices.foreach_set("select", selected)
@@ -54,7 +49,7 @@ def test_a_handle_named_as_a_bone_without_a_group_gets_another_name(pin):
     assert bpy.ops.meanvalue.add_handle(pin=pin, name="Tip") == {'FINISHED'}
     bpy.ops.object.mode_set(mode='OBJECT')
     update()
-    assert np.abs(seen(obj) - before).max() < 1e-5
+    assert np.abs(meshes.seen(obj) - before).max() < 1e-5
     assert obj.meanvalue.handles[-1].name == "Tip.001"
 
 
@@ -90,8 +85,8 @@ def test_finish_leaves_no_second_pose_on_linked_duplicates(keep):
     assert bpy.ops.meanvalue.finish(keep=keep) == {'FINISHED'}
     update()
     assert not other.meanvalue.live and len(other.meanvalue.handles) == 0
-    assert np.abs(seen(obj) - pose).max() < 1e-5
-    assert np.abs(seen(other) - pose).max() < 1e-5
+    assert np.abs(meshes.seen(obj) - pose).max() < 1e-5
+    assert np.abs(meshes.seen(other) - pose).max() < 1e-5
 
 
 @pytest.mark.parametrize("keep", ["SHAPE_KEY", "REST"])

@@ -44,12 +44,6 @@ def posed():
     return steps.posed_grid(meshes.grid())
 
 
-def posed_again():
-    obj = posed()
-    steps.solve()
-    steps.move(obj, [24], (0.0, 0.0, 1.0))
-
-
 def edited():
     posed().vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
 
@@ -74,11 +68,9 @@ def painting():
 
 CASES = {
     "solve": (posed, "solve_from_key"),
-    "second solve": (posed_again, "solve_from_key"),
     "solve that binds again": (edited, "solve_from_key"),
     "bind": (lambda: listed(0, 4, 20), "bind"),
     "remove": (lambda: listed(0), "remove_handle"),
-    "grow": (lambda: listed(12), "grow_region"),
     "grow what is there": (with_a_region, "grow_region"),
     "paint": (lambda: listed(12), "paint_region"),
     "end of painting": (painting, "paint_region"),
