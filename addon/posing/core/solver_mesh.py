@@ -28,20 +28,6 @@ def of(bind_input):
     return PlainMesh(bind_input) if is_plain else SolverMesh(bind_input, first)
 
 
-class Cut(np.ndarray):
-    """n x 3 of which the solver gave `solved`, N x 3: a drag has to go on from exactly that (decision 0012)."""
-
-    solved = None  #: of copies and parts
-
-    @classmethod
-    def of(cls, positions, solved):
-        """`positions`, not to be written to any more."""
-        cut = positions.view(cls)
-        cut.solved = solved
-        cut.flags.writeable = False
-        return cut
-
-
 def _turned(vectors, matrix):
     """... x 3. Most planes are those of the axes, which costs a tenth."""
     signs = np.diagonal(matrix)
@@ -228,10 +214,9 @@ class SolverMesh:
         return np.add.reduceat(weights[..., claims], self._begins, axis=-1) / self._claim_counts
 
     def start(self, positions):
-        """n x 3 of the mesh to N x 3 float64 to begin from; what cut_back() gave is that of which it was cut."""
-        solved = getattr(positions, "solved", None)
-        if positions is None or solved is not None:
-            return solved
+        """n x 3 of the mesh to N x 3 float64 to begin from; None for None."""
+        if positions is None:
+            return None
         moves = np.concatenate([_turned(positions - self._of.rest, turn) for turn in self._turns])
         images = self._images.ravel()
         sums = np.stack([np.bincount(images, column) for column in moves.T], axis=1)
@@ -243,7 +228,7 @@ class SolverMesh:
         moves = moved.take(self._images[0], axis=0)
         for turn, image in zip(self._turns[1:], self._images[1:], strict=True):
             moves += _turned(moved.take(image, axis=0), turn.T)  # a reflection's transpose is what undoes it
-        return Cut.of(self._of.rest + moves / len(self._turns), positions)
+        return self._of.rest + moves / len(self._turns)
 
     def cut_back_rows(self, rows):
         """r x N x 3 to r x n x 3 float32."""
