@@ -222,15 +222,10 @@ def _nothing():
 
 def of(obj, kind):
     """The ObjectModel of a mesh object for a kind of reading."""
-    model = known(obj, kind)
-    if model is None:
-        model = _models[compat.session_key(obj), kind] = ObjectModel(obj, kind)
-    return model
-
-
-def known(obj, kind):
-    """The ObjectModel of `obj` if somebody has asked for it, else None."""
-    return _models.get((compat.session_key(obj), kind))
+    key = compat.session_key(obj), kind
+    if key not in _models:
+        _models[key] = ObjectModel(obj, kind)
+    return _models[key]
 
 
 def known_models(obj=None):

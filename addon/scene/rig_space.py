@@ -20,6 +20,7 @@ from .. import compat, wording
 from ..errors import SceneError
 from . import mesh_arrays, shape_keys
 from .baked import names_in
+from .core.fixed_points import bounding_box_diagonal
 from .core.seen_space import SeenSpace
 
 #: Modifiers that only move vertices. Simulations are not asked: that would disturb their caches.
@@ -126,7 +127,7 @@ def measure(obj):
     if not is_there(obj):
         return None
     rest = shape_keys.rest_positions(obj.data).astype(np.float64)
-    size = float(np.linalg.norm(np.ptp(rest, axis=0))) if len(rest) else 0.0
+    size = bounding_box_diagonal(rest)
     if not (np.isfinite(size) and size > 0.0):
         return None
     with evaluating(obj) as evaluate:

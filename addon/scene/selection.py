@@ -41,23 +41,19 @@ def edit_with_selected(obj, vertices):
 
     Hidden ones, which could not be selected, are shown. Returns sentences on that.
     """
-    mesh = obj.data
-    is_hidden = np.zeros(len(mesh.vertices), bool)
-    mesh.vertices.foreach_get("hide", is_hidden)
-    shown_count = np.count_nonzero(is_hidden[vertices])
-    if shown_count:
-        is_hidden[vertices] = False
-        mesh.vertices.foreach_set("hide", is_hidden)
     bpy.context.tool_settings.mesh_select_mode = (True, False, False)
     bpy.ops.object.mode_set(mode='EDIT')
     # Not before: writing whether edges are selected, also as an attribute, goes astray in Blender 5.0.1, or ends it.
     bpy.ops.mesh.select_all(action='DESELECT')
-    edited = bmesh.from_edit_mesh(mesh)
+    edited = bmesh.from_edit_mesh(obj.data)
     edited.verts.ensure_lookup_table()
-    for vertex in vertices:
-        edited.verts[vertex].select_set(True)
+    wanted = [edited.verts[number] for number in vertices]
+    shown_count = sum(vertex.hide for vertex in wanted)
+    for vertex in wanted:
+        vertex.hide = False
+        vertex.select_set(True)
     edited.select_flush_mode()
-    bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
+    bmesh.update_edit_mesh(obj.data, loop_triangles=False, destructive=False)
     if shown_count == 0:
         return []
     return [f"{shown_count:,} of them {'was' if shown_count == 1 else 'were'} hidden, and can be seen again"]
