@@ -7,7 +7,6 @@ nothing has changed for a moment the answer is settled, so that it does not depe
 What is to be done next follows from what is known: what was read, its binding, what is wanted, and what is shown.
 """
 
-import contextlib
 import math
 import time
 
@@ -226,7 +225,7 @@ class Following:
         """@throws MeanValueError if what was read must not be bound unasked."""
 
     def _start_next(self, obj, makes_keys, is_quiet):
-        """@throws MeanValueError."""
+        """What is started gives a function of the object, which takes the result up. @throws MeanValueError."""
         if self._binding is None:
             work = self._bind_work(obj)
         elif not self._is_shown(obj):
@@ -237,30 +236,7 @@ class Following:
             if is_quiet and makes_keys and self._has_chores(obj):
                 self._do_chores(obj)
             return
-        self._job = Job(self._answering(work))
-
-    def _answering(self, work):
-        """`work`, steps (see solver/job.py) to a function of the object, with failures as answers too."""
-        wanted, is_bound = self._wanted, self._binding is not None
-
-        def fail(obj, error):
-            if not is_bound:
-                self._model(obj).refuse(error)  # the same input would fail again
-                raise error
-            if wanted is self._wanted:
-                self._shown, self._is_settled = wanted, True
-                self.problem = str(error)
-
-        def steps(execution):
-            try:
-                return (yield from work(execution))
-            except CancelledError:
-                raise
-            except MeanValueError as error:
-                problem = error
-            return lambda obj: fail(obj, problem)
-
-        return steps
+        self._job = Job(work, of=self._wanted)
 
     def _collect(self, obj, makes_keys):
         """@throws MeanValueError."""
@@ -269,8 +245,23 @@ class Following:
         if not (makes_keys or self._binding is None or self._has_key(obj)):
             return  # tick() collects it: a key that is made in a handler is no part of any undo step
         job, self._job = self._job, None
-        with contextlib.suppress(CancelledError):
-            job.result()(obj)
+        try:
+            collect = job.result()
+        except CancelledError:
+            return
+        except MeanValueError as error:
+            self._fail(obj, error, job.of)
+        else:
+            collect(obj)
+
+    def _fail(self, obj, error, wanted):
+        """@throws MeanValueError where nothing can be bound."""
+        if self._binding is None:
+            self._model(obj).refuse(error)  # the same input would fail again
+            raise error
+        if wanted is self._wanted:
+            self._shown, self._is_settled = wanted, True
+            self.problem = str(error)
 
     def _has_key(self, obj):
         keys = obj.data.shape_keys

@@ -17,10 +17,11 @@ _running = set()
 class Job:
     """Goes through `work(execution)`, a generator of native Tasks, each of which it waits for before it goes on.
 
-    The caller looks at it from time to time: that is when it goes on.
+    The caller looks at it from time to time: that is when it goes on. What it is `of` is for the caller to know.
     """
 
-    def __init__(self, work):
+    def __init__(self, work, of=None):
+        self.of = of
         self._execution = native_loader.module().Execution()
         self._steps = work(self._execution)
         self._task = self._result = self._error = None
