@@ -9,7 +9,7 @@ import pytest
 
 from addon.posing.core import springs
 from addon.posing.core.bind_input import soft_border
-from addon.posing.core.region_growth import _nearness, distances, falloff, parts_within
+from addon.posing.core.region_growth import distances, falloff, nearness, parts_within
 from addon.posing.core.tinted_faces import tinted_faces
 
 CHAIN = np.array([(0, 1), (1, 2), (2, 3), (3, 4), (5, 6)], np.int32)
@@ -49,7 +49,7 @@ def test_distances_are_those_of_dijkstra(limit):
     edges = np.unique(np.sort(rng.integers(0, 60, (150, 2)), axis=1), axis=0).astype(np.int32)
     edges = edges[edges[:, 0] != edges[:, 1]]
     lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
-    found, _origins = _nearness(edges, lengths, np.array([3, 9]), len(positions), limit)
+    found, _origins = nearness(edges, lengths, np.array([3, 9]), len(positions), limit)
     assert chosen(found <= limit) == dijkstra(edges, positions, [3, 9], limit)
 
 
