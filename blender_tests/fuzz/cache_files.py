@@ -42,7 +42,7 @@ class PointCaches:
 
     def __init__(self, folder):
         rows = np.random.default_rng(1).standard_normal((3, 5, 3))
-        point_cache.write(folder / "seed.pc2", point_cache.Header(5, 1.0, 1.0, 3), [rows])
+        point_cache.write(folder / "seed.pc2", point_cache.Header(5, 1.0, 1.0, 3), rows)
         self.seeds = [(folder / "seed.pc2").read_bytes()]
 
     damaged = staticmethod(mutated)

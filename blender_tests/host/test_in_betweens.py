@@ -77,12 +77,6 @@ def test_where_straight_lines_are_near_enough_there_is_none():
     assert found.shapes == () and 0.0 < found.error < 1.0
 
 
-def test_no_more_keys_than_allowed_and_the_error_is_told():
-    found, _asked = search(corrections([3.0, 3.0]), [(0.0, 1.0)] * 2, 1e-6, most=5)
-    assert len(found.shapes) <= 5
-    assert found.error > 1e-6
-
-
 def jumps(values):
     """Two sliders that turn, and jump where they pass each other."""
     return corrections([0.8, -0.5])(values) + 0.1 * (values[0] > values[1] + 0.05)
@@ -95,6 +89,7 @@ def test_what_cannot_be_met_is_not_made_worse(most):
     found, asked = search(jumps, ranges, 1e-3, most=most)
     wanted = np.array([*map(jumps, asked)])
     left = np.linalg.norm(wanted - total(found, ranges, np.array(asked)), axis=2).max()
+    assert len(found.shapes) <= most and len(asked) < 500
     assert 1e-3 < left <= found.error + 1e-9
     assert found.error <= np.linalg.norm(wanted, axis=2).max()
 
@@ -158,12 +153,6 @@ def test_a_part_is_placed_by_its_border():
 def test_a_hard_border_is_that_of_the_edges():
     edges = np.array([(0, 1), (1, 2), (2, 3)])
     assert grafting.border(np.array([0.0, 0.0, 1.0, 1.0]), edges).tolist() == [1, 2]
-
-
-def test_the_search_ends_beside_a_slider_that_does_nothing():
-    """What jumps stays too far off however many settings are solved."""
-    found, asked = search(lambda values: np.full(ARM.shape, 0.1 * (values[0] > 0.37)), [(0.0, 1.0)] * 2, 1e-3, most=20)
-    assert found.error > 1e-3 and len(asked) < 500
 
 
 def test_what_is_nothing_at_the_end_of_a_slider_stays_so():

@@ -67,11 +67,6 @@ def test_one_figure_lies_on_the_other_and_nothing_is_turned_over():
     assert not flips.flipped(given.start(), found.positions, given.triangles).any()
     back = Surface(found.positions, given.triangles).nearest(given.target)[3] / given.diagonal
     assert back.mean() < 0.002, "no part of the other figure is left out"
-
-
-@pytest.mark.slow
-def test_picked_points_are_met():
-    given, found = two_figures(), fitted()
     assert np.linalg.norm(found.positions[given.picked] - given.points, axis=1).max() < 0.02 * given.diagonal
 
 

@@ -100,19 +100,3 @@ def test_undo_brings_all_keys_back(is_baked):
     for name, shape in before.items():
         np.testing.assert_allclose(after[name], shape, atol=1e-5, err_msg=name)
     np.testing.assert_allclose(shown(obj), looks, atol=1e-4)
-
-
-def test_a_posed_mesh_is_applied_before_it_is_mixed():
-    """Live posing gives way to mixing; its pose stays a key, which Apply as Rest still takes."""
-    obj = bending()
-    lean(obj)
-    meshes.activate(obj)
-    obj.meanvalue.mix.is_on = True
-    set_value(obj, "Bend", 0.3)
-    set_value(obj, "Mean-Value", 1.0)
-    added_before = added(obj, "Bend")
-    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
-    bpy.context.view_layer.update()
-    np.testing.assert_allclose(steps.key_positions(obj, "Basis"), LEANED, atol=1e-5)
-    np.testing.assert_allclose(added(obj, "Bend"), added_before, atol=1e-5)
-    assert np.isfinite(shown(obj)).all()

@@ -139,18 +139,6 @@ def test_ranges(low, high):
         assert np.linalg.norm(shown(obj) - shape, axis=1).max() <= 0.002 * DIAGONAL
 
 
-def test_in_betweens_follow_keyframed_sliders():
-    obj = mixing()
-    before = shown(obj)
-    bake(obj)
-    animate(obj, 13)
-    bpy.context.scene.frame_set(1)
-    bpy.context.scene.frame_set(7)
-    value = keys_of(obj)["Bend"].value
-    assert value == pytest.approx(0.5)
-    assert np.linalg.norm(shown(obj) - before, axis=1).max() <= 0.002 * DIAGONAL
-
-
 @pytest.fixture
 def playing(tmp_path):
     """An animated mix in shape keys, frame by frame."""

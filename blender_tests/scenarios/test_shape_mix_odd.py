@@ -179,19 +179,3 @@ def test_live_posing_of_another_object_with_the_mesh_is_told():
     said = [status(each)[0] for each in (obj, twin)]
     assert any("has the same mesh" in text for text in said), said
     assert MIX in keys_of(obj), "the mix of the other object was not taken away"
-
-
-def test_applied_as_rest_while_live_the_mix_begins_there():
-    obj = mixing(value=0.0)
-    meshes.activate(obj)
-    obj.meanvalue.result_key = "Leaned"
-    leaned = bent_limb.bent(rest(), 40.0)
-    key = obj.shape_key_add(name="Leaned", from_mix=False)
-    key.data.foreach_set("co", leaned.astype(np.float32).ravel())
-    key.value = 1.0
-    bpy.context.view_layer.update()
-    np.testing.assert_allclose(shown(obj), leaned, atol=1e-4)
-    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
-    bpy.context.view_layer.update()
-    np.testing.assert_allclose(shown(obj), leaned, atol=1e-3)
-    assert [key.name for key in keys_of(obj) if key.name != MIX] == ["Basis", "Bend", "Leaned"]

@@ -82,7 +82,7 @@ def escape_keeps_what_is_done(ui):
         yield from ui.screenshot("bake_1_progress", amid_work=True)
         yield from ui.key('ESC')
         yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
-    assert any("80 frames of 120 are kept: Bake again goes on" in line for line in ui.reports()), ui.reports()
+    assert any("80 frames of 120 kept: Bake again goes on" in line for line in ui.reports()), ui.reports()
     assert_same(before, snapshot(tube()))
     assert not cache_of(folder).exists()
     assert len(list((folder / "meanvalue_cache" / "Tube.chunks").iterdir())) == 4

@@ -83,7 +83,7 @@ class Baking:
         count, key = end - begin, self.plan.clip.key_of(begin, end)
         if key in known:
             first, problems = known[key]
-            rows = np.concatenate([*point_cache.portions(self.path, first, first + count)])
+            rows = np.array(point_cache.mapped(self.path)[first : first + count])
             self.store.write(numbers[0], rows, problems[:count])
             return
         if self.posing.binding is None:
@@ -106,8 +106,7 @@ class Baking:
         kept = total - len(self.store.missing())
         if kept == 0:
             return "Stopped, before the first frames were whole"
-        verb = "is" if kept == 1 else "are"
-        return f"Stopped. {counted(kept, 'frame')} of {total:,} {verb} kept: Bake again goes on from there"
+        return f"Stopped. {counted(kept, 'frame')} of {total:,} kept: Bake again goes on from there"
 
     def progress(self):
         """(rows that are done, of how many, seconds that are left or None), or None as long as nothing is solved."""

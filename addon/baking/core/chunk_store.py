@@ -39,7 +39,7 @@ class ChunkStore:
         last = first + len(rows) - 1  # the name is of the frames alone: who bakes the same writes the same file
         path = self.folder / f"{first:+07d}_{last:+07d}.pc2"
         header = point_cache.Header(self.vertices, float(first), 1.0, len(rows))
-        point_cache.write(path, header, [rows])
+        point_cache.write(path, header, rows)
         state = hashlib.sha256(header.packed())
         state.update(point_cache.as_bytes(rows))
         marker = {

@@ -45,21 +45,16 @@ class Header:
         return _LAYOUT.pack(_SIGNATURE, _VERSION, self.vertices, self.start, self.rate, self.samples)
 
 
-def write(path, header, portions):
-    """Writes a cache, which is there only when it is whole. portions: arrays (f, n, 3), in all header.samples rows.
+def write(path, header, rows):
+    """Writes a cache of rows (header.samples, header.vertices, 3), which is there only when it is whole.
 
     @throws CacheError; what stood under the name is then as it was.
     """
+    if rows.shape != (header.samples, header.vertices, 3):
+        raise ValueError(f"rows of shape {rows.shape} for a cache of {header}")
     with whole_files.replacing(path, header.bytes) as file:
         file.write(header.packed())
-        rows = 0
-        for portion in portions:
-            if portion.shape[1:] != (header.vertices, 3):
-                raise ValueError(f"rows of shape {portion.shape} for a cache of {header.vertices} vertices")
-            file.write(as_bytes(portion))
-            rows += len(portion)
-        if rows != header.samples:
-            raise ValueError(f"{rows} rows for a cache of {header.samples}")
+        file.write(as_bytes(rows))
 
 
 def as_bytes(rows):
@@ -94,15 +89,14 @@ def mapped(path):
         return np.memmap(path, "<f4", mode="r", offset=_LAYOUT.size, shape=shape) if np.prod(shape) else np.empty(shape)
 
 
-def portions(path, begin=0, end=None):
-    """Goes through rows [begin, end), some at a time: arrays (f, n, 3) float32. @throws CacheError."""
+def portions(path):
+    """Goes through all rows, some at a time: arrays (f, n, 3) float32. @throws CacheError."""
     header = read_header(path)
-    end = header.samples if end is None else end
     count = max(1, PORTION_BYTES // max(1, header.row_bytes))
     with whole_files.telling(path), pathlib.Path(path).open("rb") as file:
-        file.seek(_LAYOUT.size + begin * header.row_bytes)
-        for first in range(begin, end, count):
-            rows = min(count, end - first)
+        file.seek(_LAYOUT.size)
+        for first in range(0, header.samples, count):
+            rows = min(count, header.samples - first)
             yield np.fromfile(file, "<f4", 3 * header.vertices * rows).reshape(rows, header.vertices, 3)
 
 

@@ -7,6 +7,7 @@ from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
 from ...scene import subject
+from ...solver import session
 from . import mixed_keys, morphers
 from .mix_reading import MixReading
 
@@ -29,7 +30,7 @@ class MixFollower(Following):
     LABEL = "Rotation-Aware Keys"
 
     why_hidden = staticmethod(mixed_keys.why_hidden)
-    _cached_binding = staticmethod(morphers.cached)
+    _cached_binding = staticmethod(lambda mix_input: session.kept(mix_input.key))
     _read_targets = staticmethod(mixed_keys.values)
     _is_same_target = staticmethod(np.array_equal)
     _make_key = staticmethod(mixed_keys.ensure_key)

@@ -67,10 +67,8 @@ class MixReading:
         """The MixInput, once all is read; after that the shapes are to be read again. @throws SceneError."""
         rest = shape_keys.rest_positions(obj.data)
         require_finite(rest, "the rest shape")
-        shapes, self._shapes = np.array(self._shapes), []
         _require_extent(obj.data.shape_keys.reference_key.name, rest)
-        for slider, shape in zip(self._sliders, shapes, strict=True):
-            _require_extent(slider.name, shape)
+        shapes, self._shapes = np.array(self._shapes), []
         return MixInput(
             sliders=self._sliders,
             rest=rest,
@@ -105,6 +103,7 @@ def _shape(obj, name):
             "and leave Edit Mode once, so that Blender makes them agree"
         )
     require_finite(shape, f"shape key '{name}'")
+    _require_extent(name, shape)
     return shape
 
 

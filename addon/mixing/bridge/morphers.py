@@ -24,11 +24,6 @@ class Mix:
     seconds: float
 
 
-def cached(mix_input):
-    """The native Morpher of `mix_input` if it is at hand, else None."""
-    return session.kept(mix_input.key)
-
-
 def bind_steps(mix_input, execution):
     """Steps (see solver/job.py) to a native Morpher, which is kept. @throws NativeModuleError, SolverError,
     CancelledError."""
@@ -89,7 +84,7 @@ class Mixing:
 
     def __init__(self, mix_input):
         self.bind_input = mix_input
-        self.binding = cached(mix_input)
+        self.binding = session.kept(mix_input.key)
 
     def record(self, _obj):
         """The file keeps no binding of a mix."""

@@ -94,7 +94,8 @@ def mixed(subject, obj):
     began = time.perf_counter()
     pose.call(bpy.ops.meanvalue.bake_mix)
     seconds["bake"] = time.perf_counter() - began
-    return np.array(straight), np.array(turned), seconds, obj.meanvalue.mix.note
+    made = len(obj.data.shape_keys.animation_data.drivers)
+    return np.array(straight), np.array(turned), seconds, f"{made} in-between keys"
 
 
 def shown(obj, key, value):
