@@ -122,10 +122,6 @@ class Following:
             return None
         return max(TICK_SECONDS, self._quiet_at(obj) - clock())
 
-    def is_caught_up(self, obj):
-        """Whether the mesh shows where the controls are, or something is in the way."""
-        return self.problem is not None or self._is_shown(obj)
-
     def status(self, obj):
         """(text, whether it is a problem) of what the artist has to know, or None."""
         if self.problem:

@@ -168,15 +168,19 @@ class Scene:
         self.follow()
         return time.perf_counter() - started
 
+    def is_caught_up(self):
+        """Whether the mesh shows where the control is, or something is in the way."""
+        return self.follower.problem is not None or self.follower._is_shown(self.obj)
+
     def follow(self):
         """As the interface does: the handler, then the timer, until the mesh shows where the control is.
 
         Returns whether the timer wrote it: only of that Blender tells the follower.
         """
         self.follower.follow(self.obj)
-        if self.follower.is_caught_up(self.obj):
+        if self.is_caught_up():
             return False
-        while not self.follower.is_caught_up(self.obj):
+        while not self.is_caught_up():
             time.sleep(self.parts["live.following"].TICK_SECONDS)
             self.follower.tick(self.obj)
         return True
