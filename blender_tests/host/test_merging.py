@@ -62,7 +62,7 @@ def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
 
 def test_a_merge_distance_that_is_no_seam_is_refused():
     vertices, triangles = tube()
-    with pytest.raises(SceneError, match=r"Merge Distance 0\.5 is more than"):
+    with pytest.raises(SceneError, match=r"Merge Distance 0\.5 is longer than edges"):
         given(vertices, triangles, np.arange(12), merge_distance=0.5).check()
 
 

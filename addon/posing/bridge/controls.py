@@ -20,23 +20,10 @@ LARGEST_SIZE = 0.1
 
 def problem(obj, handle):
     """Why the control of `handle` cannot be followed, in words, or None."""
+    missing = why_it_is_missing(obj, handle)
+    if missing is not None:
+        return missing
     control = handle.control
-    if control is None:
-        return (
-            f"Handle '{handle.name}' has no control. Press Update, choose an object or a bone for it, or "
-            "remove the handle"
-        )
-    if not _is_in_a_scene(control):
-        return (
-            f"The control of handle '{handle.name}' was deleted. Press Update, choose another one for it, "
-            "or remove the handle"
-        )
-    owner = owner_of(control)
-    if owner is not None and owner != obj:
-        return (
-            f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Update to give "
-            f"'{obj.name}' controls of its own"
-        )
     if control.type == 'ARMATURE' and handle.bone and handle.bone not in control.pose.bones:
         return f"'{control.name}' has no bone '{handle.bone}', which moves handle '{handle.name}'. Choose another bone"
     if control_places.is_flat(control_places.at_rest(handle)):
@@ -49,10 +36,26 @@ def problem(obj, handle):
     return None
 
 
-def wants_own_control(obj, handle):
-    """Whether the control is missing or another object's."""
+def why_it_is_missing(obj, handle):
+    """Why Update has to make a control for `handle`, in words, or None."""
     control = handle.control
-    return control is None or not _is_in_a_scene(control) or owner_of(control) not in {None, obj}
+    if control is None:
+        return (
+            f"Handle '{handle.name}' has no control. Press Update, choose an object or a bone for it, or "
+            "remove the handle"
+        )
+    if not _is_in_a_scene(control):
+        return (
+            f"The control of handle '{handle.name}' was deleted. Press Update, choose another one for it, "
+            "or remove the handle"
+        )
+    owner = owner_of(control)
+    if owner not in {None, obj}:
+        return (
+            f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Update to give "
+            f"'{obj.name}' controls of its own"
+        )
+    return None
 
 
 def none_to_move(obj):

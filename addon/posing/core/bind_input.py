@@ -17,9 +17,6 @@ from . import springs, welding
 #: What becomes of parts that nothing holds, unless it is said.
 FOLLOW = "follow"
 
-#: Of the mesh's size: vertices that are farther apart are not the two sides of an open seam.
-MOST_MERGED = 0.01
-
 
 @dataclass(frozen=True, eq=False)
 class BindInput:
@@ -146,11 +143,6 @@ class BindInput:
         if len(self.face_starts) == 0:
             raise SceneError("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
         require_finite(self.rest, "rest shape")
-        if self.merge_distance > MOST_MERGED * self.diagonal:
-            raise SceneError(
-                f"The Merge Distance {self.merge_distance:g} is more than {wording.share(MOST_MERGED)} of the mesh's "
-                f"size ({self.diagonal:g}), and would merge what is no seam. Choose a smaller one (Advanced > Solver)"
-            )
         if self.merge_distance > 0.0:
             self._require_no_more_than_seams()
         outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])

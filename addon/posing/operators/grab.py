@@ -218,23 +218,20 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
 
     def _click(self, context, obj):
         """Selects what is there, as Blender does: the control of a handle, or a mesh that was not the active one."""
-        index = obj.meanvalue.handles.find(self.handle)
-        if index >= 0:
-            obj.meanvalue.active_handle = index
-        handle = obj.meanvalue.handles[index] if index >= 0 else None
+        handle = obj.meanvalue.handles.get(self.handle)
+        if handle is None and context.view_layer.objects.active == obj:
+            self.report({'INFO'}, "Press and drag to grab the mesh here; Shift-click pins it.")
+            return {'CANCELLED'}
+        if handle is not None:
+            obj.meanvalue.active_handle = obj.meanvalue.handles.find(self.handle)
         if handle is not None and handle.follows == 'CONTROL':
             problem = controls.problem(obj, handle)
             if problem:
                 raise SceneError(problem)
             controls.select(handle)
             return self.tell("Control selected", [])
-        if context.view_layer.objects.active != obj:
-            selection.choose(obj)
-            return self.tell(f"'{obj.name}' is the active object", [])
-        if handle is None:
-            self.report({'INFO'}, "Press and drag to grab the mesh here; Shift-click pins it.")
-            return {'CANCELLED'}
-        return self.tell(f"'{handle.name}' is the active {'pin' if handle.follows == 'REST' else 'handle'}", [])
+        selection.choose(obj)
+        return self.tell(f"'{obj.name}' is the active object" if handle is None else f"'{handle.name}' is active", [])
 
     def _give_up(self, context, obj):
         if self._grip is not None:

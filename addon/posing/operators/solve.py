@@ -148,7 +148,7 @@ def _ignored(obj, bind_input, name):
 def _make_own_controls(obj):
     """For handles whose control is missing or belongs to another object, as after duplicating. Returns how many."""
     handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
-    handles = [handle for handle in handles if controls.wants_own_control(obj, handle)]
+    handles = [handle for handle in handles if controls.why_it_is_missing(obj, handle)]
     members = vertex_groups.members(obj, [handle.name for handle in handles])
     for handle in handles:
         new_handles.make_handle(obj, handle, members[handle.name], handle.color)

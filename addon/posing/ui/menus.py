@@ -91,17 +91,12 @@ CLASSES = (
     MEANVALUE_MT_object,
 )
 
-_ENTRIES = (
-    ("VIEW3D_MT_object", meanvalue_draw_object_menu),
-    ("VIEW3D_MT_edit_mesh", meanvalue_draw_edit_mesh_menu),
-)
-
 
 def register():
-    for menu, draw in _ENTRIES:
-        getattr(bpy.types, menu).append(draw)
+    bpy.types.VIEW3D_MT_object.append(meanvalue_draw_object_menu)
+    bpy.types.VIEW3D_MT_edit_mesh.append(meanvalue_draw_edit_mesh_menu)
 
 
 def unregister():
-    for menu, draw in _ENTRIES:
-        getattr(bpy.types, menu).remove(draw)
+    bpy.types.VIEW3D_MT_object.remove(meanvalue_draw_object_menu)
+    bpy.types.VIEW3D_MT_edit_mesh.remove(meanvalue_draw_edit_mesh_menu)

@@ -240,7 +240,7 @@ def _status(obj):
     if not obj.meanvalue.handles:
         return None
     wants_update = (found is not None and found[1]) or any(
-        handle.follows == 'CONTROL' and controls.wants_own_control(obj, handle) for handle in obj.meanvalue.handles
+        handle.follows == 'CONTROL' and controls.why_it_is_missing(obj, handle) for handle in obj.meanvalue.handles
     )
     live = engine.status(obj)
     if live is not None:
