@@ -55,13 +55,11 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     # Adjusting the operator runs it again in Object Mode, where the vertices are still selected.
     from_selection: bpy.props.BoolProperty(options={'HIDDEN', 'SKIP_SAVE'})
 
-    _was_asked = False
-
     def invoke(self, context, _event):
         obj = subject.of(context)
         if obj.mode != 'OBJECT' or self.group or len(obj.vertex_groups) == 0:
             return self.execute(context)
-        self._was_asked = True
+        self.group = vertex_groups.active_name(obj)
         return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context):
@@ -135,18 +133,12 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
 
     def _members(self, obj):
         """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
-        name = self.group
         if self.from_selection:
             members = selection.selected_vertices(obj)
             if len(members) == 0:
                 raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
             return "", members
-        active = None if self._was_asked else obj.vertex_groups.active
-        name = name or (active.name if active else "")
-        if not name:
-            raise SceneError(
-                "There is nothing to take: select vertices in Edit Mode, or choose a vertex group to use as it is"
-            )
+        name = self.group or vertex_groups.active_name(obj)
         vertex_groups.require(obj, name, "to be used", "Choose one that it has")
         if name in obj.meanvalue.handles:
             raise SceneError(
