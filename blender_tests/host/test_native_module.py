@@ -97,6 +97,7 @@ def test_solution_vertices_are_read_only_and_outlive_the_solution():
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0, 1], handles=[[0, 1]]), r"handles has the shape \(1, 2\)"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], rigidity=-1), "rigidity is -1; give 0 or a positive"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], rigidity=np.nan), "rigidity is nan"),
+        (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], rigidity=np.inf), "rigidity is inf"),
         (
             lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], rigidity=2, method="paper"),
             "rigidity is 2; only method 'fast' has one: give 0 or None to the others",

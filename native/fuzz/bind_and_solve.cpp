@@ -62,7 +62,7 @@ void require_loose_in_place(const Binding& binding, const Deformer& deformer, co
 }
 
 /// From rest, and from there to other targets.
-void solve_twice(Bytes& bytes, const OddMesh& mesh, const Binding& binding, Deformer& deformer) {
+void solve_twice(Bytes& bytes, const Mesh& mesh, const Binding& binding, Deformer& deformer) {
     std::optional<Positions> start;
     for (int turn = 0; turn < 2; ++turn) {
         const SolveOptions options = read_options(bytes, binding);
@@ -92,7 +92,7 @@ void require_solution(const Solution& solution, Eigen::Index vertex_count) {
 }
 
 Outcome bind_and_solve(Bytes bytes) {
-    const OddMesh mesh = read_mesh(bytes);
+    const Mesh mesh = read_mesh(bytes);
     Binding binding = read_binding(bytes, mesh);
     return outcome_of([&] {
         Execution execution;

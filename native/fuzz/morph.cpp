@@ -7,7 +7,7 @@
 namespace meanvalue::fuzz {
 namespace {
 
-Positions read_other_shape(Bytes& bytes, const OddMesh& mesh) {
+Positions read_other_shape(Bytes& bytes, const Mesh& mesh) {
     Positions shape = mesh.vertices;
     if (bytes.once_in(4)) {
         const double turned = -1.0 + bytes.below(3);
@@ -35,7 +35,7 @@ std::vector<double> read_shares(Bytes& bytes, std::size_t shape_count, Index ver
 }  // namespace
 
 Outcome morph(Bytes bytes) {
-    const OddMesh mesh = read_mesh(bytes);
+    const Mesh mesh = read_mesh(bytes);
     std::vector<Positions> shapes = {mesh.vertices};
     for (int more = bytes.once_in(4) ? 2 : 1; more > 0; --more)
         shapes.push_back(read_other_shape(bytes, mesh));

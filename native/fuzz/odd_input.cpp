@@ -4,12 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/meshes.h"
-
 namespace meanvalue::fuzz {
 namespace {
 
-tests::Mesh read_plain_surface(Bytes& bytes, int kind) {
+Mesh read_plain_surface(Bytes& bytes, int kind) {
     const Index size = 3 + bytes.below(8);
     const Index other_size = 3 + bytes.below(6);
     const double height = 0.1 * bytes.below(3);
@@ -29,8 +27,8 @@ tests::Mesh read_plain_surface(Bytes& bytes, int kind) {
     }
 }
 
-OddMesh read_heap(Bytes& bytes) {
-    OddMesh mesh;
+Mesh read_heap(Bytes& bytes) {
+    Mesh mesh;
     mesh.vertices.resize(bytes.below(24), 3);
     mesh.faces.resize(mesh.vertex_count() == 0 ? 0 : bytes.below(40), 3);
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
@@ -45,8 +43,8 @@ OddMesh read_heap(Bytes& bytes) {
 }
 
 /// With a small ball or a triangle beside it, inside it or far away, which mostly nothing holds.
-tests::Mesh with_another_part(Bytes& bytes, const tests::Mesh& mesh) {
-    tests::Mesh part = bytes.once_in(4) ? tests::triangle() : tests::sphere(bytes.below(2));
+Mesh with_another_part(Bytes& bytes, const Mesh& mesh) {
+    Mesh part = bytes.once_in(4) ? tests::triangle() : tests::sphere(bytes.below(2));
     part.vertices *= 0.05 * bytes.below(8);
     const Index near = bytes.below(mesh.vertex_count());
     part.vertices.rowwise() += mesh.vertices.row(near);
@@ -54,13 +52,13 @@ tests::Mesh with_another_part(Bytes& bytes, const tests::Mesh& mesh) {
     return tests::joined(mesh, part);
 }
 
-void add_face(OddMesh& mesh, Index a, Index b, Index c) {
+void add_face(Mesh& mesh, Index a, Index b, Index c) {
     mesh.faces.conservativeResize(mesh.faces.rows() + 1, 3);
     mesh.faces.row(mesh.faces.rows() - 1) << a, b, c;
 }
 
 /// One thing that may be wrong with a mesh. @pre it has vertices and faces.
-void spoil(Bytes& bytes, OddMesh& mesh) {
+void spoil(Bytes& bytes, Mesh& mesh) {
     const Index v = bytes.below(mesh.vertex_count());
     const Index w = bytes.below(mesh.vertex_count());
     const auto t = bytes.below(static_cast<Index>(mesh.faces.rows()));
@@ -100,16 +98,15 @@ void spoil(Bytes& bytes, OddMesh& mesh) {
 
 }  // namespace
 
-OddMesh read_mesh(Bytes& bytes) {
-    OddMesh mesh;
+Mesh read_mesh(Bytes& bytes) {
+    Mesh mesh;
     const int kind = bytes.below(8);
     if (kind > 5) {
         mesh = read_heap(bytes);
     } else {
-        tests::Mesh surface = read_plain_surface(bytes, kind);
+        mesh = read_plain_surface(bytes, kind);
         for (int parts = bytes.once_in(4) ? 1 + bytes.below(3) : 0; parts > 0; --parts)
-            surface = with_another_part(bytes, surface);
-        mesh = {surface.vertices, surface.faces};
+            mesh = with_another_part(bytes, mesh);
         for (int flaws = bytes.below(8); flaws > 0 && mesh.faces.rows() > 0; --flaws)
             spoil(bytes, mesh);
     }
@@ -118,7 +115,7 @@ OddMesh read_mesh(Bytes& bytes) {
     return mesh;
 }
 
-Positions read_targets(Bytes& bytes, const OddMesh& mesh, const std::vector<Index>& anchors) {
+Positions read_targets(Bytes& bytes, const Mesh& mesh, const std::vector<Index>& anchors) {
     Positions targets(static_cast<Eigen::Index>(anchors.size()), 3);
     const double reach =
         bounding_box_diagonal(mesh.vertices) * std::pow(10.0, bytes.once_in(8) ? bytes.below(12) - 5 : -1);
@@ -177,7 +174,7 @@ void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
     if (bytes.once_in(32)) binding.rigidity = bytes.number();
 }
 
-Binding read_binding(Bytes& bytes, const OddMesh& mesh) {
+Binding read_binding(Bytes& bytes, const Mesh& mesh) {
     Binding binding{mesh.vertices, mesh.faces, {}, {}};
     constexpr Method kMethods[] = {Method::kFast, Method::kPaper, Method::kFull, Method::kFast};
     binding.method = kMethods[bytes.below(4)];

@@ -6,27 +6,23 @@
 
 #include "fuzz/bytes.h"
 #include "meanvalue/deform/deformer.h"
+#include "tests/meshes.h"
 
 namespace meanvalue::fuzz {
 
-struct OddMesh {
-    Positions vertices;
-    Triangles faces;
-
-    Index vertex_count() const { return static_cast<Index>(vertices.rows()); }
-};
+using tests::Mesh;
 
 /// Up to about 250 vertices: a plain surface, now and then with small parts beside it, or a heap of triangles, with
 /// vertices moved, in one place or no numbers, faces turned over, doubled, collapsed, joined elsewhere or out of
 /// range; small, large, far away.
-OddMesh read_mesh(Bytes& bytes);
+Mesh read_mesh(Bytes& bytes);
 
 /// Where vertices of a mesh go: near or far from where they are.
-Positions read_targets(Bytes& bytes, const OddMesh& mesh, const std::vector<Index>& anchors);
+Positions read_targets(Bytes& bytes, const Mesh& mesh, const std::vector<Index>& anchors);
 
 /// Anchors, region, handles, strengths, method, rigidity and what becomes of loose parts of `mesh`, which the binding
 /// must not outlive.
-Binding read_binding(Bytes& bytes, const OddMesh& mesh);
+Binding read_binding(Bytes& bytes, const Mesh& mesh);
 /// The anchors alone, and what belongs to them.
 void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding);
 

@@ -9,7 +9,7 @@
 namespace meanvalue::fuzz {
 namespace {
 
-Trajectories read_trajectories(Bytes& bytes, const OddMesh& mesh, const Binding& binding) {
+Trajectories read_trajectories(Bytes& bytes, const Mesh& mesh, const Binding& binding) {
     Trajectories trajectories;
     trajectories.frame_count = bytes.below(6);
     trajectories.anchor_count = static_cast<Index>(binding.anchors.size()) + (bytes.once_in(64) ? 1 : 0);
@@ -59,7 +59,7 @@ void require_sequence(const Sequence& clip, Index vertex_count) {
 }  // namespace
 
 Outcome sequence(Bytes bytes) {
-    const OddMesh mesh = read_mesh(bytes);
+    const Mesh mesh = read_mesh(bytes);
     const Binding binding = read_binding(bytes, mesh);
     return outcome_of([&] {
         Execution execution;

@@ -6,7 +6,6 @@
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/region.h"
-#include "tests/fast_poses.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
@@ -44,11 +43,15 @@ struct Handles {
             for (const Index v : around(mesh, centre, 1 + static_cast<Index>(random() % largest))) {
                 if (taken[v]) continue;
                 taken[v] = 1;
-                anchors.push_back(v);
-                handles.push_back(handle);
-                strengths.push_back(is_soft ? 0.5 : std::numeric_limits<double>::infinity());
+                add(v, handle, is_soft ? 0.5 : std::numeric_limits<double>::infinity());
             }
         }
+    }
+
+    void add(Index vertex, Index handle, double strength = std::numeric_limits<double>::infinity()) {
+        anchors.push_back(vertex);
+        handles.push_back(handle);
+        strengths.push_back(strength);
     }
 
     Binding binding(Binding of) const {
@@ -66,11 +69,6 @@ struct Handles {
         return rows;
     }
 };
-
-std::unique_ptr<Deformer> bound(const Binding& binding, const Deformer* earlier = nullptr) {
-    Execution execution;
-    return std::make_unique<Deformer>(binding, execution, earlier);
-}
 
 Binding fresh_binding(const Mesh& mesh, Method method, int threads = 1) {
     return binding_of(mesh, {}, method, threads);
@@ -121,31 +119,16 @@ TEST(BindAgain, LargeHandlesAndNewPartsAreBoundAfresh) {
     const auto deformer = bound(few.binding(fresh_binding(two, Method::kFull)));
     Handles large = few;
     for (const Index v : around(part, 150, 60)) {
-        if (std::find(few.anchors.begin(), few.anchors.end(), v) != few.anchors.end()) continue;
-        large.anchors.push_back(v);
-        large.handles.push_back(2);
-        large.strengths.push_back(std::numeric_limits<double>::infinity());
+        if (std::find(few.anchors.begin(), few.anchors.end(), v) == few.anchors.end()) large.add(v, 2);
     }
     Handles other_part = few;
-    other_part.anchors.push_back(part.vertex_count() + 3);
-    other_part.handles.push_back(2);
-    other_part.strengths.push_back(std::numeric_limits<double>::infinity());
+    other_part.add(part.vertex_count() + 3, 2);
     for (const Handles& handles : {large, other_part}) {
         const auto again = bound(handles.binding(deformer->bound().binding_again()), deformer.get());
         EXPECT_NE(&again->bound().decoder().encoding(), &deformer->bound().decoder().encoding());
         const auto fresh = bound(handles.binding(fresh_binding(two, Method::kFull)));
         EXPECT_EQ(solve(*again, handles.targets(two)).vertices, solve(*fresh, handles.targets(two)).vertices);
     }
-}
-
-TEST(BindAgain, RefusesWhatAFreshBindRefuses) {
-    const Mesh mesh = mesh_for(Method::kPaper);
-    const auto deformer = bound(binding_of(mesh, {0, 5}, Method::kPaper, 1));
-    Binding binding = deformer->bound().binding_again();
-    binding.anchors = {0, mesh.vertex_count()};
-    EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound(binding, deformer.get()); }), "anchor 1"));
-    binding.anchors = {7, 7};
-    EXPECT_TRUE(contains(message_of<InvalidInput>([&] { bound(binding, deformer.get()); }), "both vertex 7"));
 }
 
 TEST(BindAgain, CanBeCancelledEverywhere) {
@@ -190,8 +173,7 @@ TEST(RemovalLog, LeadsToTheOrderThatIsFoundWithoutIt) {
     for (const Mesh& mesh : {with_noise(capped_tube(24, 40, 8.0), 0.1, 2), with_noise(torus(40, 20), 0.1, 3),
                              grid(30, 30, 0.01), needles(), with_noise(sphere(4), 0.1, 4)}) {
         std::mt19937 random(13);
-        const OneRings rings =
-            collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
+        const OneRings rings = rings_of(mesh);
         for (const bool is_exact : {false, true}) {
             std::shared_ptr<const RemovalLog> log;
             for (int round = 0; round < 12; ++round) {
@@ -250,48 +232,6 @@ TEST(Region, SmallPatchesOfAnchorsDoNotCutIt) {
     // What is fixed because it may not move is no anchor.
     EXPECT_EQ(without_small_patches(is_fixed, std::vector<char>(mesh.vertex_count(), 0), mesh.faces, Execution()),
               is_fixed);
-}
-
-TEST(Settle, CancelledInItsSecondHalfLeavesTheDragAsItWas) {
-    const Mesh mesh = capped_tube(40, 60, 8.0);
-    std::vector<Index> anchors;
-    std::vector<Positions> frames;
-    for (int frame = 0; frame < 5; ++frame) {
-        const Pose pose = two_ends("bend", mesh, Vector3::UnitX(), 0.05 * (frame + 1), {0, 0.05 * frame, 0});
-        anchors = pose.anchors;
-        frames.push_back(pose.targets);
-    }
-    const Binding binding = binding_of(mesh, anchors, Method::kFast, 1);
-    const auto deformer = bound(binding);
-    Execution execution;
-    Deformer::Drag drag(*deformer, PositionsView(mesh.vertices));
-    Deformer::Drag undisturbed(*deformer, PositionsView(mesh.vertices));
-    Positions shape;
-    for (std::size_t frame = 0; frame + 1 < frames.size(); ++frame) {
-        static_cast<void>(undisturbed.solve(frames[frame], {}, execution));
-        shape = drag.solve(frames[frame], {}, execution).vertices;
-    }
-    const Solution expected = undisturbed.solve(frames.back(), {}, execution);
-    SolveOptions settling;
-    settling.settle = true;
-    // The last look of such a solve, found on another deformer; most are of the second half, which is from rest.
-    const auto other = bound(binding);
-    std::int64_t last = 1;
-    for (std::int64_t step = 1 << 20; step > 0; step /= 2) {
-        Execution cancelled;
-        cancelled.cancel_at_look(last + step);
-        try {
-            static_cast<void>(other->solve(frames[3], PositionsView(shape), settling, cancelled));
-        } catch (const Cancelled&) {
-            last += step;
-        }
-    }
-    Execution cancelled;
-    cancelled.cancel_at_look(last * 9 / 10);
-    EXPECT_THROW(static_cast<void>(drag.solve(frames[3], settling, cancelled)), Cancelled);
-    const Solution found = drag.solve(frames.back(), {}, execution);
-    EXPECT_EQ(found.initial_energy, expected.initial_energy);  // it begins where the frames before lead
-    EXPECT_LT(largest_distance(found.vertices, expected.vertices), 1e-3 * mesh.diagonal());
 }
 
 }  // namespace

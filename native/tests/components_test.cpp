@@ -5,13 +5,6 @@
 namespace meanvalue::tests {
 namespace {
 
-std::vector<char> flags(Index count, const std::vector<Index>& set) {
-    std::vector<char> result(count, 0);
-    for (const Index v : set)
-        result[v] = 1;
-    return result;
-}
-
 int undetermined(const std::vector<Index>& fixed) {
     const Mesh mesh = grid(5, 5, 0.0);
     return find_components(mesh.vertices, mesh.faces, flags(25, fixed), Execution()).parts.at(0).undetermined;

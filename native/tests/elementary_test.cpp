@@ -20,6 +20,11 @@ TEST(Elementary, SineAndCosine) {
     EXPECT_NEAR(sine_cosine(1e-9).sine, 1e-9, 1e-24);
 }
 
+TEST(Elementary, Tangent) {
+    for (double angle = -1.5; angle <= 1.5; angle += 0.01)
+        EXPECT_NEAR(tangent(angle), std::tan(angle), 1e-13 * (1.0 + std::abs(std::tan(angle)))) << angle;
+}
+
 TEST(Elementary, ArcTangentInAllQuadrants) {
     for (double angle = -3.14; angle < 3.14; angle += 0.00731) {
         for (const double length : {1e-150, 0.3, 1.0, 1e150}) {

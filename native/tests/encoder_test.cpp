@@ -14,10 +14,6 @@ Positions predict_all(const Encoding& encoding, const Positions& vertices) {
     return meanvalue::predict_all(encoding, vertices, 1, Execution());
 }
 
-double largest_distance(const Positions& a, const Positions& b) {
-    return (a - b).rowwise().norm().maxCoeff();
-}
-
 class EveryClass : public testing::TestWithParam<Mesh> {};
 
 TEST_P(EveryClass, PredictGivesTheRestShapeBack) {
@@ -140,11 +136,8 @@ TEST(Encoder, FarFromTheOriginNothingIsLostButTheCoordinatesOwnDigits) {
 TEST(Encoder, Cancels) {
     const Mesh mesh = torus(80, 60);
     Execution execution;
-    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
-    const OneRings rings = collect_one_rings(connectivity, execution);
     execution.cancel();
-    EXPECT_THROW(encode(rings, mesh.vertices, 2, execution), Cancelled);
-    EXPECT_THROW(collect_one_rings(connectivity, execution), Cancelled);
+    EXPECT_THROW(encode(rings_of(mesh), mesh.vertices, 2, execution), Cancelled);
     EXPECT_THROW(TriangleMesh(mesh.vertex_count(), mesh.faces, execution), Cancelled);
 }
 

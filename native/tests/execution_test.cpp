@@ -1,11 +1,5 @@
 #include "meanvalue/common/execution.h"
 
-#include <atomic>
-#include <chrono>
-#include <functional>
-#include <memory>
-#include <thread>
-
 #include "meanvalue/common/errors.h"
 #include "tests/support.h"
 
@@ -21,16 +15,6 @@ TEST(Execution, ChecksThrowOnceCancelled) {
     EXPECT_THROW(execution.check(), Cancelled);
     EXPECT_THROW(execution.begin_stage("solve"), Cancelled);
     EXPECT_STREQ(execution.stage(), "encode");
-}
-
-TEST(Execution, CancelsItselfAtTheLookAskedFor) {
-    Execution execution;
-    execution.cancel_at_look(3);
-    EXPECT_NO_THROW(execution.check());
-    EXPECT_NO_THROW(execution.check());
-    EXPECT_FALSE(execution.cancelled());
-    EXPECT_THROW(execution.check(), Cancelled);
-    EXPECT_TRUE(execution.cancelled());
 }
 
 TEST(WorkMeter, LooksByTheWorkDone) {

@@ -1,27 +1,19 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <memory>
 
 #include "meanvalue/baselines/arap.h"
 #include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/deform/deformer.h"
-#include "meanvalue/optimise/levenberg_marquardt.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
 namespace {
 
+/// Without rigidity: shapes of any size are as good as each other.
 std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<Index>& anchors, Method method) {
-    Execution execution;
-    // Without rigidity: shapes of any size are as good as each other.
-    return std::make_unique<Deformer>(binding_of(mesh, anchors, method, 1, 0.0), execution);
-}
-
-Solution solve(Deformer& deformer, const Positions& targets, const std::optional<PositionsView>& start = {}) {
-    Execution execution;
-    return deformer.solve(targets, start, SolveOptions(), execution);
+    return bound(binding_of(mesh, anchors, method, 1, 0.0));
 }
 
 class FarTargets : public testing::TestWithParam<Method> {
@@ -49,15 +41,15 @@ TEST_P(FarTargets, AStartBeyondTheLimitIsRefusedByName) {
     while (std::count(anchors_.begin(), anchors_.end(), free) > 0)
         ++free;
     start(free, 0) = 1e9 * mesh_.diagonal();
-    const std::string text = message_of<InvalidInput>([&] { solve(*deformer_, rest_, PositionsView(start)); });
+    const std::string text = message_of<InvalidInput>([&] { solve_from(*deformer_, rest_, start); });
     EXPECT_TRUE(contains(text, message("start[", free, "] is"))) << text;
     // Fixed vertices are not taken from it.
     start = mesh_.vertices;
     start(anchors_[0], 0) = 1e9 * mesh_.diagonal();
-    EXPECT_NO_THROW(solve(*deformer_, rest_, PositionsView(start)));
+    EXPECT_NO_THROW(solve_from(*deformer_, rest_, start));
 }
 
-TEST_P(FarTargets, BelowTheLimitASimilarityIsFollowed) {
+TEST_P(FarTargets, BelowTheLimitASimilarityIsFollowedAndMayBeTheNextStart) {
     for (const double factor : {1e2, 1e4, 0.5e6}) {
         const Vector3 far = Vector3(0.3, -0.8, 0.5) * factor * mesh_.diagonal();
         for (const double scale : {1.0, 0.5 * factor}) {
@@ -68,15 +60,9 @@ TEST_P(FarTargets, BelowTheLimitASimilarityIsFollowed) {
             EXPECT_LT(largest_distance(solution.vertices, moved), 1e-6 * unit + 1e-13 * far.norm())
                 << factor << " " << scale;
             EXPECT_TRUE(std::isfinite(solution.energy));
+            EXPECT_NO_THROW(solve_from(*deformer_, rows_of(moved, anchors_), solution.vertices));
         }
     }
-}
-
-TEST_P(FarTargets, BelowTheLimitASolutionMayBeTheNextStart) {
-    const Positions moved =
-        moved_by_similarity(mesh_.vertices, 1.0, {1, 2, 3}, 1.0, Vector3(0, 0.999e6 * mesh_.diagonal(), 0));
-    const Solution first = solve(*deformer_, rows_of(moved, anchors_));
-    EXPECT_NO_THROW(solve(*deformer_, rows_of(moved, anchors_), PositionsView(first.vertices)));
 }
 
 TEST_P(FarTargets, ThatMakeNoShapeAreNotCalledConvergedFarFromAMinimum) {
@@ -89,11 +75,8 @@ TEST_P(FarTargets, ThatMakeNoShapeAreNotCalledConvergedFarFromAMinimum) {
         for (const double energy : solution.energies)
             EXPECT_TRUE(std::isfinite(energy));
         if (!solution.converged) continue;
-        Execution execution;
-        SolveOptions options;
-        options.tolerance = 1e-9;
-        const Solution further = bound_to(mesh_, anchors_, Method::kFull)
-                                     ->solve(targets, PositionsView(solution.vertices), options, execution);
+        const auto full = bound_to(mesh_, anchors_, Method::kFull);
+        const Solution further = solve_from(*full, targets, solution.vertices, {1e-9});
         EXPECT_GT(further.energy, 0.95 * solution.energy) << diagonals;
     }
 }
@@ -119,21 +102,6 @@ TEST(FarTargetsOf, AMeshWithoutAnExtentHasNoNearAndFar) {
     mesh.vertices.setOnes();
     const auto deformer = bound_to(mesh, {0, 1, 2}, Method::kFast);
     EXPECT_TRUE(solve(*deformer, Positions::Constant(3, 3, 5.0)).vertices.allFinite());
-}
-
-TEST(MinimiseReport, ShortStepsAreNoConvergence) {
-    MinimiseReport report;
-    report.initial_gradient = 1.0;
-    report.gradient = 0.5;
-    report.stop_reason = StopReason::kSettled;
-    report.promised_share = 1e-3;
-    EXPECT_TRUE(report.converged());
-    report.promised_share = 0.5;
-    EXPECT_FALSE(report.converged());
-    report.promised_share = std::numeric_limits<double>::infinity();
-    EXPECT_FALSE(report.converged());
-    report.gradient = 1e-4;
-    EXPECT_TRUE(report.converged());
 }
 
 }  // namespace

@@ -15,36 +15,12 @@
 
 namespace meanvalue::tests {
 
-constexpr double kPi = 3.14159265358979323846;
-
 inline std::unique_ptr<Deformer> bound_to(const Mesh& mesh, const std::vector<Index>& anchors,
                                           std::optional<double> rigidity = {}, int threads = 1,
                                           const std::optional<std::vector<char>>& roi = {}) {
-    Execution execution;
     Binding binding = binding_of(mesh, anchors, Method::kFast, threads, rigidity);
     binding.roi = roi;
-    return std::make_unique<Deformer>(binding, execution);
-}
-
-inline Solution solve(Deformer& deformer, const Positions& targets, const SolveOptions& options = {}) {
-    Execution execution;
-    return deformer.solve(targets, {}, options, execution);
-}
-
-inline Solution solve_from(Deformer& deformer, const Positions& targets, const Positions& start,
-                           const SolveOptions& options = {}) {
-    Execution execution;
-    return deformer.solve(targets, PositionsView(start), options, execution);
-}
-
-inline Solution solve_next(Deformer::Drag& drag, const Positions& targets, const SolveOptions& options = {}) {
-    Execution execution;
-    return drag.solve(targets, options, execution);
-}
-
-inline void expect_energy_never_rises(const Solution& solution) {
-    for (std::size_t k = 1; k < solution.energies.size(); ++k)
-        EXPECT_LE(solution.energies[k], solution.energies[k - 1]) << "iteration " << k;
+    return bound(binding);
 }
 
 /// A mesh and anchors that are bent, twisted or pulled.

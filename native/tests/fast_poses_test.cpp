@@ -17,11 +17,9 @@ class EveryPose : public testing::TestWithParam<Pose> {};
 TEST_P(EveryPlainPose, WithoutRigidityItReachesTheMinimumOfThePapersEnergy) {
     const Pose& pose = GetParam();
     const Solution fast = solve(*bound_to(pose.mesh, pose.anchors, 0.0), pose.targets);
-    Execution execution;
-    Deformer full(binding_of(pose.mesh, pose.anchors, Method::kFull, 1), execution);
-    const Solution exact = solve(full, pose.targets);
+    const Solution exact = solve(*bound(binding_of(pose.mesh, pose.anchors, Method::kFull, 1)), pose.targets);
     EXPECT_LT(fast.energy, 1.05 * exact.energy);
-    const double g = meanvalue::energy(encoding_of(pose.mesh), fast.vertices, 1, execution);
+    const double g = meanvalue::energy(encoding_of(pose.mesh), fast.vertices, 1, Execution());
     EXPECT_NEAR(fast.energy, g, 1e-9 * g);
 }
 
@@ -156,36 +154,14 @@ TEST(FastDecoder, AStartIsAStartAndNothingElse) {
     EXPECT_EQ(here.energies, fresh.energies);
 }
 
-TEST(FastDecoder, ASolveThatWasBrokenOffLeavesNothingBehind) {
-    const Pose pose = two_ends("", bar(6, 36), Vector3::UnitZ(), 0.8, {0, 0.3, 0});
-    const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
-    const auto between = [&](double share) { return Positions(rest + share * (pose.targets - rest)); };
-    const Solution fresh = solve_from(*bound_to(pose.mesh, pose.anchors), between(0.3), pose.mesh.vertices);
-    const auto deformer = bound_to(pose.mesh, pose.anchors);
-    int broken_off = 0;
-    for (const std::int64_t look : {2, 20, 60, 200, 600}) {
-        Execution execution;
-        execution.cancel_at_look(look);
-        try {
-            deformer->solve(between(0.1), PositionsView(pose.mesh.vertices), {}, execution);
-        } catch (const Cancelled&) {
-            ++broken_off;
-            EXPECT_EQ(solve_from(*deformer, between(0.3), pose.mesh.vertices).vertices, fresh.vertices) << look;
-        }
-        solve_from(*deformer, between(0.5), fresh.vertices);  // another chain
-    }
-    EXPECT_GT(broken_off, 2);
-}
-
 TEST(FastDecoder, ADragOfStiffSoftAnchorsTakesNoMoreStepsThanOneOfHardOnes) {
     const Pose pose = two_ends("", bar(6, 36), Vector3::UnitZ(), 0.8, {0, 0.3, 0});
     const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
     const auto iterations_of_drag = [&](double strength) {
-        Execution execution;
         Binding binding = binding_of(pose.mesh, pose.anchors, Method::kFast, 1);
         binding.strengths.assign(pose.anchors.size(), strength);
-        Deformer deformer(binding, execution);
-        Deformer::Drag drag(deformer, PositionsView(pose.mesh.vertices));
+        const auto deformer = bound(binding);
+        Deformer::Drag drag(*deformer, PositionsView(pose.mesh.vertices));
         int iterations = 0;
         for (int frame = 1; frame <= 12; ++frame) {
             const Solution solution = solve_next(drag, rest + frame / 24.0 * (pose.targets - rest));
@@ -237,10 +213,9 @@ TEST(FastDecoder, SettlingKeepsTheBetterOfWarmAndCold) {
     }
     const Solution cold = solve(*deformer, pose.targets);
     const Solution warm = solve_from(*deformer, pose.targets, dragged);
-    Execution execution;
     SolveOptions options;
     options.settle = true;
-    const Solution settled = deformer->solve(pose.targets, PositionsView(dragged), options, execution);
+    const Solution settled = solve_from(*deformer, pose.targets, dragged, options);
     EXPECT_GT(largest_distance(warm.vertices, cold.vertices), 0.05 * pose.mesh.diagonal()) << "nothing to choose";
     EXPECT_LT(cold.energy, warm.energy);
     EXPECT_EQ(settled.energy, cold.energy);
@@ -248,7 +223,7 @@ TEST(FastDecoder, SettlingKeepsTheBetterOfWarmAndCold) {
     // Where the other one is better.
     const Pose less = turned(100.0);
     const Solution near = solve(*deformer, less.targets);
-    const Solution exact = deformer->solve(less.targets, PositionsView(near.vertices), options, execution);
+    const Solution exact = solve_from(*deformer, less.targets, near.vertices, options);
     EXPECT_LE(exact.energy, near.energy);
 }
 

@@ -1,5 +1,7 @@
 #include "meanvalue/optimise/gauss_newton_system.h"
 
+#include <algorithm>
+
 #include "tests/support.h"
 
 namespace meanvalue::tests {
@@ -14,8 +16,7 @@ struct System {
 
     System() : mesh(with_noise(torus(12, 8), 0.1, 1)), encoding(encoding_of(mesh)) {
         std::vector<char> fixed(mesh.vertex_count(), 0);
-        for (Index v = 0; v < 20; ++v)
-            fixed[v] = 1;
+        std::fill(fixed.begin(), fixed.begin() + 20, 1);
         unknowns = find_unknowns(encoding, fixed);
         pose = with_noise(mesh, 0.1, 2).vertices;
     }
@@ -73,9 +74,7 @@ TEST(GaussNewtonSystem, MetricIsTheMatrixWithoutNormals) {
     // which changes nothing within the plane.
     const Mesh mesh = grid(6, 6, 0.0);
     const Encoding encoding = encoding_of(mesh);
-    std::vector<char> fixed(36, 0);
-    fixed[0] = fixed[5] = fixed[30] = 1;
-    const Unknowns unknowns = find_unknowns(encoding, fixed);
+    const Unknowns unknowns = find_unknowns(encoding, flags(36, {0, 5, 30}));
     Execution execution;
     const GaussNewtonSystem equations(encoding, unknowns, execution);
     auto at = equations.make_workspace(execution);
@@ -109,9 +108,7 @@ TEST(GaussNewtonSystem, AStepThatFollowsFixedMovesIsExactForATranslation) {
 TEST(GaussNewtonSystem, IsTheSameForAnyNumberOfThreads) {
     const Mesh mesh = with_noise(torus(90, 60), 0.1, 1);
     const Encoding encoding = encoding_of(mesh);
-    std::vector<char> fixed(mesh.vertex_count(), 0);
-    fixed[0] = fixed[77] = fixed[1500] = 1;
-    const Unknowns unknowns = find_unknowns(encoding, fixed);
+    const Unknowns unknowns = find_unknowns(encoding, flags(mesh.vertex_count(), {0, 77, 1500}));
     Execution execution;
     const GaussNewtonSystem equations(encoding, unknowns, execution);
     auto one = equations.make_workspace(execution);

@@ -8,8 +8,6 @@
 namespace meanvalue::tests {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 struct Motion {
     Matrix3 rotation;
     Vector3 translation;
@@ -40,12 +38,6 @@ TEST(ScrewOf, TakesAWholeMotionAndHalfOfItTwice) {
             }
         }
     }
-}
-
-TEST(ScrewOf, APureTranslationGoesStraight) {
-    const ScrewMotion screw = screw_of(Matrix3::Identity(), {1, 2, 3});
-    EXPECT_EQ(screw.angle_rad, 0.0);
-    EXPECT_EQ(screw.apply({1, 1, 1}, 0.25), Vector3(1.25, 1.5, 1.75));
 }
 
 TEST(ScrewOf, ATurnAboutACentreKeepsTheDistanceFromIt) {
@@ -85,6 +77,18 @@ struct TwoEnds {
     HandlePaths pieces(const std::vector<Index>& handles = {}) const {
         return {encoding, mesh.vertices, is_fixed, handles, mesh.diagonal(), Execution()};
     }
+    /// Half of `motion` is a screw's for the right end; nothing else moves.
+    void expect_half_way(const HandlePaths::Path& path, const Motion& motion, const Positions& begin) const {
+        Positions positions = begin;
+        path.place(0.5, positions);
+        const ScrewMotion screw = screw_of(motion.rotation, motion.translation);
+        for (const Index v : right)
+            EXPECT_LT((Vector3(positions.row(v)) - screw.apply(begin.row(v), 0.5)).norm(), 1e-9) << v;
+        for (Index v = 0; v < 54; ++v) {
+            if (std::count(right.begin(), right.end(), v) > 0) continue;
+            EXPECT_LT((positions.row(v) - begin.row(v)).norm(), 1e-9) << v;
+        }
+    }
     /// The rest pose with the right end moved.
     Positions placed(const Motion& motion) const {
         Positions result = mesh.vertices;
@@ -94,42 +98,23 @@ struct TwoEnds {
     }
 };
 
-TEST(HandlePaths, ClustersJoinedByEdgesFollowScrewsOfTheirOwn) {
-    const TwoEnds ends;
-    const Motion motion({0, 1, 0}, 2.0, {1, 0, 3});
-    const HandlePaths pieces = ends.pieces();
-    const HandlePaths::Path path = pieces.path_to(ends.placed(motion));
-    EXPECT_NEAR(path.largest_angle_rad(), 2.0, 1e-9);
-    Positions positions = Positions::Constant(54, 3, 7.0);
-    path.place(0.5, positions);
-    const ScrewMotion screw = screw_of(motion.rotation, motion.translation);
-    for (const Index v : ends.right)
-        EXPECT_LT((Vector3(positions.row(v)) - screw.apply(ends.mesh.vertices.row(v), 0.5)).norm(), 1e-9) << v;
-    for (const Index v : ends.left)
-        EXPECT_LT((positions.row(v) - ends.mesh.vertices.row(v)).norm(), 1e-9) << v;
-    for (Index v = 0; v < 54; ++v) {
-        if (ends.is_fixed[v]) continue;
-        EXPECT_EQ(positions.row(v), Eigen::RowVector3d::Constant(7.0)) << v;
-    }
-}
-
-TEST(HandlePaths, AWayMayBeginAnywhere) {
+TEST(HandlePaths, ClustersJoinedByEdgesFollowScrewsOfTheirOwnFromWhereverTheyBegin) {
     const TwoEnds ends;
     const Motion first({0, 1, 0}, 2.0, {1, 0, 3});
     const Motion second({1, 0, 0}, 0.7, {0, 0.5, 0});
+    const HandlePaths pieces = ends.pieces();
     const Positions begin = ends.placed(first);
+    const HandlePaths::Path to_begin = pieces.path_to(begin);
+    EXPECT_NEAR(to_begin.largest_angle_rad(), 2.0, 1e-9);
+    ends.expect_half_way(to_begin, first, ends.mesh.vertices);
     Positions end = begin;
     for (const Index v : ends.right)
         end.row(v) = second.apply(begin.row(v));
-    const HandlePaths pieces = ends.pieces();
     const HandlePaths::Path path = pieces.path_between(begin, end);
     EXPECT_NEAR(path.largest_angle_rad(), 0.7, 1e-9);
     EXPECT_NEAR(path.largest_move(), largest_distance(begin, end), 1e-12);
+    ends.expect_half_way(path, second, begin);
     Positions positions = begin;
-    path.place(0.5, positions);
-    const ScrewMotion screw = screw_of(second.rotation, second.translation);
-    for (const Index v : ends.right)
-        EXPECT_LT((Vector3(positions.row(v)) - screw.apply(begin.row(v), 0.5)).norm(), 1e-9) << v;
     path.place(1.0, positions);
     EXPECT_EQ(positions, end);
     EXPECT_EQ(pieces.path_between(end, end).largest_move(), 0.0);
@@ -171,11 +156,8 @@ TEST(HandlePaths, VerticesWithoutAPlaceGoAlongWithTheirPiece) {
     EXPECT_EQ(pieces.path_to(placed).largest_angle_rad(), 0.0) << "a vertex off its place makes a piece bend";
     const HandlePaths::Path path = pieces.path_to(placed, is_free);
     EXPECT_NEAR(path.largest_angle_rad(), 2.5, 1e-9);
+    ends.expect_half_way(path, motion, ends.mesh.vertices);
     Positions positions = ends.mesh.vertices;
-    path.place(0.5, positions);
-    const ScrewMotion screw = screw_of(motion.rotation, motion.translation);
-    for (const Index v : ends.right)
-        EXPECT_LT((Vector3(positions.row(v)) - screw.apply(ends.mesh.vertices.row(v), 0.5)).norm(), 1e-9) << v;
     path.place(1.0, positions);
     EXPECT_LT(largest_distance(positions, ends.placed(motion)), 1e-9);
 }
@@ -183,12 +165,8 @@ TEST(HandlePaths, VerticesWithoutAPlaceGoAlongWithTheirPiece) {
 TEST(HandlePaths, AHandleHoldsVerticesFarApartTogether) {
     // Single vertices have no turn of their own; as one handle they have.
     TwoEnds ends;
-    std::fill(ends.is_fixed.begin(), ends.is_fixed.end(), 0);
-    std::vector<Index> handles(54, -1);
-    for (const Index v : {0, 8, 45, 53, 22}) {
-        ends.is_fixed[v] = 1;
-        handles[v] = 3;
-    }
+    ends.is_fixed = flags(54, {0, 8, 45, 53, 22});
+    const std::vector<Index> handles(54, 3);
     const Motion motion({1, 2, 0}, 1.2, {0, 0, 1});
     Positions placed = ends.mesh.vertices;
     for (Index v = 0; v < 54; ++v) {
@@ -200,7 +178,7 @@ TEST(HandlePaths, AHandleHoldsVerticesFarApartTogether) {
 
 TEST(HandlePaths, HandlesDivideWhatEdgesJoin) {
     TwoEnds ends;
-    std::fill(ends.is_fixed.begin(), ends.is_fixed.end(), 1);
+    ends.is_fixed.assign(54, 1);
     std::vector<Index> handles(54, 0);
     for (const Index v : ends.right)
         handles[v] = 1;
@@ -211,16 +189,12 @@ TEST(HandlePaths, HandlesDivideWhatEdgesJoin) {
 
 TEST(HandlePaths, OneAndTwoVerticesAndNoneAtAllGoStraight) {
     TwoEnds ends;
-    std::fill(ends.is_fixed.begin(), ends.is_fixed.end(), 0);
+    ends.is_fixed.assign(54, 0);
     Positions positions = ends.mesh.vertices;
-    {
-        const HandlePaths none = ends.pieces();
-        const HandlePaths::Path path = none.path_to(positions);
-        EXPECT_EQ(path.largest_angle_rad(), 0.0);
-        path.place(0.5, positions);
-        EXPECT_EQ(positions, ends.mesh.vertices);
-    }
-    ends.is_fixed[0] = ends.is_fixed[1] = ends.is_fixed[30] = 1;
+    const HandlePaths none = ends.pieces();
+    none.path_to(positions).place(0.5, positions);
+    EXPECT_EQ(positions, ends.mesh.vertices);
+    ends.is_fixed = flags(54, {0, 1, 30});
     Positions placed = ends.mesh.vertices;
     placed.row(0).swap(placed.row(1));
     placed.row(30) *= 2.0;

@@ -3,22 +3,15 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <string>
-#include <thread>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/hierarchy/collapse_cost.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
 namespace {
-
-OneRings rings_of(const Mesh& mesh) {
-    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
-}
 
 Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<char>& is_fixed, const CoarseningOptions& options,
                        int threads = 1) {
@@ -28,10 +21,7 @@ Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<char>& is_fixed, cons
 }
 
 std::vector<char> flags_of(const Mesh& mesh, const std::vector<Index>& vertices) {
-    std::vector<char> flags(mesh.vertex_count(), 0);
-    for (const Index v : vertices)
-        flags[v] = 1;
-    return flags;
+    return flags(mesh.vertex_count(), vertices);
 }
 
 Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<Index>& anchors,
@@ -58,25 +48,10 @@ Positions without_removed(const Hierarchy& hierarchy, Positions positions) {
 
 class EveryKind : public testing::TestWithParam<Mesh> {};
 
-TEST_P(EveryKind, CollapseThenSplitIsTheIdentity) {
+TEST_P(EveryKind, SplitsAndCarryingGiveBackTheShapeAndASimilarityOfIt) {
     const Mesh& mesh = GetParam();
     const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8));
     EXPECT_GT(hierarchy.order.size(), mesh.vertices.rows() * 3 / 4u);
-    const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
-    EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
-}
-
-TEST_P(EveryKind, SplitsCommuteWithASimilarity) {
-    const Mesh& mesh = GetParam();
-    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8));
-    const Positions moved = moved_by_similarity(mesh.vertices, 2.0, {1, 2, 3}, 2.5, {4, 5, 6});
-    const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, moved));
-    EXPECT_LT(largest_distance(rebuilt, moved), 1e-9 * 2.0 * mesh.diagonal());
-}
-
-TEST_P(EveryKind, CarryingIsExactForASimilarity) {
-    const Mesh& mesh = GetParam();
-    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8));
     const Positions moved = moved_by_similarity(mesh.vertices, 2.0, {1, 2, 3}, 2.5, {4, 5, 6});
     const auto carried = [&](int threads) {
         Positions positions = without_removed(hierarchy, moved);
@@ -84,26 +59,25 @@ TEST_P(EveryKind, CarryingIsExactForASimilarity) {
         hierarchy.carry(coarsest, -1, mesh.vertices, positions, threads, Execution());
         return positions;
     };
+    const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+    EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
+    const Positions rebuilt_moved = split_all(hierarchy, without_removed(hierarchy, moved));
+    EXPECT_LT(largest_distance(rebuilt_moved, moved), 1e-9 * 2.0 * mesh.diagonal());
     EXPECT_LT(largest_distance(carried(1), moved), 1e-9 * 2.0 * mesh.diagonal());
     EXPECT_EQ(carried(1), carried(3));
 }
 
-TEST_P(EveryKind, RingsStayBoundedAndAnchorsStay) {
+TEST_P(EveryKind, RingsStayBoundedStencilsRegularAndAnchorsInPlace) {
     const Mesh& mesh = GetParam();
     const std::vector<Index> anchors = spread_vertices(mesh, 8);
     const Hierarchy hierarchy = hierarchy_of(mesh, anchors);
     EXPECT_LE(hierarchy.longest_ring(), 16);
-    for (const Index anchor : anchors) {
+    for (const Index anchor : anchors)
         EXPECT_EQ(std::count(hierarchy.order.begin(), hierarchy.order.end(), anchor), 0);
-    }
-}
-
-TEST_P(EveryKind, EveryRemovedStencilIsRegular) {
-    const Hierarchy hierarchy = hierarchy_of(GetParam(), spread_vertices(GetParam(), 8));
     const Splits& splits = hierarchy.base().splits;
     ASSERT_EQ(splits.vertices.size(), hierarchy.order.size());
-    for (Index k = 0; k < splits.size(); ++k) {
-        const EncodedRing ring = splits.ring_of(k);
+    for (Index split = 0; split < splits.size(); ++split) {
+        const EncodedRing ring = splits.ring_of(split);
         double amplification = 0.0;
         for (Index k = 0; k < ring.valence; ++k)
             amplification += std::abs(ring.weights[k]);
@@ -184,25 +158,6 @@ TEST_P(EveryKind, TheOrderDoesNotDependOnTheScale) {
     }
 }
 
-TEST_P(EveryKind, SplitsOfABatchDoNotNeedEachOther) {
-    const Mesh& mesh = GetParam();
-    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8), {mesh.vertex_count() / 8});
-    for (const Level& level : hierarchy.levels) {
-        const Splits& splits = level.splits;
-        std::vector<Index> batch_of(mesh.vertex_count(), -1);
-        for (std::size_t b = 0; b + 1 < splits.batches.size(); ++b) {
-            for (Index k = splits.batches[b]; k < splits.batches[b + 1]; ++k)
-                batch_of[splits.vertices[k]] = static_cast<Index>(b);
-        }
-        EXPECT_EQ(splits.batches.back(), splits.size());
-        for (Index k = 0; k < splits.size(); ++k) {
-            const EncodedRing ring = splits.ring_of(k);
-            for (Index j = 0; j < ring.valence; ++j)
-                ASSERT_LT(batch_of[ring.ring[j]], batch_of[splits.vertices[k]]);
-        }
-    }
-}
-
 INSTANTIATE_TEST_SUITE_P(Meshes, EveryKind,
                          testing::Values(sphere(4), grid(20, 18, 0.02), torus(30, 16), with_noise(sphere(4), 0.1, 1),
                                          joined(sphere(3), grid(12, 12, 0.03)), capped_tube(16, 40, 12.0)));
@@ -229,19 +184,29 @@ TEST(Hierarchy, LevelsHaveTheSizesAskedForAndEncodeAllTheirVertices) {
     EXPECT_EQ(encoded, 106);
     const Positions predicted = predict_all(hierarchy.levels[1].encoding, mesh.vertices, 1, Execution());
     EXPECT_LT(largest_distance(predicted, mesh.vertices), 1e-12 * mesh.diagonal());
+    // They say nothing of vertices that are gone.
+    for (const Level& level : hierarchy.levels) {
+        for (const Index v : level.encoding.guarded)
+            EXPECT_EQ(std::count(hierarchy.order.begin(), hierarchy.order.end(), v), 0);
+    }
 }
 
 TEST(Hierarchy, IsTheSameForAnyNumberOfThreads) {
-    const Mesh mesh = with_noise(torus(60, 50), 0.1, 2);
-    const std::vector<Index> anchors = spread_vertices(mesh, 6);
-    const Hierarchy one = hierarchy_of(mesh, anchors, {300}, 1);
-    const Hierarchy four = hierarchy_of(mesh, anchors, {300}, 4);
-    EXPECT_EQ(one.order, four.order);
-    for (int level = 0; level < 2; ++level) {
-        EXPECT_EQ(one.levels[level].splits.vertices, four.levels[level].splits.vertices);
-        EXPECT_EQ(one.levels[level].splits.weights, four.levels[level].splits.weights);
+    const Mesh mesh = with_noise(torus(90, 60), 0.1, 2);
+    const auto built = [&](bool is_thinned, int threads) {
+        return is_thinned ? thinned(mesh, left_half(mesh), 200, {}, threads)
+                          : hierarchy_of(mesh, spread_vertices(mesh, 6), {300}, threads);
+    };
+    for (const bool is_thinned : {false, true}) {
+        const Hierarchy one = built(is_thinned, 1);
+        const Hierarchy four = built(is_thinned, 4);
+        EXPECT_EQ(one.order, four.order);
+        for (std::size_t level = 0; level < one.levels.size(); ++level) {
+            EXPECT_EQ(one.levels[level].splits.vertices, four.levels[level].splits.vertices);
+            EXPECT_EQ(one.levels[level].splits.weights, four.levels[level].splits.weights);
+            EXPECT_EQ(one.levels[level].encoding.heights, four.levels[level].encoding.heights);
+        }
     }
-    EXPECT_EQ(one.levels[0].encoding.heights, four.levels[0].encoding.heights);
 }
 
 TEST(Hierarchy, ABoundaryStaysWhereItWas) {
@@ -334,15 +299,6 @@ TEST(Hierarchy, EveryHandleKeepsVerticesThatAreNotOnALine) {
     }
 }
 
-TEST(Hierarchy, ThinnedOutIsTheSameForAnyNumberOfThreads) {
-    const Mesh mesh = with_noise(torus(90, 60), 0.1, 3);
-    const Hierarchy one = thinned(mesh, left_half(mesh), 200, {}, 1);
-    const Hierarchy four = thinned(mesh, left_half(mesh), 200, {}, 4);
-    EXPECT_EQ(one.order, four.order);
-    EXPECT_EQ(one.levels[0].splits.heights, four.levels[0].splits.heights);
-    EXPECT_EQ(one.levels[0].encoding.weights, four.levels[0].encoding.weights);
-}
-
 TEST(Hierarchy, TakesMessyMeshes) {
     Mesh mesh = joined(with_noise(grid(14, 14, 0.02), 0.2, 5), sphere(2));
     const Index first = static_cast<Index>(mesh.faces.rows());
@@ -366,19 +322,6 @@ TEST(Hierarchy, TakesMessyMeshes) {
     }
 }
 
-TEST(Hierarchy, Cancels) {
-    const Mesh mesh = sphere(3);
-    Execution execution;
-    execution.cancel();
-    const std::vector<char> is_fixed(mesh.vertex_count(), 0);
-    EXPECT_THROW(encode_along(find_removal_order(rings_of(mesh), mesh.vertices, is_fixed, {}, 1, execution),
-                              mesh.vertices, SplitBy::kEncoding, 1, execution),
-                 Cancelled);
-    Positions positions = mesh.vertices;
-    const Hierarchy hierarchy = hierarchy_of(mesh, {0, 1, 2, 3});
-    EXPECT_THROW(hierarchy.split(0, -1, positions, 1, execution), Cancelled);
-}
-
 TEST(Hierarchy, CancelsAtAnyPlaceOfCoarseningAndSplits) {
     const Mesh mesh = with_noise(torus(140, 100), 0.05, 1);
     const OneRings rings = rings_of(mesh);
@@ -392,8 +335,7 @@ TEST(Hierarchy, CancelsAtAnyPlaceOfCoarseningAndSplits) {
     EXPECT_EQ(cancelled_everywhere(build), (std::vector<std::string>{"", "build hierarchy", "encode"}));
     Execution execution;
     const Hierarchy hierarchy = build(execution);
-    int cancels = 0;
-    for (int look = 1; look < 8; ++look, ++cancels) {
+    for (int look = 1; look < 8; ++look) {
         Execution cancelled;
         cancelled.cancel_at_look(look);
         Positions positions = mesh.vertices;
@@ -406,59 +348,6 @@ TEST(Hierarchy, AHubIsLookedAtOnlyOnceItsRingIsShort) {
     const Mesh mesh = capped_tube(6000, 3, 1.0);
     const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8));
     EXPECT_GT(hierarchy.order.size(), mesh.vertex_count() * 9 / 10u);
-}
-
-TEST(Hierarchy, ACancelDoesNotWaitForAHub) {
-    const Mesh mesh = capped_tube(15000, 3, 1.0);
-    const OneRings rings = rings_of(mesh);
-    const std::vector<char> is_fixed = flags_of(mesh, {0, 100, 200, 300});
-    Execution execution;
-    std::chrono::steady_clock::time_point asked;
-    std::thread canceller([&] {
-        while (std::string(execution.stage()) != "build hierarchy")
-            std::this_thread::yield();
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        asked = std::chrono::steady_clock::now();
-        execution.cancel();
-    });
-    EXPECT_THROW(encode_along(find_removal_order(rings, mesh.vertices, is_fixed, {}, 1, execution), mesh.vertices,
-                              SplitBy::kEncoding, 1, execution),
-                 Cancelled);
-    const auto returned = std::chrono::steady_clock::now();
-    canceller.join();
-    EXPECT_LT(returned - asked, std::chrono::seconds(5));  // some milliseconds
-}
-
-TEST(Hierarchy, LevelsSayNothingOfVerticesThatAreGone) {
-    const Mesh mesh = sphere(4);
-    const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 6), {100});
-    EXPECT_TRUE(hierarchy.levels[0].encoding.guarded.empty());
-    for (const Index v : hierarchy.levels[1].encoding.guarded)
-        EXPECT_EQ(std::count(hierarchy.order.begin(), hierarchy.order.end(), v), 0);
-}
-
-TEST(CollapseCost, PrefersWhatKeepsTheVolumeAndTheAngles) {
-    // A flat fan with one raised spike: removing a flat vertex is cheap, the spike is not.
-    Mesh mesh = grid(5, 5, 0.0);
-    const RingMesh rings(rings_of(mesh), Execution());
-    const RingView ring = rings.ring(12);
-    const double flat = collapse_cost(mesh.vertices, 12, 13, ring);
-    mesh.vertices(12, 2) = 1.0;
-    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, ring), 10 * flat);
-    // Merging along the grid leaves better angles than merging towards a far corner of a sheared ring.
-    mesh.vertices(12, 2) = 0.0;
-    mesh.vertices(12, 0) = 2.9;
-    EXPECT_LT(collapse_cost(mesh.vertices, 12, 13, ring), collapse_cost(mesh.vertices, 12, 11, ring));
-}
-
-TEST(CollapseCost, PutsOffWhatTurnsATriangleOver) {
-    // A ring with a dent: merging into the dent's far side folds a triangle.
-    Mesh mesh = grid(5, 5, 0.0);
-    mesh.vertices.row(7) << 2.0, 2.4, 0.0;  // pushed past the middle vertex at (2, 2)
-    mesh.vertices.row(12) << 2.0, 2.6, 0.0;
-    const RingMesh rings(rings_of(mesh), Execution());
-    const RingView ring = rings.ring(12);
-    EXPECT_GT(collapse_cost(mesh.vertices, 12, 13, ring), 1e3);
 }
 
 }  // namespace

@@ -52,22 +52,5 @@ TEST(LeastSquares, RefusesRingsThatAreTooLong) {
     EXPECT_TRUE(contains(refusal, "vertex 0 has 9999 neighbours that may move, and at most 2048"));
 }
 
-TEST(SparseCholesky, SolvesSeveralRightHandSidesAsItSolvesOne) {
-    SparseMatrix lower(3, 3);
-    lower.insert(0, 0) = 4.0;
-    lower.insert(1, 0) = 1.0;
-    lower.insert(1, 1) = 3.0;
-    lower.insert(2, 2) = 2.0;
-    lower.makeCompressed();
-    SparseCholesky cholesky;
-    Execution execution;
-    cholesky.analyse(lower, execution);
-    ASSERT_TRUE(cholesky.factorise(lower, execution));
-    const Eigen::MatrixXd sides = Eigen::MatrixXd::Random(3, 2);
-    const Eigen::MatrixXd solved = cholesky.solve(sides, execution);
-    for (Eigen::Index k = 0; k < 2; ++k)
-        EXPECT_LT((cholesky.solve(Eigen::VectorXd(sides.col(k)), execution) - solved.col(k)).norm(), 1e-14);
-}
-
 }  // namespace
 }  // namespace meanvalue::tests

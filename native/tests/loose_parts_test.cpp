@@ -1,6 +1,4 @@
 // Parts without an anchor: carried along by the nearest surface that is held, or left at rest.
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,7 +10,6 @@
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/point_tree.h"
 #include "meanvalue/sequence/sequence.h"
-#include "tests/meshes.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
@@ -65,8 +62,14 @@ struct Head {
 
 Positions solved(const Binding& binding, const Positions& targets, const std::optional<PositionsView>& start = {}) {
     Execution execution;
-    Deformer deformer(binding, execution);
-    return deformer.solve(targets, start, {}, execution).vertices;
+    return bound(binding)->solve(targets, start, {}, execution).vertices;
+}
+
+/// Of a mesh whose first part alone is held.
+LooseParts parts_beside_the_first(const Mesh& mesh, Index fixed = 0) {
+    const std::vector<char> is_fixed = flags(mesh.vertex_count(), {fixed});
+    return {mesh.vertices, mesh.faces, find_components(mesh.vertices, mesh.faces, is_fixed, Execution()),
+            Execution()};
 }
 
 /// How far it is from rigid: the largest change of a distance within it.
@@ -121,23 +124,16 @@ TEST(LooseParts, WhatIsInsideAnotherKeepsItsPlaceInIt) {
     }
 }
 
-TEST(LooseParts, ASimilarityOfTheAnchorsMovesEverything) {
+TEST(LooseParts, ASimilarityTakesThemAlong) {
     const Head head;
     const Positions whole = moved_by_similarity(head.mesh.vertices, 1.7, {1.0, 2.0, -0.5}, 2.4, {3.0, -1.0, 0.5});
     Binding binding = head.binding(LooseRule::kFollow);
     binding.rigidity = 0.0;  // lengths do not count
-    const Positions result = solved(binding, rows_of(whole, head.anchors));
-    EXPECT_LT(largest_distance(result, whole), 1e-6);
-}
-
-TEST(LooseParts, TheReportTellsWhoCarriesWhom) {
-    const Head head;
-    Execution execution;
-    for (const LooseRule rule : {LooseRule::kStay, LooseRule::kFollow}) {
-        const Deformer deformer(head.binding(rule), execution);
-        const Index carrier = rule == LooseRule::kFollow ? 0 : -1;
-        EXPECT_EQ(deformer.report().carriers, (std::vector<Index>{-1, carrier, carrier, carrier, carrier}));
-    }
+    EXPECT_LT(largest_distance(solved(binding, rows_of(whole, head.anchors)), whole), 1e-6);
+    Positions after = whole;
+    after.bottomRows(4 * head.eye_count).setZero();
+    parts_beside_the_first(head.mesh).carry(head.mesh.vertices, after.data(), 1, Execution());
+    EXPECT_LT(largest_distance(after, whole), 1e-10);
 }
 
 TEST(LooseParts, OfTwoHeldPartsTheNearerOneCarries) {
@@ -153,42 +149,31 @@ TEST(LooseParts, OfTwoHeldPartsTheNearerOneCarries) {
         EXPECT_NEAR(result(v, 1), mesh.vertices(v, 1) + 2.5, 1e-3);
 }
 
-TEST(LooseParts, StayingPartsAreAtRestWhereverTheyStart) {
+TEST(LooseParts, TheRestOfTheMeshHasTheSameBitsAndStayingPartsAreAtRest) {
     const Head head;
-    const Positions followed = solved(head.binding(LooseRule::kFollow), head.turned(1.05));
-    const Positions result = solved(head.binding(LooseRule::kStay), head.turned(1.0), PositionsView(followed));
-    for (Index number = 0; number < 4; ++number)
-        EXPECT_EQ(head.part(result, number), head.part(head.mesh.vertices, number));
-}
-
-TEST(LooseParts, TheRestOfTheMeshHasTheSameBits) {
-    const Head head;
-    const Positions follow = solved(head.binding(LooseRule::kFollow), head.turned(1.05));
-    const Positions stay = solved(head.binding(LooseRule::kStay), head.turned(1.05));
+    const auto following = bound(head.binding(LooseRule::kFollow));
+    const auto staying = bound(head.binding(LooseRule::kStay));
+    EXPECT_EQ(following->report().carriers, (std::vector<Index>{-1, 0, 0, 0, 0}));
+    EXPECT_EQ(staying->report().carriers, (std::vector<Index>{-1, -1, -1, -1, -1}));
+    const Positions follow = solve(*following, head.turned(1.05)).vertices;
+    const Positions stay = solve(*staying, head.turned(1.05)).vertices;
     EXPECT_EQ(follow.topRows(head.head_count), stay.topRows(head.head_count));
+    const Positions later = solve_from(*staying, head.turned(1.0), follow).vertices;
+    EXPECT_EQ(later.bottomRows(4 * head.eye_count), head.mesh.vertices.bottomRows(4 * head.eye_count));
 }
 
-TEST(LooseParts, TheirPlaceIsThatOfTheShapeAloneWhateverWasBefore) {
-    const Head head;
-    Execution execution;
-    Deformer deformer(head.binding(LooseRule::kFollow), execution);
-    const Solution first = deformer.solve(head.turned(0.4), {}, {}, execution);
-    Positions other = first.vertices;
-    other.bottomRows(4 * head.eye_count).array() += 0.3;  // of the loose parts alone
-    SolveOptions alone;
-    alone.settle = true;  // nothing is remembered
-    const Positions a = deformer.solve(head.turned(0.5), PositionsView(first.vertices), alone, execution).vertices;
-    const Positions b = deformer.solve(head.turned(0.5), PositionsView(other), alone, execution).vertices;
-    EXPECT_EQ(a, b);
-}
-
-TEST(LooseParts, ThreadsDoNotChangeABit) {
+TEST(LooseParts, TheirPlaceIsThatOfTheShapeAloneWhateverWasBeforeAndForAnyNumberOfThreads) {
     const Head head;
     Binding binding = head.binding(LooseRule::kFollow);
     binding.threads = 1;
-    const Positions one = solved(binding, head.turned(1.05));
+    const auto deformer = bound(binding);
+    const Positions first = solve(*deformer, head.turned(0.4)).vertices;
+    Positions other = first;
+    other.bottomRows(4 * head.eye_count).array() += 0.3;  // of the loose parts alone
+    const Positions expected = solve_from(*deformer, head.turned(0.5), first).vertices;
+    EXPECT_EQ(solve_from(*deformer, head.turned(0.5), other).vertices, expected);
     binding.threads = 4;
-    EXPECT_EQ(solved(binding, head.turned(1.05)), one);
+    EXPECT_EQ(solve_from(*bound(binding), head.turned(0.5), first).vertices, expected);
 }
 
 TEST(LooseParts, FramesOfAClipCarryThemAsSingleSolvesDo) {
@@ -245,18 +230,13 @@ double lift_of_grid(const Positions& moved, Index columns, double x, double y) {
 TEST(LooseParts, AButtonGoesAsFarAsTheSurfaceThatItTouches) {
     constexpr Index kColumns = 31;
     const Mesh plane = grid(kColumns, kColumns, 0.0);
-    Execution execution;
     for (const double radius : {0.0, 0.2, 0.6, 1.5}) {
         for (const auto& [x, y] : {std::pair(15.0, 15.0), {15.5, 15.5}, {17.0, 15.0}, {17.5, 15.0}, {16.4, 17.2}}) {
             const Mesh mesh = joined(plane, button(radius, x, y));
-            std::vector<char> is_fixed(mesh.vertex_count(), 0);
-            is_fixed[0] = 1;
-            const LooseParts parts(mesh.vertices, mesh.faces,
-                                   find_components(mesh.vertices, mesh.faces, is_fixed, execution), execution);
             Positions after = mesh.vertices;
             for (Index v = 0; v < plane.vertex_count(); ++v)
                 after(v, 2) = 4.0 * std::exp(-(after.row(v) - Eigen::RowVector3d(15, 15, 0)).squaredNorm() / 8.0);
-            parts.carry(mesh.vertices, after.data(), 1, execution);
+            parts_beside_the_first(mesh).carry(mesh.vertices, after.data(), 1, Execution());
             double surface = 0.0;
             for (Index v = plane.vertex_count(); v < mesh.vertex_count(); ++v)
                 surface += lift_of_grid(after, kColumns, mesh.vertices(v, 0), mesh.vertices(v, 1)) / 13.0;
@@ -286,16 +266,11 @@ TEST(LooseParts, TheOrderOfVerticesAndFacesHardlyMatters) {
     std::iota(order.begin(), order.end(), 0);
     std::shuffle(order.begin(), order.end(), std::mt19937(5));
     const Mesh other = in_order(mesh, order);
-    Execution execution;
     const auto carried = [&](const Mesh& of, const std::vector<Index>& place) {
-        std::vector<char> is_fixed(of.vertex_count(), 0);
-        is_fixed[place[0]] = 1;
-        const LooseParts parts(of.vertices, of.faces, find_components(of.vertices, of.faces, is_fixed, execution),
-                               execution);
         Positions after = of.vertices;
         for (Index v = 0; v < after.rows(); ++v)
             after.row(v) += Eigen::RowVector3d(std::sin(after(v, 1)), 0.3 * after(v, 2), std::cos(after(v, 0)));
-        parts.carry(of.vertices, after.data(), 1, execution);
+        parts_beside_the_first(of, place[0]).carry(of.vertices, after.data(), 1, Execution());
         return rows_of(after, place);
     };
     std::vector<Index> same(order.size());
@@ -303,40 +278,32 @@ TEST(LooseParts, TheOrderOfVerticesAndFacesHardlyMatters) {
     EXPECT_LT(largest_distance(carried(mesh, same), carried(other, order)), 1e-10);
 }
 
-TEST(LooseParts, ASimilarityOfTheSurfaceTakesThemAlongExactly) {
-    const Head head;
-    std::vector<char> is_fixed(head.mesh.vertex_count(), 0);
-    is_fixed[0] = 1;
-    Execution execution;
-    const LooseParts parts(head.mesh.vertices, head.mesh.faces,
-                           find_components(head.mesh.vertices, head.mesh.faces, is_fixed, execution), execution);
-    const Positions whole = moved_by_similarity(head.mesh.vertices, 1.7, {1.0, 2.0, -0.5}, 2.4, {3.0, -1.0, 0.5});
-    Positions after = whole;
-    after.bottomRows(4 * head.eye_count).setZero();
-    parts.carry(head.mesh.vertices, after.data(), 1, execution);
-    EXPECT_LT(largest_distance(after, whole), 1e-10);
-}
+/// A turned head, and a soft border of these vertices of loose parts, which stay where they are.
+struct Bordered {
+    Head head;
+    Binding binding = head.binding(LooseRule::kFollow);
+    Positions targets;
+
+    explicit Bordered(const std::vector<Index>& border) {
+        binding.strengths.assign(head.anchors.size(), std::numeric_limits<double>::infinity());
+        binding.strengths.resize(head.anchors.size() + border.size(), 1.0);
+        binding.is_border.assign(head.anchors.size(), 0);
+        binding.is_border.resize(binding.strengths.size(), 1);
+        binding.anchors.insert(binding.anchors.end(), border.begin(), border.end());
+        targets = rows_of(head.mesh.vertices, binding.anchors);
+        targets.topRows(static_cast<Index>(head.anchors.size())) = head.turned(1.05);
+    }
+};
 
 TEST(LooseParts, ASoftBorderAloneHoldsNoPart) {
-    const Head head;
-    Binding binding = head.binding(LooseRule::kFollow);
-    binding.strengths.assign(binding.anchors.size(), std::numeric_limits<double>::infinity());
-    Positions targets = head.turned(1.05);
-    const auto held = targets.rows();
-    for (Index v = head.head_count; v < head.mesh.vertex_count(); ++v) {
-        binding.anchors.push_back(v);
-        binding.strengths.push_back(1.0);
-    }
-    binding.is_border.assign(binding.anchors.size(), 0);
-    std::fill(binding.is_border.begin() + held, binding.is_border.end(), 1);
-    targets.conservativeResize(static_cast<Index>(binding.anchors.size()), 3);
-    targets.bottomRows(targets.rows() - held) = head.mesh.vertices.bottomRows(targets.rows() - held);
-    EXPECT_EQ(solved(binding, targets), solved(head.binding(LooseRule::kFollow), head.turned(1.05)));
-}
-
-TEST(LooseParts, ASoftBorderWithoutAnythingThatHoldsStaysAtRest) {
+    std::vector<Index> loose(static_cast<std::size_t>(4 * Head().eye_count));
+    std::iota(loose.begin(), loose.end(), Head().head_count);
+    const Bordered bordered(loose);
+    EXPECT_EQ(solved(bordered.binding, bordered.targets),
+              solved(bordered.head.binding(LooseRule::kFollow), bordered.head.turned(1.05)));
+    // Without anything that holds, all stays at rest.
     const Mesh ball = sphere(1);
-    Binding binding{ball.vertices, ball.faces, {0, 1, 2}, {}};
+    Binding binding{ball.vertices, ball.faces, {0, 1, 2}};
     binding.strengths = {1.0, 1.0, 1.0};
     binding.is_border = {1, 1, 1};
     binding.loose = LooseRule::kFollow;
@@ -346,25 +313,15 @@ TEST(LooseParts, ASoftBorderWithoutAnythingThatHoldsStaysAtRest) {
 }
 
 TEST(LooseParts, ASoftBorderOfWhatIsCarriedMayBeFreed) {
-    const Head head;
-    Binding binding = head.binding(LooseRule::kFollow);
-    binding.strengths.assign(binding.anchors.size(), std::numeric_limits<double>::infinity());
-    binding.anchors.push_back(head.head_count);
-    binding.strengths.push_back(1.0);
-    binding.is_border.assign(binding.anchors.size(), 0);
-    binding.is_border.back() = 1;
-    Positions targets = head.turned(1.05);
-    targets.conservativeResize(targets.rows() + 1, 3);
-    targets.bottomRows(1) = head.mesh.vertices.row(head.head_count);
-    Execution execution;
-    Deformer deformer(binding, execution);
+    const Bordered bordered({Head().head_count});
+    const auto deformer = bound(bordered.binding);
     SolveOptions options;
-    options.weights.assign(binding.anchors.size(), 1.0);
-    const Solution all = deformer.solve(targets, {}, options, execution);
+    options.weights.assign(bordered.binding.anchors.size(), 1.0);
+    const Positions all = solve(*deformer, bordered.targets, options).vertices;
     options.weights.back() = 0.0;
-    EXPECT_EQ(deformer.solve(targets, {}, options, execution).vertices, all.vertices);
+    EXPECT_EQ(solve(*deformer, bordered.targets, options).vertices, all);
     options.weights.front() = 0.0;  // of one that is met exactly
-    EXPECT_THROW(deformer.solve(targets, {}, options, execution), InvalidInput);
+    EXPECT_THROW(solve(*deformer, bordered.targets, options), InvalidInput);
 }
 
 TEST(LooseParts, ThinPatchesAndLooseVerticesGiveFiniteShapes) {
@@ -388,13 +345,12 @@ TEST(LooseParts, ThinPatchesAndLooseVerticesGiveFiniteShapes) {
 
 TEST(LooseParts, BindingAgainFindsOtherCarriers) {
     const Head head;
-    Execution execution;
-    Deformer deformer(head.binding(LooseRule::kFollow), execution);
-    Binding again = deformer.bound().binding_again();
+    const auto deformer = bound(head.binding(LooseRule::kFollow));
+    Binding again = deformer->bound().binding_again();
     again.anchors = head.anchors;
     again.anchors.push_back(head.head_count);  // of the first eye
-    const Deformer other(again, execution, &deformer);
-    EXPECT_EQ(other.report().carriers, (std::vector<Index>{-1, -1, 1, 0, 0}));  // the first iris by its eye
+    EXPECT_EQ(bound(again, deformer.get())->report().carriers,
+              (std::vector<Index>{-1, -1, 1, 0, 0}));  // the first iris by its eye
 }
 
 TEST(LooseParts, CanBeCancelledWhileTheyAreFound) {

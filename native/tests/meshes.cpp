@@ -10,8 +10,6 @@
 namespace meanvalue::tests {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 Mesh from_lists(std::string name, const std::vector<Vector3>& vertices,
                 const std::vector<Eigen::Matrix<Index, 1, 3>>& faces) {
     Mesh mesh;
@@ -188,6 +186,20 @@ Mesh needles() {
     return mesh;
 }
 
+Mesh random_fan(Index valence, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    Mesh mesh{"fan", Positions(valence + 1, 3), Triangles(valence, 3)};
+    mesh.vertices.row(0) << 0.1 * uniform(random), 0.1 * uniform(random), 0.5 * uniform(random);
+    for (Index k = 0; k < valence; ++k) {
+        const double angle_rad = 2 * kPi * (k + 0.3 * uniform(random)) / valence;
+        const double radius = 1.0 + 0.3 * uniform(random);
+        mesh.vertices.row(k + 1) << radius * std::cos(angle_rad), radius * std::sin(angle_rad), 0.3 * uniform(random);
+        mesh.faces.row(k) << 0, k + 1, (k + 1) % valence + 1;
+    }
+    return mesh;
+}
+
 Mesh with_noise(Mesh mesh, double share, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> deviate(0.0, share * shortest_edge(mesh));
@@ -241,6 +253,13 @@ std::vector<Index> spread_vertices(const Mesh& mesh, Index count) {
         distance = distance.cwiseMin((mesh.vertices.rowwise() - mesh.vertices.row(farthest)).rowwise().norm());
     }
     return chosen;
+}
+
+std::vector<char> flags(Index count, const std::vector<Index>& set) {
+    std::vector<char> result(count, 0);
+    for (const Index v : set)
+        result[v] = 1;
+    return result;
 }
 
 Positions rows_of(const Positions& vertices, const std::vector<Index>& rows) {

@@ -9,6 +9,8 @@
 
 namespace meanvalue::tests {
 
+constexpr double kPi = 3.14159265358979323846;
+
 struct Mesh {
     std::string name;
     Positions vertices;
@@ -40,6 +42,8 @@ Mesh bar(Index across, Index along);
 Mesh sphere(int levels);
 /// A grid squeezed to needles: triangles 1000 times as long as wide, and bumpy.
 Mesh needles();
+/// A closed fan: vertex 0 in the middle of `valence` ring vertices, with random radii and heights.
+Mesh random_fan(Index valence, unsigned seed);
 
 /// Adds to every coordinate a normal deviate of the given share of the shortest edge.
 Mesh with_noise(Mesh mesh, double share, unsigned seed);
@@ -55,6 +59,9 @@ Positions moved_by_similarity(const Positions& vertices, double scale, const Vec
 
 /// `count` vertices far from each other, beginning at vertex 0 (farthest-point sampling).
 std::vector<Index> spread_vertices(const Mesh& mesh, Index count);
+
+/// One for each of `count` vertices: 1 for those in `set`.
+std::vector<char> flags(Index count, const std::vector<Index>& set);
 
 /// Rows of `vertices`, in the order of `rows`.
 Positions rows_of(const Positions& vertices, const std::vector<Index>& rows);

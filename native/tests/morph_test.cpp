@@ -1,20 +1,18 @@
 // Averages of encodings, rotation vectors beyond half a turn, and what Morpher is made of.
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <numeric>
 #include <thread>
 
-#include "meanvalue/common/elementary.h"
-#include "meanvalue/common/errors.h"
-#include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/encoding_blend.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/morph/cell_assembly.h"
+#include "meanvalue/morph/cell_patches.h"
 #include "meanvalue/morph/morpher.h"
 #include "meanvalue/morph/rotation_vectors.h"
-#include "tests/meshes.h"
+#include "meanvalue/morph/unwrap_rotations.h"
+#include "tests/support.h"
 
-namespace meanvalue {
+namespace meanvalue::tests {
 namespace {
 
 struct Shapes {
@@ -23,8 +21,7 @@ struct Shapes {
 
     std::vector<PositionsView> views() const { return {positions.begin(), positions.end()}; }
     std::vector<Encoding> encodings(Execution& execution) const {
-        const TriangleMesh mesh(static_cast<Index>(positions[0].rows()), faces, execution);
-        return encode_alike(collect_one_rings(mesh, execution), views(), 1, execution);
+        return encode_alike(rings_of({"", positions[0], faces}), views(), 1, execution);
     }
 };
 
@@ -46,15 +43,85 @@ TEST(RotationVectors, ComeBackOnTheirBranch) {
     EXPECT_NEAR(rotation_vector(Matrix3::Identity(), 6.0 * axis).norm(), 2.0 * std::acos(-1.0), 1e-12);
 }
 
-TEST(Elementary, TangentIsExact) {
-    for (double angle = -1.5; angle <= 1.5; angle += 0.01)
-        EXPECT_NEAR(tangent(angle), std::tan(angle), 1e-13 * (1.0 + std::abs(std::tan(angle)))) << angle;
+TEST(RotationVectors, AreCentredSoThatTheySumToZeroOnTheirBranches) {
+    std::vector<Vector3> vectors = {{0.3, -0.2, 0.1}, {5.0, 0.5, -1.0}, {1.0, 2.0, 3.0}};
+    std::vector<Matrix3> rotations;
+    for (const Vector3& vector : vectors)
+        rotations.push_back(rotation_by(vector));
+    const std::vector<Matrix3> before = rotations;
+    const Matrix3 factor = centre_rotations(rotations.data(), vectors.data(), 3);
+    EXPECT_LT((vectors[0] + vectors[1] + vectors[2]).norm(), 1e-9);
+    for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_LT((rotations[k] * factor - before[k]).norm(), 1e-12);
+        EXPECT_LT((rotation_by(vectors[k]) - rotations[k]).norm(), 1e-12);
+    }
+}
+
+TEST(UnwrapRotations, FollowATubeThatIsTwistedByTwoTurns) {
+    const Mesh mesh = capped_tube(8, 60, 10.0);
+    const auto angle_at = [&](Index v) { return 0.4 * kPi * (mesh.vertices(v, 2) - 1.0); };
+    std::vector<Matrix3> rotations;  // the first shape stays as it is
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        rotations.insert(rotations.end(), {Matrix3::Identity(), rotation_by(angle_at(v) * Vector3::UnitZ())});
+    const std::vector<Vector3> vectors = unwrap_rotations(encoding_of(mesh), rotations, 2, Execution());
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        EXPECT_TRUE(vectors[2 * v].isZero(0.0));
+        EXPECT_LT((vectors[2 * v + 1] - angle_at(v) * Vector3::UnitZ()).norm(), 1e-9) << v;
+    }
+}
+
+TEST(CellPatches, SharesSumToOneAndAreLargestInTheOwnPatchOfMostVertices) {
+    const Mesh mesh = joined(with_noise(torus(40, 20), 0.1, 1), triangle());  // which has no ring
+    const CellPatches patches(encoding_of(mesh), Execution());
+    EXPECT_GT(patches.count(), 10);
+    EXPECT_EQ(std::accumulate(patches.sizes.begin(), patches.sizes.end(), 0), 800);
+    Index own_is_largest = 0;
+    for (Index v = 0; v < 800; ++v) {
+        double sum = 0.0;
+        const CellPatches::Share* largest = nullptr;
+        for (Index k = patches.share_start[v]; k < patches.share_start[v + 1]; ++k) {
+            sum += patches.shares[k].share;
+            if (largest == nullptr || patches.shares[k].share > largest->share) largest = &patches.shares[k];
+        }
+        EXPECT_NEAR(sum, 1.0, 1e-12);
+        own_is_largest += largest->patch == patches.of[v];
+    }
+    EXPECT_GT(own_is_largest, 600);
+    for (Index v = 800; v < 803; ++v) {
+        EXPECT_EQ(patches.of[v], -1);
+        EXPECT_EQ(patches.share_start[v], patches.share_start[v + 1]);
+    }
+}
+
+TEST(CellAssembly, GivesBackAShapeFromItsEdgesAndTurnsItWithThem) {
+    const Mesh mesh = with_noise(torus(30, 16), 0.1, 1);
+    const Encoding layout = encoding_of(mesh);
+    RestCells cells;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        for (Index k = layout.ring_offsets[v]; k < layout.ring_offsets[v + 1]; ++k)
+            cells.edges.emplace_back(mesh.vertices.row(v) - mesh.vertices.row(layout.ring[k]));
+    }
+    std::vector<Index> all(mesh.vertex_count());
+    std::iota(all.begin(), all.end(), 0);
+    Execution execution;
+    const CellAssembly assembly(layout, cells, {all}, InstructionSet::kFastest, 1, execution);
+    const Quaternion rotation = quaternion_by({1.0, 2.0, -0.5});
+    const auto solved = [&](int threads) {
+        Positions positions = with_noise(mesh, 0.5, 2).vertices;
+        const std::vector<Quaternion> rotations(mesh.vertex_count(), rotation);
+        assembly.solve(cells, rotations, threads, execution, positions);
+        return positions;
+    };
+    const Positions found = solved(1);
+    EXPECT_EQ(solved(3), found);
+    const Positions expected = mesh.vertices * rotation.toRotationMatrix().transpose();
+    const Eigen::RowVector3d shift = found.colwise().mean() - expected.colwise().mean();  // stays open
+    EXPECT_LT(largest_distance(found.rowwise() - shift, expected), 1e-6 * mesh.diagonal());
 }
 
 Shapes noisy_shapes() {
-    const tests::Mesh mesh = tests::with_noise(tests::torus(14, 9), 0.1, 1);
-    return {mesh.faces,
-            {mesh.vertices, tests::with_noise(mesh, 0.2, 2).vertices, tests::with_noise(mesh, 0.2, 3).vertices}};
+    const Mesh mesh = with_noise(torus(14, 9), 0.1, 1);
+    return {mesh.faces, {mesh.vertices, with_noise(mesh, 0.2, 2).vertices, with_noise(mesh, 0.2, 3).vertices}};
 }
 
 TEST(EncodingBlend, GivesEachShapeBackAndItsRowsSumToOne) {
@@ -83,7 +150,7 @@ TEST(EncodingBlend, GivesEachShapeBackAndItsRowsSumToOne) {
 
 TEST(EncodingBlend, AGuardedRingOfOneShapeIsGuardedInAll) {
     // A flap of the second shape stands upright: its edges are steep there alone. One of the third has no area.
-    const tests::Mesh mesh = tests::grid(7, 7, 0.0);
+    const Mesh mesh = grid(7, 7, 0.0);
     Shapes shapes{mesh.faces, {mesh.vertices, mesh.vertices, mesh.vertices}};
     shapes.positions[1].row(24) += Eigen::RowVector3d(0.0, 0.0, 40.0);
     for (const Index v : {15, 16, 17, 18, 22, 23, 25, 26, 30, 31, 32, 33})
@@ -97,9 +164,37 @@ TEST(EncodingBlend, AGuardedRingOfOneShapeIsGuardedInAll) {
         EXPECT_LT(largest_error(encodings[k], shapes.positions[k]), 1e-8);
     }
     EXPECT_NO_THROW(EncodingBlend({&encodings[0], &encodings[1], &encodings[2]}, execution));
-    const TriangleMesh alone(49, shapes.faces, execution);
-    const Encoding first = encode(collect_one_rings(alone, execution), shapes.positions[0], 1, execution);
+    const Encoding first = encoding_of(mesh);
     EXPECT_THROW(EncodingBlend({&first, &encodings[1]}, execution), InvalidInput);
+}
+
+TEST(Morpher, IsInvariantUnderASimilarityOfAllShapesAndTheirOrder) {
+    const Shapes shapes = noisy_shapes();
+    const auto mixed = [&](const std::vector<Positions>& given, const std::vector<double>& weights) {
+        return Morpher(MorphBinding(given, shapes.faces)).solve(weights).vertices;
+    };
+    const auto moved = [](const Positions& shape) {
+        return moved_by_similarity(shape, 2.0, Vector3(1.0, 2.0, 0.3), 1.3, Vector3(7.0, 0.0, -3.0));
+    };
+    const auto& [first, second, third] = std::tie(shapes.positions[0], shapes.positions[1], shapes.positions[2]);
+    const Positions expected = mixed({first, second, third}, {0.5, 0.2, 0.3});
+    EXPECT_LT(largest_distance(mixed({third, first, second}, {0.3, 0.5, 0.2}), expected), 1e-5);
+    EXPECT_LT(largest_distance(mixed({moved(first), moved(second), moved(third)}, {0.5, 0.2, 0.3}), moved(expected)),
+              1e-5);
+}
+
+TEST(Morpher, IsCancelledAnywhereAndWorksOn) {
+    const Shapes shapes = noisy_shapes();
+    MorphBinding binding(shapes.positions, shapes.faces);
+    binding.threads = 2;
+    std::vector<double> weights(3 * static_cast<std::size_t>(shapes.positions[0].rows()), 0.3);
+    weights[7] = 0.9;  // not alike everywhere
+    const Positions expected = Morpher(binding).solve(weights).vertices;
+    const auto stages = cancelled_everywhere([&](Execution& execution) { Morpher(binding, execution); });
+    EXPECT_EQ(stages.back(), "factor");
+    const Morpher morpher(binding);
+    cancelled_everywhere([&](Execution& execution) { morpher.solve(weights, {}, execution); });
+    EXPECT_EQ(morpher.solve(weights).vertices, expected);
 }
 
 TEST(Morpher, AGraftIsPlacedWhereAllVerticesAreAnchors) {
@@ -116,7 +211,7 @@ TEST(Morpher, AGraftIsPlacedWhereAllVerticesAreAnchors) {
 
 TEST(Morpher, PastesAPartWithoutMovingTheRest) {
     // The second shape, turned, moved and twice as large, has a bump on top.
-    const tests::Mesh mesh = tests::sphere(4);
+    const Mesh mesh = sphere(4);
     Positions bumped = mesh.vertices;
     std::vector<double> weights(2 * mesh.vertex_count(), 0.0);
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
@@ -126,8 +221,7 @@ TEST(Morpher, PastesAPartWithoutMovingTheRest) {
         weights[v] = 1.0 - share;
         weights[mesh.vertex_count() + v] = share;
     }
-    const Positions moved =
-        tests::moved_by_similarity(bumped, 2.0, Vector3(1.0, 2.0, 0.3), 1.3, Vector3(7.0, 0.0, -3.0));
+    const Positions moved = moved_by_similarity(bumped, 2.0, Vector3(1.0, 2.0, 0.3), 1.3, Vector3(7.0, 0.0, -3.0));
     MorphBinding binding(std::vector<Positions>{mesh.vertices, moved}, mesh.faces);
     Execution execution;
     const Morpher morpher(binding, execution);
@@ -137,13 +231,13 @@ TEST(Morpher, PastesAPartWithoutMovingTheRest) {
 
 TEST(Morpher, PartsFollowWithTheBitsOfOneThreadOnSeveral) {
     // A head with an eye, which turns; the eye at its surface goes along.
-    tests::Mesh eye = tests::sphere(1);
+    Mesh eye = sphere(1);
     eye.vertices = (0.2 * eye.vertices).rowwise() + Eigen::RowVector3d(0.9, 0.2, 0.1);
-    const tests::Mesh head = tests::sphere(3);
-    const tests::Mesh mesh = tests::joined(head, eye);
+    const Mesh head = sphere(3);
+    const Mesh mesh = joined(head, eye);
     std::vector<Positions> shapes;
     for (const double angle : {0.0, 0.7, 1.4})
-        shapes.push_back(tests::moved_by_similarity(mesh.vertices, 1.0, Vector3::UnitZ(), angle, Vector3::Zero()));
+        shapes.push_back(moved_by_similarity(mesh.vertices, 1.0, Vector3::UnitZ(), angle, Vector3::Zero()));
     MorphBinding binding(shapes, mesh.faces);
     Execution execution;
     binding.threads = 1;
@@ -171,4 +265,4 @@ TEST(Morpher, PartsFollowWithTheBitsOfOneThreadOnSeveral) {
 }
 
 }  // namespace
-}  // namespace meanvalue
+}  // namespace meanvalue::tests

@@ -69,12 +69,6 @@ TEST(RunWorkers, CallsEachWorkerOnceForAnyNumberOfThemInAnyOrder) {
     }
 }
 
-TEST(RunWorkers, CallsInsideOfCallsAreDone) {
-    std::atomic<int> sum{0};
-    run_workers(3, [&](int) { sum += count_all(9000, 3); });
-    EXPECT_EQ(sum, 27000);
-}
-
 /// Every member of a team of `outer` makes a team of `inner` while all others have theirs. Returns who worked.
 int nested_members(int outer, int inner) {
     std::atomic<int> arrived{0};

@@ -8,31 +8,12 @@
 namespace meanvalue::tests {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-/// A closed fan: vertex 0 in the middle of `valence` ring vertices, with random radii and heights.
-Mesh random_fan(Index valence, unsigned seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    Mesh mesh;
-    mesh.name = "fan";
-    mesh.vertices.resize(valence + 1, 3);
-    mesh.faces.resize(valence, 3);
-    mesh.vertices.row(0) << 0.1 * uniform(random), 0.1 * uniform(random), 0.5 * uniform(random);
-    for (Index k = 0; k < valence; ++k) {
-        const double angle_rad = 2 * kPi * (k + 0.3 * uniform(random)) / valence;
-        const double radius = 1.0 + 0.3 * uniform(random);
-        mesh.vertices.row(k + 1) << radius * std::cos(angle_rad), radius * std::sin(angle_rad), 0.3 * uniform(random);
-        mesh.faces.row(k) << 0, k + 1, (k + 1) % valence + 1;
-    }
-    return mesh;
-}
-
 /// The largest difference between the closed form and central differences, relative to the largest entry.
 double jacobian_error(const Encoding& encoding, Index vertex, Positions positions) {
     const EncodedRing ring = encoding.ring_of(vertex);
     std::vector<Matrix3> blocks(ring.valence);
-    predict_with_jacobian(ring, positions, blocks.data());
+    const Vector3 value = predict_with_jacobian(ring, positions, blocks.data());
+    EXPECT_LT((value - predict(ring, positions)).norm(), 1e-14 * (1.0 + value.norm()));
     constexpr double kStep = 1e-6;
     double error = 0.0;
     double largest = 0.0;
@@ -62,14 +43,6 @@ TEST_P(Valence, JacobianAgreesWithCentralDifferences) {
         EXPECT_LT(jacobian_error(encoding, 0, rest.vertices), 1e-7) << "at rest, seed " << seed;
         EXPECT_LT(jacobian_error(encoding, 0, pose.vertices), 1e-7) << "posed, seed " << seed;
     }
-}
-
-TEST_P(Valence, PredictIsTheValueThatComesWithTheJacobian) {
-    const Encoding encoding = encoding_of(random_fan(GetParam(), 1));
-    const Positions pose = random_fan(GetParam(), 2).vertices;
-    std::vector<Matrix3> blocks(GetParam());
-    const Vector3 with_jacobian = predict_with_jacobian(encoding.ring_of(0), pose, blocks.data());
-    EXPECT_LT((with_jacobian - predict(encoding.ring_of(0), pose)).norm(), 1e-14);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rings, Valence, testing::Values(3, 4, 5, 6, 7, 9, 13, 30, 75, 200));

@@ -10,9 +10,24 @@
 namespace meanvalue::tests {
 namespace {
 
-RingMesh rings_of(const Mesh& mesh) {
-    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, Execution());
-    return {collect_one_rings(connectivity, Execution()), Execution()};
+RingMesh ring_mesh_of(const Mesh& mesh) {
+    return {rings_of(mesh), Execution()};
+}
+
+/// Merges every vertex below `count` into the first neighbour that it may be merged into, whatever the cost, after
+/// visit(its ring). @return how many were.
+template <typename Visit>
+int collapse_all(RingMesh& mesh, Index count, const Visit& visit) {
+    int collapsed = 0;
+    for (Index v = 0; v < count; ++v) {
+        const RingView ring = mesh.ring(v);
+        const Index* to = std::find_if(ring.begin(), ring.end(), [&](Index j) { return mesh.can_collapse(v, j); });
+        if (to == ring.end()) continue;
+        visit(ring);
+        mesh.collapse(v, *to);
+        ++collapsed;
+    }
+    return collapsed;
 }
 
 /// Every triangle, once for each corner that knows it, turned so that the lowest vertex comes first.
@@ -47,19 +62,11 @@ Index euler_number(const RingMesh& mesh, const std::map<std::array<Index, 3>, in
 class EveryRingMesh : public testing::TestWithParam<Mesh> {};
 
 TEST_P(EveryRingMesh, CollapsesKeepAManifoldOfTheSameTopology) {
-    RingMesh mesh = rings_of(GetParam());
+    RingMesh mesh = ring_mesh_of(GetParam());
     const Index euler = euler_number(mesh, triangles_of(mesh));
-    // Round after round every vertex into the first neighbour that it may be merged into, whatever the cost.
     int collapsed = 0;
     for (int round = 0; round < 20; ++round) {
-        for (Index v = 0; v < mesh.vertex_count(); ++v) {
-            const RingView ring = mesh.ring(v);
-            const Index* to =
-                std::find_if(ring.begin(), ring.end(), [&](Index j) { return mesh.can_collapse(v, j); });
-            if (to == ring.end()) continue;
-            mesh.collapse(v, *to);
-            ++collapsed;
-        }
+        collapsed += collapse_all(mesh, mesh.vertex_count(), [](const RingView&) {});
         const auto triangles = triangles_of(mesh);
         for (const auto& [corners, count] : triangles)
             ASSERT_EQ(count, 3) << corners[0] << ' ' << corners[1] << ' ' << corners[2];
@@ -84,7 +91,7 @@ TEST(RingMesh, ATetrahedronStays) {
     mesh.vertices = Positions::Random(4, 3);
     mesh.faces.resize(4, 3);
     mesh.faces << 0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2;
-    const RingMesh rings = rings_of(mesh);
+    const RingMesh rings = ring_mesh_of(mesh);
     for (Index from = 0; from < 4; ++from) {
         for (Index to = 0; to < 4; ++to)
             EXPECT_FALSE(rings.can_collapse(from, to));
@@ -92,7 +99,7 @@ TEST(RingMesh, ATetrahedronStays) {
 }
 
 TEST(RingMesh, ABoundaryVertexMovesAlongTheBoundaryOnly) {
-    const RingMesh rings = rings_of(grid(5, 5, 0.0));
+    const RingMesh rings = ring_mesh_of(grid(5, 5, 0.0));
     EXPECT_TRUE(rings.can_collapse(2, 1));
     EXPECT_TRUE(rings.can_collapse(2, 3));
     EXPECT_FALSE(rings.can_collapse(2, 7));
@@ -101,19 +108,11 @@ TEST(RingMesh, ABoundaryVertexMovesAlongTheBoundaryOnly) {
 }
 
 TEST(RingMesh, ARingLongerThanItsBoundMayOnlyShrink) {
-    const Mesh tube = capped_tube(40, 6, 3.0);
-    RingMesh rings = rings_of(tube);
+    RingMesh rings = ring_mesh_of(capped_tube(40, 6, 3.0));
     const Index middle = 6 * 40;
     EXPECT_EQ(rings.ring(middle).valence, 40);
-    for (int round = 0; round < 10; ++round) {
-        for (Index v = 0; v < 6 * 40; ++v) {
-            const RingView ring = rings.ring(v);
-            const Index* to =
-                std::find_if(ring.begin(), ring.end(), [&](Index j) { return rings.can_collapse(v, j); });
-            if (to != ring.end()) rings.collapse(v, *to);
-            ASSERT_LE(rings.ring(middle).valence, 40);
-        }
-    }
+    for (int round = 0; round < 10; ++round)
+        collapse_all(rings, middle, [&](const RingView&) { EXPECT_LE(rings.ring(middle).valence, 40); });
 }
 
 TEST(RingMesh, OnlyShortRingsCanBeRemoved) {
@@ -123,16 +122,10 @@ TEST(RingMesh, OnlyShortRingsCanBeRemoved) {
         Mesh open = closed;  // without one triangle, at the middle of a cap and at its rim
         open.faces.conservativeResize(open.faces.rows() - 1, 3);
         for (const Mesh& mesh : {closed, open}) {
-            RingMesh rings = rings_of(mesh);
+            RingMesh rings = ring_mesh_of(mesh);
             for (int round = 0; round < 10; ++round) {
-                for (Index v = 0; v < mesh.vertex_count(); ++v) {
-                    const RingView ring = rings.ring(v);
-                    const Index* to =
-                        std::find_if(ring.begin(), ring.end(), [&](Index j) { return rings.can_collapse(v, j); });
-                    if (to == ring.end()) continue;
-                    ASSERT_LE(ring.valence, RingMesh::kLongestRemovable);
-                    if (v < 4 * valence) rings.collapse(v, *to);
-                }
+                collapse_all(rings, mesh.vertex_count(),
+                             [](const RingView& ring) { EXPECT_LE(ring.valence, RingMesh::kLongestRemovable); });
             }
         }
     }
@@ -143,7 +136,7 @@ TEST(RingMesh, NonManifoldVerticesStay) {
     mesh.vertices = Positions::Random(7, 3);
     mesh.faces.resize(3, 3);
     mesh.faces << 0, 1, 2, 0, 2, 3, 0, 5, 6;
-    const RingMesh rings = rings_of(mesh);
+    const RingMesh rings = ring_mesh_of(mesh);
     EXPECT_FALSE(rings.is_manifold(0));
     for (Index v = 1; v < 7; ++v) {
         EXPECT_FALSE(rings.can_collapse(0, v));

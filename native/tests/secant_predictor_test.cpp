@@ -93,28 +93,20 @@ TEST(SecantPredictor, ChangesThatAreNearlyAlikeDoNotBlowUpTheirDifference) {
     EXPECT_FALSE(predicted(shape, {{0, 0}, {1, 0}, {2, 1e-3}}, 2.0, 1.0));
 }
 
-TEST(SecantPredictor, WhatIsForgottenPredictsNothing) {
+TEST(SecantPredictor, WhatIsForgottenOrWasBrokenOffPredictsNothing) {
     const Shape shape;
     SecantPredictor predictor;
     Positions here = shape.at(0, 0);
-    begins(predictor, here, Shape::drivers(0, 0));
+    EXPECT_FALSE(begins(predictor, here, Shape::drivers(0, 0)));
+    EXPECT_FALSE(begins(predictor, here, Shape::drivers(0, 0))) << "there was no note()";
     here = shape.at(1, 0);
     predictor.note(here, Shape::drivers(1, 0), 2.5);
     EXPECT_EQ(predictor.energy(), 2.5);
+    EXPECT_TRUE(begins(predictor, here, Shape::drivers(1, 0)));
+    EXPECT_TRUE(begins(predictor, here, Shape::drivers(1, 0))) << "broken off, but it began at an answer";
     predictor.forget();
     EXPECT_FALSE(begins(predictor, here, Shape::drivers(1, 0)));
     EXPECT_FALSE(predictor.predict(Shape::drivers(2, 0), here, 1, Execution()));
-}
-
-TEST(SecantPredictor, WhatWasBrokenOffIsNoAnswer) {
-    const Shape shape;
-    SecantPredictor predictor;
-    const Positions here = shape.at(0, 0);
-    EXPECT_FALSE(begins(predictor, here, Shape::drivers(0, 0)));
-    EXPECT_FALSE(begins(predictor, here, Shape::drivers(0, 0))) << "there was no note()";
-    predictor.note(here, Shape::drivers(0, 0), 1.0);
-    EXPECT_TRUE(begins(predictor, here, Shape::drivers(0, 0)));
-    EXPECT_TRUE(begins(predictor, here, Shape::drivers(0, 0))) << "broken off, but it began at an answer";
 }
 
 TEST(SecantPredictor, AnySizeIsPredicted) {

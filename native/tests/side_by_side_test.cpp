@@ -1,4 +1,4 @@
-// One bound mesh solved by several threads at once.
+// One bound mesh solved by several threads at once, and drags on it that are cancelled.
 #include <thread>
 
 #include "meanvalue/deform/deformer.h"
@@ -23,8 +23,7 @@ struct Drag {
     }
 
     std::unique_ptr<Deformer> bound(Method method = Method::kFast, int threads = 1) const {
-        Execution execution;
-        return std::make_unique<Deformer>(binding_of(mesh, anchors, method, threads), execution);
+        return tests::bound(binding_of(mesh, anchors, method, threads));
     }
 
     /// The shape after every frame, each from the one before.
@@ -97,19 +96,43 @@ TEST(SideBySide, ADragGoesOnWhereAFrameWasCancelled) {
     Positions last;
     for (std::size_t frame = 0; frame < 4; ++frame)
         last = solve_next(drag, frames.frames[frame]).vertices;
-    Execution execution;
-    std::thread cancelled([&] {
-        SolveOptions endless;
-        endless.tolerance = 1e-300;
-        endless.max_iterations = 1000000;
-        EXPECT_THROW(drag.solve(frames.frames[5], endless, execution), Cancelled);
-    });
-    while (std::string(execution.stage()) != "solve")
-        std::this_thread::yield();
-    execution.cancel();
-    const Solution next = solve_next(drag, frames.frames[4]);  // waits for the cancelled one
-    cancelled.join();
+    Execution cancelled;
+    cancelled.cancel_at_look(20);
+    EXPECT_THROW(drag.solve(frames.frames[5], {}, cancelled), Cancelled);
+    const Solution next = solve_next(drag, frames.frames[4]);
     EXPECT_LT(next.iterations, solve_from(*deformer, frames.frames[4], last).iterations);  // it remembers
+}
+
+TEST(SideBySide, ASettlingSolveThatIsCancelledInItsSecondHalfLeavesTheDragAsItWas) {
+    const Drag frames(0.05, 5);
+    const auto deformer = frames.bound();
+    Deformer::Drag drag(*deformer, PositionsView(frames.mesh.vertices));
+    Deformer::Drag undisturbed(*deformer, PositionsView(frames.mesh.vertices));
+    Positions shape;
+    for (std::size_t frame = 0; frame < 4; ++frame) {
+        solve_next(undisturbed, frames.frames[frame]);
+        shape = solve_next(drag, frames.frames[frame]).vertices;
+    }
+    const Solution expected = solve_next(undisturbed, frames.frames[4]);
+    SolveOptions settling;
+    settling.settle = true;
+    // The last look of such a solve; most are of the second half, which is from rest.
+    std::int64_t last = 1;
+    for (std::int64_t step = 1 << 20; step > 0; step /= 2) {
+        Execution cancelled;
+        cancelled.cancel_at_look(last + step);
+        try {
+            deformer->solve(frames.frames[3], PositionsView(shape), settling, cancelled);
+        } catch (const Cancelled&) {
+            last += step;
+        }
+    }
+    Execution cancelled;
+    cancelled.cancel_at_look(last * 9 / 10);
+    EXPECT_THROW(drag.solve(frames.frames[3], settling, cancelled), Cancelled);
+    const Solution found = solve_next(drag, frames.frames[4]);
+    EXPECT_EQ(found.initial_energy, expected.initial_energy);  // it begins where the frames before lead
+    EXPECT_LT(largest_distance(found.vertices, expected.vertices), 1e-3 * frames.mesh.diagonal());
 }
 
 }  // namespace

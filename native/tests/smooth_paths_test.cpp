@@ -25,15 +25,19 @@ std::vector<std::vector<float>> path(const std::function<double(Index)>& x, std:
     return frames;
 }
 
-std::vector<std::vector<float>> smoothed(std::vector<std::vector<float>> frames, double limit,
-                                         std::vector<char> is_solved = std::vector<char>(kFrames, 1)) {
+std::vector<float*> points_of(std::vector<std::vector<float>>& frames) {
     std::vector<float*> points;
     points.reserve(frames.size());
     for (auto& frame : frames)
         points.push_back(frame.data());
+    return points;
+}
+
+std::vector<std::vector<float>> smoothed(std::vector<std::vector<float>> frames, double limit,
+                                         std::vector<char> is_solved = std::vector<char>(kFrames, 1)) {
     const std::vector<double> limits(kFrames, limit);
     PathSmoother(std::move(is_solved), kWidth)
-        .smooth(points, frames.front().size() / 3, {limits, limits}, Execution());
+        .smooth(points_of(frames), frames.front().size() / 3, {limits, limits}, Execution());
     return frames;
 }
 
@@ -71,10 +75,7 @@ TEST(SmoothPaths, WhatIsAsRoughAsTheTargetsKeepsItsBits) {
         targets.targets.insert(targets.targets.end(), frame.begin(), frame.end());
     const PathSmoother smoother(std::vector<char>(kFrames, 1), kWidth);
     auto frames = motion;
-    std::vector<float*> points;
-    points.reserve(frames.size());
-    for (auto& frame : frames)
-        points.push_back(frame.data());
+    const auto points = points_of(frames);
     smoother.smooth(points, 1, smoother.roughness_of(targets, 5, {0}, points), Execution());
     EXPECT_EQ(frames, motion);
 }
@@ -99,11 +100,9 @@ TEST(SmoothPaths, FramesThatWereNotSolvedTellNothing) {
 
 TEST(SmoothPaths, AnchorsThatAreFreeTellNothingAndThoseThatComeBackTheirVertices) {
     auto frames = path(step, 3);
-    std::vector<float*> points;
-    for (Index t = 0; t < kFrames; ++t) {
-        frames[t][6] = t < 40 ? 0.0F : 5.0F;
-        points.push_back(frames[t].data());
-    }
+    for (Index t = 40; t < kFrames; ++t)
+        frames[t][6] = 5.0F;
+    const auto points = points_of(frames);
     const double free = std::nan("");
     for (const bool comes_back : {false, true}) {
         Trajectories targets{kFrames, 3, {}, {}};

@@ -1,10 +1,7 @@
 #include "meanvalue/linalg/supernodal_factor.h"
 
 #include <atomic>
-#include <chrono>
-#include <functional>
 #include <random>
-#include <thread>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/linalg/sparse_cholesky.h"
@@ -89,40 +86,16 @@ TEST_F(LargeSystem, NumbersFarFromOneLoseNothing) {
     EXPECT_EQ(solved(factor_, Positions::Zero(lower_.cols(), 3), 1), Positions::Zero(lower_.cols(), 3));
 }
 
-TEST_F(LargeSystem, ACancelledSolveLeavesTheFactorAsItWas) {
+TEST_F(LargeSystem, IsCancelledAnywhereAndWorksOn) {
     const Positions expected = solved(factor_, right_hand_sides_, 2);
-    Execution cancelled;
-    cancelled.cancel();
     Positions solution(lower_.cols(), 3);
     SupernodalFactor::Workspace workspace;
     for (const int threads : {1, 2}) {
-        EXPECT_THROW(factor_.solve(right_hand_sides_, solution, threads, cancelled, workspace), Cancelled);
-        factor_.solve(right_hand_sides_, solution, threads, Execution(), workspace);
+        cancelled_everywhere([&](Execution& execution) { factor_.factorise(lower_, execution, threads); });
+        cancelled_everywhere(
+            [&](Execution& execution) { factor_.solve(right_hand_sides_, solution, threads, execution, workspace); });
         EXPECT_EQ(solution, expected);
     }
-}
-
-TEST_F(LargeSystem, ACancelledFactorisationCanBeRepeated) {
-    const Positions expected = solved(factor_, right_hand_sides_, 2);
-    Execution cancelled;
-    cancelled.cancel();
-    EXPECT_THROW(factor_.factorise(lower_, cancelled), Cancelled);
-    EXPECT_THROW(SupernodalFactor().analyse(lower_, cancelled), Cancelled);
-    // At any time: the flag is set while it runs.
-    for (const int delay : {0, 1, 3, 10, 30}) {
-        Execution execution;
-        std::thread canceller([&] {
-            std::this_thread::sleep_for(std::chrono::milliseconds(delay));
-            execution.cancel();
-        });
-        try {
-            factor_.factorise(lower_, execution, 2);
-        } catch (const Cancelled&) {  // as the case may be
-        }
-        canceller.join();
-    }
-    ASSERT_TRUE(factor_.factorise(lower_, Execution()));
-    EXPECT_EQ(solved(factor_, right_hand_sides_, 2), expected);
 }
 
 TEST_F(LargeSystem, SaysThatAMatrixIsNotPositiveDefiniteAndFactorsTheNext) {

@@ -1,15 +1,16 @@
-// What several tests need: the encoding of a test mesh, and the message of an expected error.
+// What several tests need: encodings, binds and solves of a test mesh, and what is expected of errors and cancels.
 #pragma once
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/execution.h"
-#include "meanvalue/deform/bound_mesh.h"
+#include "meanvalue/deform/deformer.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/triangle_mesh.h"
@@ -17,10 +18,13 @@
 
 namespace meanvalue::tests {
 
+inline OneRings rings_of(const Mesh& mesh) {
+    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
+}
+
 inline Encoding encoding_of(const Mesh& mesh, int threads = 1) {
     Execution execution;
-    const TriangleMesh connectivity(mesh.vertex_count(), mesh.faces, execution);
-    return encode(collect_one_rings(connectivity, execution), mesh.vertices, threads, execution);
+    return encode(rings_of(mesh), mesh.vertices, threads, execution);
 }
 
 /// The text of the Error that `action` throws; fails the test where it throws none.
@@ -42,6 +46,31 @@ inline Binding binding_of(const Mesh& mesh, const std::vector<Index>& anchors, M
     binding.threads = threads;
     binding.rigidity = rigidity;
     return binding;
+}
+
+inline std::unique_ptr<Deformer> bound(const Binding& binding, const Deformer* earlier = nullptr) {
+    Execution execution;
+    return std::make_unique<Deformer>(binding, execution, earlier);
+}
+
+inline Solution solve(const Deformer& deformer, const Positions& targets, const SolveOptions& options = {}) {
+    return deformer.solve(targets, options);
+}
+
+inline Solution solve_from(const Deformer& deformer, const Positions& targets, const Positions& start,
+                           const SolveOptions& options = {}) {
+    Execution execution;
+    return deformer.solve(targets, PositionsView(start), options, execution);
+}
+
+inline Solution solve_next(Deformer::Drag& drag, const Positions& targets, const SolveOptions& options = {}) {
+    Execution execution;
+    return drag.solve(targets, options, execution);
+}
+
+inline void expect_energy_never_rises(const Solution& solution) {
+    for (std::size_t k = 1; k < solution.energies.size(); ++k)
+        EXPECT_LE(solution.energies[k], solution.energies[k - 1]) << "iteration " << k;
 }
 
 inline double largest_distance(const Positions& a, const Positions& b) {
