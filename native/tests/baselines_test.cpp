@@ -7,7 +7,6 @@
 #include "meanvalue/baselines/laplacian_surface_editing.h"
 #include "meanvalue/baselines/pyramid.h"
 #include "meanvalue/baselines/rotation_invariant.h"
-#include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "tests/fast_poses.h"

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <random>
 
-#include "meanvalue/common/errors.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

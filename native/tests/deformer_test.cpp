@@ -5,7 +5,6 @@
 #include <limits>
 #include <thread>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/morph/morpher.h"
 #include "tests/fast_poses.h"
 

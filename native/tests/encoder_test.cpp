@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/predictor.h"
 #include "tests/support.h"
 

@@ -1,6 +1,5 @@
 #include "meanvalue/common/execution.h"
 
-#include "meanvalue/common/errors.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

@@ -1,7 +1,6 @@
 #include "meanvalue/decode/fast/handle_paths.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "tests/support.h"
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <string>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/encoding/predictor.h"
 #include "tests/support.h"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "meanvalue/common/errors.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

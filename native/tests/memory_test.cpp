@@ -1,5 +1,4 @@
 // What happens where memory runs out.
-#include <gtest/gtest.h>
 
 #include <new>
 

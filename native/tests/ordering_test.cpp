@@ -4,7 +4,6 @@
 #include <numeric>
 #include <set>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/linalg/dissection_tree.h"
 #include "meanvalue/linalg/elimination_tree.h"
 #include "meanvalue/linalg/graph.h"

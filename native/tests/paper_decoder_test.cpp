@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/optimise/gauss_newton_cg.h"

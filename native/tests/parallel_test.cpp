@@ -14,7 +14,6 @@
 #include <unistd.h>
 #endif
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/common/thread_pool.h"
 #include "tests/support.h"
 

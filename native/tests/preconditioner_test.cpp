@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "meanvalue/common/errors.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

@@ -1,7 +1,6 @@
 #include "meanvalue/encoding/predictor.h"
 
 #include <cmath>
-#include <random>
 
 #include "tests/support.h"
 

@@ -4,7 +4,6 @@
 #include <limits>
 #include <thread>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/linalg/multifrontal.h"
 #include "tests/matrices.h"
 #include "tests/support.h"

@@ -1,9 +1,7 @@
 #include "meanvalue/linalg/supernodal_factor.h"
 
-#include <atomic>
-#include <random>
+#include <cmath>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/linalg/sparse_cholesky.h"
 #include "tests/matrices.h"
 #include "tests/support.h"
@@ -112,83 +110,6 @@ TEST_F(LargeSystem, AnotherPatternMayFollow) {
     const Positions sides = Positions::Random(20, 3);
     const Positions residual = other.selfadjointView<Eigen::Lower>() * solved(factor_, sides, 2) - sides;
     EXPECT_LT(residual.norm(), 1e-5 * sides.norm());
-}
-
-/// Random forests in postorder, some nodes much heavier than others.
-std::vector<Index> random_forest(Index count, std::mt19937& random) {
-    std::vector<Index> parents(count, -1);
-    std::vector<Index> roots;
-    for (Index node = 0; node < count; ++node) {
-        // A new node takes over some of the last roots, or none: a leaf.
-        for (unsigned k = random() % 4; k > 0 && !roots.empty(); --k) {
-            parents[roots.back()] = node;
-            roots.pop_back();
-        }
-        roots.push_back(node);
-    }
-    return parents;
-}
-
-TEST(EliminationTasks, CoverTheForestAndRunEachAfterWhatItWaitsFor) {
-    std::mt19937 random(7);
-    for (const Index count : {0, 1, 2, 50, 3000}) {
-        const std::vector<Index> parents = random_forest(count, random);
-        std::vector<std::int64_t> weights(count);
-        for (std::int64_t& weight : weights)
-            weight = random() % 100 == 0 ? 200000 : random() % 3000;
-        const std::vector<EliminationTask> tasks = cut_into_tasks(parents, weights);
-        Index covered = 0;
-        for (const EliminationTask& task : tasks) {
-            EXPECT_EQ(task.begin, covered);
-            EXPECT_GT(task.end, task.begin);
-            for (Index node = task.begin; node < task.end; ++node) {
-                const Index parent = parents[node];
-                if (parent < 0 || parent < task.end) continue;
-                ASSERT_GE(task.parent, 0);
-                EXPECT_GE(parent, tasks[task.parent].begin);
-                EXPECT_LT(parent, tasks[task.parent].end);
-            }
-            covered = task.end;
-        }
-        EXPECT_EQ(covered, count);
-
-        for (const int threads : {1, 2, 5}) {
-            std::vector<std::atomic<int>> state(tasks.size());  // 1 after up, 2 after down
-            const auto up = [&](Index t, int) {
-                for (const Index child : tasks[t].children)
-                    EXPECT_EQ(state[child], 1);
-                state[t] = 1;
-            };
-            const auto down = [&](Index t, int worker) {
-                EXPECT_LT(worker, threads);
-                EXPECT_EQ(state[t], 1);
-                if (tasks[t].parent >= 0) {
-                    EXPECT_EQ(state[tasks[t].parent], 2);
-                }
-                state[t] = 2;
-            };
-            TaskRunner().run(tasks, threads, Execution(), up, down);
-            for (const std::atomic<int>& of_task : state)
-                EXPECT_EQ(of_task, 2);
-        }
-    }
-}
-
-TEST(EliminationTasks, AnExceptionEndsTheRun) {
-    std::mt19937 random(3);
-    const std::vector<Index> parents = random_forest(2000, random);
-    const auto tasks = cut_into_tasks(parents, std::vector<std::int64_t>(2000, 5000));
-    ASSERT_GT(tasks.size(), 10U);
-    const auto fail = [&](Index t, int) {
-        if (t == 5) throw SolverFailure("no");
-    };
-    const auto nothing = [](Index, int) {};
-    TaskRunner runner;
-    for (const int threads : {1, 3}) {
-        EXPECT_THROW(runner.run(tasks, threads, Execution(), fail, nothing), SolverFailure);
-        EXPECT_THROW(runner.run(tasks, threads, Execution(), nothing, fail), SolverFailure);
-        EXPECT_NO_THROW(runner.run(tasks, threads, Execution(), nothing, nothing));
-    }
 }
 
 }  // namespace

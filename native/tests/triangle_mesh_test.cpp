@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "meanvalue/common/errors.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
