@@ -200,22 +200,6 @@ TEST(DeformationEnergy, IsTheSameForAnyNumberOfThreads) {
     }
 }
 
-TEST(DeformationEnergy, IsCancelled) {
-    const Bound bound(sphere(2));
-    DeformationEnergy energy = bound.energy(Kernel::kFastest);
-    Positions gradient(bound.unknowns().free.size(), 3);
-    Execution execution;
-    execution.cancel();
-    auto workspace = energy.make_workspace();
-    EXPECT_THROW(energy.evaluate(bound.mesh().vertices, 1.0, gradient, 1, execution, workspace), Cancelled);
-}
-
-TEST(DeformationEnergy, HasNothingToDoWithoutFreeVertices) {
-    const Bound bound(sphere(1), 1);
-    ASSERT_TRUE(bound.unknowns().free.empty());
-    EXPECT_EQ(bound.evaluate(bound.mesh().vertices, 1.0, Kernel::kFastest, 2).energy, 0.0);
-}
-
 TEST(ConstantHessian, IsTheSameForAnyNumberOfThreadsAndKernels) {
     const Bound bound(with_noise(joined(torus(120, 70), steep_fans()), 0.1, 1));
     const Execution execution;

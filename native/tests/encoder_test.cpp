@@ -132,13 +132,5 @@ TEST(Encoder, FarFromTheOriginNothingIsLostButTheCoordinatesOwnDigits) {
     EXPECT_LT(error, 1e-8);  // coordinates of 1e6 have a spacing of 1e-10
 }
 
-TEST(Encoder, Cancels) {
-    const Mesh mesh = torus(80, 60);
-    Execution execution;
-    execution.cancel();
-    EXPECT_THROW(encode(rings_of(mesh), mesh.vertices, 2, execution), Cancelled);
-    EXPECT_THROW(TriangleMesh(mesh.vertex_count(), mesh.faces, execution), Cancelled);
-}
-
 }  // namespace
 }  // namespace meanvalue::tests

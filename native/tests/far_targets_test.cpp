@@ -1,10 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 
-#include "meanvalue/baselines/arap.h"
-#include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/deform/deformer.h"
 #include "tests/support.h"
 
@@ -82,20 +79,6 @@ TEST_P(FarTargets, ThatMakeNoShapeAreNotCalledConvergedFarFromAMinimum) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, FarTargets, testing::Values(Method::kFast, Method::kPaper, Method::kFull));
-
-TEST(FarTargetsOf, AreRefusedByBaselinesToo) {
-    const Mesh mesh = sphere(2);
-    const std::vector<Index> anchors = spread_vertices(mesh, 5);
-    Positions targets = rows_of(mesh.vertices, anchors);
-    targets(4, 0) = 1e12;
-    Execution execution;
-    const baselines::Problem problem{mesh.vertices, mesh.faces, anchors, targets, {}};
-    for (const std::function<Positions()>& call :
-         std::vector<std::function<Positions()>>{[&] { return baselines::laplacian(problem, execution); },
-                                                 [&] { return baselines::arap(problem, {}, execution); }}) {
-        EXPECT_TRUE(contains(message_of<InvalidInput>(call), "targets[4], of vertex "));
-    }
-}
 
 TEST(FarTargetsOf, AMeshWithoutAnExtentHasNoNearAndFar) {
     Mesh mesh = sphere(1);

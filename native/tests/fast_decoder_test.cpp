@@ -16,15 +16,6 @@ TEST(FastDecoder, AHandleThatMovesWithEverythingIsFollowedWithoutHarm) {
     EXPECT_LT(largest_distance(found, moved), 1e-9 * mesh.diagonal());
 }
 
-TEST(FastDecoder, LargeMeshesHaveACoarseLevelAndSmallOnesNone) {
-    EXPECT_EQ(bound_to(sphere(3), {0, 1, 2, 3})->report().level_sizes, std::vector<Index>{254});
-    const Mesh mesh = sphere(5);
-    const std::vector<Index> sizes = bound_to(mesh, {0, 1, 2, 3})->report().level_sizes;
-    ASSERT_EQ(sizes.size(), 2u);
-    EXPECT_EQ(sizes[0], mesh.vertex_count() - 4);
-    EXPECT_LT(sizes[1], sizes[0] / 2);
-}
-
 TEST(FastDecoder, DoesNotDependOnUnitsOrPlace) {
     const Pose pose = two_ends("bend", capped_tube(16, 25, 8.0), Vector3::UnitX(), 1.0, {0, 2, -1});
     const Positions expected = solve(*bound_to(pose.mesh, pose.anchors), pose.targets).vertices;
