@@ -17,8 +17,8 @@ struct FakeWorkspace : Workspace {
 
 class FakeDecoder : public Decoder {
   public:
-    explicit FakeDecoder(std::size_t workspace_bytes)
-        : Decoder(EncodedRegion(), 1), workspace_bytes_(workspace_bytes) {}
+    explicit FakeDecoder(std::size_t workspace_bytes, EncodedRegion shape = {})
+        : Decoder(shape, 1), workspace_bytes_(workspace_bytes) {}
     std::unique_ptr<Workspace> make_workspace(const Execution&) const override {
         ++made_;
         return std::make_unique<FakeWorkspace>(workspace_bytes_);
