@@ -3,7 +3,6 @@
 
 import os
 import pathlib
-import re
 import runpy
 import subprocess
 import types
@@ -92,13 +91,6 @@ def test_where_nothing_is_left_only_the_merges_are_submitted(tmp_path):
 def test_a_submission_that_fails_ends_the_script(tmp_path):
     (tmp_path / "broken").touch()
     assert submit(tmp_path, "0-4", 1, 1001)[0] != 0
-
-
-def test_scripts_pass_on_their_offset():
-    for script in ("slurm_bake.sh", "slurm_merge.sh"):
-        text = SCRIPT.with_name(script).read_text()
-        assert re.search(r"index=.*SLURM_ARRAY_TASK_ID \+ \$\{2:-0\}", text), script
-        assert '--index "$index"' in text
 
 
 @pytest.mark.parametrize(
