@@ -6,18 +6,20 @@ import numpy as np
 from addon.capture.core import cuffs, landmarks, marker_sets
 from addon.capture.core.matching import match_to_surface
 from addon.capture.core.rings import ring_around
+from addon.scene.core.surface import Surface
 from blender_tests.support import body_mesh, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()
+SURFACE = Surface(VERTICES, TRIANGLES)
 REFERENCE = walking_figure.t_pose().clean[0]
 NOTHING, UP = np.zeros((0, 3)), np.array([0.0, 0.0, 1.0])
 NAMES = marker_sets.recognise(walking_figure.LABELS).landmarks
-ANCHORS = match_to_surface(REFERENCE, VERTICES, TRIANGLES).vertex
+ANCHORS = match_to_surface(REFERENCE, SURFACE).vertex
 LEGS = [f"{bone}.{side}" for bone in ("shank", "thigh") for side in "LR"]
 
 
 def found(markers, names=NAMES):
-    return cuffs.find_cuffs(markers, REFERENCE, names, ANCHORS, VERTICES, TRIANGLES)
+    return cuffs.find_cuffs(markers, REFERENCE, names, ANCHORS, SURFACE)
 
 
 def places(cuff):
@@ -50,8 +52,8 @@ def test_a_segment_whose_roll_its_markers_do_not_tell_gets_none():
     walk = walking_figure.markers_on(joints, turns, sides=line)
     still = walking_figure.markers_on(*walking_figure.upright(1, 1.0), sides=line)[0]
     walk += 0.001 * np.random.default_rng(0).standard_normal(walk.shape)
-    anchors = match_to_surface(still, VERTICES, TRIANGLES).vertex
-    made, refused = cuffs.find_cuffs(walk, still, NAMES, anchors, VERTICES, TRIANGLES)
+    anchors = match_to_surface(still, SURFACE).vertex
+    made, refused = cuffs.find_cuffs(walk, still, NAMES, anchors, SURFACE)
     assert not {"shank.L", "shank.R"} & {cuff.segment for cuff in made}
     assert min(refused[name] for name in ("shank.L", "shank.R")) > cuffs.ROLL
 
@@ -79,7 +81,7 @@ def test_markers_all_round_need_no_cuff():
     carried = joints["knee.L"][:, None] + np.einsum("fij,kj->fki", turns["shank.L"], local)
     made, _ = cuffs.find_cuffs(
         np.concatenate([walk, carried], axis=1), np.concatenate([REFERENCE, VERTICES[more]]),
-        (*names, *(f"shank.{number}.L" for number in range(2, 6))), np.append(ANCHORS, more), VERTICES, TRIANGLES,
+        (*names, *(f"shank.{number}.L" for number in range(2, 6))), np.append(ANCHORS, more), SURFACE,
     )  # fmt: skip
     segments = {cuff.segment for cuff in made}
     assert "shank.L" not in segments and "shank.R" in segments

@@ -6,6 +6,7 @@ import pytest
 
 from addon.capture.core import marker_sets, readers
 from addon.capture.core.alignment import align_to_mesh
+from addon.capture.core.body import Body
 from addon.capture.core.limb import Limb
 from addon.capture.core.limb_posing import posed_and_actor
 from addon.capture.core.matching import match_to_surface
@@ -14,6 +15,7 @@ from addon.scene.core.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()
+BODY = Body(Surface(VERTICES, TRIANGLES))
 
 ON_ARMS = ("upper_arm", "forearm")
 OTHERS = {name: place for name, place in walking_figure.SIDE_MARKERS.items() if place[0] not in ON_ARMS}
@@ -62,13 +64,13 @@ def standing(down, bent, roll):
 @pytest.mark.parametrize("set_name", ARMS)
 def test_palms_look_as_in_the_capture_however_the_reference_holds_its_arms(set_name, roll):
     captured, names = markers_of(set_name, *standing(0.7, 0.8, roll))
-    posed = posed_and_actor(captured[0], names, VERTICES, TRIANGLES)[0]
-    match = match_to_surface(posed, VERTICES, TRIANGLES)
+    posed = posed_and_actor(captured[0], names, BODY)[0]
+    match = match_to_surface(posed, BODY.surface)
     joints, turns, _ = walking_figure.walking(np.arange(0, 110, 6) / 100.0)
     for side in "LR":  # palms turn while it walks
         turns[f"forearm.{side}"] = turns[f"forearm.{side}"] @ walking_figure.turn_x(np.linspace(-0.7, 0.7, 19))
     walk, _ = markers_of(set_name, joints, turns)
-    targets = skin_targets(walk, posed, match, names)
+    targets = skin_targets(walk, posed, match.offset, names)
     rest, _ = walking_figure.upright(1, 1.0)
     for side in "LR":
         here = [k for k, name in enumerate(names) if name[:5] in ("forea", "wrist", "hand.") and name.endswith(side)]
@@ -106,7 +108,7 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
         joints[f"ankle.{side}"] = joints[f"knee.{side}"] + turns[f"shank.{side}"] @ [0.0, 0.0, -walking_figure.SHANK]
     captured = walking_figure.markers_on(joints, turns)[0]
     names = marker_sets.recognise(walking_figure.LABELS).landmarks
-    posed = posed_and_actor(captured, names, VERTICES, TRIANGLES)[0]
+    posed = posed_and_actor(captured, names, BODY)[0]
     reference = walking_figure.t_pose().clean[0]
     for side in "LR":
         foot = [walking_figure.LABELS.index(label) for label in walking_figure.FOOT_LABELS[side]]
@@ -138,9 +140,9 @@ def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
     still = readers.read(mesh_files.path_of("mocap/rajagopal/static_walk_1.trc"))
     names = marker_sets.recognise(still.labels).landmarks
     markers = still.positions[still.frames // 2]
-    found = align_to_mesh(markers, names, vertices, triangles).matrix
-    posed = posed_and_actor(markers @ found[:3, :3].T + found[:3, 3], names, vertices, triangles)[0]
     surface = Surface(vertices, triangles)
+    found = align_to_mesh(markers, names, Body(surface)).matrix
+    posed = posed_and_actor(markers @ found[:3, :3].T + found[:3, 3], names, Body(surface))[0]
     for side, sign in (("L", 1.0), ("R", -1.0)):
         triangle, shares, _, _ = surface.nearest(posed[[names.index(f"wrist.{side}")]])
         normal = shares[0] @ surface.normals()[surface.triangles[triangle[0]]]
@@ -161,11 +163,11 @@ def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(leg
     names = marker_sets.recognise(walking_figure.LABELS).landmarks
     vertices, triangles, _ = body_mesh.body(legs)
     captured, right = walking_figure.t_pose().clean[0], walking_figure.t_pose(legs).clean[0]
-    found = align_to_mesh(captured, names, vertices, triangles).matrix
+    found = align_to_mesh(captured, names, Body(Surface(vertices, triangles))).matrix
     aligned = captured @ found[:3, :3].T + found[:3, 3]
     of_trunk = ("neck", "back", "sternum", "shoulder", "pelvis")
     trunk = [k for k, name in enumerate(names) if name.split(".")[0] in of_trunk]
-    posed = posed_and_actor(aligned, names, vertices, triangles)[0]
+    posed = posed_and_actor(aligned, names, Body(Surface(vertices, triangles)))[0]
     off = [np.sqrt(((points - right)[trunk] ** 2).sum(axis=1).mean()) for points in (aligned, posed)]
     assert off[1] < 0.035, "metres"
     assert legs == 1.0 or off[1] < 0.5 * off[0]
@@ -176,7 +178,7 @@ def test_the_actor_keeps_the_lengths_that_were_captured(legs):
     names = marker_sets.recognise(walking_figure.LABELS).landmarks
     vertices, triangles, _ = body_mesh.body(legs)
     captured = walking_figure.t_pose().clean[0] * np.ptp(vertices[:, 2]) / walking_figure.HEIGHT
-    posed, actor = posed_and_actor(captured, names, vertices, triangles)
+    posed, actor = posed_and_actor(captured, names, Body(Surface(vertices, triangles)))
     for side in "LR":
         for ends in (("KneeOut", "AnkleOut"), ("Thigh", "KneeOut"), ("ElbowOut", "WristOut")):
             first, second = (walking_figure.LABELS.index(side + name) for name in ends)

@@ -12,22 +12,17 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points, motion
-from ...scene.core.surface import Surface
 from ...solver.core.steps import result_of
-from ..core import alignment, gaps, landmarks, matching, retargeting, skin
+from ..core import alignment, cuffs, landmarks, matching, retargeting, skin
+from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
-from . import marker_cuffs, match_notes, mended_takes
+from . import match_notes, mended_takes
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
 
 #: A handle that is let go at once would have its skin jump.
 RAMP_SECONDS = 0.08
-
-FILLED = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbors", gaps.MISSING: "left free"}
-
-#: Of an automatic alignment (core.capture.alignment.Alignment): from where on the artist is told to look at it.
-DOUBTFUL, POOR = 1.1, 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +40,10 @@ class Matched:
     alignment  4 x 4, from where the markers are in the world to the object's space
     size       bounding-box diagonal of the mesh, in its own space
     world_size  the same in the world
-    recognition  how the names of the markers were known, in words
-    filled     {how, in words: share of the samples}
     ramp       samples over which a handle fades before and after a gap
-    cuffs      of marker_cuffs.find(); told_of_cuffs  sentences
+    cuffs      core.cuffs.Cuffs, but for their turns in the object's space
+    told       sentences for the report, on what was found
+    notes      sentences on what could be better
     """
 
     names: list
@@ -62,11 +57,9 @@ class Matched:
     alignment: np.ndarray
     size: float
     world_size: float
-    recognition: str
     ramp: int
-    filled: dict
     cuffs: list
-    told_of_cuffs: list
+    told: list
     notes: list
 
 
@@ -98,26 +91,27 @@ def steps(given):
     markers, notes = _chosen(given, frame, path, how, _reference(given, sample))
     notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
     yield "aligning", 0.3
-    to_mesh, words = _alignment(given, markers)
+    body = Body(surface, landmarks.has_joints(markers.landmarks))
+    to_mesh, words = _alignment(given, markers, body)
     laid = motion.apply(to_mesh, markers.reference)
     markers = replace(markers, path=motion.apply(to_mesh, markers.path), reference=laid, actor=laid)
     if options.pose_limbs and options.align != 'NONE':
         yield "posing limbs", 0.4
-        laid, actor = posed_and_actor(laid, markers.landmarks, surface.vertices, surface.triangles)
+        laid, actor = posed_and_actor(laid, markers.landmarks, body)
         markers = replace(markers, reference=laid, actor=actor)
     yield "matching", 0.5
     fixed = {row: given.fixed[label] for row, label in enumerate(markers.labels) if label in given.fixed}
-    match = matching.match_to_surface(laid, surface.vertices, surface.triangles, fixed)
+    match = matching.match_to_surface(laid, surface, fixed)
     if options.mode == 'RETARGET':
         yield "retargeting", 0.6
         markers, match = _retargeted(given, markers, match)
     yield "following the skin", 0.7
-    targets = skin.skin_targets(markers.path, markers.reference, match, markers.landmarks)
+    targets = skin.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)
     yield "laying cuffs", 0.8
-    cuffs, told_of_cuffs = marker_cuffs.find(given, markers, match)
+    to_object = np.linalg.inv(given.to_world)
+    found, told_of_cuffs = _cuffs(given, markers, match, to_object)
     yield "making handles", 0.9
-    to_object = np.linalg.inv(surface.to_world)
-    rest = surface.own[match.vertex].astype(np.float64)
+    rest = given.own[match.vertex].astype(np.float64)
     return Matched(
         names=markers.labels,
         vertices=match.vertex,
@@ -128,13 +122,11 @@ def steps(given):
         frames=given.recording.frames,
         frame=frame,
         alignment=to_object @ to_mesh,
-        size=fixed_points.bounding_box_diagonal(surface.own),
-        recognition=given.recognition,
+        size=fixed_points.bounding_box_diagonal(given.own),
         world_size=fixed_points.bounding_box_diagonal(surface.vertices),
         ramp=round(RAMP_SECONDS * given.recording.rate_hz),
-        filled={words: float(np.mean(markers.how == kind)) for kind, words in FILLED.items()},
-        cuffs=cuffs,
-        told_of_cuffs=told_of_cuffs,
+        cuffs=found,
+        told=[given.recognition, *match_notes.of_gaps(markers.how), *told_of_cuffs],
         notes=[*given.notes, *notes, *words],
     )
 
@@ -157,7 +149,7 @@ def _chosen(given, frame, path, how, reference):
     used = [number for number, label in enumerate(labels) if label in given.used]
     seen = [number for number in used if not np.isnan(reference[number]).any()]
     unseen = [labels[number] for number in used if number not in seen]
-    where = f"frame {frame:g} of '{given.reference_name}'"
+    where = f"frame {frame:g} of '{given.standing.name}'"
     if not used:
         raise SceneError("No marker is ticked in the list. Tick those that should move the mesh")
     if not seen:
@@ -178,27 +170,24 @@ def _chosen(given, frame, path, how, reference):
     return Markers(names, known, path[:, seen], how[:, seen], reference[seen], reference[seen]), notes
 
 
-def _alignment(given, markers):
+def _alignment(given, markers, body):
     """(4 x 4 from the markers' world to where they lie on the mesh, in the world; notes). @throws MeanValueError."""
-    surface = given.surface
     if given.to_object is not None:
-        return surface.to_world @ given.to_object, []
+        return given.to_world @ given.to_object, []
     if given.options.align == 'NONE':
         return np.eye(4), []
     if given.options.align == 'AUTO':
-        found = alignment.align_to_mesh(markers.reference, markers.landmarks, surface.vertices, surface.triangles)
-        is_doubtful = found.certainty < DOUBTFUL or found.quality > POOR
-        words = f"{found.words} If it is wrong, pick three points and align by these"
-        return found.matrix, [*match_notes.of_limbs(markers), *([words] if is_doubtful else [])]
+        found = alignment.align_to_mesh(markers.reference, markers.landmarks, body)
+        return found.matrix, [*match_notes.of_limbs(markers), *match_notes.of_alignment(found)]
     rows = [row for row, label in enumerate(markers.labels) if label in given.fixed]
-    targets = surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
-    if len(rows) < LEAST_PAIRS or not fixed_points.span_a_plane(markers.reference[rows]):
+    picked = markers.reference[rows], given.surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
+    if len(rows) < LEAST_PAIRS or not all(map(fixed_points.span_a_plane, picked)):
         raise SceneError(
             f"Picked Pairs needs the points of at least {LEAST_PAIRS} markers that are not in one line, and "
             f"{wording.counted(len(rows), 'marker')} {'has' if len(rows) == 1 else 'have'} one. Choose a marker in the "
             "list, press Pick Point and click its point on the mesh"
         )
-    return alignment.similarity(markers.reference[rows], targets), []
+    return alignment.similarity(*picked), []
 
 
 def _retargeted(given, markers, match):
@@ -207,12 +196,29 @@ def _retargeted(given, markers, match):
     On it the markers are where they were aligned, but those whose points were picked by hand are over these, as far off
     the skin as the others usually are.
     """
-    surface = given.surface
     picked = np.array([label in given.picked for label in markers.labels])
     usual = float(np.median(match.distance[~picked])) if (~picked).any() else 0.0
-    normals = Surface(surface.vertices, surface.triangles).normals()[match.vertex]
-    points = surface.vertices[match.vertex]
-    character = np.where(picked[:, None], points + usual * normals, markers.reference)
+    points = given.surface.vertices[match.vertex]
+    over = points + usual * given.surface.normals()[match.vertex]
+    character = np.where(picked[:, None], over, markers.reference)
     rate = given.recording.rate_hz
     path = retargeting.retarget(markers.path, markers.actor, character, rate, markers.landmarks)
     return replace(markers, path=path, reference=character), replace(match, offset=character - points)
+
+
+def _cuffs(given, markers, match, to_object):
+    """([core.cuffs.Cuff], sentences): places and radii are in the object's space, turns in the world."""
+    if not given.options.use_cuffs:
+        return [], []
+    found, refused = cuffs.find_cuffs(markers.path, markers.reference, markers.landmarks, match.vertex, given.surface)
+    scale = np.cbrt(abs(np.linalg.det(to_object[:3, :3])))
+    result = [
+        replace(
+            cuff,
+            centre=motion.apply(to_object, cuff.centre),
+            radius=scale * cuff.radius,
+            centres=motion.apply(to_object, cuff.centres),
+        )
+        for cuff in found
+    ]
+    return result, match_notes.of_cuffs(result, refused)

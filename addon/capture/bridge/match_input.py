@@ -9,6 +9,8 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys
+from ...scene.core import motion
+from ...scene.core.surface import Surface
 from . import marker_pairs, marker_presets, takes
 
 #: Of MEANVALUE_PG_capture.
@@ -16,38 +18,30 @@ OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "mode", "splin
 
 
 @dataclass(frozen=True, eq=False)
-class RestShape:
-    """own: n x 3 in the object's space, vertices: n x 3 in the world; triangles t x 3; to_world 4 x 4."""
-
-    own: np.ndarray
-    vertices: np.ndarray
-    triangles: np.ndarray
-    to_world: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class MatchInput:
     """A mesh, its take, and what the artist wants.
 
-    recording  the take; standing  the takes.Recording that has the reference, which may be the same; reference_name
-    of the take that has it
+    surface    the Surface of its rest shape in the world; own  (n, 3) the same vertices in the object's space
+    to_world   4 x 4 between them
+    recording  the take; standing  the takes.Recording that has the reference, which may be the same
     used       markers that are ticked; landmarks  {marker: landmark or None}
     recognition  how the names of the markers were known, in words
-    fixed      {marker: vertex} to be kept; picked  those of them that were picked by hand
+    fixed      {marker: vertex} to be kept; picked  the names of those of them that were picked by hand
     to_object  4 x 4 from the markers' world to the object's space, to be kept, or None: as `align` says
     options    OPTIONS, and cutoff_hz, which is None without a filter
     notes      sentences
     """
 
-    surface: RestShape
+    surface: Surface
+    own: np.ndarray
+    to_world: np.ndarray
     recording: takes.Recording
     standing: takes.Recording
-    reference_name: str
     used: frozenset
     landmarks: dict
     recognition: str
     fixed: dict
-    picked: dict
+    picked: frozenset
     to_object: np.ndarray | None
     options: SimpleNamespace
     notes: list
@@ -97,27 +91,22 @@ def _read(obj, fixed, picked, to_object):
     left_out = {pair.name for pair in capture.pairs if not pair.is_used}
     options = SimpleNamespace(**{name: getattr(capture, name) for name in OPTIONS})
     options.cutoff_hz = capture.cutoff_hz if capture.use_low_pass else None
-    return MatchInput(
-        surface=_surface(obj),
-        recording=recording,
-        standing=standing,
-        reference_name=(other or capture.take).name,
-        used=frozenset(recording.labels) - left_out,
-        landmarks=dict(zip(recording.labels, landmarks, strict=True)),
-        recognition=recognition,
-        fixed=fixed,
-        picked=picked,
-        to_object=to_object,
-        options=options,
-        notes=notes,
-    )
-
-
-def _surface(obj):
-    """@throws SceneError."""
     to_world = np.array(obj.matrix_world, np.float64)
     if not np.linalg.cond(to_world[:3, :3]) < 1e9:
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
     own = shape_keys.rest_positions(obj.data)
-    vertices = own.astype(np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
-    return RestShape(own, vertices, mesh_arrays.shown_triangles(obj.data), to_world)
+    return MatchInput(
+        surface=Surface(motion.apply(to_world, own), mesh_arrays.shown_triangles(obj.data)),
+        own=own,
+        to_world=to_world,
+        recording=recording,
+        standing=standing,
+        used=frozenset(recording.labels) - left_out,
+        landmarks=dict(zip(recording.labels, landmarks, strict=True)),
+        recognition=recognition,
+        fixed=fixed,
+        picked=frozenset(picked),
+        to_object=to_object,
+        options=options,
+        notes=notes,
+    )

@@ -2,7 +2,12 @@
 """What the artist is told about a matching that could be better."""
 
 from ... import wording
-from ..core import landmarks
+from ..core import cuffs, gaps, landmarks
+
+FILLED = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbors", gaps.MISSING: "left free"}
+
+#: Of an automatic alignment (core.alignment.Alignment): from where on the artist is told to look at it.
+DOUBTFUL, POOR = 1.1, 0.03
 
 
 def of_frame(given, frame):
@@ -11,7 +16,7 @@ def of_frame(given, frame):
     if frames[0] - 1.0 <= given.options.reference_frame <= frames[-1] + 1.0:
         return []
     return [
-        f"'{given.reference_name}' has no frame {given.options.reference_frame:g}: it goes from {frames[0]:g} to "
+        f"'{given.standing.name}' has no frame {given.options.reference_frame:g}: it goes from {frames[0]:g} to "
         f"{frames[-1]:g}. Frame {frame:g} was taken as the reference"
     ]
 
@@ -51,7 +56,25 @@ def of_limbs(markers):
     ]
 
 
-def of_cuffs(found, refused, most):
+def of_alignment(found):
+    """Says so where an Alignment may be wrong."""
+    if found.certainty >= DOUBTFUL and found.quality <= POOR:
+        return []
+    other = ". Another way to look fits nearly as well" if found.certainty < DOUBTFUL else ""
+    return [
+        f"Two of three markers lie {wording.share(found.quality)} of the height from the skin, scaled by "
+        f"{found.scale:.3g}{other}. If it is wrong, pick three points and align by these"
+    ]
+
+
+def of_gaps(how):
+    """A sentence on the samples that were not captured. how  as gaps.fill_gaps() tells."""
+    shares = [(float((how == kind).mean()), words) for kind, words in FILLED.items()]
+    filled = [f"{wording.share(share)} {words}" for share, words in shares if share]
+    return [f"Of the samples {wording.listed(filled)}"] if filled else []
+
+
+def of_cuffs(found, refused):
     """Sentences: which limbs have a cuff, and which have none as their roll is not known."""
     told = []
     if found:
@@ -61,7 +84,7 @@ def of_cuffs(found, refused, most):
     if refused:
         told.append(
             f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
-            f"{max(refused.values()):.2g} of their distance from the limb's axis ({most:.2g} is allowed), so its roll "
-            "is not known. One more marker to the side would tell it"
+            f"{max(refused.values()):.2g} of their distance from the limb's axis ({cuffs.ROLL:.2g} is allowed), so its "
+            "roll is not known. One more marker to the side would tell it"
         )
     return told

@@ -30,6 +30,7 @@ NOT_CHOSEN = "No take is chosen. Import a motion capture file, and choose its co
 class Recording:
     """What the Empties of a take say.
 
+    name       of the take
     labels     m names, as in the file
     empties    their m objects; not to be kept
     positions  (f, m, 3) float64, world space; NaN where a marker has no key
@@ -37,6 +38,7 @@ class Recording:
     rate_hz    samples a second, as recorded
     """
 
+    name: str
     labels: tuple
     empties: tuple
     positions: np.ndarray
@@ -138,6 +140,7 @@ def read(collection):
             positions[numbers, number, index] = values
     positions[np.isnan(positions).any(axis=2)] = np.nan  # all three or none
     return Recording(
+        name=collection.name,
         labels=tuple(empty.meanvalue.marker for empty in empties),
         empties=tuple(empties),
         positions=_in_world(empties, positions),

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core import checks
-from ...scene.core.surface import Surface, outward
+from ...scene.core.checks import InvalidMotionError
+from ...scene.core.rigid import nearest_rotations
 from . import facing
 from . import landmarks as places
-from .medial import medial_points
+from .body import Body
 
 #: Share of the markers that must lie on the mesh; the others may be anywhere (arms in another pose, mislabelled ones).
 TRIMMED = 0.65
@@ -17,8 +17,8 @@ TRIMMED = 0.65
 MARKER_RADIUS = 0.007
 #: How much markers of arms count: nobody holds them alike.
 ARMS = 0.3
-#: Points of the surface that the search looks at, and the rounds on them: first few, from every start, then many.
-SAMPLES, ROUNDS, FINER_SAMPLES, FINER_ROUNDS = 1500, 8, 12000, 30
+#: Points of the body that the search looks at first, from every start, and its rounds on them; then on all.
+FEW, ROUNDS, FINER_ROUNDS = 1500, 8, 30
 #: Turns about the upright axis and scales to start from, where landmarks do not tell them.
 TURNS, SCALES = 16, (0.93, 1.0, 1.07)
 #: What the scale may differ by from that of the heights of known landmarks, and where none is known.
@@ -42,7 +42,6 @@ class Alignment:
     quality: float
     #: How much worse the best other way to look fits (turned by more than 45 degrees): near 1 it is a guess.
     certainty: float
-    words: str
 
     @property
     def scale(self):
@@ -52,63 +51,42 @@ class Alignment:
 def similarity(source, target):
     """(4, 4): the scale, rotation and shift that take points closest to others (Umeyama 1991).
 
-    source, target  (k, 3), rows with NaN in either left out. At least 3 that are not on a line must be left.
-    Raises InvalidMotionError where they are less, or in one place or on a line.
+    source, target  (k, 3), at least 3 that are not on a line.
     """
-    source = checks.points(source, "the picked markers")
-    target = checks.points(target, "the picked points", len(source))
-    known = ~np.isnan(source[:, 0]) & ~np.isnan(target[:, 0])
-    if known.sum() < 3:
-        raise checks.InvalidMotionError(f"There are {known.sum()} pairs of markers and points; pick at least 3.")
-    source, target = source[known], target[known]
     from_centre, to_centre = source.mean(axis=0), target.mean(axis=0)
     before, after = source - from_centre, target - to_centre
-    for points, name in ((before, "markers"), (after, "points")):
-        spread = np.linalg.svd(points, compute_uv=False)
-        if spread[1] <= 1e-6 * spread[0] or spread[0] <= 0.0:
-            raise checks.InvalidMotionError(f"The picked {name} lie on one line: pick one more that is off it.")
-    left, values, right = np.linalg.svd(after.T @ before)
-    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
-    return _matrix((left * signs) @ right, (values * signs).sum() / (before**2).sum(), to_centre, from_centre)
+    turn = nearest_rotations(after.T @ before)
+    return _matrix(turn, ((before @ turn.T) * after).sum() / (before**2).sum(), to_centre, from_centre)
 
 
-def align_to_mesh(markers, landmarks, vertices, faces):
-    """The `Alignment` of markers with a mesh, without picked pairs. Both stand upright, +Z up, in about the same pose.
+def align_to_mesh(markers, landmarks, body):
+    """The `Alignment` of markers with a Body, without picked pairs. Both stand upright, +Z up, in about the same pose.
 
     Scale and height come from the heights of known landmarks over the ground (landmarks.py), else from the extent. From
     several turns about the upright axis (near the way that the mesh's feet point, where that is to be seen, and the
     other way; else all round) ICP leads to the surface (Besl and McKay 1992; upright, scaled, trimmed as by Chetverikov
     et al. 2005), or for joints of skeletons to the middle of the body. A marker's centre is its radius off the skin.
 
-    markers  (m, 3) metres, NaN where missing; landmarks  m names or None; vertices  (n, 3) any unit; faces  (t, 3).
-    Raises InvalidMotionError for less than 6 markers and for meshes without surface or height.
+    markers  (m, 3) metres; landmarks  m names or None.
+    Raises InvalidMotionError for less than 6 markers, and for markers or meshes without height.
     """
-    markers = checks.points(markers, "the markers", len(landmarks))
-    known = ~np.isnan(markers[:, 0])
-    if known.sum() < 6:
-        raise checks.InvalidMotionError(
-            f"Only {known.sum()} markers are seen in this frame; the alignment needs 6. Choose another frame or pick "
+    if len(markers) < 6:
+        raise InvalidMotionError(
+            f"Only {len(markers)} markers are seen in this frame; the alignment needs 6. Choose another frame or pick "
             "pairs of markers and points."
         )
-    surface = Surface(vertices, faces)
-    markers, names = markers[known], np.array(landmarks, object)[known]
-    body = _Body(surface, places.has_joints(names))
     if not body.height > 0.0:
-        raise checks.InvalidMotionError("The mesh is flat: it has no height along Z. Stand it up, +Z is up.")
+        raise InvalidMotionError("The mesh is flat: it has no height along Z. Stand it up, +Z is up.")
     if not np.ptp(markers[:, 2]) > 0.0:
-        raise checks.InvalidMotionError("The markers are all at one height. Check the up axis of the take.")
-    fit = _Fit(body, markers, names)
-    candidates = sorted((fit.settled(start, body.few, ROUNDS) for start in fit.starts()), key=_residual)
-    best = min((fit.settled(matrix, body.many, FINER_ROUNDS) for _, matrix in candidates[:3]), key=_residual)
+        raise InvalidMotionError("The markers are all at one height. Check the up axis of the take.")
+    fit, few = _Fit(body, markers, landmarks), Body(body.surface, body.is_for_joints, FEW)
+    candidates = sorted((fit.settled(start, few, ROUNDS) for start in fit.starts()), key=_residual)
+    best = min((fit.settled(matrix, body, FINER_ROUNDS) for _, matrix in candidates[:3]), key=_residual)
     others = [matrix for _, matrix in candidates if _angle_between(matrix, best[1]) > np.radians(45.0)]
-    other = fit.settled(others[0], body.many, FINER_ROUNDS)[0] if others else np.inf
+    other = fit.settled(others[0], body, FINER_ROUNDS)[0] if others else np.inf
     certainty = float(other / max(best[0], 1e-300))
-    distances = np.sort(surface.nearest(_moved(markers, best[1]))[3])[: _most(len(markers))]
-    quality = float(np.sqrt((distances**2).mean()) / body.height)
-    words = f"Two of three markers lie within {100.0 * distances[-1] / body.height:.1f} % of the height from the skin"
-    words += f"; scaled by {_scale_of(best[1]):.3g}."
-    words += " Another way to look fits nearly as well." if certainty < 1.1 else ""
-    return Alignment(best[1], quality, certainty, words)
+    distances = np.sort(body.surface.nearest(_moved(markers, best[1]))[3])[: _most(len(markers))]
+    return Alignment(best[1], float(np.sqrt((distances**2).mean()) / body.height), certainty)
 
 
 def _residual(candidate):
@@ -119,31 +97,20 @@ def _most(count):
     return max(4, int(np.ceil(TRIMMED * count)))
 
 
-class _Body:
-    """What the search needs to know of a mesh: samples (points, outward normals) of its skin or, for joints, of its
-    middle; its height, and where its feet point."""
+def _middle(body):
+    """(2,): the middle of the trunk, seen from above."""
+    trunk = body.skin[(body.above > 0.5) & (body.above < 0.62)]
+    return np.median(trunk if len(trunk) else body.skin, axis=0)[:2]
 
-    def __init__(self, surface, is_for_joints):
-        self.is_for_joints = is_for_joints
-        used = surface.vertices[np.unique(surface.triangles)]
-        self.ground, self.height = used[:, 2].min(), np.ptp(used[:, 2])
-        self.few, self.many = (self._samples(surface, count) for count in (SAMPLES, FINER_SAMPLES))
-        points = surface.samples(FINER_SAMPLES)[0]
-        above = (points[:, 2] - self.ground) / max(self.height, 1e-300)
-        trunk = points[(above > 0.5) & (above < 0.62)]
-        self.middle = np.median(trunk if len(trunk) else points, axis=0)[:2]
-        # From the ankles to what lies on the ground, where that is as long as feet are. Middles of extents: both feet
-        # count alike however they stand.
-        soles, ankles = points[above < 0.03], points[(above > 0.06) & (above < 0.10)]
-        self.looks = None
-        if len(soles) > 3 and len(ankles) > 3:
-            begin, end = (0.5 * (part.min(axis=0) + part.max(axis=0))[:2] for part in (ankles, soles))
-            self.looks = end - begin if np.linalg.norm(end - begin) > 0.01 * self.height else None
 
-    def _samples(self, surface, count):
-        points, normals = surface.samples(count)
-        normals = outward(points, normals)
-        return medial_points(points, normals) if self.is_for_joints else points, normals
+def _feet_point(body):
+    """(2,): from the ankles to what lies on the ground, where that is as long as feet are; else None."""
+    soles, ankles = body.skin[body.above < 0.03], body.skin[(body.above > 0.06) & (body.above < 0.10)]
+    if len(soles) <= 3 or len(ankles) <= 3:
+        return None
+    # Middles of extents: both feet count alike however they stand.
+    begin, end = (0.5 * (part.min(axis=0) + part.max(axis=0))[:2] for part in (ankles, soles))
+    return end - begin if np.linalg.norm(end - begin) > 0.01 * body.height else None
 
 
 class _Fit:
@@ -159,11 +126,11 @@ class _Fit:
         self._scale, self._base, self._is_known = _scale_by_heights(markers, heights, body.height)
         allowed = SCALE_KNOWN if self._is_known else SCALE_UNKNOWN
         self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
-        looks = facing.forward(markers, names)
+        looks, feet = facing.forward(markers, names), _feet_point(body)
         #: Angle about Z that has the markers look as the mesh's feet point, or None.
         self._turned = None
-        if looks is not None and body.looks is not None:
-            self._turned = np.arctan2(*body.looks[::-1]) - np.arctan2(*looks[::-1])
+        if looks is not None and feet is not None:
+            self._turned = np.arctan2(*feet[::-1]) - np.arctan2(*looks[::-1])
 
     def starts(self):
         """Matrices: about the way that the feet point, where both bodies tell it, else all round."""
@@ -174,23 +141,23 @@ class _Fit:
         trunk = self._markers[self._is_trunk, :2]
         middle = trunk.mean(axis=0) if len(trunk) else np.median(self._markers[:, :2], axis=0)
         origin = np.append(middle, self._base)
-        to = np.append(self._body.middle, self._body.ground)
+        to = np.append(_middle(self._body), self._body.ground)
         scales = (1.0,) if self._is_known else SCALES
         return [_matrix(_about_z(angle), self._scale * share, to, origin) for angle in angles for share in scales]
 
-    def settled(self, matrix, samples, rounds):
-        """(residual, matrix) of the best of some rounds."""
+    def settled(self, matrix, body, rounds):
+        """(residual, matrix) of the best of so many rounds on the points of a Body."""
         best = np.inf, matrix
         for _ in range(rounds):
-            residual, following = self._round(matrix, samples)
+            residual, following = self._round(matrix, body)
             if residual < best[0]:
                 best = residual, matrix
             matrix = following
         return best
 
-    def _round(self, matrix, samples):
+    def _round(self, matrix, body):
         """(residual of `matrix`, the next matrix)."""
-        points, normals = samples
+        points, normals = body.points, body.normals
         moved = _moved(self._markers, matrix)
         squares = (points**2).sum(axis=1) - 2.0 * moved @ points.T + (moved**2).sum(axis=1)[:, None]
         nearest = squares.argmin(axis=1)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core import checks
 from ...scene.core.rigid import fit_rotations
 from . import landmarks as places
 from .hip_centres import with_hips
@@ -40,21 +39,21 @@ class Cuff:
     centres: np.ndarray
 
 
-def find_cuffs(markers, reference, landmarks, anchors, vertices, triangles):
+def find_cuffs(markers, reference, landmarks, anchors, surface):
     """([Cuff], {segment: how far its roll may be off}) of limbs whose markers tell how they turn, and of the others.
 
     Where the best rigid motion (Kabsch 1976) is off by more than ROLL of how far the markers are from the segment's
     axis (by their second singular value), its roll is not known, and it gets no cuff.
 
-    markers  (f, m, 3) aligned, retargeted, NaN where missing; reference  (m, 3) the same on the mesh at rest, without
-    NaN; landmarks  m names or None; anchors  (m,) vertices that they carry; vertices  (n, 3); triangles  (t, 3).
+    markers  (f, m, 3) aligned, retargeted, NaN where missing; reference  (m, 3) the same on the mesh at rest; landmarks
+    m names or None; anchors  (m,) vertices that they carry; surface  the mesh's Surface.
     """
-    markers = checks.motion(markers, "the markers")
     if places.has_joints(landmarks):
         return [], {}  # they are inside, nearly in one line
     # Hips, which go with the pelvis, are the third point of thighs that have two markers.
-    rest, _, moving, names = with_hips(reference, reference, markers, landmarks)
+    rest, moving, names = with_hips(reference, markers, landmarks)
     cuffs, refused, taken = [], {}, set(np.asarray(anchors).tolist())
+    vertices, triangles = surface.vertices, surface.triangles
     for name, members in sorted(places.segments(names).items()):
         if name.split(".")[0] not in LIMBS or len(members) < 3:
             continue

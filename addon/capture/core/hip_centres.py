@@ -9,52 +9,53 @@ from .landmarks import side_of
 HIPS = ("hip.L", "hip.R")
 
 
-def with_hips(reference, character, markers, landmarks):
-    """(reference, character, markers, landmarks), each with the two hips appended; unchanged where that can't be.
+def hips_of(points, landmarks):
+    """(2, 3) left and right of markers (m, 3), or (0, 3) where they do not tell.
 
-    Hips are where Bell, Petersen and Brand (1990) found them from the width of the pelvis: 0.36 of it to the side of
-    the middle of the anterior spines, 0.22 back and 0.30 down. In `markers` they move rigidly with those of the pelvis.
-
-    reference, character  (m, 3); markers  (f, m, 3); landmarks  m names or None. Needs both anterior spines and
-    something at the pelvis' back, in reference and character.
+    Those of a skeleton; else where Bell, Petersen and Brand (1990) found them from the width of the pelvis: 0.36 of it
+    to the side of the middle of the anterior spines, 0.22 back and 0.30 down. Needs both of these and something at the
+    pelvis' back. landmarks  m names or None.
     """
-    of_reference, of_character = (_hips(points, landmarks) for points in (reference, character))
-    if of_reference is None or of_character is None or "hip.L" in landmarks:
-        return reference, character, markers, tuple(landmarks)
-    pelvis = [k for k, landmark in enumerate(landmarks) if (landmark or "").startswith("pelvis.")]
-    known = ~np.isnan(markers[:, pelvis, 0])
-    turns = fit_rotations(reference[pelvis], markers[:, pelvis])
-    shares = known / np.maximum(known.sum(axis=1, keepdims=True), 1)
-    centres = (shares[..., None] * np.where(known[..., None], markers[:, pelvis], 0.0)).sum(axis=1)
-    rest_centres = shares @ reference[pelvis]
-    hips = centres[:, None] + np.einsum("fij,fkj->fki", turns, of_reference - rest_centres[:, None])
-    hips[known.sum(axis=1) < 3] = np.nan
-    return (
-        np.concatenate([reference, of_reference]),
-        np.concatenate([character, of_character]),
-        np.concatenate([markers, hips], axis=1),
-        (*landmarks, *HIPS),
-    )
-
-
-def _hips(points, landmarks):
-    """(2, 3) left and right, or None."""
+    if set(HIPS) <= set(landmarks):
+        return points[[landmarks.index(name) for name in HIPS]]
     front, back = {}, []
     for point, landmark in zip(points, landmarks, strict=True):
-        if landmark and not np.isnan(point).any():
-            if landmark.startswith("pelvis.front"):
-                front[side_of(landmark)] = point
-            elif landmark.startswith("pelvis.back"):
-                back.append(point)
-    if "L" not in front or "R" not in front or not back:
-        return None
+        if (landmark or "").startswith("pelvis.front"):
+            front[side_of(landmark)] = point
+        elif (landmark or "").startswith("pelvis.back"):
+            back.append(point)
+    if not {"L", "R"} <= set(front) or not back:
+        return np.zeros((0, 3))
     middle, left = 0.5 * (front["L"] + front["R"]), front["L"] - front["R"]
-    width = np.linalg.norm(left)
-    left = left / max(width, 1e-12)
+    width = max(np.linalg.norm(left), 1e-12)
+    left = left / width
     backward = np.mean(back, axis=0) - middle
     backward -= (backward @ left) * left
     backward /= max(np.linalg.norm(backward), 1e-12)
     down = np.cross(backward, left)
-    if not width > 0.0:
-        return None
     return np.array([middle + width * (sign * 0.36 * left + 0.22 * backward + 0.30 * down) for sign in (1.0, -1.0)])
+
+
+def with_hips(reference, markers, landmarks):
+    """(reference (m, 3), markers (f, m, 3), landmarks), each with the two hips appended, which move rigidly with the
+    markers of the pelvis; unchanged where these do not tell, and of skeletons."""
+    hips = hips_of(reference, landmarks)
+    if len(hips) == 0 or "hip.L" in landmarks:
+        return reference, markers, tuple(landmarks)
+    pelvis = [k for k, landmark in enumerate(landmarks) if (landmark or "").startswith("pelvis.")]
+    turns = fit_rotations(reference[pelvis], markers[:, pelvis])
+    moved = carried(np.concatenate([reference[pelvis], hips]), markers[:, pelvis], turns)[:, len(pelvis) :]
+    moved[(~np.isnan(markers[:, pelvis, 0])).sum(axis=1) < 3] = np.nan
+    return np.concatenate([reference, hips]), np.concatenate([markers, moved], axis=1), (*landmarks, *HIPS)
+
+
+def carried(reference, markers, turns):
+    """(f, k, 3): where points (k, 3) are that move rigidly with the first of them, of which markers (f, j, 3) are where
+    they were seen; NaN in frames without any. turns  (f, 3, 3) of that motion."""
+    known = ~np.isnan(markers[..., 0])
+    shares = known / np.maximum(known.sum(axis=1, keepdims=True), 1)
+    centres = np.einsum("fj,fji->fi", shares, np.nan_to_num(markers))
+    offsets = reference - (shares @ reference[: markers.shape[1]])[:, None]
+    result = centres[:, None] + np.einsum("fij,fkj->fki", turns, offsets)
+    result[~known.any(axis=1)] = np.nan
+    return result

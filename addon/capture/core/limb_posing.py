@@ -4,20 +4,16 @@
 import numpy as np
 
 from ...posing.core.region_growth import nearness
-from ...scene.core import checks
-from ...scene.core.surface import Surface, outward
-from . import facing
-from .hip_centres import with_hips
-from .landmarks import has_joints, side_of
+from . import facing, proportions
+from .hip_centres import hips_of
+from .landmarks import side_of
 from .limb import Limb
-from .medial import medial_points
-from .proportions import proportions_of
 
 ARM = (("upper_arm", "elbow"), ("forearm", "wrist", "hand"), "elbow")
 LEG = (("thigh", "knee"), ("shank", "ankle", "heel", "toe"), "knee")
 FOOT = (("heel", "toe"), ("ankle",))
-#: Points of the surface; the joint of the shoulder below its marker, over the body's height.
-SAMPLES, BELOW = 12000, 0.03
+#: The joint of the shoulder below its marker, over the body's height.
+BELOW = 0.03
 #: What is the skin of an arm: so far beyond the shoulder and above the ground, to be reached by steps of REACH from
 #: what is within ROOT of the shoulder, and as long as LEAST_ARM, all over the body's height. The trunk is as near to an
 #: arm that hangs down as an arm is. Legs are below LEGS.
@@ -26,7 +22,7 @@ BEYOND, HANDS, REACH, ROOT, LEAST_ARM, LEGS = 0.012, 0.35, 0.02, 0.1, 0.25, 0.45
 BETTER = 0.7
 
 
-def posed_and_actor(markers, landmarks, vertices, triangles):
+def posed_and_actor(markers, landmarks, body):
     """(posed, actor), (m, 3) each.
 
     Posed: the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
@@ -43,19 +39,13 @@ def posed_and_actor(markers, landmarks, vertices, triangles):
     character of `retarget()`.
     Actor: the same pose with the lengths of the actor, which is the reference that `retarget()` needs.
 
-    markers  (m, 3) aligned with the mesh, NaN where missing; landmarks  m names or None; vertices  (n, 3); triangles
-    (t, 3). Arms need markers (or joints) of shoulder and elbow, legs of knee and pelvis or hip, or they are left alone.
+    markers  (m, 3) aligned with the Body; landmarks  m names or None. Arms need markers (or joints) of shoulder and
+    elbow, legs of knee and pelvis or hip, or they are left alone.
     """
-    landmarks = tuple(landmarks)
-    markers = checks.points(markers, "the markers")
-    if len(landmarks) != len(markers):
-        raise checks.InvalidMotionError(f"There are {len(landmarks)} landmarks for {len(markers)} markers.")
-    body = _Body(Surface(vertices, triangles), has_joints(landmarks))
-    known = np.flatnonzero(~np.isnan(markers[:, 0]))
-    looks = facing.forward(markers[known], [landmarks[k] for k in known])
-    proportions = proportions_of(body.skin, body.normals)
-    markers = proportions.of_mesh(markers, landmarks)
-    hips = _hips(markers, landmarks)
+    looks = facing.forward(markers, landmarks)
+    crotch = proportions.crotch_of(body)
+    markers = proportions.moved(markers, landmarks, body, proportions.CROTCH, crotch)
+    hips = hips_of(markers, landmarks)
     result = markers.copy()
     for number, side in enumerate("LR"):
         shoulder, other = (_middle(markers, landmarks, which, "shoulder") for which in (side, "RL"[number]))
@@ -67,27 +57,7 @@ def posed_and_actor(markers, landmarks, vertices, triangles):
             is_leg = ((body.points - hips.mean(axis=0)) @ out > 0.0) & (body.above < LEGS)
             faces = None if body.is_for_joints else facing.of_limb(landmarks, facing.LEG, out, _ahead(hips))
             _pose_leg(result, landmarks, side, hips[number], body, is_leg, faces)
-    return result, proportions.of_actor(result, landmarks)
-
-
-class _Body:
-    """Samples of the mesh: skin (s, 3) with normals (s, 3) outward; points (s, 3), which are the skin or of
-    skeletons its middle; above (s,) height over the ground as a share of the whole."""
-
-    def __init__(self, surface, is_for_joints):
-        self.skin, normals = surface.samples(SAMPLES)
-        self.normals = outward(self.skin, normals)
-        self.points = medial_points(self.skin, self.normals) if is_for_joints else self.skin
-        self.is_for_joints, self.height = is_for_joints, float(np.ptp(self.points[:, 2]))
-        self.above = (self.points[:, 2] - self.points[:, 2].min()) / max(self.height, 1e-300)
-
-
-def _hips(markers, landmarks):
-    """(2, 3) left and right: as captured, or from the markers of the pelvis; empty where neither is there."""
-    if {"hip.L", "hip.R"} <= set(landmarks):
-        hips = markers[[landmarks.index("hip.L"), landmarks.index("hip.R")]]
-        return hips[:0] if np.isnan(hips).any() else hips
-    return with_hips(markers, markers, markers[None], landmarks)[0][len(markers) :]
+    return result, proportions.moved(result, landmarks, body, crotch, proportions.CROTCH)
 
 
 def _pose_arm(markers, landmarks, side, shoulder, across, body, looks):
@@ -138,7 +108,7 @@ def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):
     skin = body.points[is_leg]
     limb = _limb(markers, landmarks, side, LEG, hip, body, is_leg, faces)
     if limb:
-        foot, ankle = (_numbers(markers, landmarks, side, names) for names in FOOT)
+        foot, ankle = (_numbers(landmarks, side, names) for names in FOOT)
         captured = markers.copy()
         _keep_better(markers, limb, limb.posed(_end(skin, -skin[:, 2]), is_stretched=False))
         if foot and ankle:
@@ -147,7 +117,7 @@ def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):
 
 def _limb(markers, landmarks, side, parts, joint, body, is_limb, faces):
     """The `Limb`, or None where markers or skin tell too little."""
-    upper, fore, middle = (_numbers(markers, landmarks, side, names) for names in (*parts[:2], parts[2:]))
+    upper, fore, middle = (_numbers(landmarks, side, names) for names in (*parts[:2], parts[2:]))
     if not middle or np.count_nonzero(is_limb) < 20:
         return None
     return Limb(markers, joint, upper, fore, middle, body.points[is_limb], body.normals[is_limb], faces, body.height)
@@ -162,16 +132,16 @@ def _keep_better(markers, limb, posed):
         markers[limb.numbers] = posed[limb.numbers]
 
 
-def _numbers(markers, landmarks, side, names):
+def _numbers(landmarks, side, names):
     return [
         number
         for number, name in enumerate(landmarks)
-        if side_of(name) == side and name.split(".")[0] in names and not np.isnan(markers[number, 0])
+        if side_of(name) == side and name.split(".")[0] in names
     ]
 
 
 def _middle(markers, landmarks, side, name):
-    numbers = _numbers(markers, landmarks, side, (name,))
+    numbers = _numbers(landmarks, side, (name,))
     return markers[numbers].mean(axis=0) if numbers else None
 
 

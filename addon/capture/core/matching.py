@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core import checks
-from ...scene.core.surface import Surface
+from ...scene.core.checks import InvalidMotionError
 
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """Of each of m markers; of missing ones vertex -1 and NaN."""
+    """Of each of m markers."""
 
     #: (m,) the anchor vertex, another one for each marker.
     vertex: np.ndarray
@@ -21,33 +20,27 @@ class Match:
     distance: np.ndarray
 
 
-def match_to_surface(markers, vertices, triangles, fixed=None):
-    """The `Match` of markers with the surface nearest to them.
+def match_to_surface(markers, surface, fixed=None):
+    """The `Match` of markers (m, 3), aligned, with the Surface nearest to them.
 
     Anchor vertices are those nearest to the surface points. Where markers compete for one, the first has it, and the
-    next takes the nearest that is left.
-
-    markers  (m, 3) in the mesh's space, aligned, NaN where missing; vertices  (n, 3); triangles  (t, 3); fixed
-    {marker number: vertex} that are given.
-    Raises InvalidMotionError for meshes without surface or with less used vertices than markers.
+    next takes the nearest that is left. fixed  {marker number: vertex} that are given.
+    Raises InvalidMotionError for meshes with less used vertices than markers.
     """
-    markers = checks.points(markers, "the markers")
-    surface = Surface(vertices, triangles)
     fixed = fixed or {}
-    known = [number for number in np.flatnonzero(~np.isnan(markers[:, 0])) if number not in fixed]
+    unknown = [number for number in range(len(markers)) if number not in fixed]
     free = np.setdiff1d(surface.triangles, list(fixed.values()))
-    if len(free) < len(known):
-        raise checks.InvalidMotionError(
-            f"The mesh has {len(free)} vertices for {len(known)} markers, and each needs one of its own: subdivide it."
+    if len(free) < len(unknown):
+        raise InvalidMotionError(
+            f"The mesh has {len(free)} vertices for {len(unknown)} markers, and each needs one of its own: subdivide it"
         )
-    vertex, distance = np.full(len(markers), -1, np.int64), np.full(len(markers), np.nan)
-    _, _, points, distance[known] = surface.nearest(markers[known])
-    for number, point in zip(known, points, strict=True):
-        nearest = ((surface.vertices[free] - point) ** 2).sum(axis=1).argmin()
+    vertex = np.array([fixed.get(number, -1) for number in range(len(markers))])
+    _, _, points, distance = surface.nearest(markers)
+    for number in unknown:
+        nearest = ((surface.vertices[free] - points[number]) ** 2).sum(axis=1).argmin()
         vertex[number] = free[nearest]
         free = np.delete(free, nearest)
-    for number, given in fixed.items():
-        vertex[number] = given
-        distance[number] = np.linalg.norm(markers[number] - surface.vertices[given])
-    offset = np.where(vertex[:, None] < 0, np.nan, markers - surface.vertices[vertex])
+    offset = markers - surface.vertices[vertex]
+    given = list(fixed)
+    distance[given] = np.linalg.norm(offset[given], axis=1)
     return Match(vertex, offset, distance)

@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from ...scene.core import checks
+from ...scene.core.checks import InvalidMotionError
 from ...scene.core.rigid import turns_between
 from . import landmarks as places
 from .foot_planting import planted
-from .hip_centres import with_hips
+from .hip_centres import carried, hips_of, with_hips
 from .marker_graph import marker_graph
 
 #: Edges whose captured lengths vary by this share count half: joints bend between their ends.
@@ -16,7 +16,7 @@ BENDING = 0.05
 MOST_TURNED = 60.0
 
 
-def retarget(markers, reference, character, rate_hz, landmarks=None):
+def retarget(markers, reference, character, rate, landmarks):
     """(f, m, 3) float64: where the markers would go on a character of other proportions.
 
     Edges between neighbouring markers (of one segment of the body) turn as in the capture, by the rotation of their
@@ -30,22 +30,17 @@ def retarget(markers, reference, character, rate_hz, landmarks=None):
     markers  (f, m, 3) metres, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
         move with its segment meanwhile. reference  (m, 3): the markers in a frame in which the body stands upright,
         any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, metres,
-        Z up. rate_hz  frames a second. landmarks  m names or None, of `marker_sets.recognise()`; without, markers are
-        joined with their nearest ones, and the lowest ones are feet.
-    Raises InvalidMotionError where shapes differ, for NaN in reference or character, and for less than three markers.
+        Z up. rate  frames a second. landmarks  m names or None; markers without one are joined with their nearest
+        ones, and without any the lowest ones are feet.
+    Raises InvalidMotionError for less than three markers, and where the character looks another way.
     """
-    markers = checks.motion(markers, "the markers")
     count = markers.shape[1]
-    reference = checks.points(reference, "the reference", count, missing_allowed=False)
-    character = checks.points(character, "the character's markers", count, missing_allowed=False)
-    rate = checks.positive(rate_hz, "the frame rate", "Hz")
-    landmarks = tuple(landmarks) if landmarks is not None else (None,) * count
-    if len(landmarks) != count:
-        raise checks.InvalidMotionError(f"There are {len(landmarks)} landmarks for {count} markers.")
     if count < 3:
-        raise checks.InvalidMotionError(f"A body needs at least 3 markers to be retargeted, but there are {count}.")
+        raise InvalidMotionError(f"A body needs at least 3 markers to be retargeted, but there are {count}.")
     _require_same_heading(reference, character)
-    reference, character, completed, landmarks = with_hips(reference, character, markers, landmarks)
+    reference, completed, landmarks = with_hips(reference, markers, landmarks)
+    if len(reference) > count:
+        character = np.concatenate([character, hips_of(character, landmarks[:count])])
     graph = marker_graph(reference, landmarks, completed)
     turns = graph.rotations(reference, completed)
     completed = complete(completed, reference, graph, turns)
@@ -63,7 +58,7 @@ def _require_same_heading(reference, character):
     cosine, sine = (flat[0] * flat[1]).sum(), (flat[0][:, 0] * flat[1][:, 1] - flat[0][:, 1] * flat[1][:, 0]).sum()
     angle = np.degrees(np.arctan2(sine, cosine))
     if abs(angle) > MOST_TURNED and np.hypot(cosine, sine) > 0.0:
-        raise checks.InvalidMotionError(
+        raise InvalidMotionError(
             f"The character's markers are turned by {angle:.0f} degrees from those of the reference frame: "
             "align the capture with the character first, or check that left and right are not exchanged."
         )
@@ -77,12 +72,12 @@ def complete(markers, reference, graph, turns):
     """
     result = markers.copy()
     for cell, (members, weights) in enumerate(zip(graph.members, graph.weights, strict=True)):
-        _carry(result, markers, reference, members[weights > 0.0], turns[:, cell], least=2)
+        _fill(result, markers, reference, members[weights > 0.0], turns[:, cell], least=2)
     everything = np.arange(markers.shape[1])
-    _carry(result, markers, reference, everything, turns.mean(axis=1), least=1)
+    _fill(result, markers, reference, everything, turns.mean(axis=1), least=1)
     seen = np.flatnonzero(~np.isnan(result[..., 0]).any(axis=1))
     if not len(seen):
-        raise checks.InvalidMotionError("No marker is seen in any frame: there is no motion to retarget.")
+        raise InvalidMotionError("No marker is seen in any frame: there is no motion to retarget.")
     frames = np.arange(len(result))
     after = np.minimum(np.searchsorted(seen, frames), len(seen) - 1)
     before = np.maximum(after - 1, 0)
@@ -90,17 +85,13 @@ def complete(markers, reference, graph, turns):
     return result[nearest]
 
 
-def _carry(result, markers, reference, members, turns, least):
-    known = ~np.isnan(markers[:, members, 0])
-    frames = np.flatnonzero((known.sum(axis=1) >= least) & np.isnan(result[:, members, 0]).any(axis=1))
-    if not len(frames):
-        return
-    shares = known[frames] / known[frames].sum(axis=1, keepdims=True)
-    centres = np.einsum("fk,fkj->fj", shares, np.nan_to_num(markers[frames][:, members]))
-    offsets = reference[members] - (shares @ reference[members])[:, None]
-    carried = centres[:, None] + np.einsum("fij,fkj->fki", turns[frames], offsets)
+def _fill(result, markers, reference, members, turns, least):
+    """Where at least so many of the members are seen, the others are where their rigid motion has them."""
+    is_told = (~np.isnan(markers[:, members, 0])).sum(axis=1) >= least
+    frames = np.flatnonzero(is_told & np.isnan(result[:, members, 0]).any(axis=1))
+    moved = carried(reference[members], markers[frames][:, members], turns[frames])
     part = result[frames[:, None], members]
-    result[frames[:, None], members] = np.where(np.isnan(part), carried, part)
+    result[frames[:, None], members] = np.where(np.isnan(part), moved, part)
 
 
 def _solved(graph, turns, markers, reference, character):

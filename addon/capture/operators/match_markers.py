@@ -62,12 +62,8 @@ def _account(obj, matched):
         f"{wording.counted(len(matched.names), 'marker')} matched to '{obj.name}' at frame {matched.frame:g}, "
         f"{_far(matched, matched.distance.mean())} from it on average, at most "
         f"{_far(matched, matched.distance.max())} ('{matched.names[int(matched.distance.argmax())]}')",
-        wording.first_upper(matched.recognition),
+        *map(wording.first_upper, matched.told),
     ]
-    filled = [f"{wording.share(share)} {how}" for how, share in matched.filled.items() if share]
-    if filled:
-        parts.append(f"Of the samples {wording.listed(filled)}")
-    parts += matched.told_of_cuffs
     if not obj.meanvalue.live and not obj.meanvalue.baked.target:
         parts.append("To see the mesh follow, press Live, or Bake")
     return ". ".join(parts)
