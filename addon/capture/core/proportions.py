@@ -22,7 +22,7 @@ def crotch_of(body):
     is_near = np.abs((body.skin[:, :2] - middle) @ axes[0]) < NEAR * body.height
     is_between = (body.above > BETWEEN[0]) & (body.above < BETWEEN[1])
     found = body.above[is_near & is_between & (body.normals[:, 2] < DOWN)]
-    crotch = float(np.quantile(found, 0.1)) if len(found) >= LEAST else CROTCH
+    crotch = float(np.quantile(found, 0.2)) if len(found) >= LEAST else CROTCH
     return CROTCH if abs(crotch - CROTCH) < UNUSUAL else crotch
 
 
