@@ -7,15 +7,14 @@ from bpy.props import PointerProperty
 from .. import ids
 from ..scene import subject
 from ..widgets import menus, overlay
-from . import file_drop, marker_list, panel
-from .bridge import marker_pairs, mended_takes, pair_lines
+from . import panel
+from .bridge import marker_pairs, pair_lines
 from .operators import (
-    find_marker_problems,
     import_motion,
+    marker_problems,
     match_markers,
     pick_marker_point,
     save_marker_set,
-    swap_markers,
 )
 from .properties import PROPERTY_GROUPS, SETTINGS, MEANVALUE_PG_take  # noqa: F401
 
@@ -30,8 +29,8 @@ class MEANVALUE_MT_capture(menus.OperatorMenu, bpy.types.Menu):
     bl_label = "Motion Capture"
     operators = (
         import_motion.MEANVALUE_OT_import_motion,
-        find_marker_problems.MEANVALUE_OT_find_marker_problems,
-        swap_markers.MEANVALUE_OT_swap_markers,
+        marker_problems.MEANVALUE_OT_find_marker_problems,
+        marker_problems.MEANVALUE_OT_swap_markers,
         match_markers.MEANVALUE_OT_match_markers,
         pick_marker_point.MEANVALUE_OT_pick_marker_point,
         save_marker_set.MEANVALUE_OT_save_marker_set,
@@ -40,10 +39,9 @@ class MEANVALUE_MT_capture(menus.OperatorMenu, bpy.types.Menu):
 
 CLASSES = (
     *MEANVALUE_MT_capture.operators,
-    *marker_list.CLASSES,
     MEANVALUE_MT_capture,
     *panel.CLASSES,
-    *file_drop.CLASSES,
+    *import_motion.FILE_HANDLERS,
 )
 
 
@@ -67,7 +65,6 @@ def unregister():
     overlay.painters.remove(pair_lines.paint)
     subject.finders.remove(marker_pairs.mesh_of_marker)
     delattr(bpy.types.Collection, ids.OBJECT_PROPERTY)
-    mended_takes.forget()
 
 
 def chosen(active):

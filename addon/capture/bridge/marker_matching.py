@@ -5,6 +5,7 @@ All of it is in the space of the world, where lengths mean something and there i
 object is in its own. Nothing here touches Blender.
 """
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,10 +14,10 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points, motion
 from ...solver.core.steps import result_of
-from ..core import alignment, cuffs, landmarks, matching, retargeting, skin
+from ..core import alignment, cuffs, filtering, gaps, landmarks, matching, retargeting, skin
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
-from . import match_notes, mended_takes
+from . import match_notes
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
@@ -132,8 +133,17 @@ def steps(given):
 
 
 def _mended(given, recording):
-    longest = given.options.spline_seconds, given.options.rigid_seconds
-    return mended_takes.mended(recording, longest, given.options.cutoff_hz)
+    """(path (f, m, 3), how (f, m) as gaps.fill_gaps() tells), filled and filtered; not to be written to."""
+    longest = (given.options.spline_seconds, given.options.rigid_seconds)
+    longest = tuple(int(seconds * recording.rate_hz + 1e-6) for seconds in longest)
+    positions = recording.positions
+    return _filled(positions.tobytes(), positions.shape, longest, recording.rate_hz, given.options.cutoff_hz)
+
+
+@functools.lru_cache(maxsize=2)  # a take and its reference: picking points, one after the other, does not change them
+def _filled(content, shape, longest, rate_hz, cutoff_hz):
+    path, how = gaps.fill_gaps(np.frombuffer(content).reshape(shape), *longest)
+    return (path if cutoff_hz is None else filtering.low_pass(path, rate_hz, cutoff_hz)), how
 
 
 def _reference(given, sample):

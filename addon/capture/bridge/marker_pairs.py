@@ -55,22 +55,15 @@ def matched(obj):
     return [pair for pair in obj.meanvalue.capture.pairs if handle_index(obj, pair) is not None]
 
 
-def index_of(obj, name):
-    """Number of the pair of a marker, or None."""
-    return obj.meanvalue.capture.pairs.find(name) if name in obj.meanvalue.capture.pairs else None
-
-
-def index_meant(obj, active):
-    """Number of the pair that the artist means: of the active object (its control or marker), else of the list; or
-    None."""
+def meant(obj, active):
+    """The pair that the artist means: of the active object (its control or marker), else of the list; or None."""
     capture = obj.meanvalue.capture
-    if active is not None and active.type == 'EMPTY':
-        for number, pair in enumerate(capture.pairs):
-            if pair.control == active:
-                return number
+    own = next((pair for pair in capture.pairs if active is not None and pair.control == active), None)
+    if own is not None:
+        return own
     if active is not None and takes.of_marker(active) in {capture.take, capture.reference_take} - {None}:
-        return index_of(obj, active.meanvalue.marker)
-    return capture.active_pair if capture.active_pair < len(capture.pairs) else None
+        return capture.pairs.get(active.meanvalue.marker)
+    return active_pair(obj)
 
 
 def active_pair(obj):

@@ -173,12 +173,16 @@ def swap(collection, one, other, frame=None):
         write_presence(empty, present, recording.frames)
 
 
+def active_problem(settings):
+    """The problem of a take's settings whose line the artist chose, or None."""
+    return settings.problems[settings.active_problem] if 0 <= settings.active_problem < len(settings.problems) else None
+
+
 def go_to_problem(collection):
     """To the frame of the problem whose line the artist chose, with its marker selected."""
-    settings, context = collection.meanvalue, bpy.context
-    if not 0 <= settings.active_problem < len(settings.problems):
+    problem, context = active_problem(collection.meanvalue), bpy.context
+    if problem is None:
         return
-    problem = settings.problems[settings.active_problem]
     whole = math.floor(problem.frame)
     context.scene.frame_set(whole, subframe=problem.frame - whole)
     if context.mode == 'OBJECT' and problem.marker is not None and problem.marker.name in context.view_layer.objects:

@@ -133,11 +133,7 @@ def _keep_better(markers, limb, posed):
 
 
 def _numbers(landmarks, side, names):
-    return [
-        number
-        for number, name in enumerate(landmarks)
-        if side_of(name) == side and name.split(".")[0] in names
-    ]
+    return [number for number, name in enumerate(landmarks) if side_of(name) == side and name.split(".")[0] in names]
 
 
 def _middle(markers, landmarks, side, name):

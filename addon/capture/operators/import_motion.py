@@ -7,13 +7,15 @@ import pathlib
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
-from ... import wording
+from ... import compat, wording
 from ...errors import MeanValueError, MotionFileError, SceneError
 from ...scene import selection
 from ...scene.core import sample_times
 from ...widgets.base import Reporting
 from ..bridge import takes
 from ..core import readers, units
+
+_FileHandler = compat.file_handler()
 
 FROM_FILE = 'FILE'
 
@@ -83,8 +85,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
         for line in lines[:-1]:
             self.report({'INFO'}, wording.sentence(line))
-        empty = [note for pair in zip(read, frames, strict=True) for note in _empty_ends(*pair)]
-        return self.tell(lines[-1], [*empty, *(_other_rates(read) if self.time == 'CAPTURE' else [])])
+        return self.tell(lines[-1], [])
 
     def draw(self, _context):
         layout = self.layout
@@ -143,19 +144,6 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             scene.frame_start = math.ceil(begin)
 
 
-def _empty_ends(take, frames):
-    """Says where a take shows nothing at its ends."""
-    first, last = _seen_span(take)
-    ends = [(first, "first"), (take.frames - 1 - last, "last")]
-    told = [f"the {which} {wording.counted(count, 'sample')}" for count, which in ends if count]
-    if not told:
-        return
-    yield (
-        f"No marker is seen in {wording.listed(told)} of '{take.name}': markers are at frames {frames[first]:g} to "
-        f"{frames[last]:g}"
-    )
-
-
 def _seen_span(take):
     """(first, last): numbers of the samples that show any marker."""
     seen = take.measured.any(axis=1).nonzero()[0]
@@ -190,12 +178,20 @@ def _account(take, collection):
     return ". ".join([", ".join(parts), *take.notes])
 
 
-def _other_rates(read):
-    """Says which takes have another rate than the scene got."""
-    others = sorted({take.rate_hz for take in read} - {read[0].rate_hz})
-    if not others:
-        return []
-    return [
-        f"The scene has the rate of the first file, {read[0].rate_hz:g} Hz; others were recorded at "
-        f"{wording.listed(f'{rate:g}' for rate in others)} Hz and have keys between frames"
-    ]
+FILE_HANDLERS = ()
+
+if _FileHandler is not None:
+
+    class MEANVALUE_FH_motion(_FileHandler):
+        """Imports files that are dropped on a 3D View, where Blender can do that (4.1 and later)"""
+
+        bl_idname = "MEANVALUE_FH_motion"
+        bl_label = "Motion Capture"
+        bl_import_operator = MEANVALUE_OT_import_motion.bl_idname
+        bl_file_extensions = ";".join(readers.SUFFIXES)
+
+        @classmethod
+        def poll_drop(cls, context):
+            return context.area is not None and context.area.type == 'VIEW_3D'
+
+    FILE_HANDLERS = (MEANVALUE_FH_motion,)

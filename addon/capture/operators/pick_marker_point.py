@@ -82,10 +82,10 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
             raise SceneError(f"'{self.marker}' is no marker of the take. Choose one of the list in Motion Capture")
         if self.marker:
             return capture.pairs[self.marker]
-        index = marker_pairs.index_meant(obj, bpy.context.object)
-        if index is None:
+        pair = marker_pairs.meant(obj, bpy.context.object)
+        if pair is None:
             raise SceneError("No marker is chosen. Click one in the list of Motion Capture")
-        return capture.pairs[index]
+        return pair
 
 
 def _removed(obj, pair):

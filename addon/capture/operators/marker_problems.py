@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What should be looked at in a take: listed, and swapped markers mended."""
+
+import bpy
+import numpy as np
+
+from ... import wording
+from ...errors import MeanValueError, SceneError
+from ...scene.core import sample_times
+from ...widgets.base import Reporting
+from ..bridge import takes
+from ..core import jumps
+
+#: Gaps that are too long for their thresholds are all listed; of jumps, so many. More would not be read.
+MOST = 200
+
+
+class TakeOperator(Reporting):
+    """Mix-in for operators on the take that the artist works on. Subclasses define run(context, take)."""
+
+    bl_options = {'REGISTER', 'UNDO'}
+
+    @classmethod
+    def poll(cls, context):
+        if takes.chosen(context) is None:
+            cls.poll_message_set("No take is chosen. Import a motion capture file, or click one of its markers")
+            return False
+        return True
+
+    def execute(self, context):
+        try:
+            message, warnings = self.run(context, takes.chosen(context))
+        except MeanValueError as error:
+            return self.refuse(error)
+        return self.tell(message, warnings)
+
+
+class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
+    """List markers of the take that jump or are swapped with others, and gaps that are too long to be filled"""
+
+    bl_idname = "meanvalue.find_marker_problems"
+    bl_label = "Find Problems"
+
+    def run(self, context, take):
+        longest = _longest_gap(context, take)
+        count = _list_problems(take, longest)
+        if not count:
+            return f"'{take.name}': no jumps, no swapped markers, no gaps over {longest:g} s", []
+        first = take.meanvalue.problems[0]
+        return (
+            f"'{take.name}': {wording.counted(count, 'problem')} found. The first, at frame {first.frame:g}: "
+            f"{first.text.rstrip('.')}. Click one in the list to go there",
+            [f"The first {MOST} are listed"] if count > MOST else [],
+        )
+
+
+class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
+    """Exchange the paths of two markers from a frame to the end of the take, or in all of it"""
+
+    bl_idname = "meanvalue.swap_markers"
+    bl_label = "Swap Markers"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    marker: bpy.props.StringProperty(
+        name="Marker",
+        description="Name of one of them. If empty: those and the frame of the active problem",
+        options={'SKIP_SAVE'},
+    )
+    other: bpy.props.StringProperty(name="Other", description="Name of the other one", options={'SKIP_SAVE'})
+    frame: bpy.props.FloatProperty(
+        name="From Frame", description="From this frame of the scene on, with it", options={'SKIP_SAVE'}
+    )
+    whole_take: bpy.props.BoolProperty(
+        name="Whole Take", description="In all frames: as if their names were exchanged", options={'SKIP_SAVE'}
+    )
+
+    def run(self, context, take):
+        if not self.marker and not self.other:
+            self._take_over(take.meanvalue)
+        empties = {empty.meanvalue.marker: empty for empty in takes.markers(take)}
+        for name in (self.marker, self.other):
+            if name not in empties:
+                raise SceneError(f"'{name}' is no marker of '{take.name}'. Give the names of two of its markers")
+        if self.marker == self.other:
+            raise SceneError(f"'{self.marker}' can't be swapped with itself. Give the names of two markers")
+        one, other = empties[self.marker], empties[self.other]
+        takes.swap(take, one, other, None if self.whole_take else self.frame)
+        if take.meanvalue.is_searched:
+            _list_problems(take, _longest_gap(context, take))
+        where = "in the whole take" if self.whole_take else f"from frame {self.frame:g} on"
+        return (
+            f"'{self.marker}' and '{self.other}' have changed places {where}. What is matched already follows after "
+            "Match Markers",
+            [],
+        )
+
+    def _take_over(self, settings):
+        problem = takes.active_problem(settings)
+        if problem is None or problem.marker is None or problem.other is None:
+            raise SceneError(
+                "No swapped pair is chosen. Press Find Problems and choose one of the list, or give the names of two "
+                "markers"
+            )
+        self.marker, self.other = problem.marker.meanvalue.marker, problem.other.meanvalue.marker
+        self.frame = problem.frame
+
+
+def _list_problems(take, longest):
+    """How many problems a take has, gaps of more than `longest` seconds among them. The first MOST are on its list."""
+    recording = takes.read(take)
+    found = jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, take.meanvalue.is_skeleton)
+    found = [(each.sample, each.marker, each.words, each.other) for each in found]
+    found += _gaps(recording, longest)
+    take.meanvalue.problems.clear()
+    take.meanvalue.is_searched = True
+    for sample, marker, text, other in sorted(found, key=lambda each: each[:3])[:MOST]:
+        problem = take.meanvalue.problems.add()
+        problem.text = text
+        problem.marker = recording.empties[marker]
+        problem.other = None if other is None else recording.empties[other]
+        problem.frame = recording.frames[sample]
+    return len(found)
+
+
+def _gaps(recording, longest):
+    for marker, label in enumerate(recording.labels):
+        for begin, end in sample_times.runs(np.isnan(recording.positions[:, marker, 0])):
+            seconds = (end - begin) / recording.rate_hz
+            if seconds > longest:
+                yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
+
+
+def _longest_gap(context, take):
+    """Seconds: what the mesh that uses the take fills."""
+    for obj in context.view_layer.objects:
+        if obj.type == 'MESH' and obj.meanvalue.capture.take == take:
+            capture = obj.meanvalue.capture
+            return max(capture.spline_seconds, capture.rigid_seconds)
+    return 1.0
