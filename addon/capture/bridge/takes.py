@@ -191,7 +191,7 @@ def go_to_problem(collection):
 
 def _describe(settings, take, frames):
     settings.is_take = True
-    settings.is_skeleton = bool(take.parents)
+    settings.is_skeleton = take.is_skeleton
     settings.rate_hz = take.rate_hz
     settings.sample_count = take.frames
     settings.frames_per_sample = float(frames[1] - frames[0]) if len(frames) > 1 else 1.0

@@ -36,14 +36,11 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         file=file,
         rate_hz=rate,
         usual_rate=30.0,
-        first_frame=1,
         labels=[joint.name for joint in joints],
         positions=positions,
         usual_up=("Y", "as most BVH files have it"),
         notes=notes,
-        parents=tuple(joint.parent for joint in joints),
-        zero_is_missing=False,
-        drops_never_seen=False,
+        is_skeleton=True,
         rest=rest,
     ).take(up_axis, unit)
 

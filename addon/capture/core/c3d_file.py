@@ -41,11 +41,9 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         names = [name or "without name" for name, is_computed in zip(names, computed, strict=True) if is_computed]
         shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
         notes.append(f"{len(names)} points have no residual in any frame ({shown}): they were computed, or filtered")
-    first = _field_number(parameters, "ACTUAL_START_FIELD")
     return Recording(
         file=file,
         rate_hz=usable_rate(parameters.number("POINT", "RATE"), header.rate),
-        first_frame=header.first if first is None else first,
         labels=labels,
         kinds=kinds,
         positions=positions,

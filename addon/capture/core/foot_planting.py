@@ -7,7 +7,7 @@ import numpy as np
 
 from ...scene.core.sample_times import runs
 from . import landmarks as places
-from .gaps import distance_variation
+from .gaps import distance_variation, hermite
 from .stances import find_stances
 
 #: Shares of the body's height: how low markers of feet are, and how much their distances vary.
@@ -112,12 +112,9 @@ def _bridged(values, stances):
     result[stances[-1][1] :] = values[stances[-1][1] - 1]
     for before, after in itertools.pairwise(stances):
         begin, end = before[1], after[0]
-        span = end - begin + 1
-        t = np.arange(1, span)[:, None] / span
-        p, q = values[begin - 1], values[end]
-        u = span * _speed(values[max(before[0], begin - 5) : begin])
-        v = span * _speed(values[end : min(after[1], end + 5)])
-        result[begin:end] = p + (3 * t**2 - 2 * t**3) * (q - p) + (t**3 - 2 * t**2 + t) * u + (t**3 - t**2) * v
+        leaves = _speed(values[max(before[0], begin - 5) : begin])
+        lands = _speed(values[end : min(after[1], end + 5)])
+        result[begin:end] = hermite(values[begin - 1], values[end], leaves, lands, end - begin)
     return result
 
 

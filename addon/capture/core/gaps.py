@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Samples that no camera saw: found, and filled where what is known around them tells enough."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ...scene.core import checks
 from ...scene.core.rigid import fit_rotations
 from ...scene.core.sample_times import runs
 
@@ -31,25 +28,6 @@ LARGEST_VARIATION = 0.2
 LEAST_TOGETHER = 10
 
 
-@dataclass(frozen=True)
-class Gap:
-    """Samples `begin` to `end` - 1 of a marker are missing."""
-
-    marker: int
-    begin: int
-    end: int
-
-    @property
-    def length(self):
-        return self.end - self.begin
-
-
-def find_gaps(positions):
-    """List of `Gap` in (f, m, 3) positions, by marker and then by frame. A marker that is never seen is one gap."""
-    missing = np.isnan(checks.motion(positions)[..., 0])
-    return [Gap(marker, int(b), int(e)) for marker in range(missing.shape[1]) for b, e in runs(missing[:, marker])]
-
-
 def fill_gaps(positions, longest_spline=10, longest_rigid=200):
     """(filled (f, m, 3) float64, how (f, m) uint8: MEASURED 0, SPLINE 1, RIGID 2, MISSING 3).
 
@@ -63,20 +41,17 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
     Still longer gaps, and those with less than three usable neighbours, stay NaN.
 
     Filling by the rigid motion of neighbours is usual practice (Aristidou and Lasenby 2013 predict markers so); that
-    both ends are met is ours. Raises InvalidMotionError for wrong shapes and negative lengths.
+    both ends are met is ours.
     """
-    measured = checks.motion(positions)
-    for length, filler in ((longest_spline, "splines"), (longest_rigid, "neighbors")):
-        if not length >= 0:
-            raise checks.InvalidMotionError(f"The longest gap for {filler} is {length} samples, but must be 0 or more.")
-    filled = measured.copy()
-    how = np.where(np.isnan(measured[..., 0]), MISSING, MEASURED).astype(np.uint8)
-    gaps = find_gaps(measured)
-    for gap in gaps:
-        if gap.length <= longest_spline and _fill_by_spline(measured, filled, gap):
-            how[gap.begin : gap.end, gap.marker] = SPLINE
-    variation = distance_variation(measured)
-    _fill_rigidly(filled, how, [gap for gap in gaps if gap.length <= longest_rigid], variation)
+    filled = positions.copy()
+    missing = np.isnan(positions[..., 0])
+    how = np.where(missing, MISSING, MEASURED).astype(np.uint8)
+    gaps = [(marker, *run) for marker in range(missing.shape[1]) for run in runs(missing[:, marker]).tolist()]
+    for marker, begin, end in gaps:
+        if end - begin <= longest_spline and _fill_by_spline(positions[:, marker], filled[:, marker], begin, end):
+            how[begin:end, marker] = SPLINE
+    gaps = [(marker, begin, end) for marker, begin, end in gaps if end - begin <= longest_rigid]
+    _fill_rigidly(filled, how, gaps, distance_variation(positions))
     return filled, how
 
 
@@ -103,26 +78,28 @@ def distance_variation(positions):
     return result
 
 
-def _fill_by_spline(measured, filled, gap):
-    """True if the gap was filled: by a cubic between its ends, or by a few samples of a line beyond the take's."""
-    path = measured[:, gap.marker]
-    is_inside = gap.begin > 0 and gap.end < len(path)
-    if gap.length == len(path) or (not is_inside and gap.length > MOST_BEYOND):
+def _fill_by_spline(path, filled, begin, end):
+    """True if samples `begin` to `end` - 1 of a path (f, 3) were filled: by a cubic between its ends, or by a few
+    samples of a line beyond the take's."""
+    length, is_inside = end - begin, begin > 0 and end < len(path)
+    if length == len(path) or (not is_inside and length > MOST_BEYOND):
         return False
-    before = _end_slope(path[: gap.begin][::-1]) if gap.begin > 0 else None
-    after = _end_slope(path[gap.end :]) if gap.end < len(path) else None
+    before, after = _end_slope(path[:begin][::-1]), _end_slope(path[end:])
     if is_inside:
-        # Hermite's cubic; slopes are per sample, and away from the gap.
-        span = gap.length + 1
-        t = (np.arange(1, span) / span)[:, None]
-        p, q, u, v = path[gap.begin - 1], path[gap.end], -before * span, after * span
-        values = p + (3 * t**2 - 2 * t**3) * (q - p) + (t**3 - 2 * t**2 + t) * u + (t**3 - t**2) * v
-    elif before is not None:
-        values = path[gap.begin - 1] - before * np.arange(1, gap.length + 1)[:, None]
+        filled[begin:end] = hermite(path[begin - 1], path[end], -before, after, length)
+    elif begin > 0:
+        filled[begin:end] = path[begin - 1] - before * np.arange(1, length + 1)[:, None]
     else:
-        values = path[gap.end] - after * np.arange(gap.length, 0, -1)[:, None]
-    filled[gap.begin : gap.end, gap.marker] = values
+        filled[begin:end] = path[end] - after * np.arange(length, 0, -1)[:, None]
     return True
+
+
+def hermite(first, last, slope, end_slope, count):
+    """(count, 3): samples between two (3,) on the cubic with these slopes at them (3,), per sample."""
+    span = count + 1
+    t = (np.arange(1, span) / span)[:, None]
+    bends = (t**3 - 2 * t**2 + t) * span * slope + (t**3 - t**2) * span * end_slope
+    return first + (3 * t**2 - 2 * t**3) * (last - first) + bends
 
 
 def _end_slope(path):
@@ -142,25 +119,25 @@ def _fill_rigidly(filled, how, gaps, variation):
     for bound in VARIATIONS:
         near_enough = np.where(variation < bound, variation, np.inf)
         source, usable = filled.copy(), how != MISSING  # a round does not depend on the order of the gaps
-        for gap in (gap for gap in gaps if not usable[gap.begin, gap.marker]):
-            values = _carried(source, usable, gap, near_enough[gap.marker])
+        for marker, begin, end in (gap for gap in gaps if not usable[gap[1], gap[0]]):
+            values = _carried(source, usable, marker, begin, end, near_enough[marker])
             if values is not None:
-                filled[gap.begin : gap.end, gap.marker] = values
-                how[gap.begin : gap.end, gap.marker] = RIGID
+                filled[begin:end, marker] = values
+                how[begin:end, marker] = RIGID
 
 
-def _carried(positions, usable, gap, variation):
-    """(length, 3): the marker moved with its neighbours from both ends of the gap; None without three that are seen."""
-    ends = [frame for frame in (gap.begin - 1, gap.end) if 0 <= frame < len(positions) and usable[frame, gap.marker]]
+def _carried(positions, usable, marker, begin, end, variation):
+    """(end - begin, 3): the marker moved with its neighbours from both ends of the gap; None without three."""
+    ends = [frame for frame in (begin - 1, end) if 0 <= frame < len(positions) and usable[frame, marker]]
     if not ends:
         return None
-    window = slice(min(gap.begin, *ends, len(positions)), max(gap.end, *(end + 1 for end in ends)))
+    window = slice(min(begin, *ends, len(positions)), max(end, *(frame + 1 for frame in ends)))
     seen = usable[window].all(axis=0)
     candidates = np.flatnonzero(seen & np.isfinite(variation))
     neighbours = candidates[np.argsort(variation[candidates], kind="stable")[:MOST_NEIGHBOURS]]
     if len(neighbours) < 3:
         return None
-    moving, everything = positions[gap.begin : gap.end], np.flatnonzero(seen)
+    moving, everything = positions[begin:end], np.flatnonzero(seen)
     at_ends = positions[ends][:, None]  # (ends, 1, m, 3)
     turns = fit_rotations(at_ends[:, :, everything], moving[:, everything])
     moving, around = moving[:, neighbours], at_ends[:, :, neighbours]
@@ -168,9 +145,9 @@ def _carried(positions, usable, gap, variation):
         weights = (variation[neighbours] + NOISE) ** -float(power)
         turns = fit_rotations(around, moving, weights, turns, PRIOR)
     shares = weights / weights.sum()
-    offsets = at_ends[:, :, gap.marker] - shares @ around
+    offsets = at_ends[:, :, marker] - shares @ around
     paths = shares @ moving + np.einsum("elij,eoj->eli", turns, offsets)
     if len(paths) == 1:
         return paths[0]
-    share = np.arange(1, gap.length + 1)[:, None] / (gap.length + 1)
+    share = np.arange(1, end - begin + 1)[:, None] / (end - begin + 1)
     return (1.0 - share) * paths[0] + share * paths[1]

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core import checks
-
 #: A path may miss where its own speed leads by this share of the body's size (1 cm for an adult), and by this many
 #: times what most of its steps do, in the whole take or among the NEARBY steps before and after: takes that lost single
 #: frames (of 120 Hz every sixth, say) stutter everywhere, and that is no fault of a marker.
@@ -33,10 +31,6 @@ class Finding:
     words: str
     #: The marker it was swapped with, or None.
     other: int | None = None
-    #: How far the path is from where it should go on, in metres.
-    distance: float = 0.0
-    #: Of spikes: the first sample that is right again.
-    until: int | None = None
 
 
 @dataclass
@@ -62,21 +56,16 @@ def find_jumps(positions, rate_hz, labels=None, are_joints=False):
 
     positions  (f, m, 3) metres, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words;
     are_joints  they are of a skeleton, as in BVH, where no point can be taken for another: swaps are not looked for.
-    Raises InvalidMotionError for wrong shapes.
     """
-    positions = checks.motion(positions)
-    rate = checks.positive(rate_hz, "the frame rate", "Hz")
-    names = [f"marker {number}" for number in range(positions.shape[1])] if labels is None else list(labels)
-    if len(names) != positions.shape[1]:
-        raise checks.InvalidMotionError(f"There are {len(names)} names for {positions.shape[1]} markers.")
+    names = [f"marker {number}" for number in range(positions.shape[1])] if labels is None else labels
     size = _body_size(positions)
     if not size > 0.0:
         return []
     breaks = []
     for marker in range(positions.shape[1]):
         breaks += _breaks(positions, marker, size)
-    findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate * TOGETHER, names)
-    findings += _single(rest, rate * SPIKE, names, are_joints)
+    findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate_hz * TOGETHER, names)
+    findings += _single(rest, rate_hz * SPIKE, names, are_joints)
     return sorted(findings, key=lambda finding: (finding.sample, finding.marker))
 
 
@@ -184,7 +173,7 @@ def _swaps(breaks, window, names):
             f"{names[one.marker]} and {names[other.marker]} change places at sample {sample} "
             f"({1000.0 * distance:.0f} mm apart): Swap Markers mends it from there on."
         )
-        findings.append(Finding("swap", one.marker, sample, words, other.marker, distance))
+        findings.append(Finding("swap", one.marker, sample, words, other.marker))
     return findings, [one for number, one in enumerate(breaks) if number not in used]
 
 
@@ -208,13 +197,12 @@ def _single(breaks, window, names, are_joints):
         )
         if is_undone:
             number += 1
-            until = following.first
-            words = f"{told} and is back at sample {until}: delete the samples between, the gap will be filled."
-            findings.append(Finding("spike", one.marker, one.first, words, distance=distance, until=until))
+            words = f"{told} and is back at sample {following.first}: delete the samples between, which will be filled."
+            findings.append(Finding("spike", one.marker, one.first, words))
         else:
             if are_joints:
                 words = f"{told}: the skeleton's motion is broken there; leave these frames out or mend its curves."
             else:
                 words = f"{told}: another point may go by its name from there on; rename it or delete its samples."
-            findings.append(Finding("jump", one.marker, one.first, words, distance=distance))
+            findings.append(Finding("jump", one.marker, one.first, words))
     return findings

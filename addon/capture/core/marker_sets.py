@@ -88,13 +88,12 @@ def load(path):
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         name, marker_set = content["name"], dict(content["landmarks"].items())
-        unknown = [landmark for landmark in marker_set.values() if not places.segments_of(landmark)]
-        is_one = content["format"] == FORMAT and isinstance(name, str) and bool(marker_set)
+        is_known = all(places.segments_of(landmark) for landmark in marker_set.values())
+        is_one = content["format"] == FORMAT and isinstance(name, str) and bool(marker_set) and is_known
     except OSError as error:
         raise InvalidMotionError(f"The preset {path} can't be read: {error.strerror}.") from error
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise InvalidMotionError(f"{path.name} is no marker preset ({error!r}). Save it again.") from error
-    if not is_one or unknown:
-        reason = f"'{unknown[0]}' is no landmark" if unknown else 'its "format" or "landmarks" are wrong'
-        raise InvalidMotionError(f"{path.name} is no marker preset: {reason}. Save it again.")
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        is_one = False
+    if not is_one:
+        raise InvalidMotionError(f"{path.name} is no marker preset, or has unknown landmarks. Save it again.")
     return name, marker_set

@@ -35,7 +35,6 @@ class Recording:
     #: Frames a second; None where the file does not say: then they are `usual_rate`.
     rate_hz: float | None = None
     usual_rate: float = 100.0
-    first_frame: int = 1
     #: For each label None or, of what is no marker, what it is (model_outputs.py); empty: all are markers.
     kinds: list[str | None] = field(default_factory=list)
     #: What the file calls its unit, "" where it does not say.
@@ -45,12 +44,8 @@ class Recording:
     #: The axis that is up by custom of this format or maker, and words for that.
     usual_up: tuple[str, str] = ("Z", "as most laboratories have it")
     notes: list[str] = field(default_factory=list)
-    parents: tuple[int, ...] = ()
-    #: Exact zeros in all three coordinates are how many writers of this format say that a sample is missing, with or
-    #: without a residual of -1. That a marker is measured there is as good as impossible, and costs one sample.
-    zero_is_missing: bool = True
-    #: A marker without any sample is left out (not where it has a place in a hierarchy).
-    drops_never_seen: bool = True
+    #: The points are joints: they are never missing.
+    is_skeleton: bool = False
 
     def take(self, up_axis: str | None, unit: float | None) -> Take:
         """In metres, Z up; `up_axis` and `unit` overrule the file. Raises MotionFileError where nothing is left."""
@@ -68,12 +63,11 @@ class Recording:
         return Take(
             name=self.file.rpartition(".")[0] or self.file,
             rate_hz=self.rate_hz or self.usual_rate,
-            first_frame=self.first_frame,
             labels=labels,
             positions=positions,
             left_out={kind: tuple(names) for kind, names in left_out.items()},
             notes=tuple(self.notes),
-            parents=self.parents,
+            is_skeleton=self.is_skeleton,
         )
 
     def _markers(self, left_out):
@@ -95,7 +89,9 @@ class Recording:
     def _clean(self, positions):
         """NaN in all three where a sample is missing."""
         missing = ~np.isfinite(positions).all(axis=2)
-        if self.zero_is_missing:
+        if not self.is_skeleton:
+            # Exact zeros in all three coordinates are how many writers say that a sample is missing. That a marker is
+            # measured there is as good as impossible, and costs one sample.
             missing |= ~positions.any(axis=2)
         positions[missing] = np.nan
 
@@ -189,7 +185,7 @@ class Recording:
                 f"{self.file}: none of its {len(labels)} markers has a sample in any of {positions.shape[0]} frames. "
                 "Export the take again, with its trajectories"
             )
-        if self.drops_never_seen and not seen.all():
+        if not self.is_skeleton and not seen.all():
             left_out["never seen"] = [label for label, keep in zip(labels, seen, strict=True) if not keep]
             labels = tuple(label for label, keep in zip(labels, seen, strict=True) if keep)
             positions = positions[:, seen]

@@ -3,7 +3,6 @@
 
 import numpy as np
 
-from ...scene.core import checks
 from ...scene.core.sample_times import runs
 from .filtering import low_pass
 
@@ -24,8 +23,6 @@ def find_stances(positions, rate_hz, height, slow=SLOW):
     positions  (f, k, 3) metres, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
     frames a second; height  of the body, metres; slow  two speeds as SLOW.
     """
-    positions = checks.motion(positions)
-    height = checks.positive(height, "the body's height", "m")
     smooth = low_pass(positions, rate_hz, SMOOTHING_HZ) if rate_hz > 3.0 * SMOOTHING_HZ else positions
     speed = np.linalg.norm(np.gradient(smooth, axis=0), axis=2) * rate_hz if len(smooth) > 1 else 0.0 * smooth[..., 0]
     lowest = np.fmin.reduce(smooth[..., 2], axis=1)

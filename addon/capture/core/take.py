@@ -16,8 +16,6 @@ class Take:
     name: str
     #: Frames a second, > 0.
     rate_hz: float
-    #: The number of the first frame, as the file counts.
-    first_frame: int
     #: Unique and never empty, one for each physical marker (of BVH: joints and end sites).
     labels: tuple[str, ...]
     #: (f, m, 3) float64, read-only; NaN in all three where a sample is missing, never zero for that.
@@ -26,8 +24,8 @@ class Take:
     left_out: dict[str, tuple[str, ...]] = field(default_factory=dict)
     #: What was assumed or mended (unit, up axis, names, ...), in words for the artist.
     notes: tuple[str, ...] = ()
-    #: Of BVH: for each label the number of its parent, -1 for roots; empty where the file has no hierarchy.
-    parents: tuple[int, ...] = ()
+    #: Of BVH: the labels are joints of a skeleton.
+    is_skeleton: bool = False
 
     @property
     def frames(self) -> int:

@@ -27,11 +27,9 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     if nameless:
         notes.append(f"Rows have more columns than the {len(labels)} names need: {nameless} points have no name")
         labels += [""] * nameless
-    numbered = table[0, 0]
     return Recording(
         file=file,
         rate_hz=_rate(keys, table[:, 1], notes),
-        first_frame=int(numbered) if abs(numbered) < 2**31 else 1,
         labels=labels,
         kinds=model_outputs.kinds(labels),
         positions=table[:, 2:].reshape(len(table), len(labels), 3),
