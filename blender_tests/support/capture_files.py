@@ -123,8 +123,9 @@ def _padded(raw):
     return raw.ljust(-(-len(raw) // BLOCK) * BLOCK, b"\0")
 
 
-def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, keys=None):
-    """The bytes of a TRC file; `positions` as for c3d(), NaN becomes blank cells; `keys`: header values to replace."""
+def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, digits=None, keys=None):
+    """The bytes of a TRC file; `positions` as for c3d(), NaN becomes blank cells; `digits`: significant ones, in
+    place of `decimals`; `keys`: header values to replace."""
     positions = np.asarray(positions, np.float64)
     header = {
         "DataRate": f"{rate:g}",
@@ -141,8 +142,9 @@ def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, 
     lines.append("Frame#\tTime\t" + "".join(f"{label}\t\t\t" for label in labels))
     lines.append("\t\t" + "".join(f"X{k}\tY{k}\tZ{k}\t" for k in range(1, len(labels) + 1)))
     lines.append("")
+    form = f".{decimals}f" if digits is None else f".{digits}g"
     for number, frame in enumerate(positions):
-        cells = ["" if np.isnan(value) else f"{value:.{decimals}f}" for value in frame.ravel()]
+        cells = ["" if np.isnan(value) else format(value, form) for value in frame.ravel()]
         lines.append("\t".join([str(first_frame + number), f"{number / rate:.5f}", *cells]))
     return ("\n".join(lines) + "\n").encode()
 

@@ -4,26 +4,12 @@
 import bpy
 import numpy as np
 
+from . import capture_files
+
 
 def write_trc(path, labels, positions, rate_hz=100.0, unit="m"):
     """(f, m, 3) positions with Z up, NaN for what is missing; float32 survives the text. Returns the path as text."""
-    count, markers = positions.shape[:2]
-    keys = {
-        "DataRate": rate_hz, "CameraRate": rate_hz, "NumFrames": count, "NumMarkers": markers, "Units": unit,
-        "OrigDataRate": rate_hz, "OrigDataStartFrame": 1, "OrigNumFrames": count,
-    }  # fmt: skip
-    lines = [
-        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
-        "\t".join(keys),
-        "\t".join(str(value) for value in keys.values()),
-        "Frame#\tTime\t" + "\t\t\t".join(labels),
-        "\t\t" + "\t".join(f"{axis}{number + 1}" for number in range(markers) for axis in "XYZ"),
-        "",
-    ]
-    for frame in range(count):
-        cells = ["" if np.isnan(value) else f"{value:.9g}" for value in positions[frame].ravel()]
-        lines.append("\t".join([str(frame + 1), f"{frame / rate_hz:.6f}", *cells]))
-    path.write_text("\n".join(lines) + "\n")
+    path.write_bytes(capture_files.trc(labels, positions, rate=rate_hz, unit=unit, digits=9))
     return str(path)
 
 

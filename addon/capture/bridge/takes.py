@@ -120,6 +120,19 @@ def read(collection):
     if not is_take(collection):
         raise SceneError(NOT_CHOSEN)
     empties = markers(collection)
+    positions, frames = _keyed(collection, empties)
+    return Recording(
+        name=collection.name,
+        labels=tuple(empty.meanvalue.marker for empty in empties),
+        empties=tuple(empties),
+        positions=_in_world(empties, positions),
+        frames=frames,
+        rate_hz=collection.meanvalue.rate_hz,
+    )
+
+
+def _keyed(collection, empties):
+    """((f, m, 3) where the keys of the m Empties are, NaN for what has none in any of the three; (f,) frames)."""
     curves = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in empties]
     spans = [(frames[0], frames[-1]) for curve in curves for frames, _ in curve if len(frames)]
     if not spans:
@@ -139,38 +152,24 @@ def read(collection):
             _require_on_samples(collection, empties[number], samples - numbers)
             positions[numbers, number, index] = values
     positions[np.isnan(positions).any(axis=2)] = np.nan  # all three or none
-    return Recording(
-        name=collection.name,
-        labels=tuple(empty.meanvalue.marker for empty in empties),
-        empties=tuple(empties),
-        positions=_in_world(empties, positions),
-        frames=first + spacing * np.arange(count),
-        rate_hz=collection.meanvalue.rate_hz,
-    )
+    return positions, first + spacing * np.arange(count)
 
 
 def swap(collection, one, other, frame=None):
-    """Gives two Empties of a take each other's keys, from a frame of the scene on, or all. @throws SceneError."""
-    recording = read(collection)
+    """Gives two Empties of a take each other's path, from a frame of the scene on, or all. @throws SceneError."""
     if one.parent != other.parent:
         raise SceneError(
             f"'{one.name}' and '{other.name}' have different parents, so their keys mean different places. Clear the "
             "parents (Alt+P), or give both the same"
         )
-    spacing = collection.meanvalue.frames_per_sample
-    begin = -np.inf if frame is None else frame - 0.5 * spacing
-    paths = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in (one, other)]
-    for empty, own, new in ((one, *paths), (other, *paths[::-1])):
-        present = np.zeros(len(recording.frames), bool)
-        for index in range(3):
-            parts = [own[index], new[index]]
-            kept = [parts[0][0] < begin, parts[1][0] >= begin]
-            frames, values = (
-                np.concatenate([part[row][keep] for part, keep in zip(parts, kept, strict=True)]) for row in (0, 1)
-            )
-            actions.write_curve(empty, "location", index, frames, values)
-            present[np.rint((frames - recording.frames[0]) / spacing).astype(int)] = True
-        write_presence(empty, present, recording.frames)
+    empties = markers(collection)
+    positions, frames = _keyed(collection, empties)
+    pair = [empties.index(one), empties.index(other)]
+    begin = -np.inf if frame is None else frame - 0.5 * collection.meanvalue.frames_per_sample
+    later = np.flatnonzero(frames >= begin)[:, None]
+    positions[later, pair] = positions[later, pair[::-1]]
+    for number in pair:
+        _animate(empties[number], positions[:, number], ~np.isnan(positions[:, number, 0]), frames)
 
 
 def active_problem(settings):
@@ -210,16 +209,12 @@ def _make_empty(label, size, collection):
 
 
 def _animate(empty, positions, measured, frames):
-    """positions (f, 3), measured (f,) bool, at least one of them."""
+    """positions (f, 3), measured (f,) bool."""
     actions.write_vector(empty, "location", frames[measured], positions[measured])
-    write_presence(empty, measured, frames)
-    empty.location = positions[int(measured.argmax())]
-
-
-def write_presence(obj, present, frames):
-    """Keys the influence of a marker: 0 from where it is missing, 1 from where it is there again."""
-    keyed, values = sample_times.presence_keys(present, frames)
-    actions.write_curve(obj, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
+    keyed, values = sample_times.presence_keys(measured, frames)
+    actions.write_curve(empty, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
+    if measured.any():
+        empty.location = positions[int(measured.argmax())]
 
 
 def _marker_size(positions, measured):

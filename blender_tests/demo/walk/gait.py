@@ -87,7 +87,7 @@ def in_capture(subject, carried, landmarks, side):
     reference = np.array([places.get(name, np.full(3, np.nan)) for name in carried.names])
     known = ~np.isnan(reference[:, 0])
     names = [name for name, is_known in zip(landmarks, known, strict=True) if is_known]
-    reference, _, moving, names = with_hips(reference[known], reference[known], carried.captured[:, known], names)
+    reference, moving, names = with_hips(reference[known], carried.captured[:, known], names)
     turns = []
     for wanted in (("hip", "thigh", "knee"), ("knee", "shank", "ankle")):
         part = [k for k, name in enumerate(names) if name and name.split(".")[0] in wanted and name.endswith(side)]

@@ -4,7 +4,7 @@
 import time
 
 from .. import common_options, pictures, report, row
-from . import capture, gait, left_out, measures, real, strip, subjects
+from . import capture, gait, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
 PER_ROW = 12
@@ -25,11 +25,6 @@ def options(argv):
     parser = common_options.parser("walk", DESCRIPTION, subjects.GENERATED, "just one of the three motions")
     parser.add_argument(
         "--data", action="store_true", help="also real captures on real bodies, from ../shared/data where that is there"
-    )
-    parser.add_argument(
-        "--leave-out",
-        action="store_true",
-        help="also how well the mesh foretells each marker that is left out (minutes for each motion)",
     )
     parser.add_argument("--take", help="of --data only the takes that are called so: pig, or 'pig on man'")
     return common_options.parse(parser, argv)
@@ -61,15 +56,11 @@ def one(make, words, empty_scene):
     print(f"{subject.title}: importing, matching, baking ...", flush=True)
     carried = capture.carry(subject, words.output)
     seconds = {"model": modelled - begin, **carried.seconds}
-    left = []
-    if words.leave_out:
-        print(f"{subject.title}: leaving out each marker ...", flush=True)
-        left = left_out.rows(subject, carried)
     print(f"{subject.title}: rendering ...", flush=True)
     begin = time.perf_counter()
     files = draw(subject, carried, words, empty_scene)
     seconds["render"] = time.perf_counter() - begin
-    rows = [*measures.rows(subject, carried), *gait.rows(subject, carried), *left]
+    rows = [*measures.rows(subject, carried), *gait.rows(subject, carried)]
     rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
     rows.append(("files", ", ".join([*files, f"{subject.stem}.blend"])))
     return report.block(subject.title, rows)
