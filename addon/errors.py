@@ -10,6 +10,10 @@ class SceneError(MeanValueError):
     """The scene is not ready; the artist can put it right."""
 
 
+class InvalidMotionError(MeanValueError):
+    """Motion capture data or settings that nothing sensible can be made of; the message says what to change."""
+
+
 class MotionFileError(MeanValueError):
     """A motion capture file cannot be read: it is damaged, of another format, or has no markers."""
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from addon.capture.core import filtering, gaps, readers
-from addon.scene.core.checks import InvalidMotionError
+from addon.errors import InvalidMotionError
 from blender_tests.support import mesh_files, walking_figure
 
 

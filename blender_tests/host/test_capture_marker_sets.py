@@ -6,7 +6,7 @@ import json
 import pytest
 
 from addon.capture.core import known_sets, landmarks, marker_sets, readers
-from addon.scene.core.checks import InvalidMotionError
+from addon.errors import InvalidMotionError
 from blender_tests.support import mesh_files, walking_figure
 
 

@@ -7,7 +7,7 @@ import pytest
 from addon.capture.core import landmarks, marker_sets, readers, stances
 from addon.capture.core.foot_planting import find_feet
 from addon.capture.core.retargeting import retarget
-from addon.scene.core.checks import InvalidMotionError
+from addon.errors import InvalidMotionError
 from addon.scene.core.rigid import fit_rotations
 from addon.scene.core.sample_times import runs
 from blender_tests.support import mesh_files, walking_figure

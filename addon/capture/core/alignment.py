@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core.checks import InvalidMotionError
+from ...errors import InvalidMotionError
 from ...scene.core.rigid import nearest_rotations
 from . import facing
 from . import landmarks as places

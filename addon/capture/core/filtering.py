@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...scene.core.checks import InvalidMotionError
+from ...errors import InvalidMotionError
 from ...scene.core.sample_times import runs
 
 

@@ -8,7 +8,7 @@ import json
 import re
 from dataclasses import dataclass
 
-from ...scene.core.checks import InvalidMotionError
+from ...errors import InvalidMotionError
 from . import landmarks as places
 from .known_sets import BUILT_IN
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core.checks import InvalidMotionError
+from ...errors import InvalidMotionError
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...scene.core.checks import InvalidMotionError
+from ...errors import InvalidMotionError
 from ...scene.core.rigid import turns_between
 from . import landmarks as places
 from .foot_planting import planted

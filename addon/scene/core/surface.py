@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from . import checks
+from ...errors import InvalidMotionError
 
 #: Triangles in a leaf at most, and points that are looked up in one go.
 LEAF, POINTS = 8, 20_000
@@ -17,15 +17,17 @@ class Surface:
     """
 
     def __init__(self, vertices, triangles):
-        self.vertices = checks.points(vertices, "the mesh", missing_allowed=False)
+        self.vertices = np.array(vertices, np.float64)
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3 or not np.isfinite(self.vertices).all():
+            raise InvalidMotionError("The mesh must have vertices, n x 3 finite numbers, and some of these are not.")
         triangles = np.asarray(triangles)
         if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles) or triangles.dtype.kind not in "iu":
-            raise checks.InvalidMotionError(
+            raise InvalidMotionError(
                 f"The mesh must have triangles, an array of whole numbers t x 3, but this one is {triangles.dtype} "
                 f"{triangles.shape}. A mesh without faces has no surface to match markers to."
             )
         if triangles.min() < 0 or triangles.max() >= len(self.vertices):
-            raise checks.InvalidMotionError(
+            raise InvalidMotionError(
                 f"A triangle of the mesh names vertex {triangles.max()}, but there are {len(self.vertices)}."
             )
         self.triangles = triangles.astype(np.int64)
@@ -62,7 +64,7 @@ class Surface:
         """(points (count, 3), normals (count, 3)) spread over the surface by area, always the same ones."""
         areas = np.linalg.norm(self._crosses, axis=1)
         if not areas.sum() > 0.0:
-            raise checks.InvalidMotionError("The mesh has no area: all its triangles are points or lines.")
+            raise InvalidMotionError("The mesh has no area: all its triangles are points or lines.")
         ends = np.cumsum(areas) / areas.sum()
         chosen = np.minimum(np.searchsorted(ends, (np.arange(count) + 0.5) / count), len(areas) - 1)
         rng = np.random.default_rng(0)
