@@ -2,10 +2,12 @@
 """Markers laid onto a mesh: by picked pairs, or by themselves in a standing pose."""
 
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 
 from ...errors import InvalidMotionError
+from ...scene.core import motion
 from ...scene.core.rigid import nearest_rotations
 from . import facing
 from . import landmarks as places
@@ -80,17 +82,13 @@ def align_to_mesh(markers, landmarks, body):
     if not np.ptp(markers[:, 2]) > 0.0:
         raise InvalidMotionError("The markers are all at one height. Check the up axis of the take.")
     fit, few = _Fit(body, markers, landmarks), Body(body.surface, body.is_for_joints, FEW)
-    candidates = sorted((fit.settled(start, few, ROUNDS) for start in fit.starts()), key=_residual)
-    best = min((fit.settled(matrix, body, FINER_ROUNDS) for _, matrix in candidates[:3]), key=_residual)
+    candidates = sorted((fit.settled(start, few, ROUNDS) for start in fit.starts()), key=itemgetter(0))
+    best = min((fit.settled(matrix, body, FINER_ROUNDS) for _, matrix in candidates[:3]), key=itemgetter(0))
     others = [matrix for _, matrix in candidates if _angle_between(matrix, best[1]) > np.radians(45.0)]
     other = fit.settled(others[0], body, FINER_ROUNDS)[0] if others else np.inf
     certainty = float(other / max(best[0], 1e-300))
-    distances = np.sort(body.surface.nearest(_moved(markers, best[1]))[3])[: _most(len(markers))]
+    distances = np.sort(body.surface.nearest(motion.apply(best[1], markers))[3])[: _most(len(markers))]
     return Alignment(best[1], float(np.sqrt((distances**2).mean()) / body.height), certainty)
-
-
-def _residual(candidate):
-    return candidate[0]
 
 
 def _most(count):
@@ -158,7 +156,7 @@ class _Fit:
     def _round(self, matrix, body):
         """(residual of `matrix`, the next matrix)."""
         points, normals = body.points, body.normals
-        moved = _moved(self._markers, matrix)
+        moved = motion.apply(matrix, self._markers)
         squares = (points**2).sum(axis=1) - 2.0 * moved @ points.T + (moved**2).sum(axis=1)[:, None]
         nearest = squares.argmin(axis=1)
         off = np.sqrt(np.maximum(squares.min(axis=1), 0.0))
@@ -218,10 +216,6 @@ def _matrix(turn, scale, to, origin):
     result[:3, :3] = scale * turn
     result[:3, 3] = to - scale * turn @ origin
     return result
-
-
-def _moved(points, matrix):
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _scale_of(matrix):

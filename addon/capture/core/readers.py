@@ -31,6 +31,8 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
     path = pathlib.Path(path)
     reader = _READERS.get(path.suffix.lower())
     try:
+        if path.is_dir():
+            raise MotionFileError(f"{path}: this is a folder. Choose a file in it: one of {', '.join(SUFFIXES)}")
         if reader is None:
             raise MotionFileError(
                 f"{path.name}: what ends in '{path.suffix}' is not read. Export the motion as {', '.join(SUFFIXES)}"

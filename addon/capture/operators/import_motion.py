@@ -85,7 +85,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
         for line in lines[:-1]:
             self.report({'INFO'}, wording.sentence(line))
-        return self.tell(lines[-1], [])
+        return self.tell(lines[-1], [note for pair in zip(read, frames, strict=True) for note in _empty_ends(*pair)])
 
     def draw(self, _context):
         layout = self.layout
@@ -142,6 +142,18 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         scene.frame_end = max(scene.frame_end, math.ceil(end))
         if scene.frame_start == self.start_frame < begin:
             scene.frame_start = math.ceil(begin)
+
+
+def _empty_ends(take, frames):
+    """Says where a take shows nothing at its ends."""
+    first, last = _seen_span(take)
+    ends = [(first, "first"), (take.frames - 1 - last, "last")]
+    told = [f"the {which} {wording.counted(count, 'sample')}" for count, which in ends if count]
+    if told:
+        yield (
+            f"No marker is seen in {wording.listed(told)} of '{take.name}': markers are at frames {frames[first]:g} to "
+            f"{frames[last]:g}"
+        )
 
 
 def _seen_span(take):
