@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes an edited mesh for the rest shape; poses it once, by its handles or by a shape key."""
+"""Binds and unbinds a mesh; poses it once, by its handles or by a shape key."""
 
 import bpy
 import numpy as np
@@ -7,8 +7,10 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, shape_keys, subject, vertex_groups
+from ...solver import session
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
+from ...widgets.base import MeshOperator
 from ..bridge import bound_record, controls, new_handles, scene_input, targets
 from ..bridge.posing import CONTROLS, Posing
 
@@ -43,6 +45,27 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         notes += result.size_notes(posing.binding.deformer.report)
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
+
+
+class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):
+    """Forget the binding and free its memory, for scripts. Handles, region and shape keys stay as they are"""
+
+    bl_idname = "meanvalue.unbind"
+    bl_label = "Unbind"
+    needs_object_mode = False
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and not obj.meanvalue.bound.is_bound:
+            problem = f"'{obj.name}' is not bound"
+        return problem
+
+    def run(self, obj):
+        record = obj.meanvalue.bound
+        session.forget(bound_record.read_fingerprint(record))
+        bound_record.clear(record)
+        return f"'{obj.name}' is no longer bound", []
 
 
 class SolvingOperator(BackgroundOperator):
