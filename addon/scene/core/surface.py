@@ -37,18 +37,15 @@ class Surface:
         self._radii = np.linalg.norm(self._corners - self._middles[:, None], axis=2).max(axis=1) * (1.0 + 1e-9)
         self._make_tree()
 
-    def nearest(self, points, normals=None, cosine=0.0, within=np.inf):
+    def nearest(self, points, normals=None, cosine=0.0):
         """(triangle (k,), barycentric (k, 3), point (k, 3), distance (k,)) of points (k, 3) without NaN.
 
         normals: (k, 3) unit, or None. With them, only triangles count whose normals are turned from that of the point
-        by less than the arc cosine of `cosine`. What has none nearer than `within` has distance inf, its triangle and
-        point mean nothing.
+        by less than the arc cosine of `cosine`. What has none has distance inf, its triangle and point mean nothing.
         """
         points = np.asarray(points, float)
         parts = [slice(begin, begin + POINTS) for begin in range(0, len(points), POINTS)] or [slice(0, 0)]
-        found = [
-            self._nearest(points[part], None if normals is None else normals[part], cosine, within) for part in parts
-        ]
+        found = [self._nearest(points[part], None if normals is None else normals[part], cosine) for part in parts]
         triangle, shares, distance = (np.concatenate(each) for each in zip(*found, strict=True))
         return triangle, shares, np.einsum("kc,kcj->kj", shares, self._corners[triangle]), distance
 
@@ -92,10 +89,10 @@ class Surface:
             groups = groups.reshape(2 * len(groups), -1)
         self._leaves = groups
 
-    def _nearest(self, points, normals, cosine, within):
+    def _nearest(self, points, normals, cosine):
         """(triangle (k,), barycentric (k, 3), distance (k,)); goes through the tree with all points, level by level."""
         units = None if normals is None else _unit(self._crosses)
-        reach = np.full(len(points), within, float)  # the surface is no farther than this
+        reach = np.full(len(points), np.inf)  # the surface is no farther than this
         rows, nodes = np.arange(len(points)), np.zeros(len(points), np.int64)
         for depth, (low, high, central) in enumerate(self._levels):
             if depth:
@@ -116,14 +113,13 @@ class Surface:
         if units is not None:
             compatible = np.einsum("pj,pj->p", units[candidates], normals[rows]) > cosine
             rows, candidates = rows[compatible], candidates[compatible]
-        return self._nearest_of(points, rows, candidates, within)
+        return self._nearest_of(points, rows, candidates)
 
-    def _nearest_of(self, points, rows, candidates, within):
+    def _nearest_of(self, points, rows, candidates):
         """As _nearest(), of pairs: point rows[i], ascending, and triangle candidates[i]."""
         shares = nearest_on_triangles(points[rows], self._corners[candidates])
         away = np.linalg.norm(np.einsum("pc,pcj->pj", shares, self._corners[candidates]) - points[rows], axis=1)
         order = np.lexsort((candidates, away, rows))
-        order = order[away[order] <= within]
         order = order[_first_of_each(rows[order])]
         found = rows[order]
         triangle, distance = np.zeros(len(points), np.int64), np.full(len(points), np.inf)
