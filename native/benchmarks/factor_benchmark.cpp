@@ -32,8 +32,8 @@ int measure(const std::string& mesh, Index block, int threads) {
     const Execution execution;
     const double order = seconds_of([&] {
         const meanvalue::Graph columns = meanvalue::graph_of(lower, execution);
-        const meanvalue::VertexGroups groups = meanvalue::group_same_columns(columns, execution);
-        nested_dissection(contracted(columns, groups, execution), threads, execution);
+        const std::vector<Index> first = meanvalue::group_same_columns(columns, execution);
+        nested_dissection(contracted(columns, first, execution), threads, execution);
     });
     meanvalue::SparseCholesky cholesky;
     const double analyse = seconds_of([&] { cholesky.analyse(lower, execution, threads); });

@@ -1,16 +1,15 @@
-// The order of elimination and what follows from it: graph, minimum degree, separators, dissection, tree, supernodes.
+// The order of elimination and what follows from it: graph, separators, dissection, tree, supernodes.
 #include <algorithm>
-#include <array>
+#include <bitset>
 #include <numeric>
+#include <random>
 #include <set>
 
-#include "meanvalue/linalg/dissection_tree.h"
 #include "meanvalue/linalg/elimination_tree.h"
 #include "meanvalue/linalg/graph.h"
-#include "meanvalue/linalg/minimum_degree.h"
 #include "meanvalue/linalg/nested_dissection.h"
-#include "meanvalue/linalg/separator.h"
 #include "meanvalue/linalg/supernodal_pattern.h"
+#include "meanvalue/linalg/vertex_separator.h"
 #include "tests/matrices.h"
 #include "tests/support.h"
 
@@ -57,95 +56,77 @@ TEST(Graph, HasAnEdgeForEachEntryBelowTheDiagonal) {
 TEST(Graph, ColumnsWithTheSameEntriesAreOneVertex) {
     const SparseMatrix lower = bilaplacian(grid(12, 9, 0.1));
     const Graph columns = graph_of(in_blocks(lower), Execution());
-    const VertexGroups groups = group_same_columns(columns, Execution());
-    const Graph of_blocks = contracted(columns, groups, Execution());
+    const std::vector<Index> first = group_same_columns(columns, Execution());
+    const Graph of_blocks = contracted(columns, first, Execution());
     const Graph of_vertices = graph_of(lower, Execution());
-    ASSERT_EQ(of_blocks.size(), of_vertices.size());
-    EXPECT_EQ(of_blocks.total_weight(), 3 * of_vertices.total_weight());
-    EXPECT_EQ(of_blocks.neighbours.size(), of_vertices.neighbours.size());
-    for (Index group = 0; group < groups.count(); ++group) {
-        EXPECT_EQ(groups.members[3 * group] + 1, groups.members[3 * group + 1]);
-        EXPECT_EQ(groups.members[3 * group] + 2, groups.members[3 * group + 2]);
-    }
-    EXPECT_EQ(group_same_columns(graph_of(full(30), Execution()), Execution()).count(), 1);
-    EXPECT_EQ(group_same_columns(graph_of(diagonal(30), Execution()), Execution()).count(), 30);
-}
-
-TEST(MinimumDegree, EliminatesLeavesOfATreeFirst) {
-    MinimumDegree minimum_degree;
-    minimum_degree.reset(5, 6);  // a star about 0, and what stays beside it
-    for (Index leaf = 1; leaf < 5; ++leaf)
-        minimum_degree.connect(0, leaf);
-    minimum_degree.connect(4, 5);
-    const std::vector<Index> order = minimum_degree.order();
-    EXPECT_EQ((std::vector<Index>(order.begin(), order.begin() + 3)), (std::vector<Index>{1, 2, 3}));
-    EXPECT_TRUE(is_permutation(order, 5));
-}
-
-TEST(Separator, LeavesNoEdgeBetweenItsSides) {
-    SeparatorFinder finder;
-    for (const Mesh& mesh : {grid(60, 40, 0.0), torus(60, 40), sphere(5)}) {
-        const Graph graph = graph_of(bilaplacian(mesh), Execution());
-        const Separation found = finder.find(graph, Execution());
-        std::array<std::int64_t, 3> weight = {};
-        for (Index v = 0; v < graph.size(); ++v) {
-            weight[found.side[v]] += graph.weights[v];
-            for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
-                EXPECT_TRUE(found.side[v] == kSeparator || found.side[*u] == kSeparator ||
-                            found.side[v] == found.side[*u]);
-        }
-        EXPECT_EQ(weight, found.weight);
-        EXPECT_GT(std::min(weight[kLeft], weight[kRight]), graph.total_weight() / 4) << mesh.name;
-        EXPECT_LT(weight[kSeparator], graph.size() / 8) << mesh.name;
-        EXPECT_EQ(finder.find(graph, Execution()).side, found.side);
-    }
+    EXPECT_EQ(of_blocks.offsets, of_vertices.offsets);
+    EXPECT_EQ(of_blocks.neighbours, of_vertices.neighbours);
+    for (Index vertex = 0; vertex <= of_vertices.size(); ++vertex)
+        EXPECT_EQ(first[vertex], 3 * vertex);
+    EXPECT_EQ(group_same_columns(graph_of(full(30), Execution()), Execution()).size(), 2U);
+    EXPECT_EQ(group_same_columns(graph_of(diagonal(30), Execution()), Execution()).size(), 31U);
 }
 
 TEST(Separator, TwoRowsOfVerticesCutAGrid) {
-    const Graph graph = graph_of(bilaplacian(grid(100, 20, 0.0)), Execution());
-    EXPECT_LE(SeparatorFinder().find(graph, Execution()).weight[kSeparator], 44);
-}
-
-std::int64_t fill_of(const SparseMatrix& lower, const std::vector<Index>& order) {
-    return find_supernodes(lower, 1, Execution(), order).entry_count();
-}
-
-TEST(DissectionTree, LeadsAGraphAlongAnotherOfFewerAndOtherVertices) {
-    const Index side = 60;
-    const SparseMatrix fine = bilaplacian(grid(side, side, 0.1));
-    DissectionTree tree;
-    const std::vector<Index> order = nested_dissection(graph_of(fine, Execution()), 3, Execution(), &tree);
-    std::vector<Index> place(order.size());
-    for (std::size_t k = 0; k < order.size(); ++k)
-        place[order[k]] = static_cast<Index>(k);
-
-    const Index rows = static_cast<Index>(order.size()) / side;
-    ASSERT_EQ(rows * side, fine.cols());
-    // Every other vertex of every other row: of the separators hardly anything is left.
-    const Index few = (side + 1) / 2;
-    const SparseMatrix coarse = bilaplacian(grid(few, (rows + 1) / 2, 0.1));
-    std::vector<Index> places;
-    for (Index row = 0; row < rows; row += 2) {
-        for (Index column = 0; column < side; column += 2)
-            places.push_back(place[row * side + column]);
+    const Graph graph = graph_of(bilaplacian(grid(20, 100, 0.0)), Execution());  // row after row
+    const Index left_end = graph.size() / 4;
+    const Index right_begin = graph.size() - left_end;
+    const std::vector<Side> sides = minimum_separator(graph, left_end, right_begin, Execution());
+    for (Index v = 0; v < graph.size(); ++v) {
+        if (sides[v] == Side::kBetween) continue;
+        EXPECT_TRUE(v >= left_end || sides[v] == Side::kLeft);
+        EXPECT_TRUE(v < right_begin || sides[v] == Side::kRight);
+        for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
+            EXPECT_TRUE(sides[*u] == Side::kBetween || sides[*u] == sides[v]);
     }
-    ASSERT_EQ(static_cast<Index>(places.size()), coarse.cols());
-    const Graph graph = graph_of(coarse, Execution());
-    const std::vector<Index> along = nested_dissection_along(tree, places, graph, 1, Execution());
-    EXPECT_TRUE(is_permutation(along, graph.size()));
-    EXPECT_EQ(nested_dissection_along(tree, places, graph, 3, Execution()), along);
-    const auto own = static_cast<double>(fill_of(coarse, nested_dissection(graph, 1, Execution())));
-    EXPECT_LT(static_cast<double>(fill_of(coarse, along)), 1.15 * own);
+    EXPECT_LE(std::count(sides.begin(), sides.end(), Side::kBetween), 40);
 }
 
-TEST(DissectionTree, WhereItTellsNothingSeparatorsAreSoughtAfresh) {
-    const SparseMatrix lower = bilaplacian(grid(40, 40, 0.1));
-    const Graph graph = graph_of(lower, Execution());
-    std::vector<Index> places(graph.size());
-    std::iota(places.begin(), places.end(), 0);
-    const DissectionTree one_part({}, graph.size());
-    EXPECT_EQ(nested_dissection_along(one_part, places, graph, 1, Execution()),
-              nested_dissection(graph, 1, Execution()));
+/// By trying all sets of vertices.
+std::int64_t smallest_separator(const Graph& graph, Index left_end, Index right_begin) {
+    const auto separates = [&](unsigned removed) {
+        std::vector<Index> queue;
+        std::vector<char> seen(graph.size(), 0);
+        const auto reach = [&](Index v) {
+            if (seen[v] != 0 || (removed >> v & 1U) != 0) return;
+            seen[v] = 1;
+            queue.push_back(v);
+        };
+        for (Index v = 0; v < left_end; ++v)
+            reach(v);
+        for (std::size_t k = 0; k < queue.size(); ++k) {
+            if (queue[k] >= right_begin) return false;
+            std::for_each(graph.begin(queue[k]), graph.end(queue[k]), reach);
+        }
+        return true;
+    };
+    std::size_t fewest = graph.size();
+    for (unsigned removed = 0; removed < 1U << static_cast<unsigned>(graph.size()); ++removed) {
+        if (separates(removed)) fewest = std::min(fewest, std::bitset<32>(removed).count());
+    }
+    return static_cast<std::int64_t>(fewest);
+}
+
+TEST(Separator, IsAsSmallAsOneCanBe) {
+    std::mt19937 random(7);
+    for (int attempt = 0; attempt < 100; ++attempt) {
+        constexpr Index kSize = 11;
+        std::vector<Eigen::Triplet<double, std::int64_t>> entries;
+        for (Index row = 0; row < kSize; ++row) {
+            for (Index column = 0; column < row; ++column) {
+                if (random() % 10 < 3) entries.emplace_back(row, column, 1.0);
+            }
+        }
+        SparseMatrix lower(kSize, kSize);
+        lower.setFromTriplets(entries.begin(), entries.end());
+        const Graph graph = graph_of(lower, Execution());
+        const std::vector<Side> sides = minimum_separator(graph, 3, 8, Execution());
+        EXPECT_EQ(std::count(sides.begin(), sides.end(), Side::kBetween), smallest_separator(graph, 3, 8));
+        for (Index v = 0; v < kSize; ++v) {
+            for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
+                EXPECT_FALSE(sides[v] == Side::kLeft && sides[*u] == Side::kRight) << attempt;
+        }
+    }
 }
 
 class OrderOf : public testing::TestWithParam<Case> {};
@@ -167,6 +148,10 @@ std::vector<Case> small_matrices() {
     const auto is_large = [](const Case& item) { return item.lower.cols() > 10000; };
     small.erase(std::remove_if(small.begin(), small.end(), is_large), small.end());
     return small;
+}
+
+std::vector<Index> ones(const Graph& graph) {
+    return std::vector<Index>(graph.size(), 1);
 }
 
 class FillOf : public testing::TestWithParam<Case> {};
@@ -206,16 +191,14 @@ TEST_P(FillOf, SupernodesHoldAllThatEliminationFills) {
 TEST_P(FillOf, ColumnCountsAreThoseOfTheFilledMatrix) {
     const SparseMatrix& lower = GetParam().lower;
     const Graph graph = graph_of(lower, Execution());
-    EliminationOrder order(nested_dissection(graph, 1, Execution()));
-    std::vector<Index> parents = elimination_tree(graph, order, Execution());
-    const std::vector<Index> places = postorder(parents, std::vector<Index>(graph.size(), 0), Execution());
-    order.rearrange(places);
-    parents = renamed_forest(parents, places);
-    const std::vector<Index> counts = column_counts(graph, order, parents, Execution());
-    const std::vector<std::set<Index>> filled = filled_columns(lower, order.vertex);
+    const EliminationTree tree =
+        find_elimination_tree(graph, nested_dissection(graph, 1, Execution()), ones(graph), Execution());
+    EXPECT_TRUE(is_permutation(tree.vertex, graph.size()));
+    const std::vector<std::set<Index>> filled = filled_columns(lower, tree.vertex);
     for (Index k = 0; k < graph.size(); ++k) {
-        ASSERT_EQ(counts[k], static_cast<Index>(filled[k].size()));
-        ASSERT_EQ(parents[k], filled[k].size() < 2 ? -1 : *std::next(filled[k].begin()));
+        ASSERT_EQ(tree.place[tree.vertex[k]], k);
+        ASSERT_EQ(tree.counts[k], static_cast<Index>(filled[k].size()));
+        ASSERT_EQ(tree.parents[k], filled[k].size() < 2 ? -1 : *std::next(filled[k].begin()));
     }
 }
 
@@ -229,9 +212,8 @@ TEST(Supernodes, MergingAddsFewZerosHoweverManyAreMerged) {
             const SparseMatrix lower = bilaplacian(mesh, seed);
             const SupernodalPattern pattern = find_supernodes(lower, 2, Execution());
             const Graph graph = graph_of(lower, Execution());
-            const EliminationOrder order(pattern.order);
             const std::vector<Index> counts =
-                column_counts(graph, order, elimination_tree(graph, order, Execution()), Execution());
+                find_elimination_tree(graph, pattern.order, ones(graph), Execution()).counts;
             const std::int64_t entries = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
             EXPECT_LE(entries, pattern.entry_count());
             EXPECT_LE(pattern.entry_count(), entries + entries / 3) << mesh.name << ", " << seed;

@@ -221,8 +221,7 @@ TEST(SoftAnchors, DenseOnesAreThinnedOutOnTheCoarseLevelAndTheirTotalIsKept) {
         if (options.is_soft[v]) soft.push_back({v, static_cast<Index>(soft.size()), 0.25 + 0.5 * (v % 3)});
     }
     const Hierarchy hierarchy =
-        encode_along(find_removal_order(rings_of(mesh), mesh.vertices, is_fixed, options, 1, execution),
-                     mesh.vertices, SplitBy::kEncoding, 1, execution);
+        build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, SplitBy::kEncoding, 1, execution);
     EXPECT_EQ(hierarchy.base().free_count, 1000);
     const std::vector<SoftAnchor> coarse =
         coarse_soft_anchors(soft, hierarchy, hierarchy.base(), mesh.vertex_count(), 2.0);

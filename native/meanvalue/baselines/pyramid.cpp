@@ -137,8 +137,7 @@ Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution
     const Index vertex_count = static_cast<Index>(region.vertices.size());
     const OneRings rings = collect_one_rings(TriangleMesh(vertex_count, region.faces, execution), execution);
     const Hierarchy hierarchy =
-        encode_along(find_removal_order(rings, region.positions, region.is_fixed, {}, setup.threads, execution),
-                     region.positions, SplitBy::kEncoding, setup.threads, execution);
+        build_hierarchy(rings, region.positions, region.is_fixed, {}, SplitBy::kEncoding, setup.threads, execution);
     Positions positions(vertex_count, 3);
     for (Index v = 0; v < vertex_count; ++v)
         positions.row(v) = setup.start.row(region.vertices[v]);

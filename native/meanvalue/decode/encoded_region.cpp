@@ -5,6 +5,7 @@
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 
@@ -12,7 +13,7 @@ std::size_t RegionShape::bytes() const {
     return encoding.bytes() + static_cast<std::size_t>(region.positions.size()) * sizeof(double) +
            (region.vertices.size() + region.faces.size() + rings.offsets.size() + rings.vertices.size()) *
                sizeof(Index) +
-           elimination_order.bytes() + (stiff_rings ? stiff_rings->bytes() : 0);
+           elimination_order.size() * sizeof(Index) + (stiff_rings ? stiff_rings->bytes() : 0);
 }
 
 std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution) {

@@ -15,7 +15,6 @@
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
-#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 
@@ -26,7 +25,7 @@ struct RegionShape {
     Encoding encoding;                      ///< by those rings
     Index detached_triangle_count = 0;      ///< see TriangleMesh
     double size = 0.0;                      ///< mean_diagonal()
-    RegionOrder elimination_order;          ///< or empty: for methods that have no use for it
+    std::vector<Index> elimination_order;   ///< or empty: for methods that have no use for it
     std::optional<StiffRings> stiff_rings;  ///< of all vertices by that encoding; or none, for such methods
     Timings timings;                        ///< seconds by stage
 

@@ -41,7 +41,7 @@ FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
     system_.emplace(encoding_, unknowns_, execution, region_.vertices);
     if (unknowns_.free.empty()) return;
     std::vector<Index> columns;
-    for (const Index slot : slots_in_order(shape_->elimination_order.vertices, unknowns_)) {
+    for (const Index slot : slots_in_order(shape_->elimination_order, unknowns_)) {
         for (Index c = 0; c < 3; ++c)
             columns.push_back(3 * slot + c);
     }

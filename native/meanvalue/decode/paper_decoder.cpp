@@ -62,9 +62,8 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions coarsening;
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
-    hierarchy_ = encode_along(find_removal_order(shape_->rings, region_.positions, region_.is_fixed, coarsening,
-                                                 threads_, execution, shape.earlier_removals.get(), &removals_),
-                              region_.positions, SplitBy::kEncoding, threads_, execution);
+    hierarchy_ = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, coarsening, SplitBy::kEncoding,
+                                 threads_, execution, shape.earlier_removals.get(), &removals_);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution, region_.vertices);
     coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution, instructions_);

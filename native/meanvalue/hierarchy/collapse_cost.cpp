@@ -21,7 +21,7 @@ constexpr double kLeastAngleFactor = 1.0 + 1.0 / 9.0;
 
 }  // namespace
 
-void CollapseCost::look_at(Index vertex, const RingView& ring) {
+void CollapseCost::set_vertex(Index vertex, const RingView& ring) {
     ring_ = ring;
     corners_.resize(ring.valence);
     squared_distance_.resize(ring.valence);
@@ -89,13 +89,6 @@ double CollapseCost::of(Index place, double limit) const {
     const double angle_ratio = kComfortableAngle / std::max(angle_rad, kNeedleAngle);
     const double cost = volume_part * (1.0 + angle_ratio * angle_ratio);
     return turned_over || angle_rad < kNeedleAngle ? kPutOff * cost : cost;
-}
-
-double collapse_cost(const PositionsView& positions, Index from, Index to, const RingView& ring) {
-    CollapseCost cost(positions, 1.0);
-    cost.look_at(from, ring);
-    const auto place = std::find(ring.begin(), ring.end(), to) - ring.begin();
-    return cost.of(static_cast<Index>(place), std::numeric_limits<double>::infinity());
 }
 
 double cost_unit(const OneRings& rings, const PositionsView& positions, const Execution& execution) {

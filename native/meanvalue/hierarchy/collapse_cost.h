@@ -24,12 +24,12 @@ struct Collapse {
 /// thread.
 class CollapseCost {
   public:
-    /// @param positions n x 3; must outlive this. @param unit what costs are told in, a volume: with cost_unit() they
+    /// @param positions n x 3; must outlive this. @param unit the unit of costs, a volume: with cost_unit() they
     /// are the same numbers at any scale.
     CollapseCost(const PositionsView& positions, double unit) : positions_(positions), per_unit_(1.0 / unit) {}
 
-    /// Looks at a vertex. Linear in the valence.
-    void look_at(Index vertex, const RingView& ring);
+    /// The vertex whose collapses are to be compared. Linear in the valence.
+    void set_vertex(Index vertex, const RingView& ring);
 
     /// Of merging the vertex into ring vertex number `place`; linear in the valence.
     /// @param limit where the cost is at least this, any value from it up may be returned, sooner.
@@ -56,9 +56,6 @@ class CollapseCost {
     std::vector<Corner> corners_;
     mutable std::vector<double> squared_distance_;  // of the ring vertices from the one that is merged into
 };
-
-/// The same for one collapse.
-double collapse_cost(const PositionsView& positions, Index from, Index to, const RingView& ring);
 
 // Collapses that turn a triangle over or leave a needle are put off until nothing better is left.
 constexpr double kPutOff = 1e6;

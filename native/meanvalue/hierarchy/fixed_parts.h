@@ -11,7 +11,7 @@ namespace meanvalue {
 /// The fixed vertices in connected parts: neighbours of one handle.
 struct FixedParts {
     std::vector<Index> part;       ///< n: number of the part; -1 for free vertices
-    std::vector<char> is_extreme;  ///< n: stays for good
+    std::vector<char> is_extreme;  ///< n: is never removed
 };
 
 /// @param handles n numbers, or empty where all fixed vertices are of one handle.

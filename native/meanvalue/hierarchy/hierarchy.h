@@ -1,5 +1,5 @@
-// The multiresolution encoding (paper, section 3.1) in two steps: an order in which vertices are removed one by one,
-// and the encoding of a shape along it, each vertex by its ring at that time. Shapes of one mesh may share the order.
+// The multiresolution encoding (paper, section 3.1): vertices are removed one by one, each encoded by its ring at
+// that time, and some of the meshes on the way are kept as levels.
 #pragma once
 
 #include <cstdint>
@@ -41,14 +41,6 @@ struct SoftMerge {
     Index into;
 };
 
-/// The mesh at one moment of the coarsening, whatever its shape.
-struct RemovalLevel {
-    std::size_t removed_count = 0;  ///< how many of RemovalOrder::order were gone
-    Index free_count = 0;           ///< free vertices that were left
-    OneRings rings;                 ///< n: of every vertex that was still there, as they were then
-    Splits splits;                  ///< not encoded: to the next finer level, or from the finest to the whole mesh
-};
-
 /// How a coarsening went, so that one of the same mesh with other fixed or soft vertices can be found along it: costs
 /// are computed again only where something is different, or became so on the way.
 struct RemovalLog {
@@ -63,18 +55,13 @@ struct RemovalLog {
     FixedParts fixed_parts;
     FixedParts soft_parts;
 
-    std::size_t bytes() const;
+    std::size_t bytes() const {
+        return turns.capacity() * sizeof(Turn) + is_fixed.capacity() +
+               (fixed_parts.part.capacity() + soft_parts.part.capacity()) * (sizeof(Index) + 1);
+    }
 };
 
-/// Which vertices are removed, in what order, and by what rings they are put back.
-struct RemovalOrder {
-    std::vector<Index> order;            ///< removed vertices, first removed first
-    std::vector<RemovalLevel> levels;    ///< finest first; at least one
-    std::vector<SoftMerge> soft_merges;  ///< in the order of removal
-    std::vector<Index> base_unknowns;    ///< free vertices of the coarsest level, ascending
-};
-
-/// The same moment of one shape.
+/// The mesh at one moment of the coarsening.
 struct Level {
     std::size_t removed_count = 0;  ///< how many of Hierarchy::order were gone
     Index free_count = 0;           ///< free vertices that were left
@@ -85,12 +72,11 @@ struct Level {
 /// What Hierarchy puts removed vertices back by.
 enum class SplitBy { kEncoding, kCarrying };
 
-/// A removal order with all that is needed to undo it for other positions. Vertex numbers stay those of the mesh.
+/// An order of removal with all that is needed to undo it for other positions. Vertex numbers stay those of the mesh.
 struct Hierarchy {
     std::vector<Index> order;            ///< removed vertices, first removed first
     std::vector<Level> levels;           ///< finest first; at least one
     std::vector<SoftMerge> soft_merges;  ///< in the order of removal
-    std::vector<Index> base_unknowns;    ///< free vertices of the coarsest level, ascending
 
     /// The coarsest level.
     const Level& base() const { return levels.back(); }
@@ -104,28 +90,21 @@ struct Hierarchy {
     std::size_t bytes() const;
 };
 
-/// Removes vertices by half-edge collapses, cheapest first. A collapse is legal where it keeps topology and boundary,
-/// bounds the rings, and leaves the removed vertex with a stencil that does not amplify.
+/// Removes vertices by half-edge collapses, cheapest first, and encodes the shape along that order. A collapse is
+/// legal where it keeps topology and boundary, bounds the rings, and leaves the removed vertex with a stencil that
+/// does not amplify.
 /// @param rings of the whole mesh.
-/// @param positions n x 3; never changed.
+/// @param positions n x 3.
 /// @param is_fixed n flags: their positions are always given.
+/// @param split_by kCarrying: splits are not encoded, and Hierarchy::split() must not be called.
 /// @param threads the result is the same for any number.
 /// @param earlier of the same rings and positions, exact_order and thin_out_fixed, or nullptr. The result is the
 /// same.
 /// @param log receives how it went, where given.
 /// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; the removals are serial. With an
 /// earlier one a fifth where few vertices have been fixed since or are not fixed any more.
-RemovalOrder find_removal_order(const OneRings& rings, const PositionsView& positions,
-                                const std::vector<char>& is_fixed, const CoarseningOptions& options, int threads,
-                                Execution& execution, const RemovalLog* earlier = nullptr,
-                                std::shared_ptr<const RemovalLog>* log = nullptr);
-
-/// Encodes a shape along an order that was found for it or for another shape of the same mesh. Where a stencil of
-/// this shape is worse than that of the one that the order was found for, equation 13 may amplify errors there.
-/// @param order is moved from where the caller has no more use for it. @param positions n x 3.
-/// @param split_by kCarrying: splits are not encoded, and Hierarchy::split() must not be called.
-/// @param threads the result is the same for any number. @throws Cancelled. Cost: linear, in parallel.
-Hierarchy encode_along(RemovalOrder order, const PositionsView& positions, SplitBy split_by, int threads,
-                       Execution& execution);
+Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
+                          const CoarseningOptions& options, SplitBy split_by, int threads, Execution& execution,
+                          const RemovalLog* earlier = nullptr, std::shared_ptr<const RemovalLog>* log = nullptr);
 
 }  // namespace meanvalue

@@ -23,7 +23,7 @@ bool RemovalRules::may_become(Index vertex, Index to) const {
 }
 
 Collapse RemovalRules::cheapest(Index vertex, double limit, CollapseCost& cost) const {
-    cost.look_at(vertex, mesh_.ring(vertex));
+    cost.set_vertex(vertex, mesh_.ring(vertex));
     return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
 }
 
@@ -33,18 +33,13 @@ bool RemovalRules::has_good_stencil(Index vertex) {
     return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
 }
 
-std::vector<char> RemovalRules::held_otherwise(const RemovalLog& earlier) const {
+std::vector<char> RemovalRules::changed_since(const RemovalLog& earlier) const {
     std::vector<char> result = changed_members(earlier.fixed_parts, parts_, is_fixed_.size());
     const std::vector<char> by_soft_part = changed_members(earlier.soft_parts, soft_parts_, is_fixed_.size());
     for (std::size_t v = 0; v < result.size(); ++v) {
         if (by_soft_part[v] != 0 || (is_fixed_[v] != 0) != (earlier.is_fixed[v] != 0)) result[v] = 1;
     }
     return result;
-}
-
-std::size_t RemovalLog::bytes() const {
-    return turns.capacity() * sizeof(Turn) + is_fixed.capacity() +
-           (fixed_parts.part.capacity() + soft_parts.part.capacity()) * (sizeof(Index) + 1);
 }
 
 }  // namespace meanvalue

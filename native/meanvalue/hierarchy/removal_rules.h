@@ -1,4 +1,4 @@
-// What a vertex may be merged into, by how it is held and by the shape around it.
+// What a vertex may be merged into, by whether it is fixed or soft and by the shape around it.
 #pragma once
 
 #include <vector>
@@ -22,7 +22,7 @@ class RemovalRules {
     bool is_soft(Index vertex) const { return !soft_parts_.part.empty() && soft_parts_.part[vertex] >= 0; }
     bool is_removable(Index vertex) const;
     /// Whether it can have a collapse at all. Looking at longer rings, at each change of one, would be cubic in the
-    /// valence; such a vertex is looked at once its ring has shrunk.
+    /// valence; such a vertex is considered once its ring has shrunk.
     bool is_short(Index vertex) const { return mesh_.ring(vertex).valence <= RingMesh::kLongestRemovable; }
     /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones. The same
     /// holds for soft ones.
@@ -32,8 +32,8 @@ class RemovalRules {
     /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
     bool has_good_stencil(Index vertex);
 
-    /// n flags: those that are held in another way than in an earlier coarsening.
-    std::vector<char> held_otherwise(const RemovalLog& earlier) const;
+    /// n flags: those that are fixed, soft or neither in another way than in an earlier coarsening.
+    std::vector<char> changed_since(const RemovalLog& earlier) const;
     RemovalLog log_of(std::vector<RemovalLog::Turn> turns) const {
         return {std::move(turns), is_fixed_, parts_, soft_parts_};
     }

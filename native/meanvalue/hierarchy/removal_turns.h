@@ -1,4 +1,4 @@
-// In what order vertices are looked at when a mesh is coarsened.
+// The order in which vertices are considered when a mesh is coarsened.
 #pragma once
 
 #include <cstdint>

@@ -78,26 +78,11 @@ std::vector<EliminationTask> cut_into_tasks(const std::vector<Index>& parents,
     const auto count = static_cast<Index>(tasks.size());
     for (Index t = 0; t < count; ++t)
         std::fill(task_of.begin() + tasks[t].begin, task_of.begin() + tasks[t].end, t);
-    const auto weight_of = [&](const EliminationTask& task) {
-        std::int64_t weight = 0;
-        for (Index node = task.begin; node < task.end; ++node)
-            weight += weights[node];
-        return weight;
-    };
     for (Index t = 0; t < count; ++t) {
-        EliminationTask& task = tasks[t];
-        const std::int64_t weight = weight_of(task);
-        task.weight_to_leaf += weight;
-        task.weight_to_root = weight;
-        const Index above = parents[task.end - 1];
+        const Index above = parents[tasks[t].end - 1];
         if (above < 0) continue;
-        task.parent = task_of[above];
-        EliminationTask& parent = tasks[task.parent];
-        parent.children.push_back(t);
-        parent.weight_to_leaf = std::max(parent.weight_to_leaf, task.weight_to_leaf);
-    }
-    for (Index t = count - 1; t >= 0; --t) {
-        if (tasks[t].parent >= 0) tasks[t].weight_to_root += tasks[tasks[t].parent].weight_to_root;
+        tasks[t].parent = task_of[above];
+        tasks[tasks[t].parent].children.push_back(t);
     }
     return tasks;
 }
@@ -112,31 +97,17 @@ struct TaskRunner::Shared {
     std::mutex mutex;
     std::condition_variable changed;
 
-    void push_up(Index task) { push({tasks[task].weight_to_root, task, false}); }
-    // Its way is still to be gone down: what has all above it behind it and the most below it comes first.
-    void push_down(Index task) { push({tasks[task].weight_to_leaf, task, true}); }
-    void push(const Job& job) {
-        ready.push_back(job);
-        std::push_heap(ready.begin(), ready.end());
-    }
-    Job pop() {
-        std::pop_heap(ready.begin(), ready.end());
-        const Job job = ready.back();
-        ready.pop_back();
-        return job;
-    }
-
     /// Makes ready what waited for `job`.
     void finish(const Job& job) {
         --unfinished;
         const EliminationTask& task = tasks[job.task];
         if (job.is_down) {
             for (const Index child : task.children)
-                push_down(child);
+                ready.push_back({child, true});
         } else if (task.parent < 0) {
-            push_down(job.task);
+            ready.push_back({job.task, true});
         } else if (--unfinished_children[task.parent] == 0) {
-            push_up(task.parent);
+            ready.push_back({task.parent, false});
         }
     }
 
@@ -145,7 +116,8 @@ struct TaskRunner::Shared {
         while (true) {
             changed.wait(lock, [&] { return stopped || unfinished == 0 || !ready.empty(); });
             if (stopped || unfinished == 0) return;
-            const Job job = pop();
+            const Job job = ready.back();
+            ready.pop_back();
             lock.unlock();
             execution.check();
             (job.is_down ? down : up)(job.task, worker);
@@ -170,7 +142,7 @@ void TaskRunner::run(const std::vector<EliminationTask>& tasks, int threads, con
     Shared shared{tasks, ready_, unfinished_children_, 2 * tasks.size(), false, {}, {}};
     for (std::size_t t = 0; t < tasks.size(); ++t) {
         unfinished_children_[t] = static_cast<Index>(tasks[t].children.size());
-        if (tasks[t].children.empty()) shared.push_up(static_cast<Index>(t));
+        if (tasks[t].children.empty()) ready_.push_back({static_cast<Index>(t), false});
     }
     run_workers(std::min(threads, static_cast<int>(std::max<std::size_t>(tasks.size(), 1))), [&](int worker) {
         try {

@@ -15,10 +15,8 @@ namespace meanvalue {
 struct EliminationTask {
     Index begin;  // nodes
     Index end;
-    Index parent;                     // the task of the node above, or -1
-    std::vector<Index> children;      // ascending
-    std::int64_t weight_to_root = 0;  // with its own
-    std::int64_t weight_to_leaf = 0;  // of the heaviest path down, with its own
+    Index parent;                 // the task of the node above, or -1
+    std::vector<Index> children;  // ascending
 };
 
 /// The same for any number of threads. Small forests are one task.
@@ -40,14 +38,12 @@ class TaskRunner {
 
   private:
     struct Job {
-        std::int64_t urgency;
         Index task;
         bool is_down;
-        bool operator<(const Job& other) const { return urgency < other.urgency; }
     };
     struct Shared;
 
-    std::vector<Job> ready_;  // a heap; kept, so that a run allocates nothing but its threads
+    std::vector<Job> ready_;  // the last in is the first out; kept, so that a run allocates nothing but its threads
     std::vector<Index> unfinished_children_;
 };
 

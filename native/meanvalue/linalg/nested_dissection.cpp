@@ -1,249 +1,225 @@
 #include "meanvalue/linalg/nested_dissection.h"
 
+#include <Eigen/OrderingMethods>
 #include <algorithm>
-#include <condition_variable>
-#include <mutex>
+#include <array>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/linalg/minimum_degree.h"
-#include "meanvalue/linalg/separator.h"
+#include "meanvalue/linalg/vertex_separator.h"
 
 namespace meanvalue {
 namespace {
 
-// Vertices of a part that is not taken apart further: minimum degree then finds as little fill.
-constexpr Index kLeaf = 150;
-// A part without a good separator is ordered by minimum degree up to so many vertices, which takes a second.
-constexpr Index kLargestLeaf = 4000;
+// Vertices of a part that is ordered by minimum degree: more save time and cost fill.
+constexpr Index kSmallPart = 300;
+// Of a part that lies at either end, in percent: less lets separators be smaller, and takes longer.
+constexpr std::int64_t kEndPercent = 40;
 
-/// A connected piece of the graph, and the places in the order that it is to fill.
+/// A connected part of the graph, and the places in the order that it is to fill.
 struct Part {
     Graph graph;
-    std::vector<Index> names;  // of its vertices in the whole graph
-    Index place = 0;           // the first
+    std::vector<Index> vertices;  // in the whole graph
+    Index place = 0;              // the first
 };
 
-/// The parts that wait, for several threads.
-class PartQueue {
-  public:
-    void push(Part part) {
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            parts_.push_back(std::move(part));
-            ++unfinished_;
-        }
-        changed_.notify_one();
-    }
-    /// @return false at the end.
-    bool pop(Part& part) {
-        std::unique_lock<std::mutex> lock(mutex_);
-        changed_.wait(lock, [&] { return stopped_ || unfinished_ == 0 || !parts_.empty(); });
-        if (stopped_ || unfinished_ == 0) return false;
-        part = std::move(parts_.back());
-        parts_.pop_back();
-        return true;
-    }
-    void finish_one() {
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            --unfinished_;
-        }
-        changed_.notify_all();
-    }
-    void stop() {
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            stopped_ = true;
-        }
-        changed_.notify_all();
-    }
-
-  private:
-    std::mutex mutex_;
-    std::condition_variable changed_;
-    std::vector<Part> parts_;
-    std::size_t unfinished_ = 0;
-    bool stopped_ = false;
-};
-
-/// What to dissect along.
-struct Pattern {
-    const DissectionTree& tree;
-    const std::vector<Index>& places;  // of each vertex in the order of that
-};
-
-/// What one thread works with.
-class Dissection {
-  public:
-    Dissection(const Graph& whole, std::vector<Index>& order, PartQueue& queue, const Pattern* along,
-               const Execution& execution)
-        : whole_(whole),
-          order_(order),
-          queue_(queue),
-          along_(along),
-          execution_(execution),
-          local_(whole.size(), -1) {}
-
-    const std::vector<DissectionTree::Part>& parts() const { return parts_; }
-
-    /// Takes apart what is connected of `graph` without its separator, and fills the places of that.
-    void split(const Graph& graph, const Separation& separation, const std::vector<Index>& names, Index place) {
-        number_.assign(graph.size(), -1);
-        for (Index v = 0; v < graph.size(); ++v) {
-            execution_.check_every(v);
-            if (separation.side[v] == kSeparator || number_[v] >= 0) continue;
-            Part part = component_of(graph, separation, v, names);
-            part.place = place;
-            place += part.graph.size();
-            parts_.push_back({part.place, place});
-            if (part.graph.size() <= kLeaf) {
-                order_leaf(part);
-            } else {
-                queue_.push(std::move(part));
-            }
-        }
-        for (Index v = 0; v < graph.size(); ++v) {
-            if (separation.side[v] == kSeparator) order_[place++] = names[v];
+/// In edges, from one vertex.
+std::vector<Index> distances(const Graph& graph, Index from, WorkMeter& work) {
+    std::vector<Index> distance(graph.size(), -1);
+    std::vector<Index> queue = {from};
+    distance[from] = 0;
+    for (std::size_t k = 0; k < queue.size(); ++k) {
+        work.add(1 + graph.degree(queue[k]));
+        for (const Index* u = graph.begin(queue[k]); u != graph.end(queue[k]); ++u) {
+            if (distance[*u] >= 0) continue;
+            distance[*u] = distance[queue[k]] + 1;
+            queue.push_back(*u);
         }
     }
+    return distance;
+}
 
-    void dissect(const Part& part) {
-        const Separation separation = separate(part);
-        if (separation.weight[kLeft] > 0 && separation.weight[kRight] > 0) {
-            split(part.graph, separation, part.names, part.place);
-        } else if (part.graph.size() <= kLargestLeaf) {
-            order_leaf(part);
-        } else {
-            std::copy(part.names.begin(), part.names.end(), order_.begin() + part.place);
+/// From each of four vertices that are far from each other.
+std::array<std::vector<Index>, 4> distances_from_extremes(const Graph& graph, WorkMeter& work) {
+    std::array<std::vector<Index>, 4> result;
+    std::vector<Index> nearest = distances(graph, 0, work);
+    for (std::vector<Index>& distance : result) {
+        const auto farthest = std::max_element(nearest.begin(), nearest.end()) - nearest.begin();
+        distance = distances(graph, static_cast<Index>(farthest), work);
+        if (&distance == &result[0]) nearest = distance;
+        for (std::size_t v = 0; v < nearest.size(); ++v)
+            nearest[v] = std::min(nearest[v], distance[v]);
+    }
+    return result;
+}
+
+/// The vertices from one end of the graph to the other. The four extremes a, b, c, d are at the ends in one of the
+/// ways a | b, ac | bd, ad | bc: that with the fewest vertices of the first half next to the other half.
+std::vector<Index> from_end_to_end(const Graph& graph, WorkMeter& work) {
+    constexpr Index kWays[3][4] = {{1, -1, 0, 0}, {1, -1, 1, -1}, {1, -1, -1, 1}};
+    const std::array<std::vector<Index>, 4> distance = distances_from_extremes(graph, work);
+    const Index size = graph.size();
+    std::vector<Index> best;
+    Index smallest_border = std::numeric_limits<Index>::max();
+    for (const auto& way : kWays) {
+        std::vector<Index> difference(size, 0);
+        for (std::size_t k = 0; k < distance.size(); ++k) {
+            for (Index v = 0; v < size; ++v)
+                difference[v] += way[k] * distance[k][v];
         }
+        std::vector<Index> vertices(size);
+        std::iota(vertices.begin(), vertices.end(), 0);
+        std::stable_sort(vertices.begin(), vertices.end(),
+                         [&](Index a, Index b) { return difference[a] < difference[b]; });
+        std::vector<char> is_in_first_half(size, 0);
+        for (Index k = 0; k < size / 2; ++k)
+            is_in_first_half[vertices[k]] = 1;
+        Index border = 0;
+        for (Index k = 0; k < size / 2; ++k) {
+            const Index v = vertices[k];
+            work.add(1 + graph.degree(v));
+            border +=
+                std::all_of(graph.begin(v), graph.end(v), [&](Index u) { return is_in_first_half[u] != 0; }) ? 0 : 1;
+        }
+        if (border >= smallest_border) continue;
+        smallest_border = border;
+        best = std::move(vertices);
     }
+    return best;
+}
 
-  private:
-    Separation separate(const Part& part) {
-        if (along_ == nullptr) return finder_.find(part.graph, execution_);
-        places_.clear();
-        for (const Index name : part.names)
-            places_.push_back(along_->places[name]);
-        return finder_.find_near(part.graph, along_->tree.separate(part.graph, places_), execution_);
+/// The same part with its vertices numbered as they are in `vertices`; neighbours descending, so that the search for
+/// paths goes to the other end first.
+Part renumbered(const Part& part, const std::vector<Index>& vertices, WorkMeter& work) {
+    const Graph& graph = part.graph;
+    std::vector<Index> number(vertices.size());
+    Part result;
+    result.place = part.place;
+    for (const Index v : vertices) {
+        number[v] = static_cast<Index>(result.vertices.size());
+        result.vertices.push_back(part.vertices[v]);
+        result.graph.offsets.push_back(result.graph.offsets.back() + graph.degree(v));
     }
+    result.graph.neighbours.resize(graph.neighbours.size());
+    std::vector<std::int64_t> next(result.graph.offsets.begin(), result.graph.offsets.end() - 1);
+    for (Index k = graph.size(); k-- > 0;) {
+        work.add(1 + graph.degree(vertices[k]));
+        for (const Index* u = graph.begin(vertices[k]); u != graph.end(vertices[k]); ++u)
+            result.graph.neighbours[next[number[*u]]++] = k;
+    }
+    return result;
+}
 
-    /// Numbered breadth first: what is near in the graph is near in memory.
-    Part component_of(const Graph& graph, const Separation& separation, Index seed, const std::vector<Index>& names) {
-        WorkMeter work(execution_);
-        queue_of_.assign(1, seed);
-        number_[seed] = 0;
+/// What is connected of a part without its separator, which comes last.
+std::vector<Part> split(const Part& whole, const std::vector<Side>& sides, std::vector<Index>& order,
+                        WorkMeter& work) {
+    const Graph& graph = whole.graph;
+    std::vector<Part> parts;
+    Index place = whole.place;
+    std::vector<Index> number(graph.size(), -1);  // in its part
+    std::vector<Index> queue;
+    for (Index seed = 0; seed < graph.size(); ++seed) {
+        if (sides[seed] == Side::kBetween || number[seed] >= 0) continue;
         Part part;
-        for (std::size_t k = 0; k < queue_of_.size(); ++k) {
-            const Index v = queue_of_[k];
+        part.place = place;
+        queue.assign(1, seed);
+        number[seed] = 0;
+        for (std::size_t k = 0; k < queue.size(); ++k) {
+            const Index v = queue[k];
             work.add(4 + graph.degree(v));
             for (const Index* u = graph.begin(v); u != graph.end(v); ++u) {
-                if (separation.side[*u] == kSeparator) continue;
-                if (number_[*u] < 0) {
-                    number_[*u] = static_cast<Index>(queue_of_.size());
-                    queue_of_.push_back(*u);
+                if (sides[*u] == Side::kBetween) continue;
+                if (number[*u] < 0) {
+                    number[*u] = static_cast<Index>(queue.size());
+                    queue.push_back(*u);
                 }
-                part.graph.neighbours.push_back(number_[*u]);
+                part.graph.neighbours.push_back(number[*u]);
             }
             part.graph.offsets.push_back(static_cast<std::int64_t>(part.graph.neighbours.size()));
-            part.graph.weights.push_back(graph.weights[v]);
-            part.names.push_back(names[v]);
+            part.vertices.push_back(whole.vertices[v]);
         }
-        return part;
+        place += part.graph.size();
+        parts.push_back(std::move(part));
     }
+    for (Index v = 0; v < graph.size(); ++v) {
+        if (sides[v] == Side::kBetween) order[place++] = whole.vertices[v];
+    }
+    return parts;
+}
 
-    void order_leaf(const Part& part) {
-        execution_.check();
-        const Index inner = part.graph.size();
-        around_.assign(part.names.begin(), part.names.end());
-        for (Index v = 0; v < inner; ++v)
-            local_[part.names[v]] = v;
-        for (Index v = 0; v < inner; ++v) {
-            for (const Index* u = whole_.begin(part.names[v]); u != whole_.end(part.names[v]); ++u) {
-                if (local_[*u] >= 0) continue;
-                local_[*u] = static_cast<Index>(around_.size());
-                around_.push_back(*u);
+/// By minimum degree. The separators around the part count as neighbours of each other, which come later.
+/// @param local n numbers, -1; as they were at the end.
+void order_small_part(const Part& part, const Graph& whole, std::vector<Index>& local, std::vector<Index>& order) {
+    const Index inner = part.graph.size();
+    std::vector<Index> vertices = part.vertices;  // then those around it
+    for (Index k = 0; k < inner; ++k)
+        local[vertices[k]] = k;
+    std::vector<Index> rows;  // of the lower triangle, column after column
+    std::vector<Index> begins = {0};
+    for (Index k = 0; k < inner; ++k) {
+        rows.push_back(k);
+        for (const Index* u = whole.begin(part.vertices[k]); u != whole.end(part.vertices[k]); ++u) {
+            if (local[*u] < 0) {
+                local[*u] = static_cast<Index>(vertices.size());
+                vertices.push_back(*u);
             }
+            if (local[*u] > k) rows.push_back(local[*u]);
         }
-        minimum_degree_.reset(inner, static_cast<Index>(around_.size()));
-        for (Index v = 0; v < inner; ++v) {
-            for (const Index* u = whole_.begin(part.names[v]); u != whole_.end(part.names[v]); ++u)
-                minimum_degree_.connect(v, local_[*u]);
-        }
-        Index place = part.place;
-        for (const Index v : minimum_degree_.order())
-            order_[place++] = part.names[v];
-        for (const Index name : around_)
-            local_[name] = -1;
+        begins.push_back(static_cast<Index>(rows.size()));
     }
-
-    const Graph& whole_;
-    std::vector<Index>& order_;
-    PartQueue& queue_;
-    const Pattern* along_;
-    const Execution& execution_;
-    std::vector<DissectionTree::Part> parts_;
-    std::vector<Index> places_;
-    SeparatorFinder finder_;
-    MinimumDegree minimum_degree_;
-    std::vector<Index> number_;    // of a vertex in its part
-    std::vector<Index> queue_of_;  // the search
-    std::vector<Index> local_;     // of a vertex of the whole graph in the leaf and what surrounds it, or -1
-    std::vector<Index> around_;    // the leaf and what surrounds it
-};
-
-std::vector<Index> dissect(const Graph& graph, const Pattern* along, int threads, const Execution& execution,
-                           DissectionTree* tree) {
-    std::vector<Index> order(graph.size());
-    std::vector<DissectionTree::Part> parts;
-    std::mutex mutex;
-    PartQueue queue;
-    const auto collect = [&](const Dissection& dissection) {
-        if (tree == nullptr) return;
-        const std::lock_guard<std::mutex> lock(mutex);
-        parts.insert(parts.end(), dissection.parts().begin(), dissection.parts().end());
-    };
-    {
-        Separation nothing;
-        nothing.side.assign(graph.size(), kLeft);
-        std::vector<Index> names(graph.size());
-        std::iota(names.begin(), names.end(), 0);
-        Dissection dissection(graph, order, queue, along, execution);
-        dissection.split(graph, nothing, names, 0);
-        collect(dissection);
+    const auto size = static_cast<Index>(vertices.size());
+    for (Index k = inner; k < size; ++k) {
+        for (Index row = k; row < size; ++row)
+            rows.push_back(row);
+        begins.push_back(static_cast<Index>(rows.size()));
     }
-    run_workers(threads, [&](int) {
-        try {
-            Dissection dissection(graph, order, queue, along, execution);
-            Part part;
-            while (queue.pop(part)) {
-                execution.check();
-                dissection.dissect(part);
-                part = Part();
-                queue.finish_one();
-            }
-            collect(dissection);
-        } catch (...) {
-            queue.stop();
-            throw;
-        }
-    });
-    if (tree != nullptr) *tree = DissectionTree(std::move(parts), graph.size());
-    return order;
+    Eigen::SparseMatrix<char, Eigen::ColMajor, Index> lower(size, size);
+    lower.resizeNonZeros(begins.back());
+    std::copy(begins.begin(), begins.end(), lower.outerIndexPtr());
+    std::copy(rows.begin(), rows.end(), lower.innerIndexPtr());
+    std::fill_n(lower.valuePtr(), begins.back(), 1);
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> found;
+    Eigen::AMDOrdering<Index>()(lower.selfadjointView<Eigen::Lower>(), found);
+    Index place = part.place;
+    for (const Index k : found.indices()) {
+        if (k < inner) order[place++] = vertices[k];
+    }
+    for (const Index v : vertices)
+        local[v] = -1;
 }
 
 }  // namespace
 
-std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution,
-                                     DissectionTree* tree) {
-    return dissect(graph, nullptr, threads, execution, tree);
-}
-
-std::vector<Index> nested_dissection_along(const DissectionTree& tree, const std::vector<Index>& places,
-                                           const Graph& graph, int threads, const Execution& execution) {
-    const Pattern along{tree, places};
-    return dissect(graph, &along, threads, execution, nullptr);
+std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution) {
+    std::vector<Index> order(graph.size());
+    WorkMeter work(execution);
+    Part whole{graph, std::vector<Index>(graph.size()), 0};
+    std::iota(whole.vertices.begin(), whole.vertices.end(), 0);
+    std::vector<Part> parts = split(whole, std::vector<Side>(graph.size(), Side::kLeft), order, work);
+    std::vector<std::vector<Index>> local(threads);  // one a worker
+    while (!parts.empty()) {
+        std::vector<std::vector<Part>> smaller(parts.size());
+        parallel_items(parts.size(), threads, execution, [&](int worker, std::size_t k) {
+            const Part part = std::move(parts[k]);
+            if (part.graph.size() <= kSmallPart) {
+                local[worker].resize(graph.size(), -1);
+                order_small_part(part, graph, local[worker], order);
+                return;
+            }
+            WorkMeter own_work(execution);
+            const Part sorted = renumbered(part, from_end_to_end(part.graph, own_work), own_work);
+            const Index size = part.graph.size();
+            const auto end_size = static_cast<Index>(size * kEndPercent / 100);
+            smaller[k] =
+                split(sorted, minimum_separator(sorted.graph, end_size, size - end_size, execution), order, own_work);
+        });
+        parts.clear();
+        for (std::vector<Part>& of_one : smaller)
+            std::move(of_one.begin(), of_one.end(), std::back_inserter(parts));
+    }
+    return order;
 }
 
 }  // namespace meanvalue

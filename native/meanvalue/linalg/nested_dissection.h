@@ -4,22 +4,16 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/linalg/dissection_tree.h"
 #include "meanvalue/linalg/graph.h"
 
 namespace meanvalue {
 
-/// Nested dissection: a separator last, before it its two sides, each in the same way; small parts by minimum degree,
-/// with what surrounds them (A. George, Nested dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10,
-/// 1973). The same order for any number of threads.
-/// @param threads as given by thread_count(). @param tree receives the parts, or nullptr.
+/// Nested dissection: a separator last, before it what it separates, each part in the same way (A. George, Nested
+/// dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10, 1973); small parts by minimum degree (P. R.
+/// Amestoy, T. A. Davis, I. S. Duff, An approximate minimum degree ordering algorithm, SIAM J. Matrix Anal. 17,
+/// 1996).
+/// @param threads as given by thread_count(); the order is the same for any.
 /// @return the vertex that is k-th. @throws Cancelled.
-std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution,
-                                     DissectionTree* tree = nullptr);
-
-/// The same, but that separators are sought near those of a graph like it, which takes a fraction of the time.
-/// @param tree of the other graph. @param places of each vertex in the order of that.
-std::vector<Index> nested_dissection_along(const DissectionTree& tree, const std::vector<Index>& places,
-                                           const Graph& graph, int threads, const Execution& execution);
+std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution);
 
 }  // namespace meanvalue

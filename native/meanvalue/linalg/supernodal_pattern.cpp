@@ -11,35 +11,18 @@
 namespace meanvalue {
 namespace {
 
-/// A graph in the order of its elimination, with the tree of that.
+/// A graph of groups of columns, with the tree of their elimination.
 struct Elimination {
     const Graph& graph;
-    EliminationOrder order;
-    std::vector<Index> parents;
-    std::vector<Index> counts;  // weights of the columns' entries
+    const std::vector<Index>& first_column;  // of each group, then the number of columns
+    EliminationTree tree;
 
-    Index weight(Index node) const { return graph.weights[order.vertex[node]]; }
-
-    void rearrange(const std::vector<Index>& places) {
-        order.rearrange(places);
-        parents = renamed_forest(parents, places);
+    /// Columns of a node of the tree.
+    Index weight(Index node) const {
+        const Index group = tree.vertex[node];
+        return first_column[group + 1] - first_column[group];
     }
 };
-
-Elimination eliminated(const Graph& graph, std::vector<Index> order, const Execution& execution) {
-    Elimination result{graph, EliminationOrder(std::move(order)), {}, {}};
-    result.parents = elimination_tree(graph, result.order, execution);
-    result.rearrange(postorder(result.parents, std::vector<Index>(graph.size(), 0), execution));
-    result.counts = column_counts(graph, result.order, result.parents, execution);
-    // The largest child next to its parent: with that one, supernodes can be merged.
-    const std::vector<Index> places = postorder(result.parents, result.counts, execution);
-    result.rearrange(places);
-    std::vector<Index> counts(places.size());
-    for (std::size_t k = 0; k < places.size(); ++k)
-        counts[k] = result.counts[places[k]];
-    result.counts = std::move(counts);
-    return result;
-}
 
 /// Consecutive nodes of the tree; first those with the very same rows, then merged where that costs few zeros.
 class SupernodeMerging {
@@ -48,7 +31,7 @@ class SupernodeMerging {
         find_fundamental();
         const auto count = static_cast<Index>(begin_.size());
         for (Index s = count - 2; s >= 0; --s) {
-            const Index parent = elimination.parents[begin_[s + 1] - 1];
+            const Index parent = elimination.tree.parents[begin_[s + 1] - 1];
             if (parent < 0 || supernode_of_[parent] >= end_[s + 1]) continue;  // not what it would be merged with
             if (worth_merging(s)) merge(s);
         }
@@ -64,16 +47,16 @@ class SupernodeMerging {
 
   private:
     void find_fundamental() {
-        const auto size = static_cast<Index>(elimination_.parents.size());
+        const auto size = static_cast<Index>(elimination_.tree.parents.size());
         std::vector<Index> children(size, 0);
-        for (const Index parent : elimination_.parents) {
+        for (const Index parent : elimination_.tree.parents) {
             if (parent >= 0) ++children[parent];
         }
         supernode_of_.resize(size);
         for (Index node = 0; node < size; ++node) {
             const bool goes_on =
-                node > 0 && elimination_.parents[node - 1] == node && children[node] == 1 &&
-                elimination_.counts[node - 1] == elimination_.counts[node] + elimination_.weight(node - 1);
+                node > 0 && elimination_.tree.parents[node - 1] == node && children[node] == 1 &&
+                elimination_.tree.counts[node - 1] == elimination_.tree.counts[node] + elimination_.weight(node - 1);
             if (!goes_on) {
                 begin_.push_back(node);
                 columns_.push_back(0);
@@ -85,7 +68,7 @@ class SupernodeMerging {
         std::iota(end_.begin(), end_.end(), 1);
         zeros_.assign(begin_.size(), 0.0);
         for (const Index begin : begin_)
-            rows_.push_back(elimination_.counts[begin]);
+            rows_.push_back(elimination_.tree.counts[begin]);
     }
 
     /// The limits are CHOLMOD's (Y. Chen, T. A. Davis, W. W. Hager, S. Rajamanickam, Algorithm 887, ACM Trans. Math.
@@ -128,14 +111,14 @@ class SupernodeMerging {
 /// Rows of each supernode in nodes, then written down in columns.
 class PatternBuilder {
   public:
-    PatternBuilder(const Elimination& elimination, const VertexGroups& groups, const std::vector<Index>& begins)
-        : elimination_(elimination), begins_(begins), size_(static_cast<Index>(elimination.parents.size())) {
+    PatternBuilder(const Elimination& elimination, const std::vector<Index>& begins)
+        : elimination_(elimination), begins_(begins), size_(static_cast<Index>(elimination.tree.parents.size())) {
         column_.reserve(size_ + 1);
         for (Index node = 0; node < size_; ++node) {
             column_.push_back(static_cast<Index>(pattern_.order.size()));
-            const Index group = elimination.order.vertex[node];
-            pattern_.order.insert(pattern_.order.end(), groups.members.begin() + groups.offsets[group],
-                                  groups.members.begin() + groups.offsets[group + 1]);
+            const Index vertex = elimination.tree.vertex[node];
+            for (Index k = elimination.first_column[vertex]; k < elimination.first_column[vertex + 1]; ++k)
+                pattern_.order.push_back(k);
         }
         column_.push_back(static_cast<Index>(pattern_.order.size()));
     }
@@ -170,10 +153,10 @@ class PatternBuilder {
             rows_.push_back(node);
         };
         for (Index node = begins_[s]; node < end(s); ++node) {
-            const Index vertex = elimination_.order.vertex[node];
+            const Index vertex = elimination_.tree.vertex[node];
             work.add(4 + elimination_.graph.degree(vertex));
             for (const Index* u = elimination_.graph.begin(vertex); u != elimination_.graph.end(vertex); ++u)
-                add(elimination_.order.place[*u]);
+                add(elimination_.tree.place[*u]);
         }
         for (Index child = first_child_[s]; child >= 0; child = next_sibling_[child]) {
             work.add(kept_offsets_[child + 1] - kept_offsets_[child]);
@@ -227,15 +210,14 @@ class PatternBuilder {
     SupernodalPattern pattern_;
 };
 
-/// The groups as their first members come. @param order of all members.
-std::vector<Index> in_order(const VertexGroups& groups, const std::vector<Index>& order) {
+/// The groups as their first columns come. @param order of all columns.
+std::vector<Index> groups_in_order(const std::vector<Index>& first_column, const std::vector<Index>& order) {
+    std::vector<Index> group_of(order.size(), -1);  // of first columns
+    for (std::size_t group = 0; group + 1 < first_column.size(); ++group)
+        group_of[first_column[group]] = static_cast<Index>(group);
     std::vector<Index> result;
-    result.reserve(groups.count());
-    std::vector<char> seen(groups.count(), 0);
-    for (const Index member : order) {
-        const Index group = groups.group_of[member];
-        if (!seen[group]) result.push_back(group);
-        seen[group] = 1;
+    for (const Index column : order) {
+        if (group_of[column] >= 0) result.push_back(group_of[column]);
     }
     return result;
 }
@@ -257,12 +239,16 @@ std::int64_t SupernodalPattern::entry_count() const {
 
 SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const Execution& execution,
                                   const std::vector<Index>& order) {
-    Graph columns = graph_of(lower, execution);
-    const VertexGroups groups = group_same_columns(columns, execution);
-    const Graph graph = contracted_columns(std::move(columns), groups, execution);
-    const Elimination elimination = eliminated(
-        graph, order.empty() ? nested_dissection(graph, threads, execution) : in_order(groups, order), execution);
-    return PatternBuilder(elimination, groups, SupernodeMerging(elimination).begins()).build(execution);
+    const Graph columns = graph_of(lower, execution);
+    const std::vector<Index> first_column = group_same_columns(columns, execution);
+    const Graph graph = contracted(columns, first_column, execution);
+    std::vector<Index> widths(graph.size());
+    std::adjacent_difference(first_column.begin() + 1, first_column.end(), widths.begin());
+    std::vector<Index> group_order =
+        order.empty() ? nested_dissection(graph, threads, execution) : groups_in_order(first_column, order);
+    const Elimination elimination{graph, first_column,
+                                  find_elimination_tree(graph, std::move(group_order), widths, execution)};
+    return PatternBuilder(elimination, SupernodeMerging(elimination).begins()).build(execution);
 }
 
 }  // namespace meanvalue

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 #include "meanvalue/linalg/nested_dissection.h"
 #include "meanvalue/optimise/ring_room.h"
@@ -30,7 +29,6 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
         each_in_ring(row, [&](Index v) { uses[next[v]++] = row; });
 
     Graph graph;
-    graph.weights.assign(count, 1);
     graph.offsets.reserve(count + 1);
     std::vector<Index> seen_by(count, -1);
     WorkMeter work(execution);
@@ -58,21 +56,8 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
 
 }  // namespace
 
-RegionOrder find_elimination_order(const Encoding& encoding, int threads, const Execution& execution) {
-    Graph columns = graph_of_rows(encoding, execution);
-    const VertexGroups groups = group_same_columns(columns, execution);
-    const Graph graph = contracted_columns(std::move(columns), groups, execution);
-    RegionOrder order;
-    order.vertices.reserve(encoding.vertex_count());
-    std::vector<Index> places;  // of each group in the order of vertices
-    for (const Index group : nested_dissection(graph, threads, execution, &order.tree)) {
-        places.push_back(static_cast<Index>(order.vertices.size()));
-        order.vertices.insert(order.vertices.end(), groups.members.begin() + groups.offsets[group],
-                              groups.members.begin() + groups.offsets[group + 1]);
-    }
-    places.push_back(static_cast<Index>(order.vertices.size()));
-    order.tree = order.tree.moved(places);
-    return order;
+std::vector<Index> find_elimination_order(const Encoding& encoding, int threads, const Execution& execution) {
+    return nested_dissection(graph_of_rows(encoding, execution), threads, execution);
 }
 
 std::vector<Index> slots_in_order(const std::vector<Index>& order, const Unknowns& unknowns) {
@@ -82,17 +67,6 @@ std::vector<Index> slots_in_order(const std::vector<Index>& order, const Unknown
         if (unknowns.slot[v] >= 0) slots.push_back(unknowns.slot[v]);
     }
     return slots;
-}
-
-std::vector<Index> order_along(const RegionOrder& whole, const SparseMatrix& lower, const Unknowns& unknowns,
-                               int threads, const Execution& execution) {
-    if (whole.vertices.empty()) return {};  // the factor then finds one of its own
-    std::vector<Index> places(unknowns.free.size());
-    for (std::size_t k = 0; k < whole.vertices.size(); ++k) {
-        const Index slot = unknowns.slot[whole.vertices[k]];
-        if (slot >= 0) places[slot] = static_cast<Index>(k);
-    }
-    return nested_dissection_along(whole.tree, places, graph_of(lower, execution), threads, execution);
 }
 
 }  // namespace meanvalue

@@ -65,9 +65,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
             options.handles = handles;
             options.is_soft = std::move(is_soft);
             hierarchy_ =
-                encode_along(find_removal_order(shape_->rings, region_.positions, region_.is_fixed, options, threads_,
-                                                execution, shape.earlier_removals.get(), &removals_),
-                             region_.positions, SplitBy::kCarrying, threads_, execution);
+                build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, SplitBy::kCarrying,
+                                threads_, execution, shape.earlier_removals.get(), &removals_);
         }
         const StageTimer timer(bind_timings_, "coarse level");
         const auto make = [&](const Level& level) {
@@ -128,10 +127,9 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         stage.rigidity = rigidity;
         if (level->stages.empty()) {
             stage.factor = SupernodalFactor(instructions_);
-            const RegionOrder& whole = shape_->elimination_order;
-            stage.factor.analyse(hessian, execution, threads_,
-                                 is_whole ? slots_in_order(whole.vertices, level->unknowns)
-                                          : order_along(whole, hessian, level->unknowns, threads_, execution));
+            stage.factor.analyse(
+                hessian, execution, threads_,
+                is_whole ? slots_in_order(shape_->elimination_order, level->unknowns) : std::vector<Index>());
         } else {
             stage.factor = level->stages.front().factor.of_same_pattern();  // it does not depend on rigidity
         }
