@@ -100,8 +100,8 @@ class Coarsening {
         bool is_blocked = false;  // it could not be removed at its turn, and its ring is the same since
     };
 
-    /// The candidate of the next turn in the log whose vertex has not deviated. Where the vertex of a turn has, and was
-    /// removed then but not now, its neighbours deviate from there on; at the end of the log all do.
+    /// The candidate of the next turn in the log whose vertex has not deviated. Where the vertex of a turn has, and
+    /// was removed then but not now, its neighbours deviate from there on; at the end of the log all do.
     Candidate next_logged() {
         if (earlier_ == nullptr) return kLastCandidate;
         for (; turn_ < earlier_->turns.size(); ++turn_) {
