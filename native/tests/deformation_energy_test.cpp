@@ -3,12 +3,14 @@
 #include <cmath>
 #include <random>
 
+#include "meanvalue/encoding/predictor.h"
+#include "meanvalue/linalg/closest_rotation.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
 namespace {
 
-using Kernel = DeformationEnergy::Kernel;
+constexpr InstructionSet kInstructionSets[] = {InstructionSet::kPortable, InstructionSet::kFastest};
 
 /// A bumpy fan for each valence, far enough apart. @param lift how high the middles are.
 Mesh fans(Index fewest, Index most, double lift) {
@@ -37,6 +39,78 @@ struct Evaluation {
     Positions gradient;
 };
 
+/// The energy and its gradient in plain scalar arithmetic, row after row.
+class ScalarRows {
+  public:
+    ScalarRows(const Encoding& encoding, const Unknowns& unknowns, const EnergyPatches& rows)
+        : encoding_(encoding), unknowns_(unknowns), rows_(rows) {}
+
+    Evaluation evaluate(const Positions& pose, double rigidity) const {
+        Evaluation result;
+        result.gradient.setZero(static_cast<Eigen::Index>(unknowns_.free.size()), 3);
+        for (const RowBatch& batch : rows_.batches) {
+            for (int lane = 0; lane < kRowLanes; ++lane) {
+                if (batch.row[lane] < 0) continue;
+                add_bending(batch.row[lane], pose, result);
+                if (rigidity > 0.0) add_stretching(batch, lane, pose, rigidity * rows_.stretching, result);
+            }
+        }
+        return result;
+    }
+
+  private:
+    void add(Index vertex, const Vector3& gradient, Evaluation& result) const {
+        if (unknowns_.slot[vertex] >= 0) result.gradient.row(unknowns_.slot[vertex]) += gradient.transpose();
+    }
+
+    void add_bending(Index row, const Positions& pose, Evaluation& result) const {
+        const Index centre = unknowns_.rows[row];
+        const EncodedRing ring = encoding_.ring_of(centre);
+        std::vector<Matrix3> blocks(ring.valence);
+        const Vector3 residual = Vector3(pose.row(centre)) - predict_with_jacobian(ring, pose, blocks.data());
+        const Vector3 pull = rows_.bending[row] * residual;
+        result.energy += 0.5 * pull.dot(residual);
+        add(centre, pull, result);
+        for (Index k = 0; k < ring.valence; ++k)
+            add(ring.ring[k], -blocks[k].transpose() * pull, result);
+    }
+
+    void add_stretching(const RowBatch& batch, int lane, const Positions& pose, double factor,
+                        Evaluation& result) const {
+        const Index centre = unknowns_.rows[batch.row[lane]];
+        const EncodedRing ring = encoding_.ring_of(centre);
+        // Calls visit(a, b, rest of a - b, weight) for each spoke and rim.
+        const auto rest_of = [&](Index k) {
+            const EdgeLanes& edge = rows_.edge_lanes[batch.first + k];
+            return Vector3(edge.x.value[lane], edge.y.value[lane], edge.z.value[lane]);
+        };
+        const auto for_each_edge = [&](const auto& visit) {
+            for (Index k = 0; k < ring.valence; ++k) {
+                const Index next = (k + 1) % ring.valence;
+                const StretchingLanes& weights = rows_.stretching_lanes[batch.first + k];
+                visit(centre, ring.ring[k], rest_of(k), weights.spoke.value[lane]);
+                visit(ring.ring[next], ring.ring[k], Vector3(rest_of(k) - rest_of(next)), weights.rim.value[lane]);
+            }
+        };
+        Matrix3 covariance = Matrix3::Zero();
+        for_each_edge([&](Index a, Index b, const Vector3& rest, double weight) {
+            covariance += weight * Vector3(pose.row(a) - pose.row(b)) * rest.transpose();
+        });
+        const Matrix3 rotation = closest_rotation(covariance);
+        for_each_edge([&](Index a, Index b, const Vector3& rest, double weight) {
+            const Vector3 strain = Vector3(pose.row(a) - pose.row(b)) - rotation * rest;
+            const Vector3 pull = factor * weight * strain;
+            result.energy += 0.5 * pull.dot(strain);
+            add(a, pull, result);
+            add(b, -pull, result);
+        });
+    }
+
+    const Encoding& encoding_;
+    const Unknowns& unknowns_;
+    const EnergyPatches& rows_;
+};
+
 /// A mesh at rest, with all that an energy needs. The first vertex of every `fixed_step` is fixed.
 class Bound {
   public:
@@ -47,14 +121,14 @@ class Bound {
         unknowns_ = find_unknowns(encoding_, is_fixed);
     }
 
-    DeformationEnergy energy(Kernel kernel, double by_length = 1.0) const {
+    DeformationEnergy energy(InstructionSet instructions = InstructionSet::kFastest) const {
         const RestCells cells = rest_cells(encoding_, mesh_.vertices, 1, execution_);
-        return {encoding_, unknowns_, cells, mesh_.diagonal(), by_length, execution_, kernel};
+        return {encoding_, unknowns_, cells, mesh_.diagonal(), 1.0, execution_, instructions};
     }
 
-    Evaluation evaluate(const Positions& pose, double rigidity, Kernel kernel = Kernel::kFastest,
-                        int threads = 1) const {
-        const DeformationEnergy energy = this->energy(kernel);
+    Evaluation evaluate(const Positions& pose, double rigidity,
+                        InstructionSet instructions = InstructionSet::kFastest, int threads = 1) const {
+        const DeformationEnergy energy = this->energy(instructions);
         auto workspace = energy.make_workspace();
         Evaluation result;
         result.gradient.setConstant(static_cast<Eigen::Index>(unknowns_.free.size()), 3, std::nan(""));
@@ -62,16 +136,23 @@ class Bound {
         return result;
     }
 
+    Evaluation evaluate_scalar(const Positions& pose, double rigidity) const {
+        const RestCells cells = rest_cells(encoding_, mesh_.vertices, 1, execution_);
+        const EnergyPatches rows =
+            build_energy_patches(encoding_, unknowns_, cells, mesh_.diagonal(), 1.0, {}, nullptr, execution_);
+        return ScalarRows(encoding_, unknowns_, rows).evaluate(pose, rigidity);
+    }
+
     /// The kernels against the scalar rows.
     void expect_agreement(const Positions& pose, const std::string& what) const {
         for (const double rigidity : {0.0, 0.5, 30.0}) {
-            const Evaluation expected = evaluate(pose, rigidity, Kernel::kScalar);
+            const Evaluation expected = evaluate_scalar(pose, rigidity);
             EXPECT_GT(expected.energy, 0.0) << what;
-            for (const Kernel kernel : {Kernel::kPortable, Kernel::kFastest}) {
-                const Evaluation found = evaluate(pose, rigidity, kernel);
+            for (const InstructionSet instructions : kInstructionSets) {
+                const Evaluation found = evaluate(pose, rigidity, instructions);
                 EXPECT_NEAR(found.energy, expected.energy, 1e-12 * expected.energy) << what << ", " << rigidity;
                 // Near rest the gradient is a small difference of large numbers, and both round: by their weight,
-                // which is up to 70 (a lone anchor's row).
+                // which is up to 70 (an isolated anchor's row).
                 EXPECT_LE((found.gradient - expected.gradient).norm(),
                           1e-12 * expected.gradient.norm() + 70e-15 * mesh_.diagonal())
                     << what << ", " << rigidity;
@@ -164,8 +245,8 @@ TEST(DeformationEnergy, StaysFiniteWhereRingsCollapse) {
     Positions line = rest.vertices;
     line.rightCols(2).setZero();
     for (const Positions& pose : {Positions(Positions::Zero(rest.vertex_count(), 3)), line}) {
-        for (const Kernel kernel : {Kernel::kScalar, Kernel::kPortable, Kernel::kFastest}) {
-            const Evaluation found = bound.evaluate(pose, 5.0, kernel);
+        for (const InstructionSet instructions : kInstructionSets) {
+            const Evaluation found = bound.evaluate(pose, 5.0, instructions);
             EXPECT_TRUE(std::isfinite(found.energy));
             EXPECT_TRUE(found.gradient.allFinite());
         }
@@ -179,7 +260,7 @@ TEST(DeformationEnergy, LosesNothingFarFromTheOrigin) {
     far.rowwise() += Eigen::RowVector3d(1e6, -2e6, 3e6);
     const Positions near = far.rowwise() - Eigen::RowVector3d(1e6, -2e6, 3e6);  // exact
     for (const double rigidity : {0.0, 30.0}) {
-        const Evaluation expected = bound.evaluate(near, rigidity, Kernel::kScalar);
+        const Evaluation expected = bound.evaluate_scalar(near, rigidity);
         const Evaluation found = bound.evaluate(far, rigidity);
         EXPECT_NEAR(found.energy, expected.energy, 1e-12 * expected.energy);
         EXPECT_LE((found.gradient - expected.gradient).norm(), 1e-12 * expected.gradient.norm());
@@ -190,35 +271,33 @@ TEST(DeformationEnergy, IsTheSameForAnyNumberOfThreads) {
     const Mesh mesh = with_noise(torus(150, 100), 0.2, 1);
     const Bound bound(mesh);
     const Positions pose = bent(mesh);
-    for (const Kernel kernel : {Kernel::kScalar, Kernel::kPortable, Kernel::kFastest}) {
-        const Evaluation one = bound.evaluate(pose, 30.0, kernel, 1);
+    for (const InstructionSet instructions : kInstructionSets) {
+        const Evaluation one = bound.evaluate(pose, 30.0, instructions, 1);
         for (const int threads : {2, 3, 8}) {
-            const Evaluation many = bound.evaluate(pose, 30.0, kernel, threads);
+            const Evaluation many = bound.evaluate(pose, 30.0, instructions, threads);
             EXPECT_EQ(many.energy, one.energy);
             EXPECT_EQ(many.gradient, one.gradient);
         }
     }
 }
 
-TEST(ConstantHessian, IsTheSameForAnyNumberOfThreadsAndKernels) {
+TEST(ConstantHessian, IsTheSameForAnyNumberOfThreads) {
     const Bound bound(with_noise(joined(torus(120, 70), steep_fans()), 0.1, 1));
     const Execution execution;
     for (const double rigidity : {0.0, 30.0}) {
-        const SparseMatrix one = bound.energy(Kernel::kFastest).constant_hessian(rigidity, 1, execution);
-        for (const Kernel kernel : {Kernel::kScalar, Kernel::kFastest}) {
-            const SparseMatrix many = bound.energy(kernel).constant_hessian(rigidity, 3, execution);
-            ASSERT_EQ(many.nonZeros(), one.nonZeros());
-            EXPECT_TRUE(std::equal(one.valuePtr(), one.valuePtr() + one.nonZeros(), many.valuePtr()));
-            EXPECT_TRUE(std::equal(one.innerIndexPtr(), one.innerIndexPtr() + one.nonZeros(), many.innerIndexPtr()));
-            EXPECT_TRUE(std::equal(one.outerIndexPtr(), one.outerIndexPtr() + one.cols() + 1, many.outerIndexPtr()));
-        }
+        const SparseMatrix one = bound.energy().constant_hessian(rigidity, 1, execution);
+        const SparseMatrix many = bound.energy().constant_hessian(rigidity, 3, execution);
+        ASSERT_EQ(many.nonZeros(), one.nonZeros());
+        EXPECT_TRUE(std::equal(one.valuePtr(), one.valuePtr() + one.nonZeros(), many.valuePtr()));
+        EXPECT_TRUE(std::equal(one.innerIndexPtr(), one.innerIndexPtr() + one.nonZeros(), many.innerIndexPtr()));
+        EXPECT_TRUE(std::equal(one.outerIndexPtr(), one.outerIndexPtr() + one.cols() + 1, many.outerIndexPtr()));
     }
 }
 
 TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
     // An upper bound but for terms of the bending that it leaves out, and not a loose one.
     const Bound bound(with_noise(sphere(2), 0.2, 1));
-    DeformationEnergy energy = bound.energy(Kernel::kFastest);
+    DeformationEnergy energy = bound.energy();
     const Execution execution;
     const SparseMatrix hessian = energy.constant_hessian(50.0, 1, execution);
     std::mt19937 random(1);
@@ -248,7 +327,7 @@ TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
 TEST(ConstantHessian, WithTheFixedVerticesItsRowsSumToZero) {
     // What moves all vertices alike costs nothing: the block of the fixed vertices is the rest of the same matrix.
     const Bound bound(with_noise(joined(torus(30, 20), steep_fans()), 0.3, 1));
-    const DeformationEnergy energy = bound.energy(Kernel::kFastest);
+    const DeformationEnergy energy = bound.energy();
     const Execution execution;
     for (const double rigidity : {0.0, 15.0}) {
         const SparseMatrix hessian = energy.constant_hessian(rigidity, 1, execution);

@@ -157,7 +157,7 @@ TEST_P(SoftPose, TheSolutionIsAMinimumOfAnEnergyWithTheSprings) {
     Execution execution;
     const RestCells cells = rest_cells(encoding, pose.mesh.vertices, 1, execution);
     const DeformationEnergy energy(encoding, unknowns, cells, mean_diagonal(pose.mesh.vertices, 1, execution), 1.0,
-                                   execution, DeformationEnergy::Kernel::kFastest, SoftConstraints(soft, unknowns));
+                                   execution, InstructionSet::kFastest, SoftConstraints(soft, unknowns));
     auto workspace = energy.make_workspace();
     workspace.soft_targets = energy.soft_constraints().targets_of(pose.targets);
     Positions gradient(static_cast<Eigen::Index>(unknowns.free.size()), 3);

@@ -38,7 +38,7 @@ FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
     execution.begin_stage("analyse");
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);
-    system_.emplace(encoding_, unknowns_, execution, region_.vertices);
+    system_.emplace(encoding_, unknowns_, execution);
     if (unknowns_.free.empty()) return;
     std::vector<Index> columns;
     for (const Index slot : slots_in_order(shape_->elimination_order, unknowns_)) {

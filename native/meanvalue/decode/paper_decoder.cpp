@@ -65,10 +65,10 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
     hierarchy_ = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, coarsening, SplitBy::kEncoding,
                                  threads_, execution, shape.earlier_removals.get(), &removals_);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
-    coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution, region_.vertices);
+    coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
     coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution, instructions_);
     base_unknowns_ = unknowns_of(hierarchy_.base());
-    base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution, region_.vertices);
+    base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution);
 }
 
 Unknowns PaperDecoder::unknowns_of(const Level& level) const {

@@ -9,9 +9,6 @@
 namespace meanvalue {
 namespace {
 
-// A steep ring's own height, n . sum_j (u_j - w_j) v_j, is seen along the soft normal and put along it again.
-constexpr double kSteepScale = 1.0 + kSoftness * kSoftness;
-
 /// p = sum_j w_j v_j, summed about the first ring vertex so that nothing is lost far from the origin.
 Vector3 weighted_centre(const EncodedRing& ring, const PositionsView& positions) {
     const Vector3 origin = positions.row(ring.ring[0]);
@@ -76,36 +73,6 @@ class RingLinearisation {
     }
 
     Vector3 predicted() const { return centre_ + offset_ * plane_.normal; }
-
-    /// Calls receive(k, (dF_i/dv_k)^T covector) for every ring vertex: block() transposed and multiplied out, without
-    /// its matrices. @param length_gradient_of k -> what `keep` was given.
-    template <typename LengthGradient, typename Receive>
-    void pull_back(const Vector3& covector, const LengthGradient& length_gradient_of, const Receive& receive) const {
-        const Vector3& normal = plane_.normal;
-        const double along = normal.dot(covector);
-        Vector3 by_area = Vector3::Zero();
-        double by_spread = 0.0;
-        if (plane_.length > 0.0) {
-            const Vector3 by_normal = offset_ * covector + along * tilt_;
-            const double length_change = normal.dot(by_normal);
-            by_area = (by_normal - length_change * normal) / plane_.length;
-            by_spread = 2.0 * length_change * spread_share();
-        }
-        Vector3 previous = positions_.row(ring_.ring[ring_.valence - 1]);
-        Vector3 here = positions_.row(ring_.ring[0]);
-        for (Index k = 0; k < ring_.valence; ++k) {
-            const Vector3 next = positions_.row(ring_.ring[k + 1 == ring_.valence ? 0 : k + 1]);
-            Vector3 pulled = ring_.weights[k] * (covector + along * pull_) -
-                             (along * ring_.heights[k]) * length_gradient_of(k) + by_area.cross(previous - next) +
-                             by_spread * (here - polygon_.centre);
-            if (ring_.normal_weights != nullptr) {
-                pulled += (along * kSteepScale * (ring_.normal_weights[k] - ring_.weights[k])) * normal;
-            }
-            receive(k, pulled);
-            previous = here;
-            here = next;
-        }
-    }
 
     /// dF_i/dv_k.
     Matrix3 block(Index k, const Vector3& length_gradient) const {
@@ -172,18 +139,6 @@ Vector3 predict_with_jacobian_of(const EncodedRing& ring, const PositionsView& p
     linear.prepare_blocks();
     block = linear.block(place, own_length_gradient);
     return linear.predicted();
-}
-
-Vector3 residual_with_gradient(const EncodedRing& ring, const PositionsView& positions, const Vector3& position,
-                               double weight, Vector3* gradients) {
-    // Their memory holds each vertex' length gradient until its gradient is made.
-    const RingLinearisation linear(ring, positions,
-                                   [&](Index k, const Vector3& length_gradient) { gradients[k] = length_gradient; });
-    Vector3 residual = position - linear.predicted();
-    linear.pull_back(
-        -weight * residual, [&](Index k) { return gradients[k]; },
-        [&](Index k, const Vector3& gradient) { gradients[k] = gradient; });
-    return residual;
 }
 
 Positions predict_all(const Encoding& encoding, const PositionsView& positions, int threads,

@@ -23,12 +23,6 @@ Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& posi
 Vector3 predict_with_jacobian_of(const EncodedRing& ring, const PositionsView& positions, Index place,
                                  Matrix3& block);
 
-/// r = v_i - F_i(V), and the gradient of weight |r|^2 / 2 by every ring vertex; by v_i itself it is weight * r.
-/// Linear in the valence, without the blocks' matrices.
-/// @param position v_i; @param gradients receives `ring.valence` vectors.
-Vector3 residual_with_gradient(const EncodedRing& ring, const PositionsView& positions, const Vector3& position,
-                               double weight, Vector3* gradients);
-
 /// F_i(V) for every vertex; v_i itself where a vertex is not predictable.
 /// @return n x 3. @throws Cancelled.
 Positions predict_all(const Encoding& encoding, const PositionsView& positions, int threads,

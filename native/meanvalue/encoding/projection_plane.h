@@ -40,6 +40,8 @@ inline RingArea ring_area(const PositionsView& positions, const Index* ring, Ind
 constexpr double kSoftness = 1e-2;
 // 1 / sqrt(1 + kSoftness^2): how long every soft normal is at rest, whatever the ring.
 const double kRestNormalLength = 1.0 / std::sqrt(1.0 + kSoftness * kSoftness);
+// A steep ring's own height, n . sum_j (u_j - w_j) v_j, is seen along the soft normal and put along it again.
+constexpr double kSteepScale = 1.0 + kSoftness * kSoftness;
 
 /// The normal that the predictor uses: n = N / sqrt(|N|^2 + (softening * spread)^2).
 ///

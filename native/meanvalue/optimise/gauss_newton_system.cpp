@@ -3,15 +3,12 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/linalg/product_pattern.h"
-#include "meanvalue/optimise/ring_room.h"
 
 namespace meanvalue {
 
-GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution,
-                                     const std::vector<Index>& names)
+GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution)
     : encoding_(encoding), unknowns_(unknowns) {
     term_offsets_.push_back(0);
-    RingRoom room(kBlockPairs);
     for (const Index i : unknowns_.rows) {
         execution.check_every(term_offsets_.size());
         // The vertex's own term first, then its ring in order: linearise() relies on it.
@@ -20,11 +17,8 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
             const Index column = unknowns_.slot[encoding_.ring[k]];
             if (column >= 0) term_columns_.push_back(column);
         }
-        const auto terms = static_cast<std::int64_t>(term_columns_.size()) - term_offsets_.back();
-        room.add(names.empty() ? i : names[i], unknowns_.slot[i] >= 0 ? terms - 1 : terms);
         term_offsets_.push_back(static_cast<std::int64_t>(term_columns_.size()));
     }
-    room.require();
     find_pattern(execution);
     fill_smoothness_metric(execution);
 }

@@ -23,10 +23,8 @@ class GaussNewtonSystem {
         std::vector<Vector3> residuals;  ///< |rows|
     };
 
-    /// @pre both outlive the system. @param names n numbers that messages call the vertices by, or empty: their own.
-    /// @throws InvalidInput where rings are too long (RingRoom), Cancelled.
-    GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution,
-                      const std::vector<Index>& names = {});
+    /// @pre both outlive the system, and there is room for the rings (RingRoom). @throws Cancelled.
+    GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
 
     /// @throws Cancelled.
     Workspace make_workspace(const Execution& execution) const;

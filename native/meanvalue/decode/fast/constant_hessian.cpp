@@ -200,8 +200,7 @@ class HessianAssembly {
     /// From the order of the batches into that of the rows.
     void collect_edges() {
         execution_.check();
-        for (std::size_t k = 0; k < energy_.batches.size(); ++k) {
-            const RowBatch& batch = energy_.batches[k];
+        for (const RowBatch& batch : energy_.batches) {
             for (int lane = 0; lane < kRowLanes; ++lane) {
                 if (batch.row[lane] < 0) continue;
                 for (Index k = 0; k < batch.valence; ++k) {
@@ -209,14 +208,6 @@ class HessianAssembly {
                     edges_[row_start_[batch.row[lane]] + k] = {weight_ * from.spoke.value[lane],
                                                                weight_ * from.rim.value[lane]};
                 }
-            }
-        }
-        for (std::size_t number = 0; number < energy_.singles.size(); ++number) {
-            const SingleRow& single = energy_.singles[number];
-            const std::int64_t first = row_start_[single.row];
-            for (std::int64_t k = first; k < row_start_[single.row + 1]; ++k) {
-                const Spoke& from = energy_.single_spokes[single.first_spoke + k - first];
-                edges_[k] = {weight_ * from.spoke, weight_ * from.rim};
             }
         }
     }

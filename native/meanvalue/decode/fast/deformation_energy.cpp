@@ -15,21 +15,16 @@ constexpr std::size_t kRowsOfThread = 2048;
 }  // namespace
 
 DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                     double size, double by_length, const Execution& execution, Kernel kernel,
-                                     SoftConstraints soft_constraints, const StiffRings* stiff)
+                                     double size, double by_length, const Execution& execution,
+                                     InstructionSet instructions, SoftConstraints soft_constraints,
+                                     const StiffRings* stiff)
     : encoding_(encoding),
       unknowns_(unknowns),
-      by_length_(by_length),
       soft_constraints_(std::move(soft_constraints)),
-      kernel_(energy_kernel(kernel == Kernel::kFastest ? InstructionSet::kFastest : InstructionSet::kPortable)) {
-    rows_ = build_energy_patches(encoding, unknowns, cells, size, by_length, kernel != Kernel::kScalar,
-                                 soft_constraints_.hardness(unknowns.slot.size()), stiff, execution);
+      kernel_(energy_kernel(instructions)),
+      rows_(build_energy_patches(encoding, unknowns, cells, size, by_length,
+                                 soft_constraints_.hardness(unknowns.slot.size()), stiff, execution)) {
     index_uses(execution);
-}
-
-void DeformationEnergy::refill(const RestCells& cells, double size, int threads, const Execution& execution) {
-    refill_energy_patches(encoding_, unknowns_, cells, size, by_length_,
-                          soft_constraints_.hardness(unknowns_.slot.size()), threads, execution, rows_);
 }
 
 void DeformationEnergy::index_uses(const Execution& execution) {
@@ -99,27 +94,9 @@ double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView&
         scratch.positions[k] = {{position[0], position[1], position[2], 0.0}};
         shares[k] = {};
     }
-    double energy =
-        kernel_(rows_.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
-                rows_.rings(), scratch.positions.data(), stretching, shares);
-    scratch.by_ring.resize(rows_.longest_single);
-    for (std::int64_t k = begin.first_single; k < end.first_single; ++k) {
-        const SingleRow& single = rows_.singles[k];
-        const Index centre = unknowns_.rows[single.row];
-        const EncodedRing ring = encoding_.ring_of(centre);
-        const RowEnergy row = evaluate_row(ring, centre, positions, rows_.single_spokes.data() + single.first_spoke,
-                                           rows_.bending[single.row], stretching, scratch.by_ring.data());
-        const auto add = [&](Index point, const Vector3& share) {
-            for (int c = 0; c < 3; ++c)
-                shares[point].value[c] += share(c);
-        };
-        const Index* const of_ring = rows_.single_points.data() + single.first_spoke;
-        add(single.centre, row.by_centre);
-        for (Index j = 0; j < ring.valence; ++j)
-            add(of_ring[j], scratch.by_ring[j]);
-        energy += row.energy;
-    }
-    return energy;
+    scratch.kernel.resize(rows_.longest_ring);
+    return kernel_(rows_.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
+                   rows_.rings(), scratch.positions.data(), stretching, scratch.kernel, shares);
 }
 
 std::size_t DeformationEnergy::bytes() const {
@@ -130,7 +107,7 @@ std::size_t DeformationEnergy::Workspace::bytes() const {
     std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + patch_energy.capacity() * sizeof(double) +
                       (static_cast<std::size_t>(soft_targets.size()) + soft_weights.capacity()) * sizeof(double);
     for (const Scratch& of_thread : scratch)
-        sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.by_ring.capacity() * sizeof(Vector3);
+        sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.kernel.bytes();
     return sum;
 }
 

@@ -44,7 +44,7 @@ class DeformationEnergy {
         /// Of one thread.
         struct Scratch {
             std::vector<PaddedPoint> positions;  // of a patch
-            std::vector<Vector3> by_ring;        // of a single row
+            KernelScratch kernel;
         };
         std::vector<PaddedPoint> shares;   ///< of dE/dV, by each point of each patch
         std::vector<double> patch_energy;  ///< of E, by each patch
@@ -55,20 +55,15 @@ class DeformationEnergy {
         std::size_t bytes() const;
     };
 
-    enum class Kernel {
-        kFastest,   ///< that this processor has
-        kPortable,  ///< that every processor has
-        kScalar     ///< none, evaluate_row() for each row: what the others are held against
-    };
-
     /// @param by_length how far the weights above are taken, from 0 to 1, as their exponent. At 0 all are 1, and with
     /// rigidity 0 E is the paper's G, equation 15; weights_for() says what belongs to a rigidity.
     /// @param cells at rest, of the encoding; @param size D, in the same units. @param soft_constraints or none.
     /// @param stiff of all rows at least, where they are known. @pre encoding and unknowns outlive it. @throws
     /// Cancelled.
     DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
-                      double by_length, const Execution& execution, Kernel kernel = Kernel::kFastest,
-                      SoftConstraints soft_constraints = {}, const StiffRings* stiff = nullptr);
+                      double by_length, const Execution& execution,
+                      InstructionSet instructions = InstructionSet::kFastest, SoftConstraints soft_constraints = {},
+                      const StiffRings* stiff = nullptr);
 
     /// 1 from rigidity 1 on, and down to 0 with it, so that results do not jump where the paper's energy begins.
     static double weights_for(double rigidity) { return std::min(rigidity, 1.0); }
@@ -90,11 +85,6 @@ class DeformationEnergy {
     /// @throws Cancelled.
     FixedCoupling fixed_coupling(double rigidity, const Execution& execution) const;
 
-    /// Takes over other coefficients that the encoding has been given, in the same layout, and other cells; the
-    /// constant matrix is that of the first. For averages of shapes, of which each solve has an energy of its own.
-    /// @param size D, in the same units. The same bits for any `threads`. @throws Cancelled.
-    void refill(const RestCells& cells, double size, int threads, const Execution& execution);
-
     const SoftConstraints& soft_constraints() const { return soft_constraints_; }
 
     std::size_t bytes() const;
@@ -106,7 +96,6 @@ class DeformationEnergy {
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    double by_length_;
     SoftConstraints soft_constraints_;
     EnergyKernel kernel_;
     EnergyPatches rows_;

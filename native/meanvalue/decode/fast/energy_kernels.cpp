@@ -15,14 +15,16 @@ struct PullBack {
     LaneVector by_area;
     Lane by_spread;
     LaneVector mean;
+    LaneVector normal;
 };
 
 /// The rows' residuals. As in RingLinearisation, of which this is the image in lanes: all about the first vertex of
 /// each ring, so that nothing is lost far from the origin.
-/// @param ring v_k - v_0; @param own v_i - v_0; @param directions receives dl_k / dD_k.
+/// @param steep RingLanes::steep, or nullptr. @param ring v_k - v_0; @param own v_i - v_0;
+/// @param directions receives dl_k / dD_k.
 MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const BendingLanes* coefficients,
-                                          const LaneVector* ring, const LaneVector& own, LaneVector* directions,
-                                          PullBack& back) {
+                                          const RowLanes* steep, const LaneVector* ring, const LaneVector& own,
+                                          LaneVector* directions, PullBack& back) {
     const Index valence = batch.valence;
     LaneVector area{}, sum{}, centre{};
     Lane squares{};
@@ -54,6 +56,13 @@ MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const BendingLa
         pull += height * directions[k];
         tilt += (height * along) * direction + (height * lean) * difference;
     }
+    if (steep != nullptr) {
+        LaneVector own_centre{};
+        for (Index k = 1; k < valence; ++k)
+            own_centre += lanes(steep[k]) * ring[k];
+        offset += dot(normal, own_centre);
+        tilt = tilt - own_centre;
+    }
     const LaneVector residual = own - centre - offset * normal;
     const LaneVector covector = -lanes(batch.bending) * residual;
     const Lane along = dot(normal, covector);
@@ -65,6 +74,7 @@ MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const BendingLa
     back.by_area = inverse_length * (by_normal - length_change * normal);
     back.by_spread = -2.0 * length_change * softened * softened * spread;
     back.mean = share * sum;
+    back.normal = normal;
     return residual;
 }
 
@@ -91,19 +101,20 @@ MEANVALUE_INLINE void find_strains(Index valence, const StretchingLanes* coeffic
 
 template <bool kStretching>
 MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rings, const PaddedPoint* positions,
-                                     double stretching, PaddedPoint* gradient) {
+                                     double stretching, KernelScratch& scratch, PaddedPoint* gradient) {
     const Index valence = batch.valence;
     const VertexLanes* vertices = rings.vertices + batch.first;
     const BendingLanes* bending = rings.bending + batch.first;
-    LaneVector ring[kLongestLaneRing];
-    LaneVector directions[kLongestLaneRing];
+    const RowLanes* steep = batch.first_steep < 0 ? nullptr : rings.steep + batch.first_steep;
+    LaneVector* const ring = lane_vectors(scratch.array(0, valence));
+    LaneVector* const directions = lane_vectors(scratch.array(1, valence));
     const LaneVector first = load(positions, vertices[0].vertex);
     const LaneVector own = load(positions, batch.centre) - first;
     ring[0] = LaneVector{};
     for (Index k = 1; k < valence; ++k)
         ring[k] = load(positions, vertices[k].vertex) - first;
     PullBack back;
-    const LaneVector residual = find_residual(batch, bending, ring, own, directions, back);
+    const LaneVector residual = find_residual(batch, bending, steep, ring, own, directions, back);
     LaneVector by_centre = lanes(batch.bending) * residual;
     Lane energy = lanes(batch.bending) * dot(residual, residual);
     LaneVector previous = ring[valence - 1];
@@ -115,8 +126,8 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
         }
     } else {
         const StretchingLanes* coefficients = rings.stretching + batch.first;
-        LaneVector spokes[kLongestLaneRing];
-        LaneVector strains[kLongestLaneRing];
+        LaneVector* const spokes = lane_vectors(scratch.array(2, valence));
+        LaneVector* const strains = lane_vectors(scratch.array(3, valence));
         const EdgeLanes* edges = rings.edges + batch.first;
         for (Index k = 0; k < valence; ++k) {
             spokes[k] = own - ring[k];
@@ -138,33 +149,38 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
             previous = ring[k];
         }
     }
+    if (steep != nullptr) {
+        for (Index k = 0; k < valence; ++k)
+            add_to(gradient, vertices[k].vertex, (back.by_height * lanes(steep[k])) * back.normal);
+    }
     add_to(gradient, batch.centre, by_centre);
     return 0.5 * energy;
 }
 
 MEANVALUE_INLINE double evaluate(const RowBatch* batches, Index count, const RingLanes& rings,
-                                 const PaddedPoint* positions, double stretching, PaddedPoint* gradient) {
+                                 const PaddedPoint* positions, double stretching, KernelScratch& scratch,
+                                 PaddedPoint* gradient) {
     Lane sum{};
     if (stretching > 0.0) {
         for (Index b = 0; b < count; ++b)
-            sum += evaluate_batch<true>(batches[b], rings, positions, stretching, gradient);
+            sum += evaluate_batch<true>(batches[b], rings, positions, stretching, scratch, gradient);
     } else {
         for (Index b = 0; b < count; ++b)
-            sum += evaluate_batch<false>(batches[b], rings, positions, stretching, gradient);
+            sum += evaluate_batch<false>(batches[b], rings, positions, stretching, scratch, gradient);
     }
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 double evaluate_portable(const RowBatch* batches, Index count, const RingLanes& rings, const PaddedPoint* positions,
-                         double stretching, PaddedPoint* gradient) {
-    return evaluate(batches, count, rings, positions, stretching, gradient);
+                         double stretching, KernelScratch& scratch, PaddedPoint* gradient) {
+    return evaluate(batches, count, rings, positions, stretching, scratch, gradient);
 }
 
 #if defined(__x86_64__)
 __attribute__((target("avx2,fma"))) double evaluate_avx2(const RowBatch* batches, Index count, const RingLanes& rings,
                                                          const PaddedPoint* positions, double stretching,
-                                                         PaddedPoint* gradient) {
-    return evaluate(batches, count, rings, positions, stretching, gradient);
+                                                         KernelScratch& scratch, PaddedPoint* gradient) {
+    return evaluate(batches, count, rings, positions, stretching, scratch, gradient);
 }
 #endif
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/types.h"
@@ -9,8 +10,6 @@
 namespace meanvalue {
 
 constexpr int kRowLanes = 4;
-/// Longer rings are left to evaluate_row(): what the kernels keep of a ring is to stay in the innermost cache.
-constexpr Index kLongestLaneRing = 32;
 
 /// One number of each row of a batch.
 struct alignas(kRowLanes * sizeof(double)) RowLanes {
@@ -25,12 +24,13 @@ struct alignas(kRowLanes * sizeof(double)) PaddedPoint {
 /// Four rows whose rings are equally long. Vertices are numbered within the patch that the batch belongs to. Where
 /// there are fewer rows, the lanes left over repeat the first, with zeros for what multiplies their energy.
 struct RowBatch {
-    RowLanes softening;       ///< see SoftNormal
-    RowLanes bending;         ///< a_i
-    Index centre[kRowLanes];  ///< i
-    Index row[kRowLanes];     ///< which row of the energy; -1: a lane left over
-    Index valence;            ///< of all four, at most kLongestLaneRing
-    std::int64_t first;       ///< where its rings begin in each array of RingLanes
+    RowLanes softening;        ///< see SoftNormal
+    RowLanes bending;          ///< a_i
+    Index centre[kRowLanes];   ///< i
+    Index row[kRowLanes];      ///< which row of the energy; -1: a lane left over
+    Index valence;             ///< of all four
+    std::int64_t first;        ///< where its rings begin in each array of RingLanes but the last
+    std::int64_t first_steep;  ///< where they begin in that; -1: no ring is steep
 };
 
 /// Coefficients of one place in the rings of a batch, by what reads them.
@@ -53,13 +53,31 @@ struct RingLanes {
     const StretchingLanes* stretching;
     const EdgeLanes* edges;
     const VertexLanes* vertices;
+    const RowLanes* steep;  ///< of steep rings: u_ik - w_ik, scaled (Encoding::steep_weights)
+};
+
+/// What a kernel keeps of the rings of a batch.
+class KernelScratch {
+  public:
+    /// For rings of at most `longest` vertices.
+    void resize(Index longest) { values_.resize(kArrays * 3 * static_cast<std::size_t>(longest)); }
+    /// Array `number` of four, `valence` x 3 of them.
+    RowLanes* array(int number, Index valence) {
+        return values_.data() + static_cast<std::size_t>(number) * 3 * static_cast<std::size_t>(valence);
+    }
+    std::size_t bytes() const { return values_.capacity() * sizeof(RowLanes); }
+
+  private:
+    static constexpr std::size_t kArrays = 4;
+    std::vector<RowLanes> values_;
 };
 
 /// E of `count` batches. Adds its derivative by each vertex to `gradient`, batch after batch in their order.
 /// @param positions, gradient of the vertices of the patch.
 /// @param stretching what the second sum is multiplied with; 0: it is not made.
 using EnergyKernel = double (*)(const RowBatch* batches, Index count, const RingLanes& rings,
-                                const PaddedPoint* positions, double stretching, PaddedPoint* gradient);
+                                const PaddedPoint* positions, double stretching, KernelScratch& scratch,
+                                PaddedPoint* gradient);
 
 EnergyKernel energy_kernel(InstructionSet instructions);
 

@@ -1,21 +1,30 @@
 #include "meanvalue/decode/fast/energy_patches.h"
 
 #include <algorithm>
-#include <array>
+#include <numeric>
+#include <utility>
 
-#include "meanvalue/common/parallel.h"
-#include "meanvalue/decode/fast/row_filler.h"
+#include "meanvalue/common/elementary.h"
+#include "meanvalue/encoding/projection_plane.h"
 
 namespace meanvalue {
 namespace {
 
-// How many times the row of a lone anchor counts, a fixed vertex whose ring is free: the surface passes through it
-// with the curvature that it had, instead of hanging from it like a tent. Its neighbours' rows must not count more:
+// How many times the row of an isolated anchor counts, a fixed vertex whose ring is free: the surface passes through
+// it with the curvature that it had, instead of hanging from it like a tent. Its neighbors' rows must not count more:
 // limbs turn about their anchors. docs/decisions/0007-rigidity.md has what was measured.
-constexpr double kLoneAnchorWeight = 70.0;
+constexpr double kIsolatedAnchorWeight = 70.0;
+
+// Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
+constexpr double kShortestEdge = 1e-9;
 
 // Rows of a patch: the more, the fewer points are in several patches, and the fewer lanes are left over.
 constexpr std::size_t kPatchRows = 2048;
+
+/// A weight to the power of the share of all weights that counts.
+double share_of(double weight, double by_length) {
+    return by_length == 1.0 ? weight : power(weight, by_length);
+}
 
 class PatchBuilder {
   public:
@@ -23,88 +32,79 @@ class PatchBuilder {
                  double by_length, EnergyPatches& result)
         : encoding_(encoding),
           unknowns_(unknowns),
+          cells_(cells),
+          size_(size),
+          by_length_(by_length),
           result_(result),
-          filler_(encoding, unknowns, cells, size, by_length, result),
           point_of_(unknowns.slot.size(), -1) {
         result_.bending.resize(unknowns_.rows.size());
     }
 
-    /// Room for all that add() is going to make, so that nothing is copied as it grows.
-    void reserve(bool in_batches, const Execution& execution) {
-        std::size_t batches = 0;
-        std::size_t lanes = 0;
-        std::size_t singles = 0;
-        std::size_t spokes = 0;
-        for (std::size_t begin = 0; begin < unknowns_.rows.size(); begin += kPatchRows) {
+    void build(const Execution& execution) {
+        const std::size_t count = unknowns_.rows.size();
+        for (std::size_t begin = 0; begin < count; begin += kPatchRows) {
             execution.check();
-            std::array<std::size_t, kLongestLaneRing + 1> rows_of{};  // by valence
-            for (std::size_t row = begin; row < std::min(begin + kPatchRows, unknowns_.rows.size()); ++row) {
-                const EncodedRing ring = ring_of(row);
-                if (in_batches && fits_lanes(ring)) {
-                    ++rows_of[ring.valence];
-                } else {
-                    ++singles;
-                    spokes += ring.valence;
-                }
-            }
-            for (std::size_t valence = 0; valence < rows_of.size(); ++valence) {
-                const std::size_t count = (rows_of[valence] + kRowLanes - 1) / kRowLanes;
-                batches += count;
-                lanes += count * valence;
-            }
+            add_batches(begin, std::min(begin + kPatchRows, count));
         }
-        result_.batches.reserve(batches);
-        result_.bending_lanes.reserve(lanes);
-        result_.stretching_lanes.reserve(lanes);
-        result_.edge_lanes.reserve(lanes);
-        result_.vertex_lanes.reserve(lanes);
-        result_.singles.reserve(singles);
-        result_.single_spokes.reserve(spokes);
-        result_.single_points.reserve(spokes);
-        // Rarely more; the rest is given back.
-        result_.points.reserve(unknowns_.rows.size() + unknowns_.rows.size() / 4);
-    }
-
-    /// Rows [begin, end): their batches in ascending valence, each with rows in ascending order.
-    void add(std::size_t begin, std::size_t end, bool in_batches) {
-        begin_patch();
-        number_points(begin, end);
-        std::vector<std::size_t> taken;
-        std::vector<std::size_t> single;
-        for (std::size_t row = begin; row < end; ++row) {
-            const EncodedRing ring = ring_of(row);
-            (in_batches && fits_lanes(ring) ? taken : single).push_back(row);
+        result_.patches.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
+        // So that nothing is copied as it grows.
+        result_.bending_lanes.reserve(place_count_);
+        result_.stretching_lanes.reserve(place_count_);
+        result_.edge_lanes.reserve(place_count_);
+        result_.vertex_lanes.reserve(place_count_);
+        result_.points.reserve(count + count / 4);
+        for (std::size_t patch = 0; patch < result_.patch_count(); ++patch) {
+            execution.check();
+            fill_patch(patch);
         }
-        std::stable_sort(taken.begin(), taken.end(),
-                         [&](std::size_t a, std::size_t b) { return ring_of(a).valence < ring_of(b).valence; });
-        for (std::size_t k = 0; k < taken.size();) {
-            const Index valence = ring_of(taken[k]).valence;
-            int count = 1;
-            while (count < kRowLanes && k + count < taken.size() && ring_of(taken[k + count]).valence == valence)
-                ++count;
-            add_batch(taken.data() + k, count, valence);
-            k += count;
-        }
-        for (const std::size_t row : single)
-            add_single(row);
-        forget_points();
-    }
-
-    void begin_patch() {
-        first_point_ = result_.points.size();
-        result_.patches.push_back({static_cast<std::int64_t>(result_.points.size()),
-                                   static_cast<std::int64_t>(result_.batches.size()),
-                                   static_cast<std::int64_t>(result_.singles.size())});
+        result_.patches.back().first_point = static_cast<std::int64_t>(result_.points.size());
+        result_.points.shrink_to_fit();
     }
 
   private:
     EncodedRing ring_of(std::size_t row) const { return encoding_.ring_of(unknowns_.rows[row]); }
-    static bool fits_lanes(const EncodedRing& ring) {
-        return ring.normal_weights == nullptr && ring.valence <= kLongestLaneRing;
+
+    /// Rows [begin, end) as one patch: batches in ascending valence, steep ones last, each with rows in ascending
+    /// order.
+    void add_batches(std::size_t begin, std::size_t end) {
+        result_.patches.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
+        const auto kind = [&](std::size_t row) {
+            const EncodedRing ring = ring_of(row);
+            return std::make_pair(ring.normal_weights != nullptr, ring.valence);
+        };
+        std::vector<std::size_t> rows(end - begin);
+        std::iota(rows.begin(), rows.end(), begin);
+        std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return kind(a) < kind(b); });
+        for (std::size_t k = 0; k < rows.size();) {
+            const auto [is_steep, valence] = kind(rows[k]);
+            RowBatch batch{};
+            batch.valence = valence;
+            batch.first = place_count_;
+            batch.first_steep = is_steep ? steep_count_ : -1;
+            place_count_ += valence;
+            if (is_steep) steep_count_ += valence;
+            int lane = 0;
+            for (; lane < kRowLanes && k < rows.size() && kind(rows[k]) == kind(batch.row[0]); ++lane)
+                batch.row[lane] = static_cast<Index>(rows[k++]);
+            std::fill(batch.row + lane, batch.row + kRowLanes, -1);
+            result_.batches.push_back(batch);
+            result_.longest_ring = std::max(result_.longest_ring, valence);
+        }
+    }
+
+    void fill_patch(std::size_t patch) {
+        const std::size_t first_point = result_.points.size();
+        result_.patches[patch].first_point = static_cast<std::int64_t>(first_point);
+        const std::size_t begin = patch * kPatchRows;
+        number_points(first_point, begin, std::min(begin + kPatchRows, unknowns_.rows.size()));
+        for (auto batch = result_.patches[patch].first_batch; batch < result_.patches[patch + 1].first_batch; ++batch)
+            fill_batch(result_.batches[batch]);
+        for (std::size_t k = first_point; k < result_.points.size(); ++k)
+            point_of_[result_.points[k]] = -1;
     }
 
     /// The points of rows [begin, end) in the order of the vertices, so that copies run forwards through memory.
-    void number_points(std::size_t begin, std::size_t end) {
+    void number_points(std::size_t first_point, std::size_t begin, std::size_t end) {
         const auto note = [&](Index vertex) {
             if (point_of_[vertex] >= 0) return;
             point_of_[vertex] = 0;
@@ -115,60 +115,77 @@ class PatchBuilder {
             note(unknowns_.rows[row]);
             std::for_each(ring.ring, ring.ring + ring.valence, note);
         }
-        const auto first = result_.points.begin() + static_cast<std::ptrdiff_t>(first_point_);
+        const auto first = result_.points.begin() + static_cast<std::ptrdiff_t>(first_point);
         std::sort(first, result_.points.end());
         for (auto vertex = first; vertex != result_.points.end(); ++vertex)
             point_of_[*vertex] = static_cast<Index>(vertex - first);
         result_.largest_patch = std::max(result_.largest_patch, static_cast<Index>(result_.points.end() - first));
     }
 
-    void forget_points() {
-        for (std::size_t k = first_point_; k < result_.points.size(); ++k)
-            point_of_[result_.points[k]] = -1;
-    }
-
-    void add_batch(const std::size_t* rows, int count, Index valence) {
-        RowBatch batch{};
-        batch.valence = valence;
-        batch.first = static_cast<std::int64_t>(result_.vertex_lanes.size());
-        result_.vertex_lanes.resize(batch.first + valence);
-        result_.bending_lanes.resize(batch.first + valence);
-        result_.stretching_lanes.resize(batch.first + valence);
-        result_.edge_lanes.resize(batch.first + valence);
+    void fill_batch(RowBatch& batch) {
+        const std::size_t places = batch.first + batch.valence;
+        result_.bending_lanes.resize(places);
+        result_.stretching_lanes.resize(places);
+        result_.edge_lanes.resize(places);
+        result_.vertex_lanes.resize(places);
+        if (batch.first_steep >= 0) result_.steep_lanes.resize(batch.first_steep + batch.valence);
         for (int lane = 0; lane < kRowLanes; ++lane) {
-            const bool left_over = lane >= count;
-            const std::size_t row = rows[left_over ? 0 : lane];
-            const EncodedRing ring = ring_of(row);
-            batch.row[lane] = left_over ? -1 : static_cast<Index>(row);
-            batch.centre[lane] = point_of_[unknowns_.rows[row]];
-            for (Index k = 0; k < valence; ++k)
-                result_.vertex_lanes[batch.first + k].vertex[lane] = point_of_[ring.ring[k]];
+            const bool is_left_over = batch.row[lane] < 0;
+            fill_lane(batch, lane, batch.row[is_left_over ? 0 : lane], is_left_over ? 0.0 : 1.0);
         }
-        filler_.fill(batch);
-        result_.batches.push_back(batch);
     }
 
-    void add_single(std::size_t row) {
+    /// @param count 0 for a lane that is left over, else 1.
+    void fill_lane(RowBatch& batch, int lane, std::size_t row, double count) {
         const EncodedRing ring = ring_of(row);
-        const std::size_t first = result_.single_spokes.size();
-        result_.single_spokes.resize(first + ring.valence);
-        result_.singles.push_back(
-            {static_cast<Index>(row), point_of_[unknowns_.rows[row]], static_cast<std::int64_t>(first)});
-        filler_.fill(result_.singles.back());
-        for (Index k = 0; k < ring.valence; ++k)
-            result_.single_points.push_back(point_of_[ring.ring[k]]);
-        result_.longest_single = std::max(result_.longest_single, ring.valence);
+        spokes_.resize(ring.valence);
+        measure(row, ring);
+        batch.centre[lane] = point_of_[unknowns_.rows[row]];
+        batch.softening.value[lane] = ring.softening;
+        for (Index k = 0; k < ring.valence; ++k) {
+            const std::size_t place = batch.first + k;
+            result_.vertex_lanes[place].vertex[lane] = point_of_[ring.ring[k]];
+            result_.bending_lanes[place].weight.value[lane] = ring.weights[k];
+            result_.bending_lanes[place].height.value[lane] = ring.heights[k];
+            result_.stretching_lanes[place].spoke.value[lane] = count * spokes_[k].spoke;
+            result_.stretching_lanes[place].rim.value[lane] = count * spokes_[k].rim;
+            EdgeLanes& edge = result_.edge_lanes[place];
+            edge.x.value[lane] = spokes_[k].rest.x();
+            edge.y.value[lane] = spokes_[k].rest.y();
+            edge.z.value[lane] = spokes_[k].rest.z();
+            if (ring.normal_weights != nullptr) {
+                result_.steep_lanes[batch.first_steep + k].value[lane] =
+                    kSteepScale * (ring.normal_weights[k] - ring.weights[k]);
+            }
+        }
+    }
+
+    /// The spokes of a row, by its rigidity, and 1 / h_i^2 into its bending.
+    void measure(std::size_t row, const EncodedRing& ring) {
+        const Vector3* const edges = cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]];
+        const double length = std::max(measure_spokes(edges, ring.valence, spokes_.data()), kShortestEdge * size_);
+        result_.bending[row] = 1.0 / (length * length);
+        if (by_length_ == 0.0) return;
+        const double rigidity = share_of(rigidity_of_cell(edges, ring.valence, size_), by_length_);
+        for (Spoke& spoke : spokes_) {
+            spoke.spoke *= rigidity;
+            spoke.rim *= rigidity;
+        }
     }
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
+    const RestCells& cells_;
+    double size_;
+    double by_length_;
     EnergyPatches& result_;
-    RowFiller filler_;
-    std::size_t first_point_ = 0;
+    std::int64_t place_count_ = 0;
+    std::int64_t steep_count_ = 0;
+    std::vector<Spoke> spokes_;    // of one row
     std::vector<Index> point_of_;  // n: in the current patch, or -1
 };
 
-/// How much a row is that of an anchor without neighbours that are anchors: 0 or 1 where all are hard, and 0 in the
+/// How much a row is that of an anchor without neighbors that are anchors: 0 or 1 where all are hard, and 0 in the
 /// middle of a handle of even strength, whatever that is.
 double isolation(const Encoding& encoding, const Unknowns& unknowns, const std::vector<double>& hardness,
                  Index vertex) {
@@ -194,12 +211,11 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     for (std::size_t row = 0; row < rows.bending.size(); ++row) {
         execution.check_every(row);
         const double isolated = isolation(encoding, unknowns, hardness, unknowns.rows[row]);
-        const double full = rows.bending[row] * square * (1.0 + (kLoneAnchorWeight - 1.0) * isolated);
+        const double full = rows.bending[row] * square * (1.0 + (kIsolatedAnchorWeight - 1.0) * isolated);
         rows.bending[row] = share_of(full, by_length);
     }
     rows.stretching = square / (size * size);
-    for (std::size_t k = 0; k < rows.batches.size(); ++k) {
-        RowBatch& batch = rows.batches[k];
+    for (RowBatch& batch : rows.batches) {
         for (int lane = 0; lane < kRowLanes; ++lane)
             batch.bending.value[lane] = batch.row[lane] < 0 ? 0.0 : rows.bending[batch.row[lane]];
     }
@@ -213,46 +229,21 @@ std::size_t bytes_of(const std::vector<T>& items) {
 }  // namespace
 
 EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                   double size, double by_length, bool in_batches,
-                                   const std::vector<double>& hardness, const StiffRings* stiff,
-                                   const Execution& execution) {
+                                   double size, double by_length, const std::vector<double>& hardness,
+                                   const StiffRings* stiff, const Execution& execution) {
     EnergyPatches result;
-    PatchBuilder builder(encoding, unknowns, cells, size, by_length, result);
-    builder.reserve(in_batches, execution);
-    for (std::size_t begin = 0; begin < unknowns.rows.size(); begin += kPatchRows) {
-        execution.check();
-        builder.add(begin, std::min(begin + kPatchRows, unknowns.rows.size()), in_batches);
-    }
-    builder.begin_patch();
+    PatchBuilder(encoding, unknowns, cells, size, by_length, result).build(execution);
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
     const StiffRings own =
         stiff != nullptr ? StiffRings() : find_stiff_rings(encoding, unknowns.rows, cells, execution);
     result.stiff_spokes = stiff_spokes(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);
-    execution.check();
-    result.points.shrink_to_fit();
     return result;
-}
-
-void refill_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
-                           double by_length, const std::vector<double>& hardness, int threads,
-                           const Execution& execution, EnergyPatches& patches) {
-    std::vector<RowFiller> fillers(std::max(1, threads),
-                                   RowFiller(encoding, unknowns, cells, size, by_length, patches));
-    parallel_items(patches.patch_count(), threads, execution, [&](int worker, std::size_t patch) {
-        const EnergyPatch& begin = patches.patches[patch];
-        const EnergyPatch& end = patches.patches[patch + 1];
-        for (std::int64_t batch = begin.first_batch; batch < end.first_batch; ++batch)
-            fillers[worker].fill(patches.batches[batch]);
-        for (std::int64_t single = begin.first_single; single < end.first_single; ++single)
-            fillers[worker].fill(patches.singles[single]);
-    });
-    scale_weights(encoding, unknowns, size, by_length, hardness, execution, patches);
 }
 
 std::size_t EnergyPatches::bytes() const {
     return bytes_of(bending) + bytes_of(stiff_spokes) + bytes_of(patches) + bytes_of(batches) +
-           bytes_of(bending_lanes) + bytes_of(stretching_lanes) + bytes_of(vertex_lanes) + bytes_of(singles) +
-           bytes_of(single_spokes) + bytes_of(single_points) + bytes_of(points) + bytes_of(edge_lanes);
+           bytes_of(bending_lanes) + bytes_of(stretching_lanes) + bytes_of(edge_lanes) + bytes_of(vertex_lanes) +
+           bytes_of(steep_lanes) + bytes_of(points);
 }
 
 }  // namespace meanvalue

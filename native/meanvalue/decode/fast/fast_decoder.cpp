@@ -32,89 +32,94 @@ constexpr double kLeastDiagonal = 1e-9;
 
 FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
                          double rigidity, int threads, Execution& execution)
-    : Decoder(shape, threads), rigidity_(rigidity), size_(shape_->size), soft_(std::move(soft)) {
-    std::sort(soft_.begin(), soft_.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
-    std::vector<char> is_soft(soft_.empty() ? 0 : region_.is_fixed.size(), 0);
-    std::vector<char> is_held = region_.is_fixed;
-    if (!soft_.empty()) hold_.assign(region_.is_fixed.size(), 1.0);
-    for (const SoftAnchor& anchor : soft_) {
-        is_soft[anchor.vertex] = is_held[anchor.vertex] = 1;
-        hold_[anchor.vertex] = hardness_of(anchor.strength);
+    : Decoder(shape, threads), problem_{region_, components_, rigidity, shape_->size, std::move(soft)} {
+    std::sort(problem_.soft.begin(), problem_.soft.end(),
+              [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
+    std::vector<char> is_soft(problem_.soft.empty() ? 0 : region_.is_fixed.size(), 0);
+    std::vector<char> is_anchor = region_.is_fixed;
+    if (!problem_.soft.empty()) problem_.hold.assign(region_.is_fixed.size(), 1.0);
+    for (const SoftAnchor& anchor : problem_.soft) {
+        is_soft[anchor.vertex] = is_anchor[anchor.vertex] = 1;
+        problem_.hold[anchor.vertex] = hardness_of(anchor.strength);
     }
-    pieces_ = std::make_unique<HandlePaths>(encoding_, region_.positions, is_held, handles, size_, execution);
-    std::vector<double> stages;
+    problem_.handles =
+        std::make_unique<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size, execution);
+    std::vector<double> rigidities;
     for (const double stiffness : kStiffness) {
-        if (stiffness > rigidity_) stages.push_back(stiffness);
+        if (stiffness > rigidity) rigidities.push_back(stiffness);
     }
-    stages.push_back(rigidity_);
+    rigidities.push_back(rigidity);
     Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
-    const RestCells fine_cells = rest_cells(encoding_, region_.positions, threads_, execution);
-    std::unique_ptr<FastLevel> coarse;
-    if (unknowns.free.size() > kSmallMesh) {
-        {
-            const StageTimer timer(bind_timings_, "hierarchy");
-            CoarseningOptions options;
-            const auto count = static_cast<double>(unknowns.free.size());
-            const double coarse_count = std::clamp(kCoarseShare * count, kFewestCoarse, kMostCoarse);
-            if (kMiddleShare * count > kMiddleOverCoarse * coarse_count)
-                options.level_sizes.push_back(static_cast<Index>(kMiddleShare * count));
-            options.level_sizes.push_back(static_cast<Index>(coarse_count));
-            options.down_to_base = false;
-            options.exact_order = false;
-            options.thin_out_fixed = true;
-            options.handles = handles;
-            options.is_soft = std::move(is_soft);
-            hierarchy_ =
-                build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, SplitBy::kCarrying,
-                                threads_, execution, shape.earlier_removals.get(), &removals_);
-        }
+    const RestCells cells = rest_cells(encoding_, region_.positions, threads_, execution);
+    if (unknowns.free.size() > kSmallMesh)
+        coarsen(handles, std::move(is_soft), shape, unknowns.free.size(), execution);
+    std::vector<std::unique_ptr<FastLevel>> coarse;  // the coarsest first
+    {
         const StageTimer timer(bind_timings_, "coarse level");
-        const auto make = [&](const Level& level) {
-            const RestCells cells = rest_cells(level.encoding, region_.positions, threads_, execution);
+        for (auto level = problem_.hierarchy.levels.rbegin(); level != problem_.hierarchy.levels.rend(); ++level) {
+            const RestCells coarse_cells = rest_cells(level->encoding, region_.positions, threads_, execution);
             std::vector<char> is_fixed = region_.is_fixed;
-            for (std::size_t k = 0; k < level.removed_count; ++k)
-                is_fixed[hierarchy_.order[k]] = 1;
-            Unknowns remaining = find_unknowns(level.encoding, is_fixed);
-            std::vector<SoftAnchor> soft;
-            if (!soft_.empty()) {
-                const double scale = energy_unit(level.encoding, remaining, cells, execution) /
-                                     energy_unit(encoding_, unknowns, fine_cells, execution);
-                soft = coarse_soft_anchors(soft_, hierarchy_, level, region_.is_fixed.size(), scale);
+            for (std::size_t k = 0; k < level->removed_count; ++k)
+                is_fixed[problem_.hierarchy.order[k]] = 1;
+            Unknowns remaining = find_unknowns(level->encoding, is_fixed);
+            std::vector<SoftAnchor> coarse_soft;
+            if (!problem_.soft.empty()) {
+                const double scale = energy_unit(level->encoding, remaining, coarse_cells, execution) /
+                                     energy_unit(encoding_, unknowns, cells, execution);
+                coarse_soft =
+                    coarse_soft_anchors(problem_.soft, problem_.hierarchy, *level, region_.is_fixed.size(), scale);
             }
-            return make_level(level.encoding, cells, std::move(remaining), std::move(soft), stages, false, execution);
-        };
-        // A level that could not be made coarse is factored twice and not four times.
-        if (hierarchy_.base().free_count > kTooManyCoarse && stages.size() > 2)
-            stages = {stages.front(), stages.back()};
-        coarse = make(hierarchy_.base());
-        stages = {rigidity_};
-        if (hierarchy_.levels.size() > 1) middle_ = make(hierarchy_.levels.front());
+            // A level that could not be made coarse is factored twice and not four times.
+            if (level->free_count > kTooManyCoarse && rigidities.size() > 2)
+                rigidities = {rigidities.front(), rigidities.back()};
+            coarse.push_back(make_level(level->encoding, coarse_cells, std::move(remaining), std::move(coarse_soft),
+                                        rigidities, execution));
+            rigidities = {rigidity};
+        }
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
-    std::unique_ptr<FastLevel> fine =
-        make_level(encoding_, fine_cells, std::move(unknowns), soft_, stages, true, execution);
+    coarse.push_back(make_level(encoding_, cells, std::move(unknowns), problem_.soft, rigidities, execution));
     const auto couple_fixed = [&](const FastLevel& level, FastStage& stage) {
         stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
     };
-    if (!fine->stages.empty()) couple_fixed(*fine, fine->stages.back());
-    FastLevel& starting = coarse ? *coarse : *fine;
-    if (!starting.stages.empty()) couple_fixed(starting, starting.stages.front());
-    fine_ = std::move(fine);
-    coarse_ = std::move(coarse);
+    FastLevel& whole = *coarse.back();
+    FastLevel& coarsest = *coarse.front();
+    if (!whole.stages.empty()) couple_fixed(whole, whole.stages.back());
+    if (!coarsest.stages.empty()) couple_fixed(coarsest, coarsest.stages.front());
+    for (auto level = coarse.rbegin(); level != coarse.rend(); ++level)
+        problem_.levels.push_back(std::move(*level));
+}
+
+void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
+                          std::size_t free_count, Execution& execution) {
+    const StageTimer timer(bind_timings_, "hierarchy");
+    CoarseningOptions options;
+    const auto count = static_cast<double>(free_count);
+    const double coarse_count = std::clamp(kCoarseShare * count, kFewestCoarse, kMostCoarse);
+    if (kMiddleShare * count > kMiddleOverCoarse * coarse_count)
+        options.level_sizes.push_back(static_cast<Index>(kMiddleShare * count));
+    options.level_sizes.push_back(static_cast<Index>(coarse_count));
+    options.down_to_base = false;
+    options.exact_order = false;
+    options.thin_out_fixed = true;
+    options.handles = handles;
+    options.is_soft = std::move(is_soft);
+    problem_.hierarchy =
+        build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, SplitBy::kCarrying, threads_,
+                        execution, shape.earlier_removals.get(), &removals_);
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, const RestCells& cells,
                                                    Unknowns unknowns, std::vector<SoftAnchor> soft,
-                                                   const std::vector<double>& rigidities, bool is_whole,
+                                                   const std::vector<double>& rigidities,
                                                    Execution& execution) const {
+    const bool is_whole = &encoding == &encoding_;
     auto level = std::make_unique<FastLevel>();
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
-        encoding, level->unknowns, cells, size_, DeformationEnergy::weights_for(rigidity_), execution,
-        instructions_ == InstructionSet::kFastest ? DeformationEnergy::Kernel::kFastest
-                                                  : DeformationEnergy::Kernel::kPortable,
-        SoftConstraints(std::move(soft), level->unknowns),
+        encoding, level->unknowns, cells, problem_.size, DeformationEnergy::weights_for(problem_.rigidity), execution,
+        instructions_, SoftConstraints(std::move(soft), level->unknowns),
         &encoding == &shape_->encoding && shape_->stiff_rings ? &*shape_->stiff_rings : nullptr);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
@@ -143,46 +148,45 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
 
 std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& execution) const {
     auto workspace = std::make_unique<FastWorkspace>();
-    const auto prepare = [&](const std::unique_ptr<const FastLevel>& level, FastWorkspace::OfLevel& of_level) {
-        if (!level) return;
+    for (const auto& level : problem_.levels) {
         execution.check();
+        workspace->levels.emplace_back();
+        FastWorkspace::OfLevel& of_level = workspace->levels.back();
         of_level.energy = level->energy->make_workspace();
-        of_level.minimiser = Lbfgs(level->unknowns, size_, instructions_);
+        of_level.minimiser = Lbfgs(level->unknowns, problem_.size, instructions_);
         of_level.downdates.resize(level->stages.size());
-    };
-    prepare(fine_, workspace->fine);
-    prepare(coarse_, workspace->coarse);
-    prepare(middle_, workspace->middle);
-    workspace->predictor = SecantPredictor(size_);
-    const std::size_t drivers =
-        soft_.size() + (fine_->stages.empty() ? 0 : fine_->stages.back().coupling.vertices.size());
+    }
+    workspace->predictor = SecantPredictor(problem_.size);
+    const std::vector<FastStage>& stages = problem_.levels.front()->stages;
+    const std::size_t drivers = problem_.soft.size() + (stages.empty() ? 0 : stages.back().coupling.vertices.size());
     workspace->later_bytes = SecantPredictor::bytes(region_.is_fixed.size(), drivers);
-    if (!fine_->stages.empty()) workspace->later_bytes += fine_->stages.back().factor.workspace_bytes();
+    if (!stages.empty()) workspace->later_bytes += stages.back().factor.workspace_bytes();
     return workspace;
 }
 
 DecodeReport FastDecoder::decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                                  Execution& execution) const {
-    return FastSolve(*this, static_cast<FastWorkspace&>(workspace), options, execution).run(positions);
+    auto& fast_workspace = static_cast<FastWorkspace&>(workspace);
+    return FastSolve(problem_, fast_workspace, options, threads_for(options), execution).run(positions);
 }
 
 std::vector<Index> FastDecoder::level_sizes() const {
-    std::vector<Index> sizes = {static_cast<Index>(fine_->unknowns.free.size())};
-    if (middle_) sizes.push_back(static_cast<Index>(middle_->unknowns.free.size()));
-    if (coarse_) sizes.push_back(static_cast<Index>(coarse_->unknowns.free.size()));
+    std::vector<Index> sizes;
+    for (const auto& level : problem_.levels)
+        sizes.push_back(static_cast<Index>(level->unknowns.free.size()));
     return sizes;
 }
 
 Index FastDecoder::longest_ring() const {
-    return coarse_ ? std::max(encoding_.longest_ring(), hierarchy_.longest_ring()) : encoding_.longest_ring();
+    const Index longest = encoding_.longest_ring();
+    return problem_.hierarchy.levels.empty() ? longest : std::max(longest, problem_.hierarchy.longest_ring());
 }
 
 std::size_t FastDecoder::bytes() const {
-    std::size_t sum = shape_->bytes() + (coarse_ ? hierarchy_.bytes() + removals_->bytes() : 0);
-    for (const FastLevel* level : {fine_.get(), middle_.get(), coarse_.get()}) {
-        if (level == nullptr) continue;
+    std::size_t sum = shape_->bytes() + problem_.hierarchy.bytes() + (removals_ ? removals_->bytes() : 0);
+    for (const auto& level : problem_.levels) {
         sum += level->energy->bytes();
-        for (const auto& stage : level->stages)
+        for (const FastStage& stage : level->stages)
             sum += stage.factor.bytes() + stage.coupling.bytes();
     }
     return sum;
@@ -190,9 +194,9 @@ std::size_t FastDecoder::bytes() const {
 
 std::size_t FastWorkspace::bytes() const {
     std::size_t sum = later_bytes;
-    for (const OfLevel* level : {&fine, &coarse, &middle}) {
-        sum += level->energy.bytes() + level->minimiser.bytes();
-        for (const DiagonalDowndate& downdate : level->downdates)
+    for (const OfLevel& level : levels) {
+        sum += level.energy.bytes() + level.minimiser.bytes();
+        for (const DiagonalDowndate& downdate : level.downdates)
             sum += downdate.bytes();
     }
     return sum;

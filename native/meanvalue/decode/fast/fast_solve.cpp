@@ -22,12 +22,13 @@ constexpr double kMostStrengthKept = 1e3;
 DecodeReport FastSolve::run(Positions& positions) {
     DecodeReport report;
     report.stop_reason = "no free vertices";
-    if (bound_.fine_->unknowns.free.empty()) return report;
+    if (problem_.levels.front()->unknowns.free.empty()) return report;
     execution_.begin_stage("solve");
-    const std::vector<double> former_weights = work_.fine.energy.soft_weights;
-    former_soft_targets_ = work_.fine.energy.soft_targets;
+    const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
+    former_soft_targets_ = work_.levels.front().energy.soft_targets;
     set_soft_targets();
-    if (work_.fine.energy.soft_weights != former_weights) {  // another energy: what was learnt does not hold
+    if (work_.levels.front().energy.soft_weights !=
+        former_weights) {  // another energy: what was learnt does not hold
         work_.predictor.forget();
         work_.keeps_history = false;
     }
@@ -51,7 +52,7 @@ DecodeReport FastSolve::run(Positions& positions) {
         LbfgsOptions options = lbfgs_options(options_.tolerance, limit, rule);
         options.highest_start = std::exchange(highest_start_, std::numeric_limits<double>::infinity());
         options.keep_history = keep_history;
-        return minimise(fine(), bound_.fine_->stages.size() - 1, options, positions);
+        return minimise(whole(), problem_.levels.front()->stages.size() - 1, options, positions);
     };
     LbfgsReport minimised = minimise_whole(is_cold ? options_.max_iterations : warm_limit);
     if (minimised.is_refused) {
@@ -64,7 +65,7 @@ DecodeReport FastSolve::run(Positions& positions) {
         // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.
         const std::vector<double>& energies = minimised.energies;
         keep_history =
-            !(bound_.rigidity_ > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
+            !(problem_.rigidity > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
         if (!keep_history) {
             start_afresh_if_lower(energies.back(), positions);
             rule = {};
@@ -95,7 +96,7 @@ DecodeReport FastSolve::run(Positions& positions) {
 }
 
 FastSolve::StopRule FastSolve::cold_rule() const {
-    return {bound_.rigidity_ > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0, 0};
+    return {problem_.rigidity > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0, 0};
 }
 
 FastSolve::StopRule FastSolve::drag_rule() const {
@@ -104,7 +105,7 @@ FastSolve::StopRule FastSolve::drag_rule() const {
 
 /// Pairs in single precision tell nothing of the rest of the energy beside soft constraints that are far stiffer.
 bool FastSolve::history_is_exact() const {
-    return std::all_of(bound_.soft_.begin(), bound_.soft_.end(),
+    return std::all_of(problem_.soft.begin(), problem_.soft.end(),
                        [](const SoftAnchor& anchor) { return anchor.strength <= kMostStrengthKept; });
 }
 
@@ -115,7 +116,7 @@ LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions opt
                                             level.work.energy);
     };
     options.threads = threads_;
-    options.adapt_scaling = &level.bound != bound_.fine_.get();  // the whole mesh begins near its minimum
+    options.adapt_scaling = &level.bound != problem_.levels.front().get();  // the whole mesh begins near its minimum
     LbfgsReport report =
         level.work.minimiser.minimise(energy, preconditioner_of(level, stage), options, positions, execution_);
     all_iterations_ += report.iterations();
@@ -137,7 +138,7 @@ Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
 
 LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations, const StopRule& rule) const {
     LbfgsOptions options;
-    options.step_tolerance = tolerance * bound_.size_;
+    options.step_tolerance = tolerance * problem_.size;
     options.energy_tolerance = rule.energy_tolerance;
     options.patience = rule.patience;
     options.max_iterations = max_iterations;
@@ -146,42 +147,36 @@ LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations, cons
 
 double FastSolve::energy_of(Level level, const Positions& positions) {
     Positions gradient(static_cast<Eigen::Index>(level.bound.unknowns.free.size()), 3);
-    return level.bound.energy->evaluate(positions, bound_.rigidity_, gradient, threads_, execution_,
+    return level.bound.energy->evaluate(positions, problem_.rigidity, gradient, threads_, execution_,
                                         level.work.energy);
 }
 
 void FastSolve::set_soft_targets() {
-    const auto set = [&](const std::unique_ptr<const FastLevel>& level, FastWorkspace::OfLevel& work) {
-        if (!level || level->energy->soft_constraints().empty()) return;
-        const SoftConstraints& constraints = level->energy->soft_constraints();
-        work.energy.soft_targets = constraints.targets_of(*options_.targets);
-        work.energy.soft_weights =
+    for (std::size_t number = 0; number < problem_.levels.size(); ++number) {
+        const SoftConstraints& constraints = problem_.levels[number]->energy->soft_constraints();
+        if (constraints.empty()) continue;
+        DeformationEnergy::Workspace& work = work_.levels[number].energy;
+        work.soft_targets = constraints.targets_of(*options_.targets);
+        work.soft_weights =
             options_.weights != nullptr ? constraints.weights_of(*options_.weights) : std::vector<double>();
-    };
-    set(bound_.fine_, work_.fine);
-    set(bound_.middle_, work_.middle);
-    set(bound_.coarse_, work_.coarse);
+    }
     if (options_.weights != nullptr)
-        pull_free_anchors_to(options_.previous != nullptr ? *options_.previous : bound_.region_.positions);
+        pull_free_anchors_to(options_.previous != nullptr ? *options_.previous : problem_.region.positions);
 }
 
-/// Anchors that count nothing have no target; what looks at one nevertheless finds them where they are.
+/// Puts the targets of anchors that count nothing to where these are.
 void FastSolve::pull_free_anchors_to(const Positions& positions) {
-    const auto pull = [&](const std::unique_ptr<const FastLevel>& level, FastWorkspace::OfLevel& work) {
-        if (!level) return;
-        const std::vector<SoftAnchor>& anchors = level->energy->soft_constraints().anchors();
-        for (std::size_t k = 0; k < work.energy.soft_weights.size(); ++k) {
-            if (work.energy.soft_weights[k] == 0.0)
-                work.energy.soft_targets.row(k) = positions.row(anchors[k].vertex);
+    for (std::size_t number = 0; number < problem_.levels.size(); ++number) {
+        const std::vector<SoftAnchor>& anchors = problem_.levels[number]->energy->soft_constraints().anchors();
+        DeformationEnergy::Workspace& work = work_.levels[number].energy;
+        for (std::size_t k = 0; k < work.soft_weights.size(); ++k) {
+            if (work.soft_weights[k] == 0.0) work.soft_targets.row(k) = positions.row(anchors[k].vertex);
         }
-    };
-    pull(bound_.fine_, work_.fine);
-    pull(bound_.middle_, work_.middle);
-    pull(bound_.coarse_, work_.coarse);
+    }
 }
 
 void FastSolve::put_targets(Positions& positions) const {
-    bound_.fine_->energy->soft_constraints().put(work_.fine.energy.soft_targets, positions);
+    problem_.levels.front()->energy->soft_constraints().put(work_.levels.front().energy.soft_targets, positions);
 }
 
 /// Puts the fixed vertices of `positions` to where they are at `fraction` of the path, and moves the targets of soft

@@ -4,7 +4,8 @@
 #include <limits>
 #include <vector>
 
-#include "meanvalue/decode/fast/fast_decoder.h"
+#include "meanvalue/decode/decoder.h"
+#include "meanvalue/decode/fast/fast_problem.h"
 #include "meanvalue/decode/fast/fast_workspace.h"
 
 namespace meanvalue {
@@ -17,12 +18,9 @@ namespace meanvalue {
 class FastSolve {
   public:
     /// @pre all outlive it.
-    FastSolve(const FastDecoder& bound, FastWorkspace& workspace, const DecodeOptions& options, Execution& execution)
-        : bound_(bound),
-          work_(workspace),
-          options_(options),
-          execution_(execution),
-          threads_(bound.threads_for(options)) {}
+    FastSolve(const FastProblem& problem, FastWorkspace& workspace, const DecodeOptions& options, int threads,
+              Execution& execution)
+        : problem_(problem), work_(workspace), options_(options), execution_(execution), threads_(threads) {}
 
     /// See Decoder::decode().
     DecodeReport run(Positions& positions);
@@ -39,10 +37,9 @@ class FastSolve {
         int patience = 0;
     };
 
-    Level fine() const { return {*bound_.fine_, work_.fine}; }
-    Level starting_level() const {
-        return bound_.coarse_ ? Level{*bound_.coarse_, work_.coarse} : Level{*bound_.fine_, work_.fine};
-    }
+    Level level(std::size_t number) const { return {*problem_.levels[number], work_.levels[number]}; }
+    Level whole() const { return level(0); }
+    Level coarsest() const { return level(problem_.levels.size() - 1); }
     StopRule cold_rule() const;
     StopRule drag_rule() const;
 
@@ -53,7 +50,8 @@ class FastSolve {
     /// What anchors count in this solve, and where they are pulled.
     void set_soft_targets();
     bool is_free(std::size_t soft_anchor) const {
-        return !work_.fine.energy.soft_weights.empty() && work_.fine.energy.soft_weights[soft_anchor] == 0.0;
+        return !work_.levels.front().energy.soft_weights.empty() &&
+               work_.levels.front().energy.soft_weights[soft_anchor] == 0.0;
     }
     void pull_free_anchors_to(const Positions& positions);
     /// Puts the soft anchors of the whole mesh to where they are pulled.
@@ -79,7 +77,7 @@ class FastSolve {
     Positions drivers_in(const Positions& positions) const;
     Positions drivers_of(const Positions& positions) const;
 
-    const FastDecoder& bound_;
+    const FastProblem& problem_;
     FastWorkspace& work_;
     const DecodeOptions& options_;
     Execution& execution_;

@@ -30,18 +30,11 @@ void FastSolve::start_cold(Positions& positions) {
         const StageTimer timer(timings_, "start");
         start_from_rest(positions);
     }
-    if (!bound_.coarse_) return;
     const StageTimer timer(timings_, "split");
-    int coarse = static_cast<int>(bound_.hierarchy_.levels.size()) - 1;
-    const auto split_to = [&](int fine) {
-        bound_.hierarchy_.carry(coarse, fine, bound_.region_.positions, positions, threads_, execution_);
-        coarse = fine;
-    };
-    if (bound_.middle_) {
-        split_to(0);
-        relax({*bound_.middle_, work_.middle}, positions);
+    for (int coarse = static_cast<int>(problem_.levels.size()) - 2; coarse >= 0; --coarse) {
+        problem_.hierarchy.carry(coarse, coarse - 1, problem_.region.positions, positions, threads_, execution_);
+        if (coarse > 0) relax(level(coarse), positions);
     }
-    split_to(-1);
 }
 
 /// To a minimum at the rigidity asked for, as exactly as a stage on the way needs. @return the energy.
@@ -62,38 +55,39 @@ void FastSolve::start_afresh_if_lower(double energy, Positions& positions) {
         fresh = positions;  // what was found stays
     }
     set_soft_targets();
-    if (energy_of(fine(), fresh) < energy) std::swap(positions, fresh);
+    if (energy_of(whole(), fresh) < energy) std::swap(positions, fresh);
 }
 
 /// n numbers: what fixed vertices and soft anchors count where a part is carried along with them; empty: all alike.
 std::vector<double> FastSolve::hold_of_anchors() const {
-    std::vector<double> hold = bound_.hold_;
+    std::vector<double> hold = problem_.hold;
     if (options_.weights == nullptr) return hold;
-    for (std::size_t k = 0; k < bound_.soft_.size(); ++k) {
-        double& of_anchor = hold[bound_.soft_[k].vertex];
-        of_anchor = std::max(work_.fine.energy.soft_weights[k] * of_anchor, kLeastHold);
+    for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
+        double& of_anchor = hold[problem_.soft[k].vertex];
+        of_anchor = std::max(work_.levels.front().energy.soft_weights[k] * of_anchor, kLeastHold);
     }
     return hold;
 }
 
 /// From rest, carried along with the fixed vertices.
 void FastSolve::start_from_rest(Positions& positions) {
-    const Positions carried = carry_parts(bound_.components_, bound_.region_.positions, positions, hold_of_anchors());
+    const Positions carried =
+        carry_parts(problem_.components, problem_.region.positions, positions, hold_of_anchors());
     execution_.check();
-    std::vector<char> is_freed(options_.weights != nullptr ? bound_.region_.is_fixed.size() : 0, 0);
-    for (std::size_t k = 0; k < bound_.soft_.size(); ++k) {
-        const Index v = bound_.soft_[k].vertex;
+    std::vector<char> is_freed(options_.weights != nullptr ? problem_.region.is_fixed.size() : 0, 0);
+    for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
+        const Index v = problem_.soft[k].vertex;
         if (!is_free(k)) continue;
         positions.row(v) = carried.row(v);
         is_freed[v] = 1;
     }
     pull_free_anchors_to(carried);
-    const HandlePaths::Path path = bound_.pieces_->path_to(positions, is_freed);
+    const HandlePaths::Path path = problem_.handles->path_to(positions, is_freed);
     execution_.check();
-    for (std::size_t v = 0; v < bound_.region_.is_fixed.size(); ++v) {
-        if (!bound_.region_.is_fixed[v]) positions.row(v) = carried.row(v);
+    for (std::size_t v = 0; v < problem_.region.is_fixed.size(); ++v) {
+        if (!problem_.region.is_fixed[v]) positions.row(v) = carried.row(v);
     }
-    const Level level = starting_level();
+    const Level level = coarsest();
     respond(level, 0, carried, positions);
     const Positions start = positions;
     double energy = relax_stage_by_stage(positions);
@@ -109,21 +103,21 @@ void FastSolve::start_from_rest(Positions& positions) {
         keep_if_lower(carried_on, carried_on_energy);
     }
     if (path.largest_angle_rad() > kFarTurn) {
-        Positions followed = bound_.region_.positions;
+        Positions followed = problem_.region.positions;
         const double followed_energy = follow(path, followed);
         keep_if_lower(followed, followed_energy);
     }
 }
 
 double FastSolve::relax_stage_by_stage(Positions& positions) {
-    const Level level = starting_level();
+    const Level level = coarsest();
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
         minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageSteps, cold_rule()), positions);
     return relax(level, positions);
 }
 
 double FastSolve::follow(const HandlePaths::Path& path, Positions& positions) {
-    const Level level = starting_level();
+    const Level level = coarsest();
     const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kTurnOfStep));
     for (int step = 1; step < steps; ++step) {
         place_along(path, static_cast<double>(step) / steps, level, positions);

@@ -41,26 +41,26 @@ void FastSolve::respond(Level level, std::size_t stage, const Positions& previou
 /// Springs that pull to rest have done so before: those of a region's soft border are thousands, and far too weak for
 /// the balance of a shape that is known to the tolerance only.
 void FastSolve::put_balanced_targets(const Positions& previous, Positions& positions) {
-    if (bound_.soft_.empty()) return;
-    const FastLevel& level = *bound_.fine_;
-    const Positions targets = work_.fine.energy.soft_targets;
+    if (problem_.soft.empty()) return;
+    const FastLevel& level = *problem_.levels.front();
+    const Positions targets = work_.levels.front().energy.soft_targets;
     const bool knows_former =
         goes_on_ && &previous == options_.previous && former_soft_targets_.rows() == targets.rows();
-    work_.fine.energy.soft_targets = level.energy->soft_constraints().rows_of(previous);
+    work_.levels.front().energy.soft_targets = level.energy->soft_constraints().rows_of(previous);
     Positions gradient(static_cast<Eigen::Index>(level.unknowns.free.size()), 3);
-    level.energy->evaluate(previous, bound_.rigidity_, gradient, threads_, execution_, work_.fine.energy);
-    work_.fine.energy.soft_targets = targets;
-    for (std::size_t k = 0; k < bound_.soft_.size(); ++k) {
-        const SoftAnchor& anchor = bound_.soft_[k];
+    level.energy->evaluate(previous, problem_.rigidity, gradient, threads_, execution_, work_.levels.front().energy);
+    work_.levels.front().energy.soft_targets = targets;
+    for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
+        const SoftAnchor& anchor = problem_.soft[k];
         const Index v = anchor.vertex;
         positions.row(v) = previous.row(v);
         if (is_free(k)) continue;
-        const auto rest = bound_.region_.positions.row(v);
+        const auto rest = problem_.region.positions.row(v);
         if (targets.row(k) == rest && (!knows_former || former_soft_targets_.row(k) == rest)) {
             positions.row(v) = targets.row(k);
             continue;
         }
-        const double weight = options_.weights != nullptr ? work_.fine.energy.soft_weights[k] : 1.0;
+        const double weight = options_.weights != nullptr ? work_.levels.front().energy.soft_weights[k] : 1.0;
         const Eigen::RowVector3d lag = gradient.row(level.unknowns.slot[v]) / (2.0 * weight * anchor.strength);
         const double most = (targets.row(k) - previous.row(v)).norm();
         const double length = lag.norm();
@@ -71,15 +71,15 @@ void FastSolve::put_balanced_targets(const Positions& previous, Positions& posit
 /// Carries a shape that was near a minimum along with fixed vertices, and with the targets of soft constraints, that
 /// have moved since: along their ways, in steps that are short enough for the answer to each to be nearly straight.
 void FastSolve::follow_from(const Positions& previous, Positions& positions) {
-    const Level level = fine();
+    const Level level = whole();
     const std::size_t stage = level.bound.stages.size() - 1;
     Positions begins = previous;
     put_balanced_targets(previous, begins);
     Positions ends = positions;
     put_targets(ends);
-    const HandlePaths::Path path = bound_.pieces_->path_between(begins, ends);
+    const HandlePaths::Path path = problem_.handles->path_between(begins, ends);
     const double far =
-        std::max(path.largest_angle_rad() / kTurnOfResponse, path.largest_move() / (kMoveOfResponse * bound_.size_));
+        std::max(path.largest_angle_rad() / kTurnOfResponse, path.largest_move() / (kMoveOfResponse * problem_.size));
     // Written so that what is not a number is one step.
     const int steps = far > 1.0 ? static_cast<int>(std::ceil(std::min<double>(far, kMostResponses))) : 1;
     Positions here = previous;
@@ -122,24 +122,24 @@ void FastSolve::follow_drag(const Positions& previous, Positions& positions) {
 void FastSolve::follow_otherwise(const Positions& previous, double energy, Positions& positions) {
     Positions other = positions;
     follow_from(previous, other);
-    if (!(energy <= energy_of(fine(), other))) std::swap(positions, other);
+    if (!(energy <= energy_of(whole(), other))) std::swap(positions, other);
 }
 
 /// What drives the shape: the fixed vertices next to free ones, and the soft anchors, where they are in `positions`.
 Positions FastSolve::drivers_in(const Positions& positions) const {
-    const std::vector<Index>& fixed = bound_.fine_->stages.back().coupling.vertices;
-    Positions drivers(static_cast<Eigen::Index>(fixed.size() + bound_.soft_.size()), 3);
+    const std::vector<Index>& fixed = problem_.levels.front()->stages.back().coupling.vertices;
+    Positions drivers(static_cast<Eigen::Index>(fixed.size() + problem_.soft.size()), 3);
     Eigen::Index row = 0;
     for (const Index v : fixed)
         drivers.row(row++) = positions.row(v);
-    for (const SoftAnchor& anchor : bound_.soft_)
+    for (const SoftAnchor& anchor : problem_.soft)
         drivers.row(row++) = positions.row(anchor.vertex);
     return drivers;
 }
 
 /// The same with the soft anchors at their targets.
 Positions FastSolve::drivers_of(const Positions& positions) const {
-    if (bound_.soft_.empty()) return drivers_in(positions);
+    if (problem_.soft.empty()) return drivers_in(positions);
     Positions at_targets = positions;
     put_targets(at_targets);
     return drivers_in(at_targets);

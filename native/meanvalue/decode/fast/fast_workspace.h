@@ -1,6 +1,8 @@
 // What a solve by the fast method writes besides its result.
 #pragma once
 
+#include <vector>
+
 #include "meanvalue/decode/decoder.h"
 #include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/decode/fast/secant_predictor.h"
@@ -23,12 +25,10 @@ struct FastWorkspace : Workspace {
     }
     std::size_t bytes() const override;
 
-    OfLevel fine;
-    OfLevel coarse;
-    OfLevel middle;
+    std::vector<OfLevel> levels;  // as FastProblem::levels
     SupernodalFactor::Workspace factor;
     SecantPredictor predictor;    // of the solves of a drag
-    bool keeps_history = false;   // fine's minimiser: of the last of those, which came to its end
+    bool keeps_history = false;   // the whole mesh' minimizer: of the last of those, which came to its end
     std::size_t later_bytes = 0;  // of the predictor and the factor's, once they are in use
 };
 

@@ -60,6 +60,11 @@ struct LaneVector {
     Lane x, y, z;
 };
 
+/// Memory as vectors of lanes.
+MEANVALUE_INLINE LaneVector* lane_vectors(RowLanes* memory) {
+    return reinterpret_cast<LaneVector*>(memory);
+}
+
 MEANVALUE_INLINE LaneVector operator+(const LaneVector& a, const LaneVector& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
 }

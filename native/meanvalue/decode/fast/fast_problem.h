@@ -1,0 +1,44 @@
+// What FastDecoder binds and FastSolve solves: the levels, their energies, and their factored Hessians.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "meanvalue/decode/fast/deformation_energy.h"
+#include "meanvalue/decode/fast/handle_paths.h"
+#include "meanvalue/decode/fast/soft_constraints.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/mesh/region.h"
+#include "meanvalue/optimise/unknowns.h"
+
+namespace meanvalue {
+
+/// A rigidity, and the energy's constant Hessian with it: its factor, and its block of the fixed vertices.
+struct FastStage {
+    double rigidity = 0.0;
+    SupernodalFactor factor;
+    FixedCoupling coupling;  ///< where FastSolve::respond() needs it
+};
+
+/// One mesh of the hierarchy, with the energy on it at one or more rigidities.
+struct FastLevel {
+    Unknowns unknowns;
+    std::unique_ptr<const DeformationEnergy> energy;
+    std::vector<FastStage> stages;  ///< stiffest first; the last has the rigidity asked for
+};
+
+struct FastProblem {
+    const Region& region;
+    const Components& components;
+    double rigidity = 0.0;
+    double size = 0.0;
+    std::vector<SoftAnchor> soft;  ///< by ascending vertex
+    std::vector<double> hold;      ///< n: what each vertex counts in carrying parts; empty where all anchors are hard
+    Hierarchy hierarchy;           ///< its levels are `levels` from the second on; empty where the mesh is small
+    std::unique_ptr<const HandlePaths> handles;
+    std::vector<std::unique_ptr<const FastLevel>> levels;  ///< the whole mesh first, the coarsest last
+};
+
+}  // namespace meanvalue
