@@ -76,7 +76,8 @@ class PatchBuilder {
         std::iota(rows.begin(), rows.end(), begin);
         std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return kind(a) < kind(b); });
         for (std::size_t k = 0; k < rows.size();) {
-            const auto [is_steep, valence] = kind(rows[k]);
+            const auto of_batch = kind(rows[k]);
+            const auto [is_steep, valence] = of_batch;
             RowBatch batch{};
             batch.valence = valence;
             batch.first = place_count_;
@@ -84,7 +85,7 @@ class PatchBuilder {
             place_count_ += valence;
             if (is_steep) steep_count_ += valence;
             int lane = 0;
-            for (; lane < kRowLanes && k < rows.size() && kind(rows[k]) == kind(batch.row[0]); ++lane)
+            for (; lane < kRowLanes && k < rows.size() && kind(rows[k]) == of_batch; ++lane)
                 batch.row[lane] = static_cast<Index>(rows[k++]);
             std::fill(batch.row + lane, batch.row + kRowLanes, -1);
             result_.batches.push_back(batch);
