@@ -114,6 +114,8 @@ def test_solution_vertices_are_read_only_and_outlive_the_solution():
         (lambda: solved(strengths=["much"] * 24), r"give \(k,\) of float"),
         (lambda: solved(strengths=[1.0] * 23 + [0.0]), r"strengths\[23\], of vertex \d+, is 0; give a positive number"),
         (lambda: solved(strengths=[1.0] * 24, method="paper"), "only method 'fast' has soft anchors"),
+        (lambda: solved(method="quick"), "method is 'quick'; this version knows 'fast', 'paper' and 'full'"),
+        (lambda: solved(loose="fall"), "loose is 'fall'; this version knows 'stay' and 'follow'"),
     ],
 )
 def test_bad_input_is_refused_by_name(action, text):

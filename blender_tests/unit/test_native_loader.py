@@ -69,7 +69,7 @@ def test_a_module_for_another_python(only, part, tmp_path):
 @pytest.mark.parametrize(
     "source, named",
     [
-        ("raise ImportError('libOpenMeshCore.so.9.0: cannot open')", "libOpenMeshCore"),
+        ("raise ImportError('libstdc++.so.6: cannot open')", "libstdc++"),
         ("import a_module_that_is_not_there", "a_module_that_is_not_there"),
         ("", "brokenmeanvalue"),  # another module of that name
     ],

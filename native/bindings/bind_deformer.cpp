@@ -13,6 +13,19 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
+Method method_from_name(const std::string& name) {
+    if (name == "fast") return Method::kFast;
+    if (name == "paper") return Method::kPaper;
+    if (name == "full") return Method::kFull;
+    throw ::meanvalue::InvalidInput(message("method is '", name, "'; this version knows 'fast', 'paper' and 'full'"));
+}
+
+LooseRule loose_rule_from_name(const std::string& name) {
+    if (name == "stay") return LooseRule::kStay;
+    if (name == "follow") return LooseRule::kFollow;
+    throw ::meanvalue::InvalidInput(message("loose is '", name, "'; this version knows 'stay' and 'follow'"));
+}
+
 void give_anchors(const py::object& anchors, const std::optional<py::object>& handles, std::optional<double> rigidity,
                   const std::optional<py::object>& strengths, Index border, Binding& binding) {
     if (border < 0) throw ::meanvalue::InvalidInput("border is negative; give 0 or more");
@@ -70,7 +83,7 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
 Task start_rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
                   const std::optional<py::object>& handles, std::optional<double> rigidity,
                   const std::optional<py::object>& strengths, Index border, const SharedExecution& execution) {
-    Binding binding = earlier->bound().binding_again();
+    Binding binding = earlier->binding_again();
     give_anchors(anchors, handles, rigidity, strengths, border, binding);
     return start_bind_of(std::move(binding), earlier, execution);
 }

@@ -22,8 +22,8 @@ Encoding encode_mesh(const py::object& vertices, const py::object& faces, int th
     const py::gil_scoped_release released;
     require_finite(positions, "vertices");
     require_moderate_extent(positions);
-    const TriangleMesh mesh(static_cast<Index>(positions.rows()), triangles, *held);
-    return encode(collect_one_rings(mesh, *held), positions, thread_count(threads), *held);
+    const OneRings rings = collect_one_rings(static_cast<Index>(positions.rows()), triangles, *held);
+    return encode(rings, positions, thread_count(threads), *held);
 }
 
 PositionsArray positions_of(const Encoding& encoding, const py::object& vertices) {

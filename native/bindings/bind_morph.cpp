@@ -8,8 +8,8 @@
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/blend.h"
 #include "meanvalue/encoding/encoder.h"
-#include "meanvalue/encoding/encoding_blend.h"
 #include "meanvalue/morph/morpher.h"
 
 namespace meanvalue::bindings {
@@ -122,25 +122,21 @@ std::vector<Encoding> encode_shapes(const py::object& shapes, const py::object& 
         require_moderate_extent(*owned[k]);
         views.emplace_back(*owned[k]);
     }
-    const TriangleMesh mesh(static_cast<Index>(owned[0]->rows()), triangles, *held);
-    return encode_alike(collect_one_rings(mesh, *held), views, thread_count(threads), *held);
+    const OneRings rings = collect_one_rings(static_cast<Index>(owned[0]->rows()), triangles, *held);
+    return encode_alike(rings, views, thread_count(threads), *held);
 }
 
-std::shared_ptr<Encoding> blend(const std::vector<std::shared_ptr<Encoding>>& encodings, const py::object& weights,
-                                int threads, const SharedExecution& execution) {
-    const std::size_t vertices = encodings.empty() ? 0 : encodings.front()->vertex_count();
-    const std::vector<double> values = own_weights(weights, encodings.size(), vertices);
+Encoding blend_encodings(const std::vector<std::shared_ptr<Encoding>>& encodings, const py::object& weights,
+                         int threads, const SharedExecution& execution) {
+    const auto shapes = static_cast<Index>(encodings.size());
+    const Index vertices = encodings.empty() ? 0 : encodings.front()->vertex_count();
+    const std::vector<double> values = own_weights(weights, shapes, vertices);
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;
     std::vector<const Encoding*> of_shapes;
-    of_shapes.reserve(encodings.size());
     for (const auto& encoding : encodings)
         of_shapes.push_back(encoding.get());
-    const EncodingBlend averages(of_shapes, *held);
-    auto result = std::make_shared<Encoding>(averages.layout());
-    averages.fill(ShapeWeights(values, averages.shape_count(), averages.vertex_count()), thread_count(threads), *held,
-                  *result);
-    return result;
+    return blend(of_shapes, ShapeWeights(values, shapes, vertices), thread_count(threads), *held);
 }
 
 constexpr const char* kBindArguments =
@@ -213,7 +209,7 @@ void bind_morph(py::module_& module) {
                "shapes: (k, n, 3), or a sequence of (n, 3). Returns a list of k Encodings.\n"
                "Raises InvalidInput that names what is wrong, Cancelled.");
     module.def(
-        "blend", &blend, py::arg("encodings"), py::arg("weights"), py::kw_only(), py::arg("threads") = 0,
+        "blend", &blend_encodings, py::arg("encodings"), py::arg("weights"), py::kw_only(), py::arg("threads") = 0,
         py::arg("execution") = py::none(),
         "The average of encodings (paper, section 4.3).\n\n"
         "encodings: k of them in one layout, by encode_alike(), or by encode() where no vertex needs a\n"

@@ -52,7 +52,12 @@ Call own_call(const py::object& targets, const std::optional<py::object>& weight
         }
         trajectories.weights.assign(weight_array.data(), weight_array.data() + weight_array.size());
     }
-    call.options = {tolerance, max_iterations, frames, chunk, overlap, threads};
+    call.options.tolerance = tolerance;
+    call.options.max_iterations = max_iterations;
+    call.options.frames = frames;
+    call.options.chunk = chunk;
+    call.options.overlap = overlap;
+    call.options.threads = threads;
     return call;
 }
 

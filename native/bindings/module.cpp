@@ -43,8 +43,7 @@ PYBIND11_MODULE(meanvalue, module) {
         "Returns a dict: compiler (str), eigen (str, its version), instructions (str: those of inner loops that\n"
         "are not bound as portable, \"AVX2 and FMA\" where the processor has them, else \"portable\") and\n"
         "threads (int: as many as a call without `threads` may use).");
-    // Eigen divides products by the caches that it finds, and with them the sums: the same bits on every processor.
-    Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 2 << 20);
+    meanvalue::pin_eigen_cache_sizes();
     // No thread may run on while the process takes its libraries down.
     pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(
         &meanvalue::bindings::cancel_tasks, pybind11::call_guard<pybind11::gil_scoped_release>()));

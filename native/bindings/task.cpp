@@ -74,13 +74,17 @@ Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work) 
     }
 }
 
+const void* Task::this_process() {
+    return &running();
+}
+
 bool Task::finished() const {
     return state_->is_done;
 }
 
 bool Task::wait(std::optional<double> seconds) const {
     const auto state = state_;
-    if (!state->is_done && state->generation != fork_generation()) {
+    if (!state->is_done && state->process != this_process()) {
         throw ::meanvalue::SolverFailure(
             "the task was begun before this process was forked, and runs on in the other one; start it again here");
     }

@@ -45,9 +45,12 @@ class Task {
     py::object result() const;
 
   private:
+    /// Another in a forked child.
+    static const void* this_process();
+
     struct State {
         std::shared_ptr<Execution> execution;
-        unsigned generation = fork_generation();
+        const void* process = this_process();
         std::mutex mutex;
         std::condition_variable changed;
         std::atomic<bool> is_done{false};  // written last: what comes after may be read then

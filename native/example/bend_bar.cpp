@@ -1,5 +1,5 @@
 // Bends a bar that is given as libigl has meshes: its first cross-section is held, the last one is lifted.
-#include <meanvalue/deform/deformer.h>
+#include <meanvalue/meanvalue.h>
 
 #include <cmath>
 #include <cstdio>

@@ -2,6 +2,7 @@
 
 #include "fuzz/entries.h"
 #include "fuzz/odd_input.h"
+#include "meanvalue/deform/bound_mesh.h"
 
 namespace meanvalue::fuzz {
 namespace {
@@ -101,7 +102,7 @@ Outcome bind_and_solve(Bytes bytes) {
         require_carriers(deformer.report(), binding.loose);
         const Outcome outcome = outcome_of([&] { solve_twice(bytes, mesh, binding, deformer); });
         if (bytes.once_in(2)) {
-            Binding again = deformer.bound().binding_again();
+            Binding again = deformer.binding_again();
             read_anchors(bytes, mesh.vertex_count(), again);
             Deformer other(again, execution, &deformer);
             require_carriers(other.report(), again.loose);

@@ -3,6 +3,7 @@
 #include <random>
 #include <thread>
 
+#include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/region.h"
@@ -83,7 +84,7 @@ TEST(BindAgain, HasTheBitsOfAFreshBind) {
         // From each to the next: with other handles, more of them and fewer, hard and soft ones.
         for (int round = 0; round < (method == Method::kFast ? 6 : 3); ++round) {
             handles = Handles(mesh, random, 2 + round % 3, 30, method == Method::kFast && round % 2 == 1);
-            auto again = bound(handles.binding(deformer->bound().binding_again()), deformer.get());
+            auto again = bound(handles.binding(deformer->binding_again()), deformer.get());
             const auto fresh = bound(handles.binding(fresh_binding(mesh, method, 2)));
             EXPECT_EQ(again->report().level_sizes, fresh->report().level_sizes);
             EXPECT_EQ(again->report().guarded, fresh->report().guarded);
@@ -104,7 +105,7 @@ TEST(BindAgain, SharesTheEncodingAndLeavesTheEarlierOneAsItWas) {
         const auto deformer = bound(first.binding(fresh_binding(mesh, method)));
         const Solution before = solve(*deformer, first.targets(mesh));
         const Handles second(mesh, random, 3, 1, false);
-        const auto again = bound(second.binding(deformer->bound().binding_again()), deformer.get());
+        const auto again = bound(second.binding(deformer->binding_again()), deformer.get());
         EXPECT_EQ(&again->bound().decoder().encoding(), &deformer->bound().decoder().encoding());
         EXPECT_EQ(solve(*deformer, first.targets(mesh)).vertices, before.vertices);
         EXPECT_EQ(deformer->report().anchor_count, static_cast<Index>(first.anchors.size()));
@@ -124,7 +125,7 @@ TEST(BindAgain, LargeHandlesAndNewPartsAreBoundAfresh) {
     Handles other_part = few;
     other_part.add(part.vertex_count() + 3, 2);
     for (const Handles& handles : {large, other_part}) {
-        const auto again = bound(handles.binding(deformer->bound().binding_again()), deformer.get());
+        const auto again = bound(handles.binding(deformer->binding_again()), deformer.get());
         EXPECT_NE(&again->bound().decoder().encoding(), &deformer->bound().decoder().encoding());
         const auto fresh = bound(handles.binding(fresh_binding(two, Method::kFull)));
         EXPECT_EQ(solve(*again, handles.targets(two)).vertices, solve(*fresh, handles.targets(two)).vertices);
@@ -139,7 +140,7 @@ TEST(BindAgain, CanBeCancelledEverywhere) {
     const auto deformer = bound(first.binding(fresh_binding(mesh, Method::kFast)));
     const Solution before = solve(*deformer, first.targets(mesh));
     const std::vector<std::string> stages = cancelled_everywhere([&](Execution& execution) {
-        Deformer(second.binding(deformer->bound().binding_again()), execution, deformer.get());
+        Deformer(second.binding(deformer->binding_again()), execution, deformer.get());
     });
     EXPECT_EQ(stages.back(), "factor");
     EXPECT_EQ(solve(*deformer, first.targets(mesh)).vertices, before.vertices);
@@ -160,7 +161,7 @@ TEST(BindAgain, SeveralAtOnceShareOneEarlierDeformer) {
     std::vector<std::thread> threads;
     for (std::size_t k = 0; k < handles.size(); ++k) {
         threads.emplace_back([&, k] {
-            const auto again = bound(handles[k].binding(deformer->bound().binding_again()), deformer.get());
+            const auto again = bound(handles[k].binding(deformer->binding_again()), deformer.get());
             found[k] = solve(*again, handles[k].targets(mesh)).vertices;
         });
     }

@@ -20,11 +20,6 @@ TEST(Elementary, SineAndCosine) {
     EXPECT_NEAR(sine_cosine(1e-9).sine, 1e-9, 1e-24);
 }
 
-TEST(Elementary, Tangent) {
-    for (double angle = -1.5; angle <= 1.5; angle += 0.01)
-        EXPECT_NEAR(tangent(angle), std::tan(angle), 1e-13 * (1.0 + std::abs(std::tan(angle)))) << angle;
-}
-
 TEST(Elementary, ArcTangentInAllQuadrants) {
     for (double angle = -3.14; angle < 3.14; angle += 0.00731) {
         for (const double length : {1e-150, 0.3, 1.0, 1e150}) {
@@ -35,16 +30,6 @@ TEST(Elementary, ArcTangentInAllQuadrants) {
     EXPECT_EQ(arc_tangent(0.0, 0.0), 0.0);
     EXPECT_NEAR(arc_tangent(0.0, -1.0), std::acos(-1.0), kExact);
     EXPECT_NEAR(arc_tangent(1e-9, 1.0), 1e-9, 1e-24);
-}
-
-TEST(Elementary, AngleOrderRisesWithTheAngle) {
-    double before = -3.0;
-    for (double angle = -3.14159; angle < 3.1415; angle += 0.0073) {
-        const double order = angle_order(std::sin(angle), std::cos(angle));
-        EXPECT_GT(order, before) << angle;
-        before = order;
-    }
-    EXPECT_LE(before, 2.0);
 }
 
 TEST(Elementary, Power) {

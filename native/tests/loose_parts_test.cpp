@@ -6,6 +6,7 @@
 #include <random>
 #include <utility>
 
+#include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/point_tree.h"
@@ -346,7 +347,7 @@ TEST(LooseParts, ThinPatchesAndLooseVerticesGiveFiniteShapes) {
 TEST(LooseParts, BindingAgainFindsOtherCarriers) {
     const Head head;
     const auto deformer = bound(head.binding(LooseRule::kFollow));
-    Binding again = deformer->bound().binding_again();
+    Binding again = deformer->binding_again();
     again.anchors = head.anchors;
     again.anchors.push_back(head.head_count);  // of the first eye
     EXPECT_EQ(bound(again, deformer.get())->report().carriers,

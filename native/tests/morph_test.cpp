@@ -3,7 +3,7 @@
 #include <numeric>
 #include <thread>
 
-#include "meanvalue/encoding/encoding_blend.h"
+#include "meanvalue/encoding/blend.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/morph/cell_assembly.h"
 #include "meanvalue/morph/cell_patches.h"
@@ -124,20 +124,21 @@ Shapes noisy_shapes() {
     return {mesh.faces, {mesh.vertices, with_noise(mesh, 0.2, 2).vertices, with_noise(mesh, 0.2, 3).vertices}};
 }
 
-TEST(EncodingBlend, GivesEachShapeBackAndItsRowsSumToOne) {
+TEST(Blend, GivesEachShapeBackAndItsRowsSumToOne) {
     const Shapes shapes = noisy_shapes();
     Execution execution;
     const std::vector<Encoding> encodings = shapes.encodings(execution);
-    const EncodingBlend blend({&encodings[0], &encodings[1], &encodings[2]}, execution);
-    Encoding result = blend.layout();
+    const auto blended = [&](const std::vector<double>& weights) {
+        return blend({&encodings[0], &encodings[1], &encodings[2]},
+                     ShapeWeights(weights, 3, encodings[0].vertex_count()), 1, execution);
+    };
     for (std::size_t k = 0; k < 3; ++k) {
         std::vector<double> weights(3, 0.0);
         weights[k] = 1.0;
-        blend.fill(ShapeWeights(weights, 3, blend.vertex_count()), 1, execution, result);
-        EXPECT_LT(largest_error(result, shapes.positions[k]), 1e-10);
+        EXPECT_LT(largest_error(blended(weights), shapes.positions[k]), 1e-10);
     }
-    blend.fill(ShapeWeights({0.5, 1.2, -0.7}, 3, blend.vertex_count()), 1, execution, result);
-    for (Index v = 0; v < blend.vertex_count(); ++v) {
+    const Encoding result = blended({0.5, 1.2, -0.7});
+    for (Index v = 0; v < result.vertex_count(); ++v) {
         const EncodedRing ring = result.ring_of(v);
         double sum = 0.0;
         for (Index k = 0; k < ring.valence; ++k) {
@@ -148,7 +149,7 @@ TEST(EncodingBlend, GivesEachShapeBackAndItsRowsSumToOne) {
     }
 }
 
-TEST(EncodingBlend, AGuardedRingOfOneShapeIsGuardedInAll) {
+TEST(Blend, AGuardedRingOfOneShapeIsGuardedInAll) {
     // A flap of the second shape stands upright: its edges are steep there alone. One of the third has no area.
     const Mesh mesh = grid(7, 7, 0.0);
     Shapes shapes{mesh.faces, {mesh.vertices, mesh.vertices, mesh.vertices}};
@@ -163,9 +164,10 @@ TEST(EncodingBlend, AGuardedRingOfOneShapeIsGuardedInAll) {
         EXPECT_EQ(encodings[k].steep_offset, encodings[0].steep_offset);
         EXPECT_LT(largest_error(encodings[k], shapes.positions[k]), 1e-8);
     }
-    EXPECT_NO_THROW(EncodingBlend({&encodings[0], &encodings[1], &encodings[2]}, execution));
+    const ShapeWeights even({1.0, 1.0}, 2, 49);
+    EXPECT_NO_THROW(blend({&encodings[0], &encodings[1]}, even, 1, execution));
     const Encoding first = encoding_of(mesh);
-    EXPECT_THROW(EncodingBlend({&first, &encodings[1]}, execution), InvalidInput);
+    EXPECT_THROW(blend({&first, &encodings[1]}, even, 1, execution), InvalidInput);
 }
 
 TEST(Morpher, IsInvariantUnderASimilarityOfAllShapesAndTheirOrder) {

@@ -68,20 +68,23 @@ TEST(RunWorkers, CallsEachWorkerOnceForAnyNumberOfThemInAnyOrder) {
     }
 }
 
-/// Every member of a team of `outer` makes a team of `inner` while all others have theirs. Returns who worked.
-int nested_members(int outer, int inner) {
-    std::atomic<int> arrived{0};
-    std::atomic<int> working{0};
+/// Waits until `count` has reached `wanted`, or a busy machine has had its chance to get there.
+void wait_for(const std::atomic<int>& count, int wanted) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (count < wanted && std::chrono::steady_clock::now() < end)
+        std::this_thread::yield();
+}
+
+/// Each of `outer` workers calls `inner` workers while all others have theirs. Returns how many worked at once.
+int nested_workers(int outer, int inner) {
     std::atomic<int> begun{0};
-    run_team_on_pool(outer, [&](int, int members) {
-        ++arrived;
-        while (arrived < members)
-            std::this_thread::yield();
-        run_team_on_pool(inner, [&](int member, int) {
+    std::atomic<int> working{0};
+    run_on_pool(outer, [&](int) {
+        ++begun;
+        wait_for(begun, outer);
+        run_on_pool(inner, [&](int) {
             ++working;
-            if (member == 0) ++begun;
-            while (begun < members)
-                std::this_thread::yield();
+            wait_for(working, outer * inner);
         });
     });
     return working;
@@ -90,7 +93,10 @@ int nested_members(int outer, int inner) {
 TEST(RunOnPool, CallsInsideOfCallsGetTheirShareOfAnyNumberOfCores) {
     for (const auto& [outer, inner] : {std::pair{4, 4}, std::pair{8, 8}}) {
         run_on_pool(outer * inner, [](int) {});  // so many threads may work from here on
-        EXPECT_EQ(nested_members(outer, inner), outer * inner);
+        const auto begin = std::chrono::steady_clock::now();
+        EXPECT_EQ(nested_workers(outer, inner), outer * inner);
+        // Who waits in vain for a worker that gets no thread waits for all of the time.
+        EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
     }
 }
 
@@ -102,10 +108,13 @@ TEST(RunOnPool, ACallerSleepsWhileItsHelpersWorkOn) {
         getrusage(RUSAGE_THREAD, &usage);
         return usage.ru_nvcsw;
     };
+    std::atomic<int> begun{0};
     long before = 0;
-    run_team_on_pool(2, [&](int member, int) {
-        if (member > 0) std::this_thread::sleep_for(std::chrono::milliseconds(300));
-        if (member == 0) before = sleeps();
+    run_on_pool(2, [&](int worker) {
+        ++begun;
+        wait_for(begun, 2);
+        if (worker > 0) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        if (worker == 0) before = sleeps();
     });
     EXPECT_GT(sleeps(), before);
 }
@@ -173,44 +182,6 @@ TEST(ParallelItems, NoneIsTakenAfterAnException) {
     EXPECT_THROW(parallel_items(1000, 3, Execution(), work), std::logic_error);
     EXPECT_LT(begun, 500);
     EXPECT_EQ(count_all(9000, 3), 9000);
-}
-
-TEST(ParallelInTurn, LaterRangesSeeWhatEarlierOnesWrote) {
-    // Long and short ranges in turn, and empty ones.
-    std::vector<Index> bounds = {0};
-    for (const Index length : {3000, 10, 0, 700, 5, 5, 20000, 1, 600, 600, 2, 0})
-        bounds.push_back(bounds.back() + length);
-    for (const int threads : {1, 2, 7}) {
-        std::vector<Index> range_of(bounds.back(), -1);
-        std::atomic<Index> done{0};
-        parallel_in_turn(bounds, threads, Execution(), [&](Index begin, Index end) {
-            const auto range = std::upper_bound(bounds.begin(), bounds.end(), begin) - bounds.begin() - 1;
-            EXPECT_GE(done, bounds[range]);
-            for (Index k = begin; k < end; ++k)
-                range_of[k] = static_cast<Index>(range);
-            done += end - begin;
-        });
-        EXPECT_EQ(done, bounds.back());
-        for (std::size_t range = 0; range + 1 < bounds.size(); ++range) {
-            for (Index k = bounds[range]; k < bounds[range + 1]; ++k)
-                ASSERT_EQ(range_of[k], static_cast<Index>(range));
-        }
-    }
-    parallel_in_turn({}, 2, Execution(), [](Index, Index) { FAIL(); });
-    parallel_in_turn({0}, 2, Execution(), [](Index, Index) { FAIL(); });
-}
-
-TEST(ParallelInTurn, FailsAndCancelsWithoutWaitingForEver) {
-    const std::vector<Index> bounds = {0, 5000, 5010, 20000, 40000};
-    for (const int threads : {1, 3}) {
-        const auto fail = [](Index begin, Index) {
-            if (begin > 6000) throw std::logic_error("on purpose");
-        };
-        EXPECT_THROW(parallel_in_turn(bounds, threads, Execution(), fail), std::logic_error);
-        Execution execution;
-        EXPECT_THROW(parallel_in_turn(bounds, threads, execution, [&](Index, Index) { execution.cancel(); }),
-                     Cancelled);
-    }
 }
 
 TEST(ThreadCount, RefusesANegativeNumber) {

@@ -1,6 +1,7 @@
 // One bound mesh solved by several threads at once, and drags on it that are cancelled.
 #include <thread>
 
+#include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/deform/deformer.h"
 #include "tests/fast_poses.h"
 #include "tests/support.h"

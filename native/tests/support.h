@@ -13,13 +13,12 @@
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/one_ring.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 #include "tests/meshes.h"
 
 namespace meanvalue::tests {
 
 inline OneRings rings_of(const Mesh& mesh) {
-    return collect_one_rings(TriangleMesh(mesh.vertex_count(), mesh.faces, Execution()), Execution());
+    return collect_one_rings(mesh.vertex_count(), mesh.faces, Execution());
 }
 
 inline Encoding encoding_of(const Mesh& mesh, int threads = 1) {

@@ -11,16 +11,17 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADERS = ROOT / "native" / "meanvalue"
 
-#: Those to start from, and what stands in their signatures.
+#: The public headers, then what they include.
 PUBLIC = (
     "deform/deformer.h",
+    "sequence/sequence.h",
     "morph/morpher.h",
-    "encoding/encoder.h",
-    "deform/bound_mesh.h",
-    "common/shared_arrays.h",
-    "encoding/encoding.h",
+    "sliders/slider_fit.h",
     "common/execution.h",
     "common/errors.h",
+    "deform/binding.h",
+    "mesh/component.h",
+    "common/shared_arrays.h",
     "common/types.h",
 )
 
@@ -29,9 +30,9 @@ HEAD = """# C++ library
 <!-- Written by `./dev docs reference` from the headers; a test compares. Do not edit. -->
 
 `cmake --install build/native --prefix DIR` installs it, `find_package(meanvalue)` finds it, with the target
-`meanvalue::meanvalue`, and `native/example` in the repository is a project that uses it. To start from:
-`deform/deformer.h`, `morph/morpher.h` and `encoding/encoder.h`; the others are what stands in their signatures. All is
-in the namespace `meanvalue`, and all headers are installed below `meanvalue/`. Private members are left out here.
+`meanvalue::meanvalue`, and `native/example` in the repository is a project that uses it. `meanvalue/meanvalue.h`
+includes all of it: the headers of `Deformer`, `solve_sequence()`, `Morpher`, `SliderFit`, `Execution` and the
+exceptions, and what stands in their signatures. All is in the namespace `meanvalue`. Private members are left out here.
 """
 
 

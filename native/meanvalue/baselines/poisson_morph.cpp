@@ -60,7 +60,7 @@ Positions poisson_morph(const PositionsView& first, const PositionsView& second,
     }
     if (!std::isfinite(share)) throw InvalidInput(message("share is ", share, "; give a number"));
     const auto vertices = static_cast<Index>(first.rows());
-    const TriangleMesh checked(vertices, faces, execution);
+    require_triangles(vertices, faces);
     const Components parts = find_components(first, faces, std::vector<char>(vertices, 0), execution);
     std::vector<double> diagonal(vertices, 0.0);
     std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;

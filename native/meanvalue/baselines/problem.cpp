@@ -4,7 +4,6 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/mesh/fixed_vertices.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 
 namespace meanvalue::baselines {
 
@@ -17,9 +16,12 @@ Setup set_up(const Problem& problem, Execution& execution) {
     const Index vertex_count = static_cast<Index>(problem.vertices.rows());
     const std::vector<char> held = fixed_flags(vertex_count, problem.anchors, problem.roi);
     require_targets(problem.targets, problem.anchors, problem.vertices, bounding_box_diagonal(problem.vertices));
-    setup.rings = collect_one_rings(TriangleMesh(vertex_count, problem.faces, execution), execution);
+    setup.rings = collect_one_rings(vertex_count, problem.faces, execution);
     setup.components = find_components(problem.vertices, problem.faces, held, execution);
-    setup.is_fixed = solved_as_fixed(held, setup.components);
+    setup.is_fixed = held;
+    for (Index v = 0; v < vertex_count; ++v) {
+        if (setup.components.fixed[setup.components.part_of[v]].empty()) setup.is_fixed[v] = 1;
+    }
     setup.unknowns = find_unknowns(setup.rings.offsets, setup.rings.vertices, setup.is_fixed);
 
     setup.start = problem.vertices;

@@ -135,7 +135,7 @@ double sweep(const Setup& setup, const std::vector<Pyramid>& pyramids, double lo
 Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution& execution) {
     const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed, execution);
     const Index vertex_count = static_cast<Index>(region.vertices.size());
-    const OneRings rings = collect_one_rings(TriangleMesh(vertex_count, region.faces, execution), execution);
+    const OneRings rings = collect_one_rings(vertex_count, region.faces, execution);
     const Hierarchy hierarchy =
         build_hierarchy(rings, region.positions, region.is_fixed, {}, SplitBy::kEncoding, setup.threads, execution);
     Positions positions(vertex_count, 3);

@@ -47,20 +47,11 @@ SineCosine sine_cosine(double angle_rad) {
     }
     sine = r * (1.0 + sine);
     cosine = 1.0 + cosine;
-    for (int turn = static_cast<int>(quarters) & 3; turn > 0; --turn) {
+    for (int quarter = static_cast<int>(quarters) & 3; quarter > 0; --quarter) {
         std::swap(sine, cosine);
         cosine = -cosine;
     }
     return {sine, cosine};
-}
-
-double tangent(double angle_rad) {
-    // Lambert's continued fraction of half the angle, then the double angle.
-    const double half = 0.5 * angle_rad;
-    const double s = half * half;
-    const double t = half * (2027025.0 + s * (-270270.0 + s * (6930.0 - 36.0 * s))) /
-                     (2027025.0 + s * (-945945.0 + s * (51975.0 + s * (-630.0 + s))));
-    return 2.0 * t / (1.0 - t * t);
 }
 
 double arc_tangent(double y, double x) {
@@ -73,14 +64,6 @@ double arc_tangent(double y, double x) {
     if (std::abs(y) > std::abs(x)) angle = 0.5 * kPi - angle;
     if (x < 0.0) angle = kPi - angle;
     return y < 0.0 ? -angle : angle;
-}
-
-double angle_order(double y, double x) {
-    const double sum = std::abs(x) + std::abs(y);
-    if (sum == 0.0) return 0.0;
-    const double share = y / sum;
-    if (x >= 0.0) return share;
-    return y < 0.0 ? -2.0 - share : 2.0 - share;
 }
 
 double power(double base, double exponent) {

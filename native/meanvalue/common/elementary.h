@@ -15,16 +15,10 @@ struct SineCosine {
 /// @param angle_rad between -100 and 100.
 SineCosine sine_cosine(double angle_rad);
 
-/// The tangent of an angle from -1.57 to 1.57, exact to 1e-13 of itself.
-double tangent(double angle_rad);
-
 /// The angle of (x, y), from -pi to pi; 0 for (0, 0).
 double arc_tangent(double y, double x);
 
-/// What sorts as the angle of (x, y) from -pi to pi, without being one: from -2 to 2; 0 for (0, 0).
-double angle_order(double y, double x);
-
-/// base^exponent. @param base a normal number above 0. @param exponent from -1 to 1.
+/// base^exponent, neither too large nor too small for a double. @param base a normal number above 0.
 double power(double base, double exponent);
 
 }  // namespace meanvalue

@@ -23,14 +23,14 @@ class Execution {
         return cancelled_.load(std::memory_order_relaxed) || (whole_ != nullptr && whole_->cancelled());
     }
 
-    /// Cancels itself at look number `looks` of check() from now on, counted from 1: tests cancel with it at any
-    /// place of an operation.
+    /// Cancels itself at the call of check() with this number from now on, counted from 1: tests cancel with it
+    /// anywhere in an operation.
     void cancel_at_look(std::int64_t looks) { looks_left_.store(looks, std::memory_order_relaxed); }
 
     /// @throws Cancelled after cancel(); called inside every long loop.
     void check() const;
 
-    /// For serial loops: looks at the flag in every 2048th round, which costs nothing and takes milliseconds.
+    /// For serial loops: checks in every 2048th round, which costs nothing.
     /// @throws Cancelled.
     void check_every(std::size_t round) const {
         if (round % 2048 == 0) check();
@@ -52,7 +52,7 @@ class Execution {
     std::atomic<double> progress_{0.0};
 };
 
-/// For serial loops whose rounds differ much in length: looks at the flag by the work that was done, not by rounds.
+/// For serial loops whose rounds differ much in length: checks by the work that was done, not by rounds.
 class WorkMeter {
   public:
     explicit WorkMeter(const Execution& execution) : execution_(execution) {}

@@ -14,14 +14,4 @@ void call_after_fork(void (*handler)()) {
 #endif
 }
 
-unsigned fork_generation() {
-    static std::atomic<unsigned> generation{0};
-    static const bool is_counted = [] {
-        call_after_fork([] { ++generation; });
-        return true;
-    }();
-    static_cast<void>(is_counted);
-    return generation.load();
-}
-
 }  // namespace meanvalue

@@ -6,15 +6,11 @@
 
 namespace meanvalue {
 
-/// How many forks since the first call led to this process: what another number was noted with belongs to a process
-/// whose threads are not here.
-unsigned fork_generation();
-
 /// Has `handler` called in every forked child, first registered first. Windows has no forks.
 void call_after_fork(void (*handler)());
 
-/// The one T of this process. A forked child begins with a new one, and leaves alone what the other's threads held.
-/// Never destroyed: threads may outlive static objects.
+/// The one T of this process. A forked child begins with a new one, and leaves alone what the threads of the other
+/// have locked. Never destroyed: threads may outlive static objects.
 template <typename T>
 T& of_this_process() {
     static std::atomic<T*> instance{nullptr};

@@ -1,5 +1,7 @@
 #include "meanvalue/common/instruction_set.h"
 
+#include <Eigen/Core>
+
 #if defined(__x86_64__)
 #include <cpuid.h>
 #endif
@@ -9,7 +11,7 @@ namespace {
 
 #if defined(__x86_64__)
 // Instead of __builtin_cpu_supports(), which needs the compiler's run-time library to have asked before: that of the
-// compiler which the wheels are made with never does, and every processor looks like the plainest.
+// compiler which the wheels are made with never does, and every processor seems to be the plainest.
 bool ask_processor() {
     unsigned a = 0;
     unsigned b = 0;
@@ -35,6 +37,14 @@ bool ask_processor() {
 bool has_avx2_and_fma() {
     static const bool answer = ask_processor();
     return answer;
+}
+
+void pin_eigen_cache_sizes() {
+    static const bool is_done = [] {
+        Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 2 << 20);
+        return true;
+    }();
+    static_cast<void>(is_done);
 }
 
 }  // namespace meanvalue

@@ -11,6 +11,10 @@ enum class InstructionSet {
 /// Whether this processor has AVX2 and FMA and the system keeps their registers. Asked of the processor once.
 bool has_avx2_and_fma();
 
+/// Has Eigen divide its products alike on every processor, and so sum them alike: by its default it asks for the
+/// caches. For the process, once.
+void pin_eigen_cache_sizes();
+
 /// Whether the form with AVX2 and FMA is to be used.
 inline bool use_avx2_and_fma(InstructionSet instructions) {
     return instructions == InstructionSet::kFastest && has_avx2_and_fma();

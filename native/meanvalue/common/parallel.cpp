@@ -15,42 +15,13 @@ namespace {
 
 // Long enough to hide the cost of a call, short enough for cancellation to be seen within milliseconds.
 constexpr Index kPiece = 2048;
+// A share below this is quicker done by the thread that would hand it over.
+constexpr Index kLeastShare = 512;
 
 void run_pieces(Index begin, Index end, const Execution& execution, const std::function<void(Index, Index)>& body) {
     for (Index first = begin; first < end; first += std::min(kPiece, end - first)) {
         execution.check();
         body(first, first + std::min(kPiece, end - first));
-    }
-}
-
-// A range below this is quicker done by one thread than shared out.
-constexpr Index kShared = 512;
-
-/// Lets no thread of a team pass before all have come.
-class Barrier {
-  public:
-    void wait(int members) {
-        const int round = round_.load(std::memory_order_acquire);
-        if (waiting_.fetch_add(1, std::memory_order_acq_rel) + 1 == members) {
-            waiting_.store(0, std::memory_order_relaxed);
-            round_.store(round + 1, std::memory_order_release);
-            return;
-        }
-        // Ranges take microseconds, less than waking a sleeping thread; where cores are short, others get this one.
-        for (int turn = 0; round_.load(std::memory_order_acquire) == round; ++turn) {
-            if (turn >= kPatience) std::this_thread::yield();
-        }
-    }
-
-  private:
-    static constexpr int kPatience = 1000;
-    std::atomic<int> waiting_{0};
-    std::atomic<int> round_{0};
-};
-
-void rethrow_first(const std::vector<std::exception_ptr>& failures) {
-    for (const std::exception_ptr& failure : failures) {
-        if (failure) std::rethrow_exception(failure);
     }
 }
 
@@ -74,12 +45,14 @@ void run_workers(int workers, const std::function<void(int)>& body) {
         }
     };
     run_on_pool(workers, work);
-    rethrow_first(failures);
+    for (const std::exception_ptr& failure : failures) {
+        if (failure) std::rethrow_exception(failure);
+    }
 }
 
 void parallel_for(Index count, int threads, const Execution& execution,
                   const std::function<void(Index, Index)>& body) {
-    const int workers = std::min<int>(threads, (count + kPiece - 1) / kPiece);
+    const int workers = std::min<int>(threads, count / kLeastShare);
     if (workers <= 1) {
         run_pieces(0, count, execution, body);
         return;
@@ -120,44 +93,6 @@ void parallel_items(std::size_t count, int threads, const Execution& execution,
             throw;
         }
     });
-}
-
-void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execution& execution,
-                      const std::function<void(Index, Index)>& body) {
-    if (bounds.empty()) return;
-    const int workers = std::min<int>(threads, (bounds.back() - bounds.front() + kPiece - 1) / kPiece);
-    if (workers <= 1) {
-        for (std::size_t k = 0; k + 1 < bounds.size(); ++k)
-            run_pieces(bounds[k], bounds[k + 1], execution, body);
-        return;
-    }
-    std::vector<std::exception_ptr> failures(workers);
-    std::atomic<bool> failed{false};
-    Barrier barrier;
-    run_team_on_pool(workers, [&](int member, int members) {
-        for (std::size_t k = 0; k + 1 < bounds.size(); ++k) {
-            const Index begin = bounds[k];
-            const Index count = bounds[k + 1] - begin;
-            const bool shared = count >= kShared;
-            const auto share = [&](int number) {
-                return begin + static_cast<Index>(std::int64_t{count} * number / members);
-            };
-            // Whoever fails still comes to every barrier, or the others would wait for ever.
-            try {
-                if (!failed && (shared || member == 0)) {
-                    run_pieces(shared ? share(member) : begin, shared ? share(member + 1) : bounds[k + 1], execution,
-                               body);
-                }
-            } catch (...) {
-                failures[member] = std::current_exception();
-                failed = true;
-            }
-            // The first thread goes through short ranges alone, and the others meet it at the next that is shared.
-            const bool next_shared = k + 2 < bounds.size() && bounds[k + 2] - bounds[k + 1] >= kShared;
-            if (shared || next_shared) barrier.wait(members);
-        }
-    });
-    rethrow_first(failures);
 }
 
 }  // namespace meanvalue

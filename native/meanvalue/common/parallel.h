@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
@@ -40,10 +39,5 @@ void run_workers(int workers, const std::function<void(int worker)>& body);
 /// exception no item is taken any more; it is thrown again, as by run_workers(), once those that had begun are done.
 void parallel_items(std::size_t count, int threads, const Execution& execution,
                     const std::function<void(int worker, std::size_t item)>& body);
-
-/// parallel_for() for one range after another: [bounds[0], bounds[1]), then [bounds[1], bounds[2]), and so on, where
-/// later ranges read what earlier ones wrote. The threads stay for all of them, so that ranges may be short.
-void parallel_in_turn(const std::vector<Index>& bounds, int threads, const Execution& execution,
-                      const std::function<void(Index begin, Index end)>& body);
 
 }  // namespace meanvalue

@@ -2,13 +2,11 @@
 #pragma once
 
 #include <chrono>
-#include <map>
 #include <string>
 
-namespace meanvalue {
+#include "meanvalue/common/types.h"
 
-/// Seconds spent in each named stage.
-using Timings = std::map<std::string, double>;
+namespace meanvalue {
 
 /// Adds the time from its construction to its destruction to one stage. @pre the stage stays in the map so long.
 class StageTimer {

@@ -16,8 +16,8 @@
 namespace meanvalue {
 namespace {
 
-// Looks so often before it sleeps, some 50 microseconds: parallel calls follow close upon another within an
-// iteration, and waking a sleeping thread takes as long.
+// A thread that waits asks so often before it sleeps, for some 50 microseconds: parallel calls follow close upon
+// another within an iteration, and waking a sleeping thread takes as long.
 constexpr int kPatience = 4000;
 
 void relax() {
@@ -28,7 +28,7 @@ void relax() {
 
 /// Work for several threads, on its caller's stack.
 struct Call {
-    const std::function<void(int)>& work;  // of a member, numbered from 1; the caller is 0
+    const std::function<void()>& work;  // of each thread
     std::atomic<int> unfinished{0};
     std::mutex mutex;
     std::condition_variable done;
@@ -39,9 +39,9 @@ struct Call {
         if (unfinished.fetch_sub(1, std::memory_order_release) == 1) done.notify_one();
     }
 
-    /// Looks for a moment, then sleeps: members may take seconds longer than their caller.
+    /// Spins for a moment, then sleeps: members may take seconds longer than their caller.
     void wait() {
-        for (int turn = 0; turn < kPatience && unfinished.load(std::memory_order_acquire) > 0; ++turn)
+        for (int round = 0; round < kPatience && unfinished.load(std::memory_order_acquire) > 0; ++round)
             relax();
         std::unique_lock<std::mutex> lock(mutex);
         done.wait(lock, [&] { return unfinished.load(std::memory_order_acquire) == 0; });
@@ -52,38 +52,21 @@ struct Call {
 thread_local bool counts_as_working = false;
 
 class ThreadPool {
-    struct Member;
-
   public:
-    /// Threads that work on a call beside its caller, for as long as this lives.
-    class Helpers {
-      public:
-        /// Sends up to `most` of those that have nothing to do, and new ones while there may be more.
-        Helpers(ThreadPool& pool, Call& call, int most)
-            : pool_(pool), call_(call), is_outermost_(!std::exchange(counts_as_working, true)) {
-            if (is_outermost_) pool.working_.fetch_add(1, std::memory_order_relaxed);
-            pool.send(call, most, sent_);
-        }
-        Helpers(const Helpers&) = delete;
-        Helpers& operator=(const Helpers&) = delete;
-        ~Helpers() {
-            if (!sent_.empty()) call_.wait();
-            if (!is_outermost_) return;
-            counts_as_working = false;
-            pool_.working_.fetch_sub(1, std::memory_order_relaxed);
-        }
-
-        int count() const { return static_cast<int>(sent_.size()); }
-
-        /// Spares those that have not begun yet.
-        void call_back() { pool_.call_back(sent_, call_); }
-
-      private:
-        ThreadPool& pool_;
-        Call& call_;
-        std::vector<Member*> sent_;
-        bool is_outermost_;
-    };
+    /// Has `work` done on this thread, and on others that have nothing to do or may be started, until all of it is.
+    /// @param most of these others.
+    void run(int most, const std::function<void()>& work) {
+        const bool is_outermost = !std::exchange(counts_as_working, true);
+        if (is_outermost) working_.fetch_add(1, std::memory_order_relaxed);
+        Call call{work};
+        const std::vector<Member*> sent = send(call, most);
+        work();
+        call_back(sent, call);
+        if (!sent.empty()) call.wait();
+        if (!is_outermost) return;
+        counts_as_working = false;
+        working_.fetch_sub(1, std::memory_order_relaxed);
+    }
 
     void start(std::function<void()> work) {
         auto member = std::make_unique<Member>();
@@ -96,7 +79,7 @@ class ThreadPool {
                 Member* const known = idle_.back();
                 idle_.pop_back();
                 known->detached = std::move(member->detached);
-                known->wake_up(1, detached_work());
+                known->wake_up(detached_work());
             }
         } catch (const std::exception& error) {
             throw SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
@@ -109,11 +92,9 @@ class ThreadPool {
         std::mutex mutex;
         std::condition_variable awake;
         std::atomic<Call*> sent_to{nullptr};  // and not begun yet
-        int number = 0;                       // there
         std::function<void()> detached;       // where it is sent to detached_work()
 
-        void wake_up(int number_there, Call& call) {
-            number = number_there;
+        void wake_up(Call& call) {
             {
                 const std::lock_guard<std::mutex> lock(mutex);
                 sent_to.store(&call, std::memory_order_release);
@@ -128,7 +109,7 @@ class ThreadPool {
                 return sent_to.load(std::memory_order_relaxed) != nullptr &&
                        (call = sent_to.exchange(nullptr, std::memory_order_acquire)) != nullptr;
             };
-            for (int turn = 0; turn < kPatience; ++turn) {
+            for (int round = 0; round < kPatience; ++round) {
                 if (is_sent()) return *call;
                 relax();
             }
@@ -138,7 +119,8 @@ class ThreadPool {
         }
     };
 
-    void send(Call& call, int most, std::vector<Member*>& sent) {
+    std::vector<Member*> send(Call& call, int most) {
+        std::vector<Member*> sent;
         const std::lock_guard<std::mutex> lock(mutex_);
         cores_ = std::max(cores_, most + 1);
         // The caller counts already. Detached work counts only while it makes calls of its own.
@@ -155,10 +137,12 @@ class ThreadPool {
             working_.fetch_add(1, std::memory_order_relaxed);
             call.unfinished.fetch_add(1, std::memory_order_relaxed);
             sent.push_back(member);
-            member->wake_up(static_cast<int>(sent.size()), call);
+            member->wake_up(call);
         }
+        return sent;
     }
 
+    /// Spares those that have not begun yet: all is taken.
     void call_back(const std::vector<Member*>& sent, Call& call) {
         for (Member* const member : sent) {
             Call* expected = &call;
@@ -190,7 +174,7 @@ class ThreadPool {
                 member.detached = nullptr;
             } else {
                 counts_as_working = true;
-                call.work(member.number);
+                call.work();
                 counts_as_working = false;
                 working_.fetch_sub(1, std::memory_order_relaxed);
             }
@@ -204,7 +188,7 @@ class ThreadPool {
 
     /// Where members are sent that have work of their own.
     static Call& detached_work() {
-        static const std::function<void(int)> none;
+        static const std::function<void()> none;
         static Call call{none};
         return call;
     }
@@ -219,33 +203,16 @@ class ThreadPool {
 }  // namespace
 
 void run_on_pool(int workers, const std::function<void(int)>& work) {
-    if (workers <= 1) {
-        if (workers == 1) work(0);
-        return;
-    }
-    std::atomic<int> next{1};
-    const std::function<void(int)> take = [&](int) {
+    std::atomic<int> next{0};
+    const std::function<void()> take = [&] {
         for (int worker = next++; worker < workers; worker = next++)
             work(worker);
     };
-    Call call{take};
-    ThreadPool::Helpers helpers(of_this_process<ThreadPool>(), call, workers - 1);
-    work(0);
-    take(0);
-    helpers.call_back();  // all is taken
-}
-
-void run_team_on_pool(int most, const std::function<void(int, int)>& work) {
-    std::atomic<int> members{0};  // once it is known
-    const std::function<void(int)> join = [&](int member) {
-        while (members.load(std::memory_order_acquire) == 0)
-            relax();
-        work(member, members.load(std::memory_order_relaxed));
-    };
-    Call call{join};
-    const ThreadPool::Helpers helpers(of_this_process<ThreadPool>(), call, most - 1);
-    members.store(helpers.count() + 1, std::memory_order_release);
-    join(0);
+    if (workers > 1) {
+        of_this_process<ThreadPool>().run(workers - 1, take);
+    } else {
+        take();
+    }
 }
 
 void start_on_pool(std::function<void()> work) {

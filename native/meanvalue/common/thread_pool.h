@@ -1,4 +1,4 @@
-// The threads of the core, all of them: for loops, for tasks of a graph, and for work that nobody waits for.
+// The threads of the core, all of them: for loops, and for work that nobody waits for.
 #pragma once
 
 #include <functional>
@@ -13,10 +13,6 @@ namespace meanvalue {
 /// there are cores, or as the largest number of workers asked for, whichever is more. A thread that the system
 /// refuses is done without. A forked child begins with none.
 void run_on_pool(int workers, const std::function<void(int worker)>& work);
-
-/// Calls work(0, members) to work(members - 1, members), all at the same time, so that they may wait for each other.
-/// @param most members; there are fewer where threads are short.
-void run_team_on_pool(int most, const std::function<void(int member, int members)>& work);
 
 /// Runs `work` on a thread of its own, whatever else runs, and waits for nothing. @pre work does not throw.
 /// @throws SolverFailure where the system has no thread to spare.

@@ -4,6 +4,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
 
 namespace meanvalue {
 
@@ -20,6 +23,15 @@ using PositionsView = Eigen::Ref<const Positions>;
 /// m x 3, one row a triangle, vertices counter-clockwise seen from outside.
 using Triangles = Eigen::Matrix<Index, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using TrianglesView = Eigen::Ref<const Triangles>;
+
+/// Seconds spent in each named stage.
+using Timings = std::map<std::string, double>;
+
+/// Memory that vectors hold, in bytes.
+template <typename... Items>
+std::size_t bytes_of(const std::vector<Items>&... vectors) {
+    return (std::size_t{0} + ... + (vectors.capacity() * sizeof(Items)));
+}
 
 /// Of the axis-aligned box about all rows; 0 without any.
 inline double bounding_box_diagonal(const PositionsView& positions) {

@@ -81,7 +81,7 @@ class Decoder {
                                 Execution& execution) const = 0;
 
     const Encoding& encoding() const { return encoding_; }  ///< of the region at full resolution
-    Index detached_triangle_count() const { return shape_->detached_triangle_count; }
+    Index detached_triangle_count() const { return shape_->rings.detached_triangle_count; }
     /// What decoders of the same region with other fixed vertices may share.
     const std::shared_ptr<const RegionShape>& shape() const { return shape_; }
     /// How vertices were removed, or nullptr where none were: EncodedRegion::earlier_removals of the next.

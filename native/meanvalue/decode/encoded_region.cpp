@@ -4,7 +4,6 @@
 
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/extent.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
@@ -23,9 +22,7 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts,
     const Region& of = shape->region;
     {
         const StageTimer timer(shape->timings, "encode");
-        const TriangleMesh mesh(static_cast<Index>(of.vertices.size()), of.faces, execution);
-        shape->detached_triangle_count = mesh.detached_count();
-        shape->rings = collect_one_rings(mesh, execution);
+        shape->rings = collect_one_rings(static_cast<Index>(of.vertices.size()), of.faces, execution);
         shape->encoding = encode(shape->rings, of.positions, threads, execution);
         shape->size = mean_diagonal(of.positions, threads, execution);
     }

@@ -23,7 +23,6 @@ struct RegionShape {
     Region region;  ///< without is_fixed
     OneRings rings;
     Encoding encoding;                      ///< by those rings
-    Index detached_triangle_count = 0;      ///< see TriangleMesh
     double size = 0.0;                      ///< mean_diagonal()
     std::vector<Index> elimination_order;   ///< or empty: for methods that have no use for it
     std::optional<StiffRings> stiff_rings;  ///< of all vertices by that encoding; or none, for such methods

@@ -78,7 +78,7 @@ std::vector<char> soft_flags(const Binding& binding) {
     return flags;
 }
 
-std::vector<char> resting_flags(const Binding& binding) {
+std::vector<char> border_flags(const Binding& binding) {
     if (binding.is_border.size() != binding.anchors.size()) {
         throw InvalidInput(message("is_border has ", binding.is_border.size(), " flags, but there are ",
                                    binding.anchors.size(), " anchors; give one for each, or none"));

@@ -1,4 +1,4 @@
-// What a Binding says of anchors and settings, looked at and in the form that decoders take.
+// What a Binding says of anchors and settings, checked, in the form that decoders take.
 #pragma once
 
 #include <vector>
@@ -20,7 +20,7 @@ std::vector<Index> handles_of_region(const Binding& binding, const Region& regio
 std::vector<char> soft_flags(const Binding& binding);
 
 /// n flags: the anchors of a soft border. @throws InvalidInput unless they are soft.
-std::vector<char> resting_flags(const Binding& binding);
+std::vector<char> border_flags(const Binding& binding);
 
 /// In the region's vertex numbers. @param is_soft soft_flags().
 std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,

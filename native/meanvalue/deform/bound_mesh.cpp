@@ -10,6 +10,7 @@
 #include "meanvalue/decode/paper_decoder.h"
 #include "meanvalue/deform/binding_input.h"
 #include "meanvalue/mesh/fixed_vertices.h"
+#include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/optimise/ring_room.h"
@@ -27,7 +28,7 @@ PairBytes pair_bytes_of(Method method) {
     switch (method) {
         case Method::kFast:
             return kNumberPairs;
-        case Method::kPaper:  // its levels have short rings; its last sweeps look at every ring for each vertex of it
+        case Method::kPaper:  // its levels have short rings; its last sweeps go over every ring for each vertex of it
             return kNoPairs;
         case Method::kFull:
             break;
@@ -90,27 +91,18 @@ std::vector<T> rows_of(const std::vector<T>& whole, const std::vector<Index>& ve
 
 }  // namespace
 
-Method method_from_name(const std::string& name) {
-    if (name == "fast") return Method::kFast;
-    if (name == "paper") return Method::kPaper;
-    if (name == "full") return Method::kFull;
-    throw InvalidInput(message("method is '", name, "'; this version knows 'fast', 'paper' and 'full'"));
-}
-
-LooseRule loose_rule_from_name(const std::string& name) {
-    if (name == "stay") return LooseRule::kStay;
-    if (name == "follow") return LooseRule::kFollow;
-    throw InvalidInput(message("loose is '", name, "'; this version knows 'stay' and 'follow'"));
-}
-
 BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier)
     : method_(binding.method),
       instructions_(binding.instructions),
       loose_(binding.loose),
       threads_(thread_count(binding.threads)),
       anchors_(binding.anchors) {
-    if (earlier != nullptr && (binding.method != earlier->method_ || !is_same_mesh(binding, *earlier->mesh_)))
-        earlier = nullptr;
+    pin_eigen_cache_sizes();
+    if (earlier != nullptr && (binding.method != earlier->method_ || !is_same_mesh(binding, *earlier->mesh_))) {
+        throw InvalidInput(
+            "binding again is to another mesh, region or method than before; begin with binding_again(), or bind "
+            "without an earlier one");
+    }
     if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
     mesh_ = earlier != nullptr ? earlier->mesh_ : checked_mesh(binding);
     execution.begin_stage("encode");
@@ -121,14 +113,20 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     }
     Components components = find_components(rest(), *mesh_->faces, is_fixed_, execution, is_soft);
     if (loose_ == LooseRule::kFollow) {
-        if (!binding.is_border.empty()) let_go(components, resting_flags(binding));
+        if (!binding.is_border.empty()) free_parts_held_by_border(components, border_flags(binding));
         loose_parts_ = LooseParts(rest(), *mesh_->faces, components, execution);
     }
     for (const Index v : anchors_)
-        is_let_go_.push_back(components.fixed[components.part_of[v]].empty() ? 1 : 0);
-    is_fixed_ = solved_as_fixed(std::move(is_fixed_), components);
-    const auto shape = shape_for(is_fixed_, components, earlier, execution);
+        is_of_loose_part_.push_back(components.fixed[components.part_of[v]].empty() ? 1 : 0);
+    for (std::size_t v = 0; v < is_fixed_.size(); ++v) {  // loose parts are no unknowns
+        if (components.fixed[components.part_of[v]].empty()) is_fixed_[v] = 1;
+    }
+    const auto shape = shape_for(components, earlier, execution);
     region_vertices_ = shape->region.vertices;
+    std::vector<Index> row_of(is_fixed_.size(), -1);
+    for (std::size_t row = 0; row < region_vertices_.size(); ++row)
+        row_of[region_vertices_[row]] = static_cast<Index>(row);
+    anchor_rows_ = rows_of(row_of, anchors_);
     std::vector<char> is_fixed_there = rows_of(is_fixed_, region_vertices_);
     report_.free_count = static_cast<Index>(std::count(is_fixed_there.begin(), is_fixed_there.end(), 0));
     const bool is_same_shape = earlier != nullptr && earlier->decoder().shape() == shape;
@@ -139,19 +137,17 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
 }
 
 /// Of the region in which free vertices and their surroundings lie: that of the earlier mesh, if it is the same.
-/// @param is_fixed solved_as_fixed().
-std::shared_ptr<const RegionShape> BoundMesh::shape_for(const std::vector<char>& is_fixed,
-                                                        const Components& components, const BoundMesh* earlier,
+std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& components, const BoundMesh* earlier,
                                                         Execution& execution) {
-    std::vector<char> may_move = mesh_->roi.value_or(std::vector<char>(is_fixed.size(), 1));
+    std::vector<char> may_move = mesh_->roi.value_or(std::vector<char>(is_fixed_.size(), 1));
     for (std::size_t v = 0; v < may_move.size(); ++v) {
         may_move[v] = may_move[v] != 0 && !components.fixed[components.part_of[v]].empty() ? 1 : 0;
     }
-    cut_out_by_ = without_small_patches(is_fixed, may_move, *mesh_->faces, execution);
-    const bool is_same = earlier != nullptr && cut_out_by_ == earlier->cut_out_by_;
-    Region region = is_same ? Region() : surroundings_of_free(rest(), *mesh_->faces, cut_out_by_, execution);
+    is_outside_ = without_small_patches(is_fixed_, may_move, *mesh_->faces, execution);
+    const bool is_same = earlier != nullptr && is_outside_ == earlier->is_outside_;
+    Region region = is_same ? Region() : surroundings_of_free(rest(), *mesh_->faces, is_outside_, execution);
     const Region& of = is_same ? earlier->decoder().shape()->region : region;
-    require_room_for_rings(of, rows_of(is_fixed, of.vertices), pair_bytes_of(method_), execution);
+    require_room_for_rings(of, rows_of(is_fixed_, of.vertices), pair_bytes_of(method_), execution);
     if (is_same) return earlier->decoder().shape();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (method_ == Method::kFast) region = in_spatial_order(region, execution);
@@ -193,15 +189,6 @@ void BoundMesh::fill_report(Components components) {
     report_.bytes = decoder_->bytes() + loose_parts_.bytes();
 }
 
-Positions BoundMesh::rows_of_region(const PositionsView& positions, int threads, const Execution& execution) const {
-    Positions rows(static_cast<Eigen::Index>(region_vertices_.size()), 3);
-    parallel_for(static_cast<Index>(region_vertices_.size()), threads, execution, [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k)
-            rows.row(k) = positions.row(region_vertices_[k]);
-    });
-    return rows;
-}
-
 void BoundMesh::check_weights(const std::vector<double>& weights) const {
     if (!weights.empty() && weights.size() != anchors_.size()) {
         throw InvalidInput(
@@ -212,7 +199,7 @@ void BoundMesh::check_weights(const std::vector<double>& weights) const {
             throw InvalidInput(message("weights[", k, "], of vertex ", anchors_[k], ", is ", weights[k], why));
         };
         if (!(weights[k] >= 0.0 && weights[k] <= 1.0)) refuse("; give numbers from 0 to 1");
-        if (weights[k] != 1.0 && is_fixed_[anchors_[k]] && !is_let_go_[k])
+        if (weights[k] != 1.0 && is_fixed_[anchors_[k]] && !is_of_loose_part_[k])
             refuse(", but its anchor is met exactly; bind it with a finite strength, so that it can give way");
     }
 }
@@ -236,36 +223,52 @@ Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const st
     return filled;
 }
 
-Positions BoundMesh::place_anchors(const PositionsView& targets, const std::optional<PositionsView>& start,
-                                   const std::vector<double>& weights, int threads,
-                                   const Execution& execution) const {
+Positions BoundMesh::start_of_region(const PositionsView& targets, const Positions* previous,
+                                     const std::vector<double>& weights, int threads,
+                                     const Execution& execution) const {
     require_targets(targets, anchors_, rest(), mesh_->diagonal);
-    if (start) require_start(*start, rest(), mesh_->diagonal, is_fixed_, execution);
-    Positions positions(rest().rows(), 3);
-    parallel_for(static_cast<Index>(positions.rows()), threads, execution, [&](Index begin, Index end) {
-        for (Index v = begin; v < end; ++v) {
-            if (start && !is_fixed_[v]) {
-                positions.row(v) = start->row(v);
+    Positions region(static_cast<Eigen::Index>(region_vertices_.size()), 3);
+    parallel_for(static_cast<Index>(region.rows()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            if (previous != nullptr && !is_fixed_[region_vertices_[k]]) {
+                region.row(k) = previous->row(k);
             } else {
-                positions.row(v) = rest().row(v);
+                region.row(k) = rest().row(region_vertices_[k]);
             }
         }
     });
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
-        if (is_let_go_[k]) continue;
-        const bool is_free = !weights.empty() && weights[k] == 0.0;
-        if ((!start && !is_free) || is_fixed_[anchors_[k]]) positions.row(anchors_[k]) = targets.row(k);
+        if (anchor_rows_[k] < 0 || is_of_loose_part_[k]) continue;
+        const bool is_freed = !weights.empty() && weights[k] == 0.0;
+        if (is_fixed_[anchors_[k]] || (previous == nullptr && !is_freed))
+            region.row(anchor_rows_[k]) = targets.row(k);
     }
-    return positions;
+    return region;
 }
 
-void BoundMesh::put_rows_of_region(const Positions& rows, Positions& positions, int threads) const {
+Positions BoundMesh::region_of(const PositionsView& start, int threads, const Execution& execution) const {
+    require_start(start, rest(), mesh_->diagonal, is_fixed_, execution);
+    Positions region(static_cast<Eigen::Index>(region_vertices_.size()), 3);
+    parallel_for(static_cast<Index>(region.rows()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            region.row(k) = start.row(region_vertices_[k]);
+    });
+    return region;
+}
+
+Positions BoundMesh::whole_mesh(const Positions& region, const PositionsView& targets, int threads) const {
     const Execution uncancelled;
-    parallel_for(static_cast<Index>(region_vertices_.size()), threads, uncancelled, [&](Index begin, Index end) {
+    Positions positions = rest();
+    parallel_for(static_cast<Index>(region.rows()), threads, uncancelled, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {
-            if (!is_fixed_[region_vertices_[k]]) positions.row(region_vertices_[k]) = rows.row(k);
+            if (!is_fixed_[region_vertices_[k]]) positions.row(region_vertices_[k]) = region.row(k);
         }
     });
+    for (std::size_t k = 0; k < anchors_.size(); ++k) {
+        if (is_fixed_[anchors_[k]] && !is_of_loose_part_[k]) positions.row(anchors_[k]) = targets.row(k);
+    }
+    loose_parts_.carry(rest(), positions.data(), threads, uncancelled);
+    return positions;
 }
 
 }  // namespace meanvalue

@@ -1,10 +1,12 @@
 #include "meanvalue/deform/deformer.h"
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/common/parallel.h"
+#include "meanvalue/deform/bound_mesh.h"
+#include "meanvalue/deform/workspace_pool.h"
 
 namespace meanvalue {
 
@@ -15,41 +17,73 @@ Solution& Solution::operator=(const Solution&) = default;
 Solution& Solution::operator=(Solution&&) noexcept = default;
 Solution::~Solution() = default;
 
+struct Deformer::State {
+    State(const Binding& binding, Execution& execution, const BoundMesh* earlier)
+        : bound(binding, execution, earlier), workspaces(bound.decoder()), report(bound.report()) {
+        report.bytes += WorkspacePool::Loan(workspaces, execution).workspace().bytes();
+    }
+
+    const BoundMesh bound;
+    WorkspacePool workspaces;
+    BindReport report;
+};
+
+struct Deformer::Drag::State {
+    explicit State(const Deformer& of) : deformer(of) {}
+
+    const Deformer& deformer;
+    std::mutex mutex;
+    std::optional<Positions> region;  // of the last answer
+    std::optional<WorkspacePool::Loan> loan;
+};
+
 Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer* earlier)
-    : bound_(binding, execution, earlier == nullptr ? nullptr : &earlier->bound_),
-      workspaces_(bound_.decoder()),
-      report_(bound_.report()) {
-    report_.bytes += WorkspacePool::Loan(workspaces_, execution).workspace().bytes();
+    : state_(std::make_unique<State>(binding, execution, earlier == nullptr ? nullptr : &earlier->bound())) {}
+
+Deformer::Deformer(const Binding& binding) : Deformer(binding, *std::make_unique<Execution>()) {}
+
+Deformer::~Deformer() = default;
+
+Binding Deformer::binding_again() const {
+    return bound().binding_again();
+}
+
+const BindReport& Deformer::report() const {
+    return state_->report;
+}
+
+const BoundMesh& Deformer::bound() const {
+    return state_->bound;
 }
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) const {
-    WorkspacePool::Loan loan(workspaces_, execution);
-    return solve_with(loan.workspace(), false, targets, start, options, execution);
+    WorkspacePool::Loan loan(state_->workspaces, execution);
+    std::optional<Positions> region;
+    if (start) region = bound().region_of(*start, bound().threads_of(options.threads), execution);
+    return solve_with(loan.workspace(), false, targets, region, options, execution);
 }
 
-Deformer::Drag::Drag(const Deformer& deformer, const std::optional<PositionsView>& start) : deformer_(deformer) {
-    if (start) last_.emplace(*start);
+Deformer::Drag::Drag(const Deformer& deformer, const std::optional<PositionsView>& start)
+    : state_(std::make_unique<State>(deformer)) {
+    if (start) state_->region = deformer.bound().region_of(*start, deformer.bound().threads_of(0), Execution());
 }
 
 Deformer::Drag::~Drag() {
-    if (loan_) loan_->workspace().forget();
+    if (state_->loan) state_->loan->workspace().forget();
 }
 
 Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions& options, Execution& execution) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!loan_) loan_.emplace(deformer_.workspaces_, execution);
-    std::optional<PositionsView> start;
-    if (last_) start.emplace(*last_);
-    Solution solution = deformer_.solve_with(loan_->workspace(), true, targets, start, options, execution);
-    last_ = solution.vertices;
-    return solution;
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    const Deformer& deformer = state_->deformer;
+    if (!state_->loan) state_->loan.emplace(deformer.state_->workspaces, execution);
+    return deformer.solve_with(state_->loan->workspace(), true, targets, state_->region, options, execution);
 }
 
 Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,
-                              const std::optional<PositionsView>& start, const SolveOptions& options,
+                              std::optional<Positions>& region, const SolveOptions& options,
                               Execution& execution) const {
-    const double tolerance = options.tolerance.value_or(bound_.default_tolerance());
+    const double tolerance = options.tolerance.value_or(bound().default_tolerance());
     if (!(tolerance > 0.0)) {
         throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
     }
@@ -57,13 +91,12 @@ Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const Position
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     }
     const std::vector<double>& weights = options.weights;
-    const Positions filled = bound_.targets_without_gaps(targets, weights);
+    const Positions filled = bound().targets_without_gaps(targets, weights);
     const PositionsView filled_view = filled;
+    const int threads = bound().threads_of(options.threads);
+    const Positions* const previous = region ? &*region : nullptr;
+    Positions positions = bound().start_of_region(filled, previous, weights, threads, execution);
     Solution solution;
-    const int threads = bound_.threads_of(options.threads > 0 ? thread_count(options.threads) : 0);
-    solution.vertices = bound_.place_anchors(filled, start, weights, threads, execution);
-    Positions positions = bound_.rows_of_region(solution.vertices, threads, execution);
-    const Positions previous = start ? bound_.rows_of_region(*start, threads, execution) : Positions();
     DecodeReport report;
     Timings total;
     {
@@ -72,17 +105,16 @@ Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const Position
         DecodeOptions decode_options;
         decode_options.tolerance = tolerance;
         decode_options.max_iterations = options.max_iterations;
-        decode_options.previous = start ? &previous : nullptr;
+        decode_options.previous = previous;
         decode_options.targets = &filled_view;
         decode_options.weights = weights.empty() ? nullptr : &weights;
         decode_options.threads = threads;
         decode_options.in_drag = in_drag;
         decode_options.is_last = options.settle;
-        const Decoder& decoder = bound_.decoder();
+        const Decoder& decoder = bound().decoder();
         report = decoder.decode(decode_options, workspace, positions, execution);
-        if (start && options.settle) {
-            Positions fresh = bound_.rows_of_region(bound_.place_anchors(filled, {}, weights, threads, execution),
-                                                    threads, execution);
+        if (previous != nullptr && options.settle) {
+            Positions fresh = bound().start_of_region(filled, nullptr, weights, threads, execution);
             decode_options.previous = nullptr;
             DecodeReport fresh_report = decoder.decode(decode_options, workspace, fresh, execution);
             if (fresh_report.energies.back() < report.energies.back()) {
@@ -93,8 +125,8 @@ Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const Position
         // Once both are done: after a cancel the next frame goes on from the answer before.
         if (options.settle) workspace.forget();
     }
-    bound_.put_rows_of_region(positions, solution.vertices, threads);
-    bound_.loose_parts().carry(bound_.rest(), solution.vertices.data(), threads, execution);
+    solution.vertices = bound().whole_mesh(positions, filled, threads);
+    region = std::move(positions);
     solution.energies = report.energies;
     solution.initial_energy = report.energies.front();
     solution.energy = report.energies.back();

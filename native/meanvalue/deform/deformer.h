@@ -2,15 +2,18 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "meanvalue/deform/bound_mesh.h"
-#include "meanvalue/deform/workspace_pool.h"
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/deform/binding.h"
 
 namespace meanvalue {
+
+class BoundMesh;
+class Workspace;
 
 struct SolveOptions {
     /// Share of the rest shape's bounding-box diagonal that a vertex may still move in a step; none: the method's
@@ -29,7 +32,7 @@ struct SolveOptions {
 };
 
 struct Solution {
-    // Made and freed in the library: see copy_shared().
+    // Made, copied and freed in the library: see copy_shared(). Copy `vertices` out of it; do not move them.
     Solution();
     Solution(const Solution&);
     Solution(Solution&&) noexcept;
@@ -37,10 +40,11 @@ struct Solution {
     Solution& operator=(Solution&&) noexcept;
     ~Solution();
 
-    Positions
-        vertices;  ///< n x 3; anchors exactly at their targets but for soft ones, fixed vertices exactly at rest
-    double energy = 0.0;  ///< what was minimised, squared units of the input: G, or with rigidity or soft
-                          ///< anchors DeformationEnergy
+    /// n x 3; anchors exactly at their targets but for soft ones, fixed vertices exactly at rest.
+    Positions vertices;
+    /// What was minimised, in squared units of the input: G (equation 15), the cost of lengths where there is
+    /// rigidity, and the springs of soft anchors.
+    double energy = 0.0;
     double initial_energy = 0.0;
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
     double gradient = 0.0;          ///< and at the end, or where it was last linearised
@@ -56,9 +60,14 @@ struct Solution {
 class Deformer {
   public:
     /// @param earlier to share with what it may, or nullptr; both stay usable, side by side, and either may go first.
-    /// @throws as BoundMesh.
+    /// @pre `binding` is one of its binding_again() then. @throws as BoundMesh.
     Deformer(const Binding& binding, Execution& execution, const Deformer* earlier = nullptr);
-    explicit Deformer(const Binding& binding) : Deformer(binding, *std::make_unique<Execution>()) {}
+    explicit Deformer(const Binding& binding);
+    ~Deformer();
+
+    /// Mesh, region of influence, method, threads, instructions and what becomes of loose parts of this one; anchors
+    /// and what belongs to them are to be given.
+    Binding binding_again() const;
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
     ///
@@ -77,11 +86,13 @@ class Deformer {
         return solve(*share(targets, "targets"), {}, options, execution);
     }
 
-    /// A row of solves, each from the answer of the one before, which tell the fast method how the shape goes on
-    /// (docs/decisions/0012-predicted-drags.md). Their bits depend on each other, and on nothing else that is solved.
+    /// A row of solves, each from the answer of the one before, from which the fast method predicts how the shape
+    /// goes on (docs/decisions/0012-predicted-drags.md). Their bits depend on each other, and on nothing else that is
+    /// solved.
     class Drag {
       public:
         /// @param start where the first solve begins, n x 3; none: at rest. @pre the deformer outlives it.
+        /// @throws InvalidInput.
         explicit Drag(const Deformer& deformer, const std::optional<PositionsView>& start = {});
         Drag(const Drag&) = delete;
         Drag& operator=(const Drag&) = delete;
@@ -92,23 +103,21 @@ class Deformer {
         Solution solve(const PositionsView& targets, const SolveOptions& options, Execution& execution);
 
       private:
-        const Deformer& deformer_;
-        std::mutex mutex_;
-        std::optional<Positions> last_;
-        std::optional<WorkspacePool::Loan> loan_;
+        struct State;
+        std::unique_ptr<State> state_;
     };
 
-    const BindReport& report() const { return report_; }
-    const BoundMesh& bound() const { return bound_; }
+    const BindReport& report() const;
+    const BoundMesh& bound() const;
 
   private:
-    Solution solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,
-                        const std::optional<PositionsView>& start, const SolveOptions& options,
-                        Execution& execution) const;
+    struct State;
 
-    BoundMesh bound_;
-    mutable WorkspacePool workspaces_;
-    BindReport report_;
+    /// @param region the decoder's vertices that the solve begins at, none: at rest; receives those of the result.
+    Solution solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,
+                        std::optional<Positions>& region, const SolveOptions& options, Execution& execution) const;
+
+    std::unique_ptr<State> state_;
 };
 
 }  // namespace meanvalue

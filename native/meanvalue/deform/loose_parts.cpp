@@ -10,41 +10,34 @@
 namespace meanvalue {
 namespace {
 
+/// How much the surface grows: the median over edges, which a few stretched ones do not move.
 template <typename Scalar>
-double length_of_star(const LoosePatch& patch, std::size_t number, const Scalar* positions) {
-    const std::vector<Index>& star = patch.stars[number];
-    return star_length(patch.middles[number], star.data(), star.data() + star.size(), positions);
-}
-
-/// How much the surface grows: the median over the stars, which a few stretched ones do not move.
-/// @param length of the star of that number, where the surface is now.
-template <typename Length>
-double growth_of(const LoosePatch& patch, const Length& length) {
+double growth_of(const LoosePatch& patch, const Scalar* positions) {
+    if (patch.edges.empty()) return 1.0;
     std::vector<double> ratios;
-    ratios.reserve(patch.stars.size());
-    for (std::size_t k = 0; k < patch.stars.size(); ++k)
-        ratios.push_back(length(k) / patch.star_lengths[k]);
-    if (ratios.empty()) return 1.0;
+    for (std::size_t k = 0; k < patch.edges.size(); ++k) {
+        const auto [from, to] = patch.edges[k];
+        ratios.push_back((point_at(positions, to) - point_at(positions, from)).norm() / patch.lengths[k]);
+    }
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
     return *middle;
 }
 
-/// The turn comes from what is around as well, since few points hardly tell it; the place from what is touched alone,
-/// since what is around may have moved less or more.
-template <typename Scalar, typename Length>
-Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const Scalar* positions,
-                     const Length& length) {
+/// The rotation is that of what is around as well, since few points hardly determine it; the translation that of what
+/// is touched alone, since what is around may have moved less or more.
+template <typename Scalar>
+Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const Scalar* positions) {
     const WeightedPoints& around = patch.around;
     const Vector3 to_centre = weighted_centre(around, positions);
     Matrix3 covariance = Matrix3::Zero();
     for (std::size_t k = 0; k < around.points.size(); ++k) {
         const Vector3 from = Vector3(rest.row(around.points[k])) - around.centre;
-        const Vector3 to = place_of(positions, around.points[k]) - to_centre;
+        const Vector3 to = point_at(positions, around.points[k]) - to_centre;
         covariance += around.weights[k] * to * from.transpose();
     }
     Similarity motion;
-    motion.scale = growth_of(patch, length);
+    motion.scale = growth_of(patch, positions);
     motion.rotation = fit_rotation(covariance);
     motion.translation =
         weighted_centre(patch.contact, positions) - motion.scale * motion.rotation * patch.contact.centre;
@@ -53,11 +46,11 @@ Similarity motion_of(const LoosePatch& patch, const PositionsView& rest, const S
 
 }  // namespace
 
-void let_go(Components& components, const std::vector<char>& is_resting) {
+void free_parts_held_by_border(Components& components, const std::vector<char>& is_border) {
     for (std::size_t part = 0; part < components.parts.size(); ++part) {
-        std::vector<Index>& held = components.fixed[part];
-        if (!std::all_of(held.begin(), held.end(), [&](Index v) { return is_resting[v] != 0; })) continue;
-        held.clear();
+        std::vector<Index>& fixed = components.fixed[part];
+        if (!std::all_of(fixed.begin(), fixed.end(), [&](Index v) { return is_border[v] != 0; })) continue;
+        fixed.clear();
         components.parts[part].soft_count = 0;
         components.parts[part].undetermined = 7;
     }
@@ -84,56 +77,28 @@ LooseParts::LooseParts(const PositionsView& rest, const TrianglesView& faces, co
 template <typename Scalar>
 void LooseParts::carry(const PositionsView& rest, Scalar* positions, int threads, const Execution& execution) const {
     std::vector<Similarity> motions(patches_.size());
-    const Scalar* const now = positions;
     parallel_for(static_cast<Index>(patches_.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            motions[k] = motion_of(patches_[k], rest, static_cast<const Scalar*>(positions));
+    });
+    parallel_for(static_cast<Index>(vertices_.size()), threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {
-            const LoosePatch& patch = patches_[k];
-            motions[k] =
-                motion_of(patch, rest, now, [&](std::size_t star) { return length_of_star(patch, star, now); });
+            const Vector3 point = motions[patch_of_[k]].apply(rest.row(vertices_[k]).transpose());
+            Scalar* const to = positions + 3 * static_cast<std::ptrdiff_t>(vertices_[k]);
+            for (int c = 0; c < 3; ++c)
+                to[c] = static_cast<Scalar>(point(c));
         }
     });
-    parallel_for(static_cast<Index>(vertices_.size()), threads, execution,
-                 [&](Index begin, Index end) { move(begin, end, rest, motions, positions); });
-}
-
-void LooseParts::carry(const PositionsView& rest, double* positions, StarLengths& known,
-                       const Execution& execution) const {
-    const double* const now = positions;
-    std::vector<Similarity> motions(patches_.size());
-    for (std::size_t k = 0; k < patches_.size(); ++k) {
-        execution.check_every(k);
-        const LoosePatch& patch = patches_[k];
-        motions[k] = motion_of(patch, rest, now, [&](std::size_t star) {
-            double& found = known[patch.middles[star]];
-            if (found < 0.0) found = length_of_star(patch, star, now);
-            return found;
-        });
-    }
-    move(0, static_cast<Index>(vertices_.size()), rest, motions, positions);
-}
-
-template <typename Scalar>
-void LooseParts::move(Index begin, Index end, const PositionsView& rest, const std::vector<Similarity>& motions,
-                      Scalar* positions) const {
-    for (Index k = begin; k < end; ++k) {
-        const Vector3 place = motions[patch_of_[k]].apply(rest.row(vertices_[k]).transpose());
-        Scalar* to = positions + 3 * static_cast<std::ptrdiff_t>(vertices_[k]);
-        for (int c = 0; c < 3; ++c)
-            to[c] = static_cast<Scalar>(place(c));
-    }
 }
 
 template void LooseParts::carry(const PositionsView&, double*, int, const Execution&) const;
 template void LooseParts::carry(const PositionsView&, float*, int, const Execution&) const;
 
 std::size_t LooseParts::bytes() const {
-    std::size_t total = (carriers_.size() + vertices_.size() + patch_of_.size()) * sizeof(Index);
+    std::size_t total = bytes_of(carriers_, vertices_, patch_of_);
     for (const LoosePatch& patch : patches_) {
-        for (const WeightedPoints* some : {&patch.contact, &patch.around})
-            total += some->points.size() * (sizeof(Index) + sizeof(double));
-        total += sizeof(patch);
-        for (const std::vector<Index>& star : patch.stars)
-            total += sizeof(std::vector<Index>) + sizeof(Index) + sizeof(double) + star.size() * sizeof(Index);
+        const std::size_t points = patch.contact.points.size() + patch.around.points.size();
+        total += sizeof(patch) + (points + patch.edges.size()) * (sizeof(Index) + sizeof(double));
     }
     return total;
 }

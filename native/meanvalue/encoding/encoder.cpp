@@ -1,13 +1,11 @@
 #include "meanvalue/encoding/encoder.h"
 
 #include <algorithm>
-#include <limits>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/encoding/projection_plane.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/encoding/ring_extension.h"
 
@@ -18,30 +16,18 @@ using RingReplacements = std::unordered_map<Index, std::vector<Index>>;
 
 using Shapes = std::vector<PositionsView>;
 
-/// How clearly a ring has a plane in the shape where it has the least of one: its doubled area by its squared extent.
-double least_flatness(const Shapes& shapes, const std::vector<Index>& ring) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const PositionsView& positions : shapes) {
-        const auto valence = static_cast<Index>(ring.size());
-        if (!spans_a_plane(positions, ring.data(), valence)) return 0.0;
-        const RingArea polygon = ring_area(positions, ring.data(), valence);
-        least = std::min(least, polygon.area.norm() / polygon.spread);
-    }
-    return least;
+bool spans_planes(const Shapes& shapes, const Index* ring, Index valence) {
+    return std::all_of(shapes.begin(), shapes.end(),
+                       [&](const PositionsView& shape) { return spans_a_plane(shape, ring, valence); });
 }
 
-/// A wider ring that spans a plane in all shapes, and the most clearly; or an empty one.
+/// A wider ring that spans a plane in all shapes, or an empty one.
 std::vector<Index> widened_ring(const OneRings& rings, const Shapes& shapes, Index vertex) {
-    std::vector<Index> best;
-    double most = 0.0;
     for (const PositionsView& positions : shapes) {
         std::vector<Index> ring = extended_ring(positions, rings, vertex);
-        const double flatness = ring.empty() ? 0.0 : least_flatness(shapes, ring);
-        if (flatness <= most) continue;
-        most = flatness;
-        best = std::move(ring);
+        if (!ring.empty() && spans_planes(shapes, ring.data(), static_cast<Index>(ring.size()))) return ring;
     }
-    return best;
+    return {};
 }
 
 /// Rings for the vertices whose own ring spans no plane in one of the shapes; empty ones where no wider ring does
@@ -51,10 +37,7 @@ RingReplacements replace_degenerate_rings(const OneRings& rings, const Shapes& s
     std::vector<char> degenerate(rings.vertex_count(), 0);
     parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
-            degenerate[v] =
-                rings.valence(v) > 0 && !std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
-                    return spans_a_plane(shape, rings.begin(v), rings.valence(v));
-                });
+            degenerate[v] = rings.valence(v) > 0 && !spans_planes(shapes, rings.begin(v), rings.valence(v)) ? 1 : 0;
         }
     });
     RingReplacements replacements;
@@ -81,11 +64,8 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
         }
         encoding.ring_offsets.push_back(static_cast<Index>(encoding.ring.size()));
     }
-    for (std::vector<double>* numbers : {&encoding.weights, &encoding.cotangents, &encoding.heights}) {
-        execution.check();
+    for (std::vector<double>* numbers : {&encoding.weights, &encoding.cotangents, &encoding.heights})
         numbers->resize(encoding.ring.size());
-    }
-    execution.check();
     encoding.softening.assign(rings.vertex_count(), 0.0);
     encoding.steep_offset.assign(rings.vertex_count(), -1);
 }
@@ -104,7 +84,7 @@ std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, bool as_steep, En
     return flags;
 }
 
-/// Appends the u_ij of a vertex flagged kSteepEdge. Serial, since their places depend on those before; there are few.
+/// Appends the u_ij of a vertex flagged kSteepEdge. Serial, since offsets depend on those before; there are few.
 void append_steep_weights(RingEncoder& encoder, Index vertex, Encoding& encoding) {
     encode_vertex(encoder, vertex, true, encoding);
     encoding.steep_offset[vertex] = static_cast<Index>(encoding.steep_weights.size());

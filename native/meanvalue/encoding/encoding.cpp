@@ -17,11 +17,6 @@ constexpr std::array<std::pair<GuardReason, const char*>, 7> kReasonNames = {{
     {kNotPredictable, "not predictable"},
 }};
 
-template <typename T>
-std::size_t bytes_of(const std::vector<T>& items) {
-    return items.capacity() * sizeof(T);
-}
-
 }  // namespace
 
 Index Encoding::longest_ring() const {
@@ -42,9 +37,8 @@ std::map<std::string, std::vector<Index>> Encoding::guarded_by_reason() const {
 }
 
 std::size_t Encoding::bytes() const {
-    return bytes_of(ring_offsets) + bytes_of(ring) + bytes_of(weights) + bytes_of(cotangents) + bytes_of(heights) +
-           bytes_of(softening) + bytes_of(guarded) + bytes_of(guard_reasons) + bytes_of(steep_offset) +
-           bytes_of(steep_weights);
+    return bytes_of(ring_offsets, ring, weights, cotangents, heights, softening, guarded, guard_reasons, steep_offset,
+                    steep_weights);
 }
 
 }  // namespace meanvalue

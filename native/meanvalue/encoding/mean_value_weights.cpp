@@ -23,13 +23,13 @@ void put_all_on(std::size_t k, std::vector<double>& weights) {
 
 }  // namespace
 
-WeightRule mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights) {
+std::uint8_t mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights) {
     const std::size_t valence = ring.radius.size();
     weights.assign(valence, 0.0);
     const std::size_t nearest = std::min_element(ring.radius.begin(), ring.radius.end()) - ring.radius.begin();
     if (ring.radius[nearest] < kCoincident * ring.mean_radius) {
         put_all_on(nearest, weights);
-        return WeightRule::kOnRingVertex;
+        return kOnRingVertex;
     }
     for (std::size_t k = 0; k < valence; ++k) {
         const std::size_t next = (k + 1) % valence;
@@ -46,7 +46,7 @@ WeightRule mean_value_weights(const ProjectedRing& ring, std::vector<double>& we
             const double length = ring.radius[k] + ring.radius[next];
             weights[k] = ring.radius[next] / length;
             weights[next] = ring.radius[k] / length;
-            return WeightRule::kOnRingEdge;
+            return kOnRingEdge;
         }
         weights[k] += half_tangent / ring.radius[k];
         weights[next] += half_tangent / ring.radius[next];
@@ -56,7 +56,7 @@ WeightRule mean_value_weights(const ProjectedRing& ring, std::vector<double>& we
         sum += weight;
     for (double& weight : weights)
         weight /= sum;
-    return WeightRule::kMeanValue;
+    return 0;
 }
 
 bool weights_are_tame(const std::vector<double>& weights) {

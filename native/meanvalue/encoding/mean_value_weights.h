@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
 
 namespace meanvalue {
 
@@ -17,18 +18,11 @@ struct ProjectedRing {
     double largest_radius = 0.0;
 };
 
-/// Which formula gave the weights.
-enum class WeightRule : std::uint8_t {
-    kMeanValue,     ///< equation 7 with signed angles
-    kOnRingEdge,    ///< its limit: the projected vertex lies on an edge of its ring
-    kOnRingVertex,  ///< its limit: the projected vertex lies on a vertex of its ring
-};
-
 /// Equation 7 with the signed angles of Hormann and Floater (2006), so that
 /// sum_j w_j = 1 and sum_j w_j v'_j = v'_i also where v'_i is outside the ring. May give huge or non-finite
 /// weights on self-intersecting rings; see weights_are_tame().
-/// @param weights receives m values.
-WeightRule mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights);
+/// @param weights receives m values. @return 0, or the limit that was taken: kOnRingEdge or kOnRingVertex.
+std::uint8_t mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights);
 
 /// Whether the weights are finite and amplify an error of the neighbours at most kLargestAmplification times.
 bool weights_are_tame(const std::vector<double>& weights);

@@ -20,17 +20,7 @@ constexpr double kLargestError = 1e-9;
 std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence, bool as_steep) {
     project(vertex, ring, valence);
     if (projected_.normal.isZero(0.0)) return kNotPredictable;
-    std::uint8_t flags = 0;
-    switch (mean_value_weights(projected_, weights_)) {
-        case WeightRule::kMeanValue:
-            break;
-        case WeightRule::kOnRingEdge:
-            flags |= kOnRingEdge;
-            break;
-        case WeightRule::kOnRingVertex:
-            flags |= kOnRingVertex;
-            break;
-    }
+    std::uint8_t flags = mean_value_weights(projected_, weights_);
     if (!weights_are_tame(weights_) || tangential_error() > kRoundingError * projected_.largest_radius) {
         least_norm_weights(projected_, weights_);
         flags = kLargeWeights;

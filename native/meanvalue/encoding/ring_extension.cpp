@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_set>
+#include <utility>
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/encoding/projection_plane.h"
@@ -34,18 +34,14 @@ std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::ve
     const Vector3 normal = plane_normal(positions, points, centroid);
     const Vector3 axis_u = normal.unitOrthogonal();
     const Vector3 axis_v = normal.cross(axis_u);
-    std::vector<double> order_key(points.size());
+    std::vector<std::pair<double, std::size_t>> angles;
     for (std::size_t k = 0; k < points.size(); ++k) {
         const Vector3 offset = Vector3(positions.row(points[k])) - centroid;
-        order_key[k] = angle_order(axis_v.dot(offset), axis_u.dot(offset));
+        angles.emplace_back(arc_tangent(axis_v.dot(offset), axis_u.dot(offset)), k);
     }
-    std::vector<std::size_t> order(points.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return order_key[a] < order_key[b]; });
+    std::sort(angles.begin(), angles.end());
     std::vector<Index> sorted;
-    sorted.reserve(points.size());
-    for (const std::size_t k : order)
+    for (const auto& [angle, k] : angles)
         sorted.push_back(points[k]);
     return sorted;
 }

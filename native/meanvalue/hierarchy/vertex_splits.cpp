@@ -22,6 +22,19 @@ Vector3 carried(const Index* ring, std::size_t valence, const Vector3& point, co
     return sums.to_centre + closest_rotation(sums.covariance) * (scale * (point - sums.from_centre));
 }
 
+/// Calls place(k) for the splits of one batch after another: they read what earlier batches have placed.
+template <typename Place>
+void for_each_in_batches(const std::vector<Index>& batches, int threads, const Execution& execution,
+                         const Place& place) {
+    for (std::size_t batch = 0; batch + 1 < batches.size(); ++batch) {
+        const Index first = batches[batch];
+        parallel_for(batches[batch + 1] - first, threads, execution, [&](Index begin, Index end) {
+            for (Index k = first + begin; k < first + end; ++k)
+                place(k);
+        });
+    }
+}
+
 }  // namespace
 
 EncodedRing Splits::ring_of(Index split) const {
@@ -49,20 +62,16 @@ void Splits::encode(const PositionsView& positions, int threads, const Execution
 
 void Splits::apply(Positions& positions, int threads, const Execution& execution) const {
     const PositionsView view(positions);  // sees what is written
-    parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k)
-            positions.row(vertices[k]) = predict(ring_of(k), view);
-    });
+    for_each_in_batches(batches, threads, execution,
+                        [&](Index k) { positions.row(vertices[k]) = predict(ring_of(k), view); });
 }
 
 void Splits::carry(const PositionsView& rest, Positions& positions, int threads, const Execution& execution) const {
     const PositionsView view(positions);  // sees what is written
-    parallel_in_turn(batches, threads, execution, [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k) {
-            positions.row(vertices[k]) =
-                carried(ring.data() + offsets[k], offsets[k + 1] - offsets[k], rest.row(vertices[k]), rest, view)
-                    .transpose();
-        }
+    for_each_in_batches(batches, threads, execution, [&](Index k) {
+        positions.row(vertices[k]) =
+            carried(ring.data() + offsets[k], offsets[k + 1] - offsets[k], rest.row(vertices[k]), rest, view)
+                .transpose();
     });
 }
 

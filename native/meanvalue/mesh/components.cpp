@@ -8,7 +8,7 @@ namespace meanvalue {
 namespace {
 
 // Three points are collinear when the third is off the line of the two farthest by less than this share of
-// their distance: below it, the turn about that line is lost in rounding.
+// their distance: below it, the rotation about that line is lost in rounding.
 constexpr double kCollinearity = 1e-6;
 
 /// @param fixed the numbers of the fixed vertices and soft anchors of one part.

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
+#include <vector>
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
@@ -13,14 +13,12 @@ namespace meanvalue {
 namespace {
 
 constexpr int kDirections = 100;
-constexpr Index kBlock = 32;
 // Differences of variance, as a share of the largest, and third moments, of that of one point at that distance, below
 // which they are rounding.
 constexpr double kDistinct = 1e-6;
 constexpr double kSkewed = 1e-9;
 
 using Directions = Eigen::Matrix<double, 3, kDirections>;
-using Extremes = Eigen::Matrix<double, 1, kDirections>;
 
 /// Spread evenly over half of the sphere along a spiral; a width is the same from both sides.
 Directions spiral() {
@@ -45,26 +43,23 @@ Directions spiral() {
 double mean_diagonal(const PositionsView& positions, int threads, const Execution& execution) {
     if (positions.rows() == 0) return 0.0;
     const Directions directions = principal_axes(positions, execution) * spiral();
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    Extremes highest = Extremes::Constant(-kFar);
-    Extremes lowest = Extremes::Constant(kFar);
-    std::mutex merging;
-    parallel_for(static_cast<Index>(positions.rows()), threads, execution, [&](Index begin, Index end) {
-        Extremes high = Extremes::Constant(-kFar);
-        Extremes low = Extremes::Constant(kFar);
-        Eigen::Matrix<double, kBlock, kDirections> along;
-        for (Index first = begin; first < end; first += kBlock) {
-            const Index count = std::min(kBlock, end - first);
-            along.topRows(count).noalias() = positions.middleRows(first, count).lazyProduct(directions);
-            high = high.cwiseMax(along.topRows(count).colwise().maxCoeff());
-            low = low.cwiseMin(along.topRows(count).colwise().minCoeff());
+    std::vector<double> widths(kDirections);
+    parallel_items(kDirections, threads, execution, [&](int, std::size_t k) {
+        const Vector3 direction = directions.col(static_cast<Eigen::Index>(k));
+        double low = std::numeric_limits<double>::infinity();
+        double high = -low;
+        for (Eigen::Index v = 0; v < positions.rows(); ++v) {
+            const double along = positions.row(v).dot(direction);
+            low = std::min(low, along);
+            high = std::max(high, along);
         }
-        const std::lock_guard<std::mutex> lock(merging);
-        highest = highest.cwiseMax(high);
-        lowest = lowest.cwiseMin(low);
+        widths[k] = high - low;
     });
+    double squares = 0.0;
+    for (const double width : widths)
+        squares += width * width;
     // Three widths across each other make a diagonal; each has the same mean of squares.
-    return std::sqrt(3.0 * (highest - lowest).squaredNorm() / kDirections);
+    return std::sqrt(3.0 * squares / kDirections);
 }
 
 Matrix3 principal_axes(const PositionsView& positions, const Execution& execution) {

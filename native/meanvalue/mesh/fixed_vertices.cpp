@@ -51,13 +51,6 @@ std::vector<char> fixed_flags(Index vertex_count, const std::vector<Index>& anch
     return fixed;
 }
 
-std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& components) {
-    for (std::size_t v = 0; v < is_fixed.size(); ++v) {
-        if (components.fixed[components.part_of[v]].empty()) is_fixed[v] = 1;
-    }
-    return is_fixed;
-}
-
 void require_targets(const PositionsView& targets, const std::vector<Index>& anchors, const PositionsView& rest,
                      double diagonal) {
     if (targets.rows() != static_cast<Eigen::Index>(anchors.size())) {

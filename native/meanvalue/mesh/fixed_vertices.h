@@ -6,7 +6,6 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/mesh/components.h"
 
 namespace meanvalue {
 
@@ -15,10 +14,6 @@ namespace meanvalue {
 /// @throws InvalidInput for an anchor outside the mesh or named twice, and for a roi of another size.
 std::vector<char> fixed_flags(Index vertex_count, const std::vector<Index>& anchors,
                               const std::optional<std::vector<char>>& roi);
-
-/// A part without a single fixed vertex stays wherever it starts: its vertices are no unknowns.
-/// @return n flags: fixed, or in such a part.
-std::vector<char> solved_as_fixed(std::vector<char> is_fixed, const Components& components);
 
 /// Farther from its place at rest, in diagonals of the rest shape, no vertex may be put: the digits that are left for
 /// the shape do not tell a minimum from rounding.

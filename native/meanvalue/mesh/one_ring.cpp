@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "meanvalue/mesh/triangle_mesh.h"
+
 namespace meanvalue {
 namespace {
 
@@ -24,26 +26,24 @@ void OneRings::append(const Index* begin, const Index* end, RingKind kind, bool 
     offsets.push_back(static_cast<Index>(vertices.size()));
 }
 
-void OneRings::append(const std::vector<Fan>& fans) {
-    if (fans.empty()) {
-        append(nullptr, nullptr, RingKind::kLoose, false);
-    } else {
-        const Fan& fan = largest(fans);
-        append(fan.ring.data(), fan.ring.data() + fan.ring.size(), kind_of(fans), fan.closed);
-    }
-}
-
-OneRings collect_one_rings(const TriangleMesh& mesh, const Execution& execution) {
+OneRings collect_one_rings(Index vertex_count, const TrianglesView& faces, const Execution& execution) {
+    const TriangleMesh mesh(vertex_count, faces, execution);
     OneRings rings;
-    rings.offsets.reserve(mesh.vertex_count() + 1);
-    rings.kinds.reserve(mesh.vertex_count());
-    rings.closed.reserve(mesh.vertex_count());
-    rings.vertices.reserve(mesh.vertex_count() * 6);
+    rings.detached_triangle_count = mesh.detached_count();
+    rings.offsets.reserve(vertex_count + 1);
+    rings.kinds.reserve(vertex_count);
+    rings.closed.reserve(vertex_count);
+    rings.vertices.reserve(vertex_count * 6);
     std::vector<Fan> fans;
-    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    for (Index v = 0; v < vertex_count; ++v) {
         execution.check_every(v);
         mesh.collect_fans(v, fans);
-        rings.append(fans);
+        if (fans.empty()) {
+            rings.append(nullptr, nullptr, RingKind::kLoose, false);
+            continue;
+        }
+        const Fan& fan = largest(fans);
+        rings.append(fan.ring.data(), fan.ring.data() + fan.ring.size(), kind_of(fans), fan.closed);
     }
     return rings;
 }

@@ -3,16 +3,16 @@
 
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 
 namespace meanvalue {
 
-/// Where the neighbours of a vertex come from; OneRings::kind.
+/// Where the neighbours of a vertex come from; OneRings::kinds.
 enum class RingKind : std::uint8_t {
     kClosed,       ///< the triangles go all the way round
     kOpen,         ///< on a boundary; the ring is closed by the chord from its last to its first vertex
-    kNonManifold,  ///< several fans meet here; the largest one was taken
+    kNonManifold,  ///< several fans of triangles meet here; the largest one was taken
     kLoose,        ///< in no triangle; the ring is empty
     kAbsent,       ///< not a vertex of this mesh, though it has a number; the ring is empty
 };
@@ -21,8 +21,9 @@ enum class RingKind : std::uint8_t {
 struct OneRings {
     std::vector<Index> offsets = {0};  ///< n + 1; ring i is vertices[offsets[i]] to vertices[offsets[i + 1] - 1]
     std::vector<Index> vertices;
-    std::vector<RingKind> kinds;  ///< n
-    std::vector<char> closed;     ///< n: the triangles of the fan that was taken go all the way round
+    std::vector<RingKind> kinds;        ///< n
+    std::vector<char> closed;           ///< n: the triangles of the fan that was taken go all the way round
+    Index detached_triangle_count = 0;  ///< triangles that fit no manifold
 
     Index vertex_count() const { return static_cast<Index>(kinds.size()); }
     Index valence(Index vertex) const { return offsets[vertex + 1] - offsets[vertex]; }
@@ -32,14 +33,14 @@ struct OneRings {
     }
     /// Adds the ring of the next vertex.
     void append(const Index* begin, const Index* end, RingKind kind, bool is_closed);
-    /// The same: that of its largest fan.
-    void append(const std::vector<Fan>& fans);
     const Index* begin(Index vertex) const { return vertices.data() + offsets[vertex]; }
     const Index* end(Index vertex) const { return vertices.data() + offsets[vertex + 1]; }
 };
 
-/// Reads the ring of every vertex off the mesh, counter-clockwise seen from outside. Cost: linear.
-/// @throws Cancelled.
-OneRings collect_one_rings(const TriangleMesh& mesh, const Execution& execution);
+/// The ring of every vertex, counter-clockwise seen from outside. Any set of triangles is accepted: where a triangle
+/// does not fit a manifold (a third one on an edge, one turned inside out, a duplicate), it is a fan of its own at
+/// its corners. @param faces m x 3. @throws InvalidInput where a number is outside [0, vertex_count) or a triangle
+/// names a vertex twice; Cancelled. Cost: linear.
+OneRings collect_one_rings(Index vertex_count, const TrianglesView& faces, const Execution& execution);
 
 }  // namespace meanvalue

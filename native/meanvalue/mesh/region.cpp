@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 
 #include "meanvalue/mesh/disjoint_sets.h"
@@ -31,26 +32,48 @@ std::uint64_t spread_bits(std::uint64_t bits) {
     return (bits | bits << 2) & 0x1249249249249249ULL;
 }
 
-using PlaceOnCurve = std::pair<std::uint64_t, Index>;
+using CurvePoint = std::pair<std::uint64_t, Index>;
 
-/// As std::sort does, in pieces between which it looks: a million take it a tenth of a second.
-void sort_in_pieces(std::vector<PlaceOnCurve>& places, const Execution& execution) {
+/// As std::sort(), in pieces with checks between them: a million take it a tenth of a second.
+void sort_in_pieces(std::vector<CurvePoint>& points, const Execution& execution) {
     constexpr std::size_t kSorted = 1 << 15;
-    for (std::size_t begin = 0; begin < places.size(); begin += kSorted) {
+    for (std::size_t begin = 0; begin < points.size(); begin += kSorted) {
         execution.check();
-        std::sort(places.begin() + begin, places.begin() + std::min(begin + kSorted, places.size()));
+        std::sort(points.begin() + begin, points.begin() + std::min(begin + kSorted, points.size()));
     }
-    std::vector<PlaceOnCurve> merged(places.size());
-    for (std::size_t width = kSorted; width < places.size(); width *= 2) {
-        for (std::size_t begin = 0; begin < places.size(); begin += 2 * width) {
+    std::vector<CurvePoint> merged(points.size());
+    for (std::size_t width = kSorted; width < points.size(); width *= 2) {
+        for (std::size_t begin = 0; begin < points.size(); begin += 2 * width) {
             execution.check();
-            const std::size_t middle = std::min(begin + width, places.size());
-            const std::size_t end = std::min(middle + width, places.size());
-            std::merge(places.begin() + begin, places.begin() + middle, places.begin() + middle, places.begin() + end,
+            const std::size_t middle = std::min(begin + width, points.size());
+            const std::size_t end = std::min(middle + width, points.size());
+            std::merge(points.begin() + begin, points.begin() + middle, points.begin() + middle, points.begin() + end,
                        merged.begin() + begin);
         }
-        std::swap(places, merged);
+        std::swap(points, merged);
     }
+}
+
+/// A region of these vertices, in this order, and faces.
+Region taken_from(const PositionsView& positions, const TrianglesView& faces, const std::vector<char>& is_fixed,
+                  std::vector<Index> vertices, const std::vector<Index>& kept, const Execution& execution) {
+    Region region;
+    region.vertices = std::move(vertices);
+    region.positions.resize(static_cast<Eigen::Index>(region.vertices.size()), 3);
+    std::vector<Index> number(positions.rows(), -1);
+    execution.check();
+    for (std::size_t k = 0; k < region.vertices.size(); ++k) {
+        number[region.vertices[k]] = static_cast<Index>(k);
+        region.positions.row(k) = positions.row(region.vertices[k]);
+        region.is_fixed.push_back(is_fixed[region.vertices[k]]);
+    }
+    region.faces.resize(static_cast<Eigen::Index>(kept.size()), 3);
+    execution.check();
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+        for (int c = 0; c < 3; ++c)
+            region.faces(k, c) = number[faces(kept[k], c)];
+    }
+    return region;
 }
 
 // Patches of anchors larger than this share of what may move are cut out of it.
@@ -87,31 +110,16 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
     std::transform(is_fixed.begin(), is_fixed.end(), is_free.begin(), [](char fixed) { return fixed ? 0 : 1; });
     const std::vector<char> near = grown(faces, is_free, execution);
     const std::vector<char> inside = grown(faces, near, execution);
-
-    Region region;
-    std::vector<Index> number(is_fixed.size(), -1);
+    std::vector<Index> vertices;
     for (std::size_t v = 0; v < inside.size(); ++v) {
-        if (!inside[v]) continue;
-        number[v] = static_cast<Index>(region.vertices.size());
-        region.vertices.push_back(static_cast<Index>(v));
-        region.is_fixed.push_back(is_fixed[v]);
-    }
-    region.positions.resize(static_cast<Eigen::Index>(region.vertices.size()), 3);
-    execution.check();
-    for (std::size_t k = 0; k < region.vertices.size(); ++k) {
-        region.positions.row(k) = positions.row(region.vertices[k]);
+        if (inside[v]) vertices.push_back(static_cast<Index>(v));
     }
     std::vector<Index> kept;
     execution.check();
     for (Index f = 0; f < faces.rows(); ++f) {
         if (near[faces(f, 0)] || near[faces(f, 1)] || near[faces(f, 2)]) kept.push_back(f);
     }
-    region.faces.resize(static_cast<Eigen::Index>(kept.size()), 3);
-    for (std::size_t k = 0; k < kept.size(); ++k) {
-        for (int c = 0; c < 3; ++c)
-            region.faces(k, c) = number[faces(kept[k], c)];
-    }
-    return region;
+    return taken_from(positions, faces, is_fixed, std::move(vertices), kept, execution);
 }
 
 Region in_spatial_order(const Region& region, const Execution& execution) {
@@ -121,7 +129,7 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
     const Eigen::RowVector3d low = along.colwise().minCoeff();
     const double extent = (along.colwise().maxCoeff() - low).maxCoeff();
     const double scale = extent > 0.0 ? static_cast<double>((1 << 21) - 1) / extent : 0.0;
-    std::vector<PlaceOnCurve> order(count);
+    std::vector<CurvePoint> order(count);
     execution.check();
     for (std::size_t v = 0; v < count; ++v) {
         std::uint64_t code = 0;
@@ -131,23 +139,14 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
         order[v] = {code, static_cast<Index>(v)};
     }
     sort_in_pieces(order, execution);
-
-    Region result;
-    result.positions.resize(region.positions.rows(), 3);
-    std::vector<Index> place(count);
-    execution.check();
-    for (std::size_t k = 0; k < count; ++k) {
-        const Index v = order[k].second;
-        place[v] = static_cast<Index>(k);
-        result.vertices.push_back(region.vertices[v]);
-        result.is_fixed.push_back(region.is_fixed[v]);
-        result.positions.row(k) = region.positions.row(v);
-    }
-    result.faces.resize(region.faces.rows(), 3);
-    for (Eigen::Index f = 0; f < region.faces.rows(); ++f) {
-        for (int c = 0; c < 3; ++c)
-            result.faces(f, c) = place[region.faces(f, c)];
-    }
+    std::vector<Index> vertices;
+    for (const auto& [code, v] : order)
+        vertices.push_back(v);
+    std::vector<Index> all(region.faces.rows());
+    std::iota(all.begin(), all.end(), 0);
+    Region result = taken_from(region.positions, region.faces, region.is_fixed, std::move(vertices), all, execution);
+    for (Index& v : result.vertices)
+        v = region.vertices[v];
     return result;
 }
 

@@ -16,8 +16,8 @@ struct Region {
     std::vector<char> is_fixed;   ///< of these vertices
 };
 
-/// What a region is cut out by, so that it is the same one when an anchor is added or goes: `is_fixed` without the
-/// anchors that form patches of up to a 64th of what may move, of which a region is hardly smaller.
+/// `is_fixed` without small patches of anchors (up to a 64th of what may move), so that a region is the same when an
+/// anchor is added or removed.
 /// @param is_fixed n flags; @param may_move n flags: all that is fixed of these are anchors. @throws Cancelled.
 /// Cost: linear.
 std::vector<char> without_small_patches(std::vector<char> is_fixed, const std::vector<char>& may_move,
@@ -29,7 +29,7 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
                             const std::vector<char>& is_fixed, const Execution& execution);
 
 /// The same region with its vertices along a Z-order curve (Morton 1966): neighbours on the surface are mostly
-/// neighbours in memory, whatever order the mesh came in and however it was turned. @throws Cancelled. Cost: that of
+/// neighbours in memory, whatever order the mesh came in and however it was rotated. @throws Cancelled. Cost: that of
 /// sorting.
 Region in_spatial_order(const Region& region, const Execution& execution);
 

@@ -5,15 +5,15 @@
 namespace meanvalue {
 
 RingMesh::RingMesh(const OneRings& rings, const Execution& execution) {
+    execution.check();
     heads_.reserve(rings.vertex_count());
-    slots_.reserve(rings.vertex_count());
+    blocks_.reserve(rings.vertex_count());
     for (Index v = 0; v < rings.vertex_count(); ++v) {
-        execution.check_every(v);
-        const Index slot = static_cast<Index>(slots_.size());
+        const Index first = static_cast<Index>(blocks_.size());
         const Index valence = rings.valence(v);
-        heads_.push_back({slot, valence, rings.kinds[v], rings.closed[v] != 0});
-        slots_.resize(slot + std::max<Index>(1, (valence + kLongestRing - 1) / kLongestRing));
-        std::copy(rings.begin(v), rings.end(v), slots_[slot].data());
+        heads_.push_back({first, valence, rings.kinds[v], rings.closed[v] != 0});
+        blocks_.resize(first + std::max<Index>(1, (valence + kLongestRing - 1) / kLongestRing));
+        std::copy(rings.begin(v), rings.end(v), blocks_[first].data());
     }
 }
 

@@ -32,7 +32,7 @@ class RingMesh {
     Index vertex_count() const { return static_cast<Index>(heads_.size()); }
     RingView ring(Index vertex) const {
         const Head& head = heads_[vertex];
-        return {slots_[head.slot].data(), head.valence, head.closed};
+        return {blocks_[head.first].data(), head.valence, head.closed};
     }
     /// Whether all triangles at the vertex are one fan, so that collapses may touch it.
     bool is_manifold(Index vertex) const {
@@ -59,20 +59,20 @@ class RingMesh {
     static constexpr Index kLongestRemovable = kLongestRing + 2;
 
   private:
-    using Slot = std::array<Index, kLongestRing>;
+    using Block = std::array<Index, kLongestRing>;
     struct Head {
-        Index slot;  // longer rings take several, one after another
+        Index first;  // in blocks_; longer rings take several, one after another
         Index valence;
         RingKind kind;
         bool closed;
     };
 
-    Index* ring_of(Index vertex) { return slots_[heads_[vertex].slot].data(); }
+    Index* ring_of(Index vertex) { return blocks_[heads_[vertex].first].data(); }
     Index valence_after(const RingView& from, Index to) const;
     void replace(Index vertex, Index old_neighbour, Index new_neighbour);
     void erase(Index vertex, Index neighbour);
 
-    std::vector<Slot> slots_;
+    std::vector<Block> blocks_;
     std::vector<Head> heads_;
 };
 

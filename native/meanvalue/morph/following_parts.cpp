@@ -1,7 +1,6 @@
 #include "meanvalue/morph/following_parts.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
@@ -9,39 +8,27 @@
 namespace meanvalue {
 namespace {
 
-// Parts that are smaller than this share of the largest one may follow, of their size in all shapes.
+// Parts that are smaller than this share of the largest one may follow.
 constexpr double kSmall = 0.5;
 // A part follows where being carried from shape to shape misses it by no more than this share of how far it goes.
 constexpr double kMisses = 0.5;
 
-struct Box {
-    Eigen::RowVector3d low;
-    Eigen::RowVector3d high;
-};
-
-/// Of each part, the product of its sizes in all shapes.
-std::vector<double> sizes_of(const std::vector<PositionsView>& shapes, const Components& components,
-                             const Execution& execution) {
-    std::vector<double> sizes(components.parts.size(), 1.0);
+/// Parts that are small in every shape.
+std::vector<char> small_parts(const std::vector<PositionsView>& shapes, const Components& components,
+                              const Execution& execution) {
+    std::vector<char> is_small(components.parts.size(), 1);
     for (const PositionsView& shape : shapes) {
-        std::vector<Box> boxes(components.parts.size());
-        std::vector<char> is_begun(components.parts.size(), 0);
-        for (std::size_t v = 0; v < components.part_of.size(); ++v) {
-            execution.check_every(v);
-            const Index part = components.part_of[v];
-            const auto place = shape.row(static_cast<Index>(v));
-            if (!is_begun[part]) boxes[part] = {place, place};
-            is_begun[part] = 1;
-            boxes[part].low = boxes[part].low.cwiseMin(place);
-            boxes[part].high = boxes[part].high.cwiseMax(place);
-        }
+        execution.check();
+        std::vector<Eigen::AlignedBox3d> boxes(is_small.size());
+        for (Index v = 0; v < shape.rows(); ++v)
+            boxes[components.part_of[v]].extend(shape.row(v).transpose());
         double largest = 0.0;
-        for (const Box& box : boxes)
-            largest = std::max(largest, (box.high - box.low).norm());
-        for (std::size_t part = 0; part < sizes.size(); ++part)
-            sizes[part] *= largest > 0.0 ? (boxes[part].high - boxes[part].low).norm() / largest : 1.0;
+        for (const Eigen::AlignedBox3d& box : boxes)
+            largest = std::max(largest, box.diagonal().norm());
+        for (std::size_t part = 0; part < boxes.size(); ++part)
+            is_small[part] &= boxes[part].diagonal().norm() < kSmall * largest ? 1 : 0;
     }
-    return sizes;
+    return is_small;
 }
 
 }  // namespace
@@ -49,12 +36,9 @@ std::vector<double> sizes_of(const std::vector<PositionsView>& shapes, const Com
 FollowingParts::FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces,
                                const std::vector<char>& is_anchored, int threads, const Execution& execution) {
     Components components = find_components(shapes[0], faces, is_anchored, execution);
-    const std::vector<double> sizes = sizes_of(shapes, components, execution);
-    const double largest = *std::max_element(sizes.begin(), sizes.end());
-    const double small = largest * std::pow(kSmall, static_cast<double>(shapes.size()));
-    std::vector<char> may_follow(components.parts.size(), 0);
+    std::vector<char> may_follow = small_parts(shapes, components, execution);
     for (std::size_t part = 0; part < components.parts.size(); ++part) {
-        may_follow[part] = components.fixed[part].empty() && sizes[part] < small ? 1 : 0;
+        may_follow[part] &= components.fixed[part].empty() ? 1 : 0;
         if (!may_follow[part] && components.fixed[part].empty())
             components.fixed[part].push_back(components.parts[part].first_vertex);
     }
@@ -64,10 +48,8 @@ FollowingParts::FollowingParts(const std::vector<PositionsView>& shapes, const T
                    [&](int, std::size_t k) { carried_by_[k] = LooseParts(shapes[k], faces, components, execution); });
     const std::vector<char> is_carried = parts_carried_along(shapes, components, may_follow, threads, execution);
     follows_.assign(components.part_of.size(), 0);
-    for (std::size_t v = 0; v < components.part_of.size(); ++v) {
-        execution.check_every(v);
-        const Index part = components.part_of[v];
-        if (is_carried[part] == 0) continue;
+    for (std::size_t v = 0; v < follows_.size(); ++v) {
+        if (!is_carried[components.part_of[v]]) continue;
         follows_[v] = 1;
         vertices_.push_back(static_cast<Index>(v));
     }
@@ -78,45 +60,23 @@ std::vector<char> FollowingParts::parts_carried_along(const std::vector<Position
                                                       const Components& components,
                                                       const std::vector<char>& may_follow, int threads,
                                                       const Execution& execution) const {
-    struct Distances {
-        double missed = 0.0;
-        double gone = 0.0;
-    };
-    std::vector<Index> small;
-    for (std::size_t v = 0; v < components.part_of.size(); ++v) {
-        if (may_follow[components.part_of[v]]) small.push_back(static_cast<Index>(v));
-    }
-    std::vector<Eigen::RowVector3d> middles;
-    middles.reserve(shapes.size());
-    for (const PositionsView& shape : shapes)
-        middles.emplace_back(shape.colwise().mean());
-    // Of each shape from all others, so that the order of the sums is no matter of threads.
-    std::vector<std::vector<Distances>> to_shapes(shapes.size());
-    parallel_items(shapes.size(), threads, execution, [&](int, std::size_t to) {
-        std::vector<Distances> sums(components.parts.size());
-        Positions positions = shapes[to];
-        LooseParts::StarLengths lengths(components.part_of.size(), -1.0);
-        for (std::size_t from = 0; from < shapes.size(); ++from) {
-            if (from == to) continue;
-            carried_by_[from].carry(shapes[from], positions.data(), lengths, execution);
-            const Eigen::RowVector3d shift = middles[to] - middles[from];
-            for (const Index v : small) {
-                Distances& sum = sums[components.part_of[v]];
-                sum.missed += (positions.row(v) - shapes[to].row(v)).squaredNorm();
-                sum.gone += (shapes[from].row(v) + shift - shapes[to].row(v)).squaredNorm();
-            }
+    std::vector<double> missed(components.parts.size(), 0.0);  // squared distances from where a part is carried
+    std::vector<double> gone(components.parts.size(), 0.0);    // and from where it was
+    for (std::size_t from = 0; from < shapes.size(); ++from) {
+        const PositionsView& to = shapes[(from + 1) % shapes.size()];
+        Positions positions = to;
+        carried_by_[from].carry(shapes[from], positions.data(), threads, execution);
+        const Eigen::RowVector3d shift = to.colwise().mean() - shapes[from].colwise().mean();
+        for (Index v = 0; v < to.rows(); ++v) {
+            const Index part = components.part_of[v];
+            if (!may_follow[part]) continue;
+            missed[part] += (positions.row(v) - to.row(v)).squaredNorm();
+            gone[part] += (shapes[from].row(v) + shift - to.row(v)).squaredNorm();
         }
-        to_shapes[to] = std::move(sums);
-    });
+    }
     std::vector<char> is_carried(components.parts.size(), 0);
-    for (std::size_t part = 0; part < is_carried.size(); ++part) {
-        Distances total;
-        for (const std::vector<Distances>& sums : to_shapes) {
-            total.missed += sums[part].missed;
-            total.gone += sums[part].gone;
-        }
-        is_carried[part] = may_follow[part] && total.missed <= kMisses * kMisses * total.gone ? 1 : 0;
-    }
+    for (std::size_t part = 0; part < is_carried.size(); ++part)
+        is_carried[part] = may_follow[part] && missed[part] <= kMisses * kMisses * gone[part] ? 1 : 0;
     return is_carried;
 }
 
@@ -137,7 +97,7 @@ Positions FollowingParts::carried(const std::vector<PositionsView>& shapes, cons
 }
 
 std::size_t FollowingParts::bytes() const {
-    std::size_t total = follows_.capacity() + vertices_.capacity() * sizeof(Index);
+    std::size_t total = bytes_of(follows_, vertices_);
     for (const LooseParts& parts : carried_by_)
         total += parts.bytes();
     return total;

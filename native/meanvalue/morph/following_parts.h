@@ -11,18 +11,18 @@
 
 namespace meanvalue {
 
-/// Placed each by itself, a part is where the average of its own places is: an eye of a head that turns would go
+/// Placed each by itself, a part is at the average of its own positions: an eye of a head that rotates would go
 /// straight while the head goes round. So each shape carries it along with the surface that is near to it there
-/// (LooseParts), and it is placed by the average of that. In each shape it is where it is in that one.
+/// (LooseParts), and it is placed by the average of that. At each shape alone it is where that shape has it.
 class FollowingParts {
   public:
     /// No part follows.
     FollowingParts() = default;
 
-    /// Parts may follow that are much smaller than the largest one and not anchored; they do where that takes them
-    /// along from each shape to each other one.
+    /// Parts follow that are much smaller than the largest one and not anchored, if they go from each shape to the
+    /// next as the surface carries them.
     /// @param shapes n x 3 each; @param is_anchored n. The same bits for any `threads`. @throws Cancelled.
-    /// Cost: that of sorting the vertices of each shape, where there are small parts; else that of looking.
+    /// Cost: n log n for each shape where there are small parts; else linear.
     FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces,
                    const std::vector<char>& is_anchored, int threads, const Execution& execution);
 
@@ -39,8 +39,7 @@ class FollowingParts {
     std::size_t bytes() const;
 
   private:
-    /// @return whether each part that may follow goes from each shape to each other one as it is carried; over all
-    /// pairs, by squared distances from where it is carried, and from where it was.
+    /// @return whether each part that may follow goes from shape to shape, round about, as it is carried.
     std::vector<char> parts_carried_along(const std::vector<PositionsView>& shapes, const Components& components,
                                           const std::vector<char>& may_follow, int threads,
                                           const Execution& execution) const;

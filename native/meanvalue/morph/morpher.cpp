@@ -7,6 +7,7 @@
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/stage_timer.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/shape_weights.h"
 #include "meanvalue/linalg/procrustes.h"
@@ -14,7 +15,6 @@
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/region.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/morph/cell_assembly.h"
 #include "meanvalue/morph/following_parts.h"
 #include "meanvalue/morph/shape_overlay.h"
@@ -74,8 +74,8 @@ void refuse_mirrored(const MorphBinding& binding, const OneRings& rings) {
 std::vector<std::vector<Index>> ring_parts(const Encoding& layout, const Execution& execution) {
     const Index vertices = layout.vertex_count();
     DisjointSets sets(vertices);
+    execution.check();
     for (Index v = 0; v < vertices; ++v) {
-        execution.check_every(v);
         for (Index place = layout.ring_offsets[v]; place < layout.ring_offsets[v + 1]; ++place)
             sets.join(v, layout.ring[place]);
     }
@@ -96,8 +96,8 @@ std::vector<std::vector<Index>> ring_parts(const Encoding& layout, const Executi
 std::vector<double> stillness(const std::vector<PositionsView>& shapes, double size, const Execution& execution) {
     const double even = 1.0 / static_cast<double>(shapes.size());
     std::vector<double> result(shapes[0].rows());
+    execution.check();
     for (std::size_t v = 0; v < result.size(); ++v) {
-        execution.check_every(v);
         Vector3 mean = Vector3::Zero();
         for (const PositionsView& shape : shapes)
             mean += even * shape.row(v).transpose();
@@ -158,6 +158,7 @@ struct Morpher::Bound {
 };
 
 Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
+    pin_eigen_cache_sizes();
     check_shapes(binding);
     auto bound = std::make_unique<Bound>();
     const auto vertices = static_cast<Index>(binding.shapes[0]->rows());
@@ -177,8 +178,7 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
     {
         const StageTimer timer(report_.timings, "encode");
         execution.begin_stage("encode");
-        const TriangleMesh mesh(vertices, *binding.faces, execution);
-        const OneRings rings = collect_one_rings(mesh, execution);
+        const OneRings rings = collect_one_rings(vertices, *binding.faces, execution);
         refuse_mirrored(binding, rings);
         bound->layout = std::move(encode_alike(rings, bound->shapes, bound->threads, execution).front());
         bound->parts = ring_parts(bound->layout, execution);
@@ -218,7 +218,7 @@ Morpher::~Morpher() = default;
 Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& options,
                         const Execution& execution) const {
     const ShapeWeights normalised(weights, report_.shape_count, report_.vertex_count);
-    const int threads = options.threads > 0 ? thread_count(options.threads) : bound_->threads;
+    const int threads = options.threads == 0 ? bound_->threads : thread_count(options.threads);
     Solution solution;
     {
         const StageTimer timer(solution.timings, "total");

@@ -1,36 +1,20 @@
 #include "meanvalue/sequence/run_plan.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <tuple>
 #include <utility>
 
 #include "meanvalue/common/errors.h"
 
 namespace meanvalue {
+namespace {
 
-RunPlan::RunPlan(const BoundMesh& bound, const Trajectories& trajectories, const SequenceOptions& options,
-                 const Execution& execution)
-    : trajectories_(trajectories),
-      chunk_(std::min(options.chunk, std::max<Index>(1, trajectories.frame_count))),
-      overlap_(std::min(options.overlap, chunk_)) {
-    execution.check();
-    check(bound, options, execution);
-    std::tie(begin_, end_) = options.frames.value_or(std::pair<Index, Index>{0, trajectories.frame_count});
-    if (begin_ == end_) return;
-    first_run_ = begin_ / chunk_;
-    Index last_run = (end_ - 1) / chunk_;
-    const bool has_seam_behind = overlap_ > 0 && seam_before(last_run + 1) < trajectories.frame_count;
-    if (has_seam_behind && end_ > seam_before(last_run + 1) - overlap_) ++last_run;
-    for (Index run = first_run_; run <= last_run; ++run) {
-        execution.check();
-        begins_.push_back(find_begin(bound, run));
-        frames_to_solve_ += end_to_solve(run) - begins_.back();
-    }
-}
-
-void RunPlan::check(const BoundMesh& bound, const SequenceOptions& options, const Execution& execution) const {
-    if (trajectories_.anchor_count != bound.report().anchor_count) {
-        throw InvalidInput(message("targets are of ", trajectories_.anchor_count, " anchors, but the mesh has ",
+void check_options(const BoundMesh& bound, const Trajectories& trajectories, const SequenceOptions& options,
+                   const Execution& execution) {
+    if (trajectories.anchor_count != bound.report().anchor_count) {
+        throw InvalidInput(message("targets are of ", trajectories.anchor_count, " anchors, but the mesh has ",
                                    bound.report().anchor_count));
     }
     if (options.chunk < 1) throw InvalidInput(message("chunk is ", options.chunk, "; give 1 or more"));
@@ -39,35 +23,63 @@ void RunPlan::check(const BoundMesh& bound, const SequenceOptions& options, cons
         throw InvalidInput(message("tolerance is ", *options.tolerance, "; give a positive number"));
     if (options.max_iterations < 0)
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
-    for (Index frame = 0; !trajectories_.weights.empty() && frame < trajectories_.frame_count; ++frame) {
+    for (Index frame = 0; !trajectories.weights.empty() && frame < trajectories.frame_count; ++frame) {
         execution.check_every(frame);
         try {
-            bound.check_weights(trajectories_.weights_at(frame));
+            bound.check_weights(weights_at(trajectories, frame));
         } catch (const InvalidInput& error) {
             throw InvalidInput(message("frame ", frame, ": ", error.what()));
         }
     }
     if (!options.frames) return;
     const auto [begin, end] = *options.frames;
-    if (begin < 0 || end < begin || end > trajectories_.frame_count) {
-        throw InvalidInput(message("frames is (", begin, ", ", end, "), but the clip has ", trajectories_.frame_count,
+    if (begin < 0 || end < begin || end > trajectories.frame_count) {
+        throw InvalidInput(message("frames is (", begin, ", ", end, "), but the clip has ", trajectories.frame_count,
                                    " frames, numbered from 0"));
     }
 }
 
-Index RunPlan::find_begin(const BoundMesh& bound, Index run) const {
-    auto frame = static_cast<Index>(std::max<std::int64_t>(0, seam_before(run) - overlap_));
-    while (frame > 0 && !bound.can_be_placed(trajectories_.targets_at(frame), trajectories_.weights_at(frame)))
-        --frame;
-    return frame;
+}  // namespace
+
+RunPlan plan_runs(const BoundMesh& bound, const Trajectories& trajectories, const SequenceOptions& options,
+                  const Execution& execution) {
+    check_options(bound, trajectories, options, execution);
+    const std::int64_t frame_count = trajectories.frame_count;
+    const std::int64_t chunk = std::clamp<std::int64_t>(frame_count, 1, options.chunk);
+    const auto frame_at = [&](std::int64_t frame) {
+        return static_cast<Index>(std::clamp<std::int64_t>(frame, 0, frame_count));
+    };
+    RunPlan plan;
+    plan.overlap = static_cast<Index>(std::min<std::int64_t>(options.overlap, chunk));
+    std::tie(plan.begin, plan.end) = options.frames.value_or(std::pair<Index, Index>{0, trajectories.frame_count});
+    if (plan.begin == plan.end) return plan;
+    for (std::int64_t own_begin = plan.begin / chunk * chunk; own_begin < frame_count; own_begin += chunk) {
+        execution.check();
+        Run run;
+        run.own_begin = frame_at(own_begin);
+        run.own_end = frame_at(own_begin + chunk);
+        run.end = frame_at(std::min<std::int64_t>(run.own_end, plan.end + 2 * std::int64_t{plan.overlap}));
+        run.begin = frame_at(own_begin - plan.overlap);
+        if (run.begin >= plan.end) break;
+        // Earlier where these can't be solved, so that they follow one that can.
+        while (run.begin > 0 &&
+               !bound.can_be_placed(targets_at(trajectories, run.begin), weights_at(trajectories, run.begin)))
+            --run.begin;
+        plan.runs.push_back(run);
+    }
+    return plan;
 }
 
-Index RunPlan::end_of(Index run) const {
-    return static_cast<Index>(std::min<std::int64_t>(trajectories_.frame_count, seam_before(run + 1)));
+PositionsView targets_at(const Trajectories& trajectories, Index frame) {
+    const Index anchors = trajectories.anchor_count;
+    return Eigen::Map<const Positions>(trajectories.targets.data() + static_cast<std::size_t>(frame) * anchors * 3,
+                                       anchors, 3);
 }
 
-Index RunPlan::end_to_solve(Index run) const {
-    return static_cast<Index>(std::min<std::int64_t>(end_of(run), std::int64_t{end_} + 2 * std::int64_t{overlap_}));
+std::vector<double> weights_at(const Trajectories& trajectories, Index frame) {
+    if (trajectories.weights.empty()) return {};
+    const auto first = trajectories.weights.begin() + static_cast<std::ptrdiff_t>(frame) * trajectories.anchor_count;
+    return {first, first + trajectories.anchor_count};
 }
 
 }  // namespace meanvalue

@@ -11,9 +11,16 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/deform/deformer.h"
-#include "meanvalue/sequence/trajectories.h"
 
 namespace meanvalue {
+
+/// Where the anchors go at each frame of a clip, in the order of the anchors.
+struct Trajectories {
+    Index frame_count = 0;
+    Index anchor_count = 0;
+    std::vector<double> targets;  ///< frames x anchors x 3
+    std::vector<double> weights;  ///< frames x anchors, or empty: SolveOptions::weights of each frame
+};
 
 struct SequenceOptions {
     std::optional<double> tolerance;  ///< as of SolveOptions, and the next
@@ -28,7 +35,7 @@ struct SequenceOptions {
     /// jump is spread over so many frames to either side (PathSmoother).
     Index overlap = 12;
     int threads = 0;  ///< 0: every core; results do not depend on it
-    /// What this call makes of the progress that is told: from and to which share.
+    /// The shares of Execution::progress() that this call begins and ends at.
     std::pair<double, double> progress = {0.0, 1.0};
 };
 
@@ -57,9 +64,9 @@ struct Sequence {
 /// Paths of vertices are as rough as those of the anchors at most, but for what is left of jumps after they are
 /// spread: frames are not at their minimum there.
 ///
-/// Memory: what is returned, a workspace for each thread, and of each run at work the frames that it solves beside.
-/// @throws InvalidInput for options out of range, weights that are none (Deformer::solve()) and trajectories of
-/// another number of anchors, Cancelled; what is wrong with the targets of a single frame is told in `failures`.
+/// Memory: what is returned, a workspace for each thread, and the overlap of each run.
+/// @throws InvalidInput for options out of range, weights outside [0, 1] and trajectories of another number of
+/// anchors, Cancelled; frames whose targets can't be solved are listed in `failures`.
 Sequence solve_sequence(const Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                         Execution& execution);
 

@@ -12,7 +12,8 @@ namespace {
 // Points whose paths fit into the cache, 56 frames of them.
 constexpr std::size_t kBlock = 64;
 
-// The frames over which a jump is told from a swing: shares of the wide roughness. Of a swing of 8 frames it is 0.15.
+// Roughness over so many frames, as a share of that over w, distinguishes a jump from a swing: one of 8 frames has
+// 0.15.
 constexpr Index kNear = 2;
 constexpr double kOfSwing = 0.2;
 constexpr double kOfJump = 0.5;
@@ -56,7 +57,8 @@ PathSmoother::Terms PathSmoother::roughness_at(Index frame, Index half_width) co
     return terms;
 }
 
-/// A frame beyond an end is that of the path turned about it: twice the end less the one as far inside.
+/// A frame beyond an end is that of the path rotated about it by 180 degrees: twice the end less the one as far
+/// inside.
 void PathSmoother::add(Index frame, double factor, Terms& terms) const {
     const Index last = frame_count_ - 1;
     if (frame < 0 || frame > last) {
@@ -78,7 +80,7 @@ double PathSmoother::shift(Index from, Index to) const {
         distance = std::abs(distance);
         return distance < half_width_ ? response_[distance] : 0.0;
     };
-    // And of what the turned path has beyond either end.
+    // And of what the rotated path has beyond either end.
     return response(to - from) - response(to + from) - response(to + from - 2 * (frame_count_ - 1));
 }
 

@@ -6,7 +6,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/sequence/trajectories.h"
+#include "meanvalue/sequence/sequence.h"
 
 namespace meanvalue {
 
@@ -14,10 +14,10 @@ namespace meanvalue {
 ///
 /// The *roughness* of a path x at frame t is its second difference less the mean of those around it, weighted by the
 /// triangle of half-width w, which is the second difference over w frames:
-/// (x(t+1) - 2 x(t) + x(t-1)) - (x(t+w) - 2 x(t) + x(t-w)) / w^2. Beyond its ends a path goes on turned by 180
+/// (x(t+1) - 2 x(t) + x(t-1)) - (x(t+w) - 2 x(t) + x(t-w)) / w^2. Beyond its ends a path goes on rotated by 180
 /// degrees about its last point. Where a minimum ceases to be, or where a loose solve catches up, roughness is about
-/// as long as the jump; of steady motion it is the fourth difference. Of a quick swing it is much, too: so what a
-/// jump is, is told by the roughness over w = 2, against the next frames alone.
+/// as long as the jump; of steady motion it is the fourth difference. Of a quick swing it is much, too: so
+/// jumps are found by the roughness over w = 2, against the next frames alone.
 class PathSmoother {
   public:
     /// @param is_solved flag of each frame; at most w from one that is not, nothing is known of roughness.
@@ -61,7 +61,7 @@ class PathSmoother {
 
     Index frame_count_;
     Index half_width_;
-    std::vector<Terms> wide_, near_;  // of each frame; none: nothing is told
+    std::vector<Terms> wide_, near_;  // of each frame; none: it is not known
     std::vector<double> response_;    // by the distance in frames: its second difference is 1 less the triangle
 };
 

@@ -1,4 +1,4 @@
-#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/mesh/one_ring.h"
 
 #include <algorithm>
 
@@ -45,24 +45,22 @@ TEST(OneRing, BowTieTakesItsLargestFan) {
     EXPECT_EQ(ring(rings, 0), (std::vector<Index>{1, 2, 3}));
 }
 
-TEST(TriangleMesh, KeepsWhatFitsNoManifoldAsLoosePieces) {
+TEST(OneRing, WhatFitsNoManifoldIsAFanOfItsOwn) {
     Mesh mesh;
     mesh.vertices = Positions::Random(5, 3);
     mesh.faces.resize(4, 3);
     mesh.faces << 0, 1, 2, 1, 0, 3, 0, 1, 4, 0, 1, 2;  // a third triangle on edge 0-1, and a duplicate
-    const TriangleMesh connectivity(5, mesh.faces, Execution());
-    EXPECT_EQ(connectivity.detached_count(), 2);
-    std::vector<Fan> fans;
-    connectivity.collect_fans(4, fans);
-    ASSERT_EQ(fans.size(), 1u);
-    EXPECT_EQ(fans[0].ring, (std::vector<Index>{0, 1}));
-    connectivity.collect_fans(0, fans);
-    EXPECT_EQ(fans.size(), 3u);
+    const OneRings rings = rings_of(mesh);
+    EXPECT_EQ(rings.detached_triangle_count, 2);
+    EXPECT_EQ(rings.kinds[4], RingKind::kOpen);
+    EXPECT_EQ(ring(rings, 4), (std::vector<Index>{0, 1}));
+    EXPECT_EQ(rings.kinds[0], RingKind::kNonManifold);
+    EXPECT_EQ(ring(rings, 0), (std::vector<Index>{3, 1, 2}));
 }
 
-TEST(TriangleMesh, RefusesNumbersOutsideTheMeshAndATriangleThatNamesAVertexTwice) {
+TEST(OneRing, RefusesNumbersOutsideTheMeshAndATriangleThatNamesAVertexTwice) {
     Triangles faces(2, 3);
-    const auto refusal = [&] { return message_of<InvalidInput>([&] { TriangleMesh(3, faces, Execution()); }); };
+    const auto refusal = [&] { return message_of<InvalidInput>([&] { collect_one_rings(3, faces, Execution()); }); };
     faces << 0, 1, 2, 0, 1, 7;
     EXPECT_TRUE(contains(refusal(), "triangle 1 names vertex 7")) << refusal();
     faces.row(1) << 0, -1, 2;

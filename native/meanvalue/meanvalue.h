@@ -1,0 +1,9 @@
+// All of the library: bind a mesh and deform it, solve a clip, mix shapes, find the values of shape keys.
+#pragma once
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/execution.h"
+#include "meanvalue/deform/deformer.h"
+#include "meanvalue/morph/morpher.h"
+#include "meanvalue/sequence/sequence.h"
+#include "meanvalue/sliders/slider_fit.h"
