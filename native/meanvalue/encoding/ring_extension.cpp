@@ -41,6 +41,7 @@ std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::ve
     }
     std::sort(angles.begin(), angles.end());
     std::vector<Index> sorted;
+    sorted.reserve(angles.size());
     for (const auto& [angle, k] : angles)
         sorted.push_back(points[k]);
     return sorted;

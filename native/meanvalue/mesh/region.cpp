@@ -140,6 +140,7 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
     }
     sort_in_pieces(order, execution);
     std::vector<Index> vertices;
+    vertices.reserve(order.size());
     for (const auto& [code, v] : order)
         vertices.push_back(v);
     std::vector<Index> all(region.faces.rows());
