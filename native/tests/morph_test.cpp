@@ -46,6 +46,7 @@ TEST(RotationVectors, ComeBackOnTheirBranch) {
 TEST(RotationVectors, AreCentredSoThatTheySumToZeroOnTheirBranches) {
     std::vector<Vector3> vectors = {{0.3, -0.2, 0.1}, {5.0, 0.5, -1.0}, {1.0, 2.0, 3.0}};
     std::vector<Matrix3> rotations;
+    rotations.reserve(vectors.size());
     for (const Vector3& vector : vectors)
         rotations.push_back(rotation_by(vector));
     const std::vector<Matrix3> before = rotations;
