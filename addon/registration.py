@@ -10,7 +10,8 @@ from .scene import object_model
 from .solver import job, native_loader, session
 from .widgets import base, overlay
 
-#: Each is a folder with a room.py. Without its line, and its folder, the rest goes on working.
+#: Each is a folder with a room.py. Without its line, and its folder, the rest goes on working. HOOKS says what it hangs
+#: into lists of the shared rooms: (list, item); register() and unregister() do what is left, where there is something.
 ROOMS = tuple(
     importlib.import_module(f"{__package__}.{name}.room")
     for name in (
@@ -36,6 +37,10 @@ def _require_only_copy():
         raise RuntimeError(f"Another copy of Mean-Value Deform is on ({package}). Untick it, then tick this one")
 
 
+def _nothing():
+    """For rooms that have nothing else to register."""
+
+
 def register():
     _require_only_copy()
     native_loader.forget()
@@ -44,7 +49,9 @@ def register():
         bpy.utils.register_class(cls)
     handlers.register(ROOMS)
     for room in ROOMS:
-        room.register()
+        for hooks, item in room.HOOKS:
+            hooks.append(item)
+        getattr(room, "register", _nothing)()
     overlay.register()
     manual.register(ROOMS)
 
@@ -54,7 +61,9 @@ def unregister():
     manual.unregister()
     overlay.unregister()
     for room in reversed(ROOMS):
-        room.unregister()
+        getattr(room, "unregister", _nothing)()
+        for hooks, item in room.HOOKS:
+            hooks.remove(item)
     handlers.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

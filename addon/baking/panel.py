@@ -8,7 +8,7 @@ from ..errors import SceneError
 from ..scene import subject
 from ..scene.baked import TO_CACHE
 from ..scene.core import whole_files
-from ..widgets.panels import PanelPart
+from ..widgets.panels import PanelPart, column_of_settings
 from ..widgets.text_box import draw_wrapped
 from .bridge import preparing, sampling
 from .operators.bake import MEANVALUE_OT_bake
@@ -23,9 +23,7 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = column_of_settings(self.layout)
         obj = subject.of(context)
         settings = obj.meanvalue.bake
         layout.prop(settings, "target")

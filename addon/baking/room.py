@@ -28,13 +28,7 @@ CLASSES = (
     MEANVALUE_MT_bake,
     *panel.CLASSES,
 )
-
-
-def register():
-    menus.of_rooms.append(MEANVALUE_MT_bake.bl_idname)
-    panels.tops.append(panel.draw_top)
-
-
-def unregister():
-    panels.tops.remove(panel.draw_top)
-    menus.of_rooms.remove(MEANVALUE_MT_bake.bl_idname)
+HOOKS = (
+    (menus.of_rooms, MEANVALUE_MT_bake.bl_idname),
+    (panels.tops, panel.draw_top),
+)

@@ -5,7 +5,7 @@ import bpy
 
 from .. import wording
 from ..scene import subject
-from ..widgets.panels import SidebarPanel
+from ..widgets.panels import SidebarPanel, column_of_settings
 from ..widgets.text_box import draw_wrapped
 from .bridge import marker_pairs, takes
 from .operators.import_motion import MEANVALUE_OT_import_motion
@@ -45,15 +45,8 @@ class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
         _draw_pairs(layout, obj, capture)
 
 
-def _split(layout):
-    column = layout.column()
-    column.use_property_split = True
-    column.use_property_decorate = False
-    return column
-
-
 def _draw_take(layout, context, capture):
-    column = _split(layout)
+    column = column_of_settings(layout)
     column.prop(capture, "take")
     if takes.is_take(capture.take):
         take = capture.take.meanvalue
@@ -85,7 +78,7 @@ def _draw_problems(layout, context):
 
 def _draw_reference(layout, obj, capture):
     layout.label(text="Reference")
-    column = _split(layout)
+    column = column_of_settings(layout)
     column.prop(capture, "reference_take", text="Take")
     row = column.row(align=True)
     row.prop(capture, "reference_frame", text="Frame")
@@ -95,7 +88,7 @@ def _draw_reference(layout, obj, capture):
 
 
 def _draw_options(layout, capture):
-    column = _split(layout)
+    column = column_of_settings(layout)
     column.prop(capture, "align")
     limbs = column.row()
     limbs.active = capture.align != 'NONE'
@@ -103,7 +96,7 @@ def _draw_options(layout, capture):
     column.prop(capture, "mode")
     column.prop(capture, "use_cuffs")
     layout.label(text="Fill Gaps up to")
-    gaps = _split(layout).column(align=True)
+    gaps = column_of_settings(layout).column(align=True)
     gaps.prop(capture, "spline_seconds", text="Spline")
     gaps.prop(capture, "rigid_seconds", text="Neighbors")
     smooth = layout.row(align=True)

@@ -43,6 +43,11 @@ CLASSES = (
     *panel.CLASSES,
     *import_motion.FILE_HANDLERS,
 )
+HOOKS = (
+    (menus.of_rooms, MEANVALUE_MT_capture.bl_idname),
+    (subject.finders, marker_pairs.mesh_of_marker),
+    (overlay.painters, pair_lines.paint),
+)
 
 
 def meanvalue_draw_import_menu(self, _context):
@@ -53,17 +58,11 @@ def meanvalue_draw_import_menu(self, _context):
 
 def register():
     bpy.types.TOPBAR_MT_file_import.append(meanvalue_draw_import_menu)
-    menus.of_rooms.append(MEANVALUE_MT_capture.bl_idname)
     setattr(bpy.types.Collection, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_take))
-    subject.finders.append(marker_pairs.mesh_of_marker)
-    overlay.painters.append(pair_lines.paint)
 
 
 def unregister():
     bpy.types.TOPBAR_MT_file_import.remove(meanvalue_draw_import_menu)
-    menus.of_rooms.remove(MEANVALUE_MT_capture.bl_idname)
-    overlay.painters.remove(pair_lines.paint)
-    subject.finders.remove(marker_pairs.mesh_of_marker)
     delattr(bpy.types.Collection, ids.OBJECT_PROPERTY)
 
 

@@ -10,21 +10,13 @@ from .. import compat
 from ..scene import subject
 from . import render_notes
 
-_kinds = []  # classes of followers
+kinds = []  # classes of followers
 _followers = {}  # identity of the object: its follower
-
-
-def add_kind(kind):
-    _kinds.append(kind)
-
-
-def remove_kind(kind):
-    _kinds.remove(kind)
 
 
 def kinds_on(obj):
     """The kinds of followers that are turned on for `obj`."""
-    return [kind for kind in _kinds if kind.asks_for(obj)]
+    return [kind for kind in kinds if kind.asks_for(obj)]
 
 
 def turn_others_off(obj, kind):

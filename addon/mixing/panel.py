@@ -6,6 +6,7 @@ import bpy
 from .. import wording
 from ..live import engine
 from ..scene import subject
+from ..widgets.panels import column_of_settings
 from ..widgets.text_box import draw_wrapped
 from .bridge import in_between_keys, mixed_keys
 from .operators import morph
@@ -48,9 +49,7 @@ class MEANVALUE_PT_in_betweens(_ShapeKeysPanel, bpy.types.Panel):
     def draw(self, context):
         layout, obj = self.layout, context.object
         settings = obj.meanvalue.mix
-        column = layout.column()
-        column.use_property_split = True
-        column.use_property_decorate = False
+        column = column_of_settings(layout)
         column.prop(settings, "tolerance_share")
         column.prop(settings, "most_keys")
         layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')

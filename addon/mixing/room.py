@@ -32,17 +32,9 @@ OPERATORS = (
     bake_mix.MEANVALUE_OT_bake_mix,
 )
 CLASSES = (*OPERATORS, MEANVALUE_MT_mix, *panel.CLASSES)
-
-
-def register():
-    menus.of_rooms.append(MEANVALUE_MT_mix.bl_idname)
-    roll.add_kind(MixFollower)
-    bakeable.kinds.append(baked_mixes)
-    new_rest.made_of_rest.append(mixed_keys.made_of_rest)
-
-
-def unregister():
-    menus.of_rooms.remove(MEANVALUE_MT_mix.bl_idname)
-    new_rest.made_of_rest.remove(mixed_keys.made_of_rest)
-    bakeable.kinds.remove(baked_mixes)
-    roll.remove_kind(MixFollower)
+HOOKS = (
+    (menus.of_rooms, MEANVALUE_MT_mix.bl_idname),
+    (roll.kinds, MixFollower),
+    (bakeable.kinds, baked_mixes),
+    (new_rest.made_of_rest, mixed_keys.made_of_rest),
+)

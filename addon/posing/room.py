@@ -5,6 +5,7 @@ import bpy
 
 from ..live import roll
 from ..scene import subject
+from ..widgets import overlay as painters
 from . import old_files, properties
 from .bridge import controls, moved_meshes, orphans, overlay_data
 from .live.follower import Follower
@@ -56,26 +57,28 @@ CLASSES = (
     *panel.CLASSES,
     *menus.CLASSES,
 )
+HOOKS = (
+    (subject.finders, moved_meshes.mesh_moved_by),
+    (painters.painters, overlay.paint),
+    (roll.kinds, Follower),
+)
 
 #: What is hung into Blender's own user interface.
-_USER_INTERFACE = (menus, keymap, grab_tool, overlay)
+_USER_INTERFACE = (menus, keymap, grab_tool)
 
 
 def register():
-    subject.finders.append(moved_meshes.mesh_moved_by)
     for module in _USER_INTERFACE:
         module.register()
-    roll.add_kind(Follower)
 
 
 def unregister():
-    roll.remove_kind(Follower)
-    subject.finders.remove(moved_meshes.mesh_moved_by)
     for module in reversed(_USER_INTERFACE):
         module.unregister()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
     orphans.forget()
+    overlay.forget()
     forget()
 
 

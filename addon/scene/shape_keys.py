@@ -30,6 +30,11 @@ def remove_lone_basis(obj):
         obj.shape_key_clear()
 
 
+def value_path(name):
+    """From a mesh's shape keys to the slider of one."""
+    return f'key_blocks["{bpy.utils.escape_identifier(name)}"].value'
+
+
 def positions(key):
     """n x 3 float32 of one shape key."""
     return mesh_arrays.coordinates(*compat.key_store(key))

@@ -59,12 +59,12 @@ def mode_name(mode):
     return f"{name.removesuffix(' Mode')} Mode"
 
 
-def sharing_note(obj):
-    """A sentence if other objects use the mesh too, else None."""
+def sharing_notes(obj):
+    """Sentences: one if other objects use the mesh too."""
     others = obj.data.users - int(obj.data.use_fake_user) - 1
     if others > 0:
-        return f"The mesh is shared with {wording.counted(others, 'other object')}, where the result shows too"
-    return None
+        return [f"The mesh is shared with {wording.counted(others, 'other object')}, where the result shows too"]
+    return []
 
 
 def other_mesh(context, obj, chosen=None):

@@ -73,6 +73,9 @@ class MeshOperator(Reporting):
     #: Operators that only edit the settings work in every mode.
     needs_object_mode = True
 
+    #: What else may be in the way: functions of the object to why it is not available, or None.
+    problems = ()
+
     #: Name of a property that makes another button of the operator, with its own description; or "".
     switch = ""
 
@@ -94,6 +97,8 @@ class MeshOperator(Reporting):
         problem = subject.object_problem(obj)
         if problem is None and cls.needs_object_mode:
             problem = subject.mode_problem(obj)
+        for find in cls.problems:
+            problem = problem or find(obj)
         return problem
 
     def execute(self, context):

@@ -9,6 +9,14 @@ from ..scene import subject
 tops = []
 
 
+def column_of_settings(layout):
+    """A column with the names of settings beside them, as in Blender's own panels, and no buttons for keyframes."""
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    return column
+
+
 class SidebarPanel:
     """Mix-in of all panels here. Parts show only where there is a mesh to work on."""
 

@@ -4,7 +4,7 @@
 import bpy
 
 from ..scene import subject
-from ..widgets.panels import PanelPart
+from ..widgets.panels import PanelPart, column_of_settings
 from .operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
 from .operators.wrap import MEANVALUE_OT_wrap
 
@@ -18,9 +18,7 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
     def draw(self, context):
         layout = self.layout
         settings = subject.of(context).meanvalue.wrap
-        column = layout.column()
-        column.use_property_split = True
-        column.use_property_decorate = False
+        column = column_of_settings(layout)
         column.prop(settings, "target")
         column.prop(settings, "tolerance_share")
         row = layout.row(align=True)

@@ -29,13 +29,7 @@ CLASSES = (
     MEANVALUE_MT_wrap,
     *panel.CLASSES,
 )
-
-
-def register():
-    menus.of_rooms.append(MEANVALUE_MT_wrap.bl_idname)
-    overlay.painters.append(wrap_lines.paint)
-
-
-def unregister():
-    menus.of_rooms.remove(MEANVALUE_MT_wrap.bl_idname)
-    overlay.painters.remove(wrap_lines.paint)
+HOOKS = (
+    (menus.of_rooms, MEANVALUE_MT_wrap.bl_idname),
+    (overlay.painters, wrap_lines.paint),
+)

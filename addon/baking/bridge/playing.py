@@ -142,15 +142,14 @@ def _animate_values(keys, made, times):
         key.mute = False
         begin, end = max(0, number - 1), min(len(made), number + 2)
         values = [float(each == number) for each in range(begin, end)]
-        path = f'key_blocks["{bpy.utils.escape_identifier(key.name)}"].value'
-        actions.write_curve(keys, path, 0, times[begin:end], values, "LINEAR")
+        actions.write_curve(keys, shape_keys.value_path(key.name), 0, times[begin:end], values, "LINEAR")
 
 
 def _remove_keys(obj, names):
     keys = obj.data.shape_keys
     if keys is None:
         return 0
-    paths = {f'key_blocks["{bpy.utils.escape_identifier(name)}"].value' for name in names}
+    paths = {shape_keys.value_path(name) for name in names}
     keys.use_relative = True  # bakes of version 0.1 could be absolute
     curves = compat.curves_to_read(keys)
     for curve in [curve for curve in curves if curve.data_path in paths]:

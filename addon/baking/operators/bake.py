@@ -98,9 +98,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         notes = [*prepared.notes, *_play(obj, prepared)]
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
-        shared = subject.sharing_note(obj) if prepared.to_keys else None
-        if shared:
-            notes.append(shared)
+        if prepared.to_keys:
+            notes += subject.sharing_notes(obj)
         if prepared.is_done:
             return f"'{obj.name}' is baked already, and nothing has changed since", notes
         what = "frame" if prepared.options.samples == 1 else "sample"

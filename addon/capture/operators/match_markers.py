@@ -17,10 +17,7 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.match_markers"
     bl_label = "Match Markers"
     doing = "Matching markers to"
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or match_input.problem(obj)
+    problems = (match_input.problem,)
 
     def _all_steps(self):
         """In place of a job: numpy's work goes on between looks at the interface, so that Esc is heard."""

@@ -14,6 +14,7 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
 
     bl_idname = "meanvalue.pick_marker_point"
     bl_label = "Pick Marker Point"
+    problems = (marker_pairs.list_problem,)
     switch = "remove"
 
     marker: bpy.props.StringProperty(
@@ -31,10 +32,6 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
         "Match Markers leaves it out until its box is ticked again",
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or marker_pairs.list_problem(obj)
 
     def is_given(self):
         return self.remove or self.vertex >= 0

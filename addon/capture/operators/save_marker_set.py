@@ -14,12 +14,9 @@ class MEANVALUE_OT_save_marker_set(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.save_marker_set"
     bl_label = "Save Marker Set"
     needs_object_mode = False
+    problems = (marker_pairs.list_problem,)
 
     name: bpy.props.StringProperty(name="Name", description="Name of the marker set", default="My Markers")
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or marker_pairs.list_problem(obj)
 
     def invoke(self, context, _event):
         return context.window_manager.invoke_props_dialog(self)

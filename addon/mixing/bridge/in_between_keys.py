@@ -45,7 +45,7 @@ def problem(obj):
         for variable in curve.driver.variables
         for target in variable.targets
     }
-    lost = sorted(driving - {mixed_keys.value_path(key.name) for key in mixed_keys.mixed(obj)})
+    lost = sorted(driving - {shape_keys.value_path(key.name) for key in mixed_keys.mixed(obj)})
     if not lost:
         return None
     names = [bpy.utils.unescape_identifier(path.partition('"')[2].rpartition('"')[0]) for path in lost]
@@ -65,7 +65,7 @@ def _drive(keys, key, text, sliders):
         variable.type = 'SINGLE_PROP'
         target = variable.targets[0]
         target.id_type, target.id = 'KEY', keys
-        target.data_path = mixed_keys.value_path(slider)
+        target.data_path = shape_keys.value_path(slider)
     driver.expression = text
 
 

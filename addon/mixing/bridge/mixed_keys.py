@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own."""
 
-import bpy
 import numpy as np
 
 from ... import ids, wording
@@ -48,7 +47,7 @@ def in_between_names(obj):
     paths = {curve.data_path for curve in marked_drivers(obj)}
     if not paths:
         return []
-    return [key.name for key in obj.data.shape_keys.key_blocks if value_path(key.name) in paths]
+    return [key.name for key in obj.data.shape_keys.key_blocks if shape_keys.value_path(key.name) in paths]
 
 
 def made_of_rest(obj):
@@ -57,11 +56,6 @@ def made_of_rest(obj):
     keys = wording.counted(len(made), "in-between key")
     note = f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew" if made else ""
     return [ids.MIX_KEY, *made], note
-
-
-def value_path(name):
-    """From a mesh's shape keys to the slider of one."""
-    return f'key_blocks["{bpy.utils.escape_identifier(name)}"].value'
 
 
 def problem(obj):

@@ -73,10 +73,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         kept, notes = self._keep(obj)
         _leave_copies(obj)
         removed = remove_what_was_made(obj)
-        sharing = subject.sharing_note(obj)
-        if sharing:
-            notes.append(sharing)
-        return f"{kept}. {removed} removed", notes
+        return f"{kept}. {removed} removed", [*notes, *subject.sharing_notes(obj)]
 
     def _kept_name(self):
         return self.name.strip() or ids.KEPT_KEY

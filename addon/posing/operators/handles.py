@@ -20,6 +20,7 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.select_handle"
     bl_label = "Select Handle"
     needs_object_mode = False
+    problems = (controls.none_active,)
 
     index: bpy.props.IntProperty(
         name="Line",
@@ -28,10 +29,6 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
         min=-1,
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or controls.none_active(obj)
 
     def run(self, obj):
         settings = obj.meanvalue
@@ -65,10 +62,7 @@ class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.remove_handle"
     bl_label = "Remove Handle"
     needs_object_mode = False
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or controls.none_active(obj)
+    problems = (controls.none_active,)
 
     def run(self, obj):
         index = obj.meanvalue.active_handle
@@ -84,10 +78,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.reset_handles"
     bl_label = "Reset Handles"
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or controls.none_to_move(obj)
+    problems = (controls.none_to_move,)
 
     def run(self, obj):
         controls.remove_deleted(obj)
@@ -117,10 +108,7 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.keyframe_handles"
     bl_label = "Keyframe Handles"
     needs_object_mode = False
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or controls.none_to_move(obj)
+    problems = (controls.none_to_move,)
 
     def run(self, obj):
         usable, notes = _usable(obj)

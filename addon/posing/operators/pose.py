@@ -56,14 +56,11 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.keep_pose"
     bl_label = "Keep Pose"
+    problems = (_unposed_problem,)
 
     name: bpy.props.StringProperty(
         name="Name", description="Name of the new shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
     )
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or _unposed_problem(obj)
 
     def use(self, obj):
         shape = shape_keys.result_positions(obj)
@@ -82,10 +79,7 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.apply_pose"
     bl_label = "Apply as Rest"
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or _unposed_problem(obj)
+    problems = (_unposed_problem,)
 
     def use(self, obj):
         handles = [handle for handle in obj.meanvalue.handles if handle.control is not None]
@@ -94,6 +88,4 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         notes = new_rest.become(obj)
         bound_record.clear(obj.meanvalue.bound)
         controls.attach_where_they_are(obj, handles)
-        if subject.sharing_note(obj):
-            notes.append(subject.sharing_note(obj))
-        return "The pose is the rest shape now", notes
+        return "The pose is the rest shape now", [*notes, *subject.sharing_notes(obj)]

@@ -18,6 +18,7 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.grow_region"
     bl_label = "Grow Region from Handle"
+    problems = (controls.none_active,)
 
     distance: bpy.props.FloatProperty(
         name="Distance",
@@ -31,10 +32,6 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
     extend: bpy.props.BoolProperty(
         name="Extend", description="Add to the region that is there, in place of replacing it", default=False
     )
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or controls.none_active(obj)
 
     def run(self, obj):
         settings = obj.meanvalue

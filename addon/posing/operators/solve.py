@@ -21,10 +21,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bind"
     bl_label = "Update"
     doing = "Updating"
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or scene_input.unheld_problem(obj)
+    problems = (scene_input.unheld_problem,)
 
     def start_reading(self, obj):
         return scene_input.start_reading(obj)
@@ -89,9 +86,8 @@ class SolvingOperator(BackgroundOperator):
         notes = shape_keys.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)
         bound_record.write_solve(obj.meanvalue.bound, summary)
-        shared = subject.sharing_note(obj)
         solved_into = f"Solved into '{obj.meanvalue.result_key}' in {wording.seconds(summary.seconds)}"
-        return ". ".join([solved_into, *notes, *([shared] if shared else [])]), warnings
+        return ". ".join([solved_into, *notes, *subject.sharing_notes(obj)]), warnings
 
 
 class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
@@ -99,10 +95,7 @@ class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.solve"
     bl_label = "Solve"
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or scene_input.unheld_problem(obj) or targets.problem(obj)
+    problems = (scene_input.unheld_problem, targets.problem)
 
     def prepare(self, obj, reading):
         return Posing(obj, reading, CONTROLS)

@@ -8,7 +8,6 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from ... import compat
-from ...widgets import overlay
 from ..bridge import overlay_data
 
 #: Size of an anchor at interface scale 1: what is posed is to be seen between them.
@@ -108,11 +107,6 @@ def _vertex_buffer(look):
     return vertices
 
 
-def register():
-    overlay.painters.append(paint)
-
-
-def unregister():
+def forget():
     global _batches
-    overlay.painters.remove(paint)
     _batches = None

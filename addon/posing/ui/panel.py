@@ -8,7 +8,7 @@ from ...live import engine
 from ...scene import mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay, panels
-from ...widgets.panels import PanelPart, SidebarPanel
+from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings
 from ...widgets.text_box import draw_wrapped
 from ..bridge import bound_record, controls, scene_input, targets
 from ..operators import tool_choice
@@ -106,9 +106,7 @@ class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
         return super().poll(context) and _active_handle(subject.of(context)) is not None
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = column_of_settings(self.layout)
         obj = subject.of(context)
         handle = _active_handle(obj)
         layout.prop_search(handle, "name", obj, "vertex_groups", text="Group")
@@ -154,9 +152,7 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
     bl_order = 100
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = column_of_settings(self.layout)
         settings = subject.of(context).meanvalue
         layout.prop(settings, "method")
         rigidity = layout.row()
@@ -186,9 +182,7 @@ def _draw_grab(layout, context, obj):
     is_active = tool_choice.is_active(context)
     button = grab.operator("meanvalue.grab", text="Grab", icon='VIEW_PAN', depress=is_active)
     button.choose_tool = True
-    column = layout.column()
-    column.use_property_split = True
-    column.use_property_decorate = False
+    column = column_of_settings(layout)
     tool = tool_choice.settings(context)
     if tool is not None:
         column.prop(tool, "size")

@@ -46,9 +46,8 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
                 f"{wording.counted(wrapped.flipped, 'triangle is', 'triangles are')} turned over. Pick pairs "
                 "where they crowd"
             )
-        sharing = subject.sharing_note(obj)
         return (
             f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {distance.mean():.3%} of its size "
             f"off on average, {distance.max():.2%} at most",
-            [*notes, *([sharing] if sharing else [])],
+            [*notes, *subject.sharing_notes(obj)],
         )
