@@ -13,19 +13,19 @@ NEWER = "9.9.9"
 
 @pytest.fixture
 def newer(tmp_path):
-    """The tested zip with a higher version, and a mark in a module that is loaded. The tested one is put back after."""
+    """The tested zip with a higher version, and a mark in a class of it. The tested one is put back after."""
     path = tmp_path / "newer.zip"
     with zipfile.ZipFile(installed.ZIP) as old, zipfile.ZipFile(path, "w") as new:
         for name in old.namelist():
             content = old.read(name)
             if name.endswith("blender_manifest.toml"):
                 content = re.sub(rb'(?m)^version = ".*"', f'version = "{NEWER}"'.encode(), content)
-            elif name.endswith("baking/properties.py"):
-                content += f'\nMARK = "{NEWER}"\n'.encode()
+            elif name.endswith("baking/panel.py"):
+                content += f'\nMEANVALUE_PT_bake.MARK = "{NEWER}"\n'.encode()
             new.writestr(name, content)
     yield path
     _install_over(installed.ZIP)
-    assert not hasattr(installed.part("baking.properties"), "MARK")
+    assert not hasattr(bpy.types.MEANVALUE_PT_bake, "MARK")
 
 
 def _install_over(path):
@@ -44,7 +44,7 @@ def test_updating_while_it_is_on(newer):
     steps.solve()
     before = len([name for name in dir(bpy.types) if name.startswith("MEANVALUE_")])
     _install_over(newer)
-    assert installed.part("baking.properties").MARK == NEWER
+    assert bpy.types.MEANVALUE_PT_bake.MARK == NEWER
     assert len([name for name in dir(bpy.types) if name.startswith("MEANVALUE_")]) == before
     assert obj.meanvalue.bound.is_bound
     steps.solve()
