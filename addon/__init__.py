@@ -6,8 +6,8 @@ Nothing is imported here but what register() needs, so that `core/` can be used 
 
 import sys
 
-# Blender loads this file alone anew after an update over a copy that was on; the rest, and the names that it has in here,
-# would be the older version's. But for the compiled module: it cannot be loaded twice.
+# Blender loads this file alone anew after an update over a copy that was on; the rest, and what names it in here, would
+# be the older version's. But for the compiled module: it cannot be loaded twice.
 for _name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
     if not _name.startswith(f"{__name__}.lib"):
         del sys.modules[_name]
