@@ -181,13 +181,6 @@ def test_markers_that_were_never_seen_are_left_out():
         read_c3d(capture_files.c3d(walker.LABELS, np.full((20, 8, 3), np.nan)))
 
 
-def test_points_without_a_residual_are_kept_and_told():
-    residuals = np.ones((20, 8))
-    residuals[:, 4] = 0.0
-    take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, residuals=residuals))
-    assert take.labels == walker.LABELS and has_note(take, "LKNE", "computed")
-
-
 def test_a_file_of_model_outputs_alone_is_refused():
     content = capture_files.c3d(["A", "B"], METRES[:, :2], point={"ANGLES": ["A"], "POWERS": ["B"]})
     with pytest.raises(MotionFileError, match=r"no marker.*1 angles, 1 powers"):

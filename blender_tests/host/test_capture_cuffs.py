@@ -5,7 +5,6 @@ import numpy as np
 
 from addon.capture.core import cuffs, landmarks, marker_sets
 from addon.capture.core.matching import match_to_surface
-from addon.capture.core.rings import ring_around
 from addon.scene.core.surface import Surface
 from blender_tests.support import body_mesh, walking_figure
 
@@ -42,7 +41,7 @@ def test_shanks_of_a_walk_get_cuffs_that_move_with_the_bone():
         assert np.linalg.norm(places(cuff) - truth, axis=2).max() < 1e-3, "the knee's marker goes with the thigh"
         shank = [k for k, name in enumerate(NAMES) if f"shank.{side}" in landmarks.segments_of(name)]
         held = VERTICES[[*ANCHORS[shank], *cuff.vertices]]
-        assert ring_around(cuff.centre, UP, VERTICES, TRIANGLES, held).bare < 0.6 * np.pi
+        assert cuffs.ring_around(cuff.centre, UP, VERTICES, TRIANGLES, held).bare < 0.6 * np.pi
 
 
 def test_a_segment_whose_roll_its_markers_do_not_tell_gets_none():
@@ -73,7 +72,7 @@ def test_markers_all_round_need_no_cuff():
     walk = walking_figure.take(60).clean
     names = list(NAMES)
     height = REFERENCE[walking_figure.LABELS.index("LShin"), 2]
-    ring = ring_around(np.array([0.09, 0.0, height]), UP, VERTICES, TRIANGLES, NOTHING)
+    ring = cuffs.ring_around(np.array([0.09, 0.0, height]), UP, VERTICES, TRIANGLES, NOTHING)
     more = ring.spread(4, set())
     joints, turns, _ = walking_figure.walking(np.arange(60) / 100.0)
     rest, _ = walking_figure.upright(1, 1.0)

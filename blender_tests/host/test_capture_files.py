@@ -77,7 +77,7 @@ def turned(up):
     return METRES @ rotation
 
 
-@pytest.mark.parametrize("up", readers.UP_AXES)
+@pytest.mark.parametrize("up", units.UP_AXES)
 def test_up_comes_from_the_file_or_by_choice_and_nothing_is_mirrored(up):
     across = "+X" if up[-1] != "X" else "+Y"
     screen = (across, up if up[0] == "-" else f"+{up}")

@@ -9,8 +9,7 @@ from addon.capture.core.alignment import align_to_mesh
 from addon.capture.core.body import Body
 from addon.capture.core.limb import Limb
 from addon.capture.core.limb_posing import posed_and_actor
-from addon.capture.core.matching import match_to_surface
-from addon.capture.core.skin import skin_targets
+from addon.capture.core.matching import match_to_surface, skin_targets
 from addon.scene.core.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 

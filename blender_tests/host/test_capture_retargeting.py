@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from addon.capture.core import landmarks, marker_sets, readers, stances
-from addon.capture.core.foot_planting import find_feet
+from addon.capture.core import landmarks, marker_sets, readers
+from addon.capture.core.foot_planting import find_feet, find_stances
 from addon.capture.core.retargeting import retarget
 from addon.errors import InvalidMotionError
 from addon.scene.core.rigid import fit_rotations
@@ -44,7 +44,7 @@ def feet_of(names=NAMES):
 
 def largest_slide(result, capture, names=NAMES, height=HEIGHT, rate=100.0):
     feet = feet_of(names)
-    stands = stances.find_stances(capture[:, feet], rate, height, (0.05, 0.09))
+    stands = find_stances(capture[:, feet], rate, height, (0.05, 0.09))
     assert stands.any()
     return largest_travel(result[:, feet], stands)
 

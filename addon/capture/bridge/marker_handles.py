@@ -1,25 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The soft handles that carry a mesh after the markers of a take, one vertex each, and their animated controls."""
+"""The soft handles that carry a mesh after the markers of a take, and their animated controls.
+
+One vertex for each marker, and for each cuff (core.cuffs) some around a limb, whose control turns, too.
+"""
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
-from ...posing.bridge import controls
+from ...posing.bridge import control_places, controls
 from ...scene import actions, vertex_groups
-from ...scene.core import sample_times
+from ...scene.core import motion, sample_times
 from . import marker_pairs
 
 #: Size of a control, as a share of the mesh's bounding-box diagonal.
 CONTROL_SIZE = 0.006
 
-COLOR = (0.34, 0.71, 0.91)
+#: Radius of a cuff's control over that of the limb.
+AROUND = 1.15
+
+COLOR, CUFF_COLOR = (0.34, 0.71, 0.91), (0.0, 0.62, 0.45)
 
 #: Motion capture is noisy, yet more to be trusted than the rest shape.
 STRENGTH = 1.0
 
 
 def update_handles(obj, matched):
-    """Handles for every marker that was matched (bridge.marker_matching.Matched), and for no other."""
+    """Handles for every marker and cuff that was matched (bridge.marker_matching.Matched), and for no other."""
     capture = obj.meanvalue.capture
     for pair in capture.pairs:
         if pair.name not in matched.names:
@@ -33,6 +40,12 @@ def update_handles(obj, matched):
     capture.reference_frame = matched.frame
     for number in range(len(matched.names)):
         update_handle(obj, matched, number)
+    handles, cuffs = obj.meanvalue.handles, {f"{cuff.segment} cuff": cuff for cuff in matched.cuffs}
+    for index in reversed(range(len(handles))):
+        if handles[index].cuff and handles[index].made_control and handles[index].cuff not in cuffs:
+            controls.remove_handle(obj, index)
+    for name, cuff in cuffs.items():
+        _update_cuff(obj, matched, name, cuff)
 
 
 def update_handle(obj, matched, number):
@@ -42,16 +55,32 @@ def update_handle(obj, matched, number):
     """
     name, vertex = matched.names[number], int(matched.vertices[number])
     pair = obj.meanvalue.capture.pairs[name]
-    handle = marker_pairs.handle_of(obj, pair) or make_soft_handle(obj, name, COLOR)
+    handle = marker_pairs.handle_of(obj, pair) or _make_soft_handle(obj, name, COLOR)
     handle.marker = name
-    control = control_of(obj, handle, name, 'CUBE', CONTROL_SIZE * matched.size)
-    at_rest = np.eye(4)
-    at_rest[:3, 3] = matched.rest[number]
-    controls.choose(handle, control, at_rest)
-    give_members(obj, handle, np.array([vertex]))
+    control = _control_of(obj, handle, name, 'CUBE', CONTROL_SIZE * matched.size)
+    controls.choose(handle, control, _at(matched.rest[number], np.eye(3)))
+    _give_members(obj, handle, np.array([vertex]))
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
-    _animate(control, matched.targets[:, number], matched.frames, matched.rest[number], matched.ramp)
+    _animate(control, matched, matched.targets[:, number], matched.rest[number])
+
+
+def _update_cuff(obj, matched, name, cuff):
+    """As update_handle()."""
+    handle = next((handle for handle in obj.meanvalue.handles if handle.cuff == name and handle.made_control), None)
+    handle = handle or _make_soft_handle(obj, name, CUFF_COLOR)
+    handle.cuff = name
+    control = _control_of(obj, handle, name, 'SPHERE', AROUND * cuff.radius)
+    frame = control_places.unscaled(obj)  # in it a turn of the control is a turn in the world
+    controls.choose(handle, control, _at(cuff.centre, frame))
+    handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
+    (rig,) = control_places.rig_transforms(obj, [handle])
+    control_places.follow_rig(obj, handle, rig)
+    _give_members(obj, handle, cuff.vertices)
+    to_control = np.linalg.inv(frame)
+    basis = to_control @ np.linalg.inv(np.array(obj.matrix_world, np.float64)[:3, :3])
+    turns = basis @ cuff.turns @ np.linalg.inv(basis)
+    _animate(control, matched, cuff.centres @ to_control.T, to_control @ cuff.centre, turns)
 
 
 def drop(obj, pair):
@@ -62,7 +91,7 @@ def drop(obj, pair):
     _remove_if_empty(obj)
 
 
-def make_soft_handle(obj, name, color):
+def _make_soft_handle(obj, name, color):
     """A soft handle that follows a control, with a vertex group of its own."""
     handle = obj.meanvalue.handles.add()
     handle.name = vertex_groups.make(obj, name).name
@@ -74,7 +103,7 @@ def make_soft_handle(obj, name, color):
     return handle
 
 
-def give_members(obj, handle, vertices):
+def _give_members(obj, handle, vertices):
     """Has the handle hold these vertices, and no other. Its group is made again where the artist took it away."""
     if handle.name not in obj.vertex_groups:
         handle.name = vertex_groups.make(obj, handle.marker or handle.cuff).name
@@ -82,16 +111,14 @@ def give_members(obj, handle, vertices):
     vertex_groups.replace_members(obj, obj.vertex_groups[handle.name], vertices)
 
 
-def control_of(obj, handle, name, shape, size):
-    """The control of a handle, or a new one: the first, or for one that was deleted or is the original's."""
+def _control_of(obj, handle, name, shape, size):
+    """The control of a handle, or a new one: the first, or for one that was deleted or is the original's.
+
+    It is a child of the object, as all controls, so that moving the object moves the whole character.
+    """
     control = handle.control
     if control is not None and control.users_scene and controls.owner_of(control) == obj:
         return control
-    return _make_control(obj, handle, name, shape, size)
-
-
-def _make_control(obj, handle, name, shape, size):
-    """A child of the object, as all controls, so that moving the object moves the whole character."""
     control = bpy.data.objects.new(f"{obj.name} {name}", None)
     _collection(obj).objects.link(control)
     control.empty_display_type = shape
@@ -102,19 +129,36 @@ def _make_control(obj, handle, name, shape, size):
     return control
 
 
-def write_influence(control, present, frames, ramp):
-    """Keys the influence of a control: 0 where its markers are away, fading over `ramp` samples before and after."""
-    keyed, values = sample_times.changing_keys(sample_times.ramps(present, ramp), frames)
+def _at(place, axes):
+    """4 x 4 of a place (3,) with axes 3 x 3."""
+    result = control_places.to_4x4(axes)
+    result[:3, 3] = place
+    return result
+
+
+def _animate(control, matched, places, rest, turns=None):
+    """Keys where the control goes: places (f, 3), turns (f, 3, 3) or None; rest (3,) is for a take without any. Its
+    influence is 0 where they are NaN, and fades before and after."""
+    frames, present = matched.frames, ~np.isnan(places).any(axis=1)
+    actions.write_vector(control, "location", frames[present], places[present])
+    control.location = places[int(present.argmax())] if present.any() else rest
+    if turns is not None and present.any():
+        quaternions = _quaternions(turns[present])
+        control.rotation_mode = 'QUATERNION'
+        actions.write_vector(control, "rotation_quaternion", frames[present], quaternions)
+        control.rotation_quaternion = quaternions[0]
+    keyed, values = sample_times.changing_keys(sample_times.ramps(present, matched.ramp), frames)
     actions.write_curve(control, "meanvalue.influence", 0, keyed, values)
     if len(keyed) == 0:
         control.meanvalue.influence = 1.0
 
 
-def _animate(control, targets, frames, rest, ramp):
-    present = ~np.isnan(targets).any(axis=1)
-    actions.write_vector(control, "location", frames[present], targets[present])
-    write_influence(control, present, frames, ramp)
-    control.location = targets[int(present.argmax())] if present.any() else rest
+def _quaternions(turns):
+    """(f, 4) of turns (f, 3, 3), each on the side of the one before: between keys the short way is taken."""
+    result = np.array([Matrix(turn.tolist()).to_quaternion()[:] for turn in turns]).reshape(-1, 4)
+    signs = np.where((result[1:] * result[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
+    result[1:] *= np.cumprod(signs)[:, None]
+    return result
 
 
 def _collection(obj):
@@ -123,13 +167,9 @@ def _collection(obj):
     if capture.controls is None:
         capture.controls = bpy.data.collections.new(f"{obj.name} Markers")
     parent = obj.users_collection[0] if obj.users_collection else bpy.context.scene.collection
-    if not any(capture.controls.name in other.children for other in (*bpy.data.collections, *_roots())):
+    if not any(capture.controls in scene.collection.children_recursive for scene in bpy.data.scenes):
         parent.children.link(capture.controls)
     return capture.controls
-
-
-def _roots():
-    return [scene.collection for scene in bpy.data.scenes]
 
 
 def _remove_if_empty(obj):

@@ -14,7 +14,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points, motion
 from ...solver.core.steps import result_of
-from ..core import alignment, cuffs, filtering, gaps, landmarks, matching, retargeting, skin
+from ..core import alignment, cuffs, filtering, gaps, landmarks, matching, retargeting
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
 from . import match_notes
@@ -107,7 +107,7 @@ def steps(given):
         yield "retargeting", 0.6
         markers, match = _retargeted(given, markers, match)
     yield "following the skin", 0.7
-    targets = skin.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)
+    targets = matching.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)
     yield "laying cuffs", 0.8
     to_object = np.linalg.inv(given.to_world)
     found, told_of_cuffs = _cuffs(given, markers, match, to_object)

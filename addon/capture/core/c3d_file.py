@@ -16,8 +16,7 @@ import numpy as np
 from ...errors import MotionFileError
 from . import model_outputs, units
 from .c3d_parameters import BLOCK, NUMBER_FORMATS, Parameters
-from .recording import Recording, usable_rate
-from .take import Take
+from .recording import Recording, Take, usable_rate
 
 MAGIC = 0x50
 LONGEST = 65535
@@ -33,20 +32,12 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     layout, notes = _find_layout(header, parameters, len(data), file)
     labels = parameters.all_strings("POINT", "LABELS")
     labels = (labels + [""] * layout.points)[: layout.points]
-    kinds = model_outputs.kinds(labels, model_outputs.listed_in(parameters))
-    positions, computed = _samples(data, numbers, layout)
-    computed = [is_computed for is_computed, kind in zip(computed, kinds, strict=True) if kind is None]
-    if any(computed) and not all(computed):
-        names = [label for label, kind in zip(labels, kinds, strict=True) if kind is None]
-        names = [name or "without name" for name, is_computed in zip(names, computed, strict=True) if is_computed]
-        shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
-        notes.append(f"{len(names)} points have no residual in any frame ({shown}): they were computed, or filtered")
     return Recording(
         file=file,
         rate_hz=usable_rate(parameters.number("POINT", "RATE"), header.rate),
         labels=labels,
-        kinds=kinds,
-        positions=positions,
+        kinds=model_outputs.kinds(labels, model_outputs.listed_in(parameters)),
+        positions=_positions(data, numbers, layout),
         unit=parameters.string("POINT", "UNITS"),
         up_axis=_screen_up(parameters),
         usual_up=_usual_up(parameters),
@@ -180,12 +171,8 @@ def _field_number(parameters, name):
     return int(values[0]) + (65536 * values[1] if len(values) > 1 and isinstance(values[1], int) else 0)
 
 
-def _samples(data, numbers, layout):
-    """(f, m, 3) float64 positions of all points, NaN where they are invalid; (m,) bool: none was measured.
-
-    The fourth word of a sample is -1 where it is invalid; else its low byte is the residual and its high byte has the
-    cameras: both 0 where the point was computed or filtered.
-    """
+def _positions(data, numbers, layout):
+    """(f, m, 3) float64 of all points, NaN where they are invalid: where the fourth word of a sample is -1."""
     kind = "f4" if layout.is_float else "i2"
     words = numbers.numbers(data, kind, layout.start, layout.frames * layout.words)
     frames = words.reshape(layout.frames, layout.words)[:, : 4 * layout.points]
@@ -194,11 +181,8 @@ def _samples(data, numbers, layout):
         positions = frames[..., :3].astype(np.float64)
         if not layout.is_float:
             positions *= layout.scale
-        fourth = frames[..., 3]
-        valid = fourth >= 0  # False for NaN too
-        computed = valid.any(axis=0) & ~(fourth > 0).any(axis=0)
-    positions[~valid] = np.nan
-    return positions, computed
+        positions[~(frames[..., 3] >= 0)] = np.nan  # also where it is NaN
+    return positions
 
 
 def _screen_up(parameters):

@@ -8,10 +8,7 @@ import pathlib
 
 from ...errors import MotionFileError
 from . import bvh_file, c3d_file, trc_file
-from .take import Take
-from .units import UP_AXES
-
-__all__ = ["SUFFIXES", "UP_AXES", "read"]
+from .recording import Take
 
 _READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read}
 
@@ -22,8 +19,9 @@ SUFFIXES = tuple(_READERS)
 def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None) -> Take:
     """The markers in a C3D, TRC or BVH file, as a Take.
 
-    `up_axis`: which of the file's axes points up, one of UP_AXES; None: as the file says. `unit`: metres for one unit
-    of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the notes.
+    `up_axis`: which of the file's axes points up, one of units.UP_AXES; None: as the file says. `unit`: metres for
+    one unit of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the
+    notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
     """
     if not os.fspath(path):

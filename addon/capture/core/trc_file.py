@@ -12,8 +12,7 @@ import math
 import numpy as np
 
 from . import model_outputs
-from .recording import Recording, usable_rate
-from .take import Take
+from .recording import Recording, Take, usable_rate
 from .text_lines import Lines, cells, number_in, quoted
 
 

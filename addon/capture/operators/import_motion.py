@@ -35,7 +35,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
     up_axis: bpy.props.EnumProperty(
         name="Up Axis",
         description="Which axis of the file points up",
-        items=[(FROM_FILE, "From File", "As the file says"), *((axis, axis, "") for axis in readers.UP_AXES)],
+        items=[(FROM_FILE, "From File", "As the file says"), *((axis, axis, "") for axis in units.UP_AXES)],
         default=FROM_FILE,
     )
     unit: bpy.props.EnumProperty(

@@ -8,7 +8,7 @@ from ...errors import SceneError
 from ...posing.bridge import scene_input, targets
 from ...scene import shape_keys, vertex_groups
 from ...widgets.background import BackgroundOperator
-from ..bridge import cuff_handles, marker_handles, marker_matching, marker_pairs, match_input
+from ..bridge import marker_handles, marker_matching, marker_pairs, match_input
 
 
 class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
@@ -26,7 +26,6 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
 
     def _write(self, obj, matched):
         marker_handles.update_handles(obj, matched)
-        cuff_handles.update_handles(obj, matched)
         notes = [*matched.notes, *_shared(obj, matched)]
         try:
             scene_input.gather(obj)

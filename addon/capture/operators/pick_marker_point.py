@@ -6,7 +6,7 @@ import bpy
 from ...errors import SceneError
 from ...scene import selection
 from ...widgets import picking
-from ..bridge import cuff_handles, marker_handles, marker_matching, marker_pairs, match_input
+from ..bridge import marker_handles, marker_matching, marker_pairs, match_input
 
 
 class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator):
@@ -63,7 +63,6 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
             matched = marker_matching.find(match_input.read_again(obj, name, self.vertex))
             if obj.meanvalue.capture.mode == 'RETARGET':  # by the lengths of the character: all move
                 marker_handles.update_handles(obj, matched)
-                cuff_handles.update_handles(obj, matched)
             elif name in matched.names:
                 marker_handles.update_handle(obj, matched, matched.names.index(name))
         pair = obj.meanvalue.capture.pairs[name]
