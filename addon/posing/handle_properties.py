@@ -15,8 +15,9 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 
 
 def _choose_group(handle, context):
-    """A group that the artist chose is not the add-on's to delete; see controls.name_group()."""
-    handle.made_group = False
+    """As of a region, see properties.py."""
+    if handle.name != handle.made_group:
+        handle.made_group = ""
     tell(handle, context)
 
 
@@ -130,7 +131,7 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         default=(1.0, 0.55, 0.1),
         update=_paint,
     )
-    made_group: aside(BoolProperty)(options={'HIDDEN'})  # Add Handle made the vertex group, so Remove takes it away
+    made_group: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for it: Remove takes it away
     made_control: aside(BoolProperty)(options={'HIDDEN'})
     is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
     marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made it for this marker

@@ -3,7 +3,7 @@
 when their objects are appended. To be deleted once nobody has such files."""
 
 import bpy
-from bpy.props import CollectionProperty, EnumProperty, IntProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty
 
 from .. import wording
 from ..scene import views
@@ -11,8 +11,8 @@ from ..scene.declarations import aside
 from .bridge import control_places, controls
 from .handle_properties import MEANVALUE_PG_handle
 
-#: What controls.choose() and name_group() set.
-_SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "name", "made_group"}
+#: What controls.choose() sets, and what is stored otherwise.
+_SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "made_group"}
 
 
 class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
@@ -23,6 +23,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
         "follows": EnumProperty(
             items=(('SHAPE', "", "", 0), ('CONTROL', "", "", 1), ('REST', "", "", 2)), default='SHAPE'
         ),
+        "made_group": BoolProperty(),
     }
 
 
@@ -48,7 +49,7 @@ def _carry_over(obj):
             if name not in _SET_APART:
                 setattr(handle, name, getattr(old, name))
         handle.follows = 'REST' if old.follows == 'SHAPE' else old.follows
-        controls.name_group(handle, old.name, old.made_group)
+        handle.made_group = old.name if old.made_group else ""
         controls.choose(handle, old.control, control_places.at_rest(old), made=old.made_control)
         if old.follows == 'SHAPE':
             followed_key.append(old.name)

@@ -19,7 +19,7 @@ from .live import follower
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
-    """What the mesh was bound as, see posing/bridge/bound_record.py. Counts are for messages, digests for comparing"""
+    """What the mesh was bound as: a solver/core/fingerprint.py. Counts are for messages, digests for comparing"""
 
     is_bound: BoolProperty()
     vertex_count: IntProperty()
@@ -30,18 +30,6 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     roi: StringProperty()
     settings: StringProperty()
     mirror: StringProperty()
-    anchor_count: IntProperty()
-    free_count: IntProperty()
-    unheld_part_count: IntProperty()
-    following_part_count: IntProperty()
-    seconds: FloatProperty()
-
-    is_solved: BoolProperty()
-    solve_iterations: IntProperty()
-    solve_energy: FloatProperty()
-    solve_seconds: FloatProperty()
-    solve_converged: BoolProperty()
-    solve_stop_reason: StringProperty()
 
 
 def _choose_region(settings, context):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from support import installed, meshes
+from support import installed, meshes, steps
 
 from .errors import DemoError
 
@@ -23,9 +23,6 @@ class PoseFigures:
     free_count: int
     anchor_count: int
     guarded_count: int
-    iterations: int
-    converged: bool
-    stop_reason: str
     energy_before: float
     energy_after: float
     bind_seconds: float
@@ -137,20 +134,17 @@ def group_indices(obj, name):
 
 
 def figures(obj, teleported, bind_seconds, solve_seconds):
-    """PoseFigures from what the add-on keeps on the object, and G of `teleported` (n, 3) and of the result."""
-    record = obj.meanvalue.bound
+    """PoseFigures from what it is bound as, and G of `teleported` (n, 3) and of the result."""
+    bound = steps.summary(obj)
     rest = positions(obj)
     encoding = whole_encoding(obj, rest)
     diagonal = np.linalg.norm(rest.max(axis=0) - rest.min(axis=0))
     return PoseFigures(
         vertex_count=len(obj.data.vertices),
         face_count=len(obj.data.polygons),
-        free_count=record.free_count,
-        anchor_count=record.anchor_count,
+        free_count=bound.free_count,
+        anchor_count=bound.anchor_count,
         guarded_count=len(encoding.guarded),
-        iterations=record.solve_iterations,
-        converged=record.solve_converged,
-        stop_reason=record.solve_stop_reason,
         energy_before=encoding.energy(teleported) / diagonal**2,
         energy_after=encoding.energy(positions(obj, result_key(obj))) / diagonal**2,
         bind_seconds=bind_seconds,

@@ -14,12 +14,10 @@ def subject_lines(title, figures, seconds, files):
 
     figures: pose.PoseFigures; seconds: {stage: seconds}; files: names relative to the output folder.
     """
-    end = "converged" if figures.converged else f"NOT converged ({figures.stop_reason})"
     rows = [
         ("vertices, faces", f"{figures.vertex_count:,}, {figures.face_count:,}"),
         ("free vertices", f"{figures.free_count:,}"),
         ("anchors", f"{figures.anchor_count:,}"),
-        ("iterations", f"{figures.iterations}, {end}"),
         ("energy G at the start", f"{figures.energy_before:.3e}"),
         ("energy G solved", f"{figures.energy_after:.3e}"),
         ("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())),

@@ -136,13 +136,20 @@ def turned_with_bone(armature, points, degrees):
     return points @ turn[:3, :3].T + turn[:3, 3]
 
 
-def test_a_turn_on_an_object_scaled_unevenly_does_not_shear():
+@pytest.mark.parametrize("is_scaled_first", [True, False])
+def test_a_turn_on_an_object_scaled_unevenly_does_not_shear(is_scaled_first):
+    """Where it was scaled after the control was made, from the next Reset on."""
     obj = meshes.tube(rigs.RINGS, rigs.SEGMENTS, "Arm")
+    rigs.pin(obj, "Bottom", BOTTOM)
+    control = None if is_scaled_first else rigs.handle(obj, "Top", TOP)
     obj.scale = (1.0, 3.0, 0.5)
     obj.rotation_euler = (0.3, 0.2, 0.1)
     update()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Top", TOP)
+    control = control or rigs.handle(obj, "Top", TOP)
+    if not is_scaled_first:
+        meshes.activate(obj)
+        assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+        assert np.abs(rigs.seen(obj) - steps.key_positions(obj, "Basis")).max() < NEAR * rigs.size(obj)
     world = np.array(obj.matrix_world)
     before = (rigs.seen(obj) @ world[:3, :3].T + world[:3, 3])[TOP]
     control.rotation_mode = 'XYZ'

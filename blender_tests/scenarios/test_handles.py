@@ -27,7 +27,7 @@ def test_a_handle_of_selected_vertices():
     assert bpy.ops.meanvalue.add_handle(name="Head") == {'FINISHED'}
     (handle,) = obj.meanvalue.handles
     control = handle.control
-    assert (handle.name, handle.follows, handle.made_group, handle.made_control) == ("Head", 'CONTROL', True, True)
+    assert (handle.name, handle.follows, handle.made_group, handle.made_control) == ("Head", 'CONTROL', "Head", True)
     group = obj.vertex_groups["Head"]
     members = [vertex.index for vertex in obj.data.vertices if any(g.group == group.index for g in vertex.groups)]
     assert members == list(TOP)
@@ -105,6 +105,21 @@ def test_removing_a_handle_takes_what_was_made_for_it():
     assert [each.name for each in bpy.data.objects] == ["Tube"]
     assert len(obj.vertex_groups) == 0 and len(obj.meanvalue.handles) == 0
     assert bpy.context.object == obj
+
+
+@pytest.mark.parametrize("order", [("name", "made_group"), ("made_group", "name")])
+@pytest.mark.parametrize("chosen", [(), ("Mine",), ("Mine", "Head")])
+def test_a_group_that_was_made_goes_with_its_handle_unless_the_artist_chose_one(order, chosen):
+    obj = meshes.tube(17, 8)
+    steps.add_group(obj, "Head", TOP)
+    steps.add_group(obj, "Mine", TOP)
+    handle = obj.meanvalue.handles.add()
+    for name in order:
+        setattr(handle, name, "Head")
+    for name in chosen:
+        handle.name = name
+    bpy.ops.meanvalue.remove_handle()
+    assert obj.vertex_groups.keys() == (["Head", "Mine"] if chosen else ["Mine"])
 
 
 def test_removing_a_handle_leaves_what_was_there_before():

@@ -48,7 +48,7 @@ def test_eyes_go_along_with_a_turned_head_live_and_solved_and_baked(tmp_path):
     obj, control, parts = heads.head()
     turn(control)
     assert_carried(obj, parts, shown(obj))
-    assert obj.meanvalue.bound.following_part_count == 6
+    assert steps.summary(obj).following_part_count == 6
     live = shown(obj)
     obj.meanvalue.live = False
     steps.solve()
@@ -69,7 +69,7 @@ def test_eyes_stay_where_that_is_wanted():
     steps.solve()
     loose = np.concatenate([part for each in parts.values() for part in each])
     assert np.array_equal(shown(obj)[loose], rest(obj)[loose])
-    assert obj.meanvalue.bound.following_part_count == 0
+    assert steps.summary(obj).following_part_count == 0
     obj.meanvalue.loose_parts = 'follow'
     steps.solve()
     assert_carried(obj, parts, shown(obj))
@@ -178,7 +178,7 @@ def test_an_open_seam_is_closed_for_the_solver_only(distance):
     if distance:
         assert np.abs(moved[left] - moved[right]).max() < 1e-6
         assert 0.1 < moved[left][:, 2].mean() < 0.9
-        assert obj.meanvalue.bound.vertex_count == 42 and obj.meanvalue.bound.anchor_count == 8
+        assert obj.meanvalue.bound.vertex_count == 42 and steps.summary(obj).anchor_count == 8
     else:
         assert np.abs(moved[left] - moved[right]).max() > 0.5
     assert np.abs(moved[[26, 27, 34, 41], 2] - 1.0).max() < 1e-6

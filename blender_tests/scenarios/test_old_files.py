@@ -12,7 +12,7 @@ from support import installed, meshes, steps
 FILES = pathlib.Path(__file__).parent.parent / "files"
 RECORDED = json.loads((FILES / "version_0_1.json").read_text())["objects"]
 FOLLOWED_A_KEY = ("Shaped", "Scripted")
-KEPT = ("name", "is_enabled", "is_soft", "is_pin", "bone", "marker", "cuff", "made_group", "made_control")
+KEPT = ("name", "is_enabled", "is_soft", "is_pin", "bone", "marker", "cuff", "made_control")
 SETTINGS = ("live", "roi_group", "roi_invert", "made_region", "symmetric", "method", "result_key", "show_overlay")
 
 
@@ -43,6 +43,7 @@ def require_settings(obj, recorded):
     for handle, expected in zip(settings.handles, recorded["handles"], strict=True):
         for name in KEPT:
             assert getattr(handle, name) == expected[name], (obj.name, name)
+        assert (handle.name == handle.made_group) == expected["made_group"]
         assert (handle.control.name if handle.control else None) == expected["control"]
         assert handle.follows == ('REST' if expected["follows"] == 'SHAPE' else expected["follows"])
         assert handle.strength == pytest.approx(expected["strength"])

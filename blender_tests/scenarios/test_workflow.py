@@ -87,7 +87,7 @@ def test_bind_changes_nothing_but_its_record():
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     assert_same(before, snapshot(obj, without=("settings",)))
     assert obj.meanvalue.bound.is_bound
-    assert (obj.meanvalue.bound.anchor_count, obj.meanvalue.bound.free_count) == (3, 22)
+    assert (steps.summary(obj).anchor_count, steps.summary(obj).free_count) == (3, 22)
 
 
 def test_the_result_shows_and_the_pose_does_not_add_to_it():

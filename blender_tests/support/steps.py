@@ -65,6 +65,12 @@ def is_bound(obj):
     return obj.meanvalue.bound.is_bound and installed.part("posing.bridge.bound_record").problem(obj) is None
 
 
+def summary(obj):
+    """The BindSummary of what `obj` is bound as."""
+    bind_input = installed.part("posing.bridge.scene_input").gather(obj)
+    return installed.part("solver.session").cached(bind_input).summary
+
+
 def is_stale(obj):
     """Whether the panel asks for Update."""
     found = installed.part("posing.bridge.bound_record").problem(obj)

@@ -94,8 +94,7 @@ def drop(obj, pair):
 def _make_soft_handle(obj, name, color):
     """A soft handle that follows a control, with a vertex group of its own."""
     handle = obj.meanvalue.handles.add()
-    handle.name = vertex_groups.make(obj, name).name
-    handle.made_group = True
+    handle.name = handle.made_group = vertex_groups.make(obj, name).name
     handle.color = color
     handle.follows = 'CONTROL'
     handle.is_soft = True
@@ -106,8 +105,7 @@ def _make_soft_handle(obj, name, color):
 def _give_members(obj, handle, vertices):
     """Has the handle hold these vertices, and no other. Its group is made again where the artist took it away."""
     if handle.name not in obj.vertex_groups:
-        handle.name = vertex_groups.make(obj, handle.marker or handle.cuff).name
-        handle.made_group = True  # after naming one, which says that it is the artist's
+        handle.name = handle.made_group = vertex_groups.make(obj, handle.marker or handle.cuff).name
     vertex_groups.replace_members(obj, obj.vertex_groups[handle.name], vertices)
 
 

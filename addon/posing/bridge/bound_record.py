@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The binding as it is kept in the .blend, a fingerprint and figures, and whether it is still that of the scene."""
+"""The binding as it is kept in the .blend, a fingerprint, and whether it is still that of the scene."""
 
 from dataclasses import fields
 
@@ -46,25 +46,14 @@ def problem(obj, quiet_seconds=0.0):
     return None
 
 
-def write(record, now, summary):
-    """Remembers a binding. What an earlier solve found no longer belongs to it."""
-    _write(record, now)
-    _write(record, summary)
+def write(record, now):
+    """Remembers the binding of a Fingerprint."""
+    for field in fields(now):
+        setattr(record, field.name, getattr(now, field.name))
     record.is_bound = True
-    record.is_solved = False
-
-
-def write_solve(record, summary):
-    _write(record, summary, "solve_")
-    record.is_solved = True
 
 
 def clear(record):
     for prop in record.bl_rna.properties:
         if prop.identifier not in {"rna_type", "name"}:
             record.property_unset(prop.identifier)
-
-
-def _write(record, value, prefix=""):
-    for field in fields(value):
-        setattr(record, prefix + field.name, getattr(value, field.name))

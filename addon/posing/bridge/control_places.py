@@ -161,6 +161,8 @@ def reset(obj, handles):
     """Puts controls back to where their handles are in the rest shape. Returns the handles that are elsewhere still."""
     bpy.context.view_layer.update()
     handles = sorted(handles, key=_depth)
+    for handle in handles:
+        _renew_frame(obj, handle)
     for _ in range(MOST_RESETS):
         transforms = _follow_rig(obj, handles)
         if not _elsewhere(obj, handles, transforms):
@@ -171,6 +173,17 @@ def reset(obj, handles):
         if not rig_space.is_there(obj):
             break
     return _elsewhere(obj, handles, _follow_rig(obj, handles))
+
+
+def _renew_frame(obj, handle):
+    """Takes the uneven scale that the object has now out of where the control stands, as when it was made. Not of one
+    with keyframes, whose channels would mean other places."""
+    animation = handle.control.animation_data
+    if not follows_rig(obj, handle) or (animation is not None and animation.action is not None):
+        return
+    frame, rest = unscaled(obj), at_rest(handle)
+    rest[:3, :3] = frame @ np.linalg.inv(frame_of(handle)) @ rest[:3, :3]
+    handle.control_frame, handle.rest_relation = frame.ravel(), rest.ravel()
 
 
 def _depth(handle):

@@ -179,12 +179,6 @@ def is_attached(handle):
     return (handle.attached, handle.attached_bone) == (handle.control, handle.bone)
 
 
-def name_group(handle, name, made):
-    """Sets the vertex group. made: by the add-on, so that it goes with the handle."""
-    handle.name = name
-    handle.made_group = made  # after the name, whose change says that the artist chose it
-
-
 def choose(handle, control, rest_relation, made=True):
     """Sets the control and where it is at rest (4 x 4). made: by the add-on, so that it goes with the handle."""
     handle.attached, handle.attached_bone = control, handle.bone
@@ -217,7 +211,7 @@ def remove_handle(obj, index):
     """
     settings = obj.meanvalue
     handle = settings.handles[index]
-    name, made_group, control = handle.name, handle.made_group, handle.control
+    name, made_group, control = handle.name, handle.name == handle.made_group, handle.control
     if control is not None and bpy.context.view_layer.objects.active == control:
         selection.choose(obj)
     remove_control(handle)

@@ -22,15 +22,14 @@ PIN_COLOR = (0.0, 0.45, 0.70)
 
 def add_handle(obj, members, *, group="", new_name=""):
     """A new handle, the active one: of the vertex group `group`, or of a new one with the vertices `members`."""
-    settings = obj.meanvalue
-    made_group = not group
-    if made_group:
+    settings, made_group = obj.meanvalue, ""
+    if not group:
         controls.remove_deleted(obj)
         made = vertex_groups.make(obj, new_name)
         made.add(members.tolist(), 1.0, 'REPLACE')
-        group = made.name
+        group = made_group = made.name
     handle = settings.handles.add()
-    controls.name_group(handle, group, made_group)
+    handle.name, handle.made_group = group, made_group
     settings.active_handle = len(settings.handles) - 1
     return handle
 

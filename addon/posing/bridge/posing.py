@@ -61,7 +61,7 @@ class Posing:
     def record(self, obj):
         """Keeps the binding for the session, and tells the file of it."""
         self.keep()
-        bound_record.write(obj.meanvalue.bound, self.bind_input.fingerprint, self.binding.summary)
+        bound_record.write(obj.meanvalue.bound, self.bind_input.fingerprint)
         obj.update_tag()  # live posing may have waited for it
 
     def require_unchanged(self, obj, reading=None):

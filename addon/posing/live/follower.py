@@ -112,7 +112,7 @@ class Follower(Following):
         def collect(owner, binding):
             self._binding = binding
             session.remember(bind_input, binding)
-            bound_record.write(owner.meanvalue.bound, bind_input.fingerprint, binding.summary)
+            bound_record.write(owner.meanvalue.bound, bind_input.fingerprint)
 
         def work(execution):
             binding = yield from session.bind_steps(bind_input, triangles, execution, known=known)

@@ -85,7 +85,6 @@ class SolvingOperator(BackgroundOperator):
             warnings.append(rig_space.note(obj))
         notes = shape_keys.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)
-        bound_record.write_solve(obj.meanvalue.bound, summary)
         solved_into = f"Solved into '{obj.meanvalue.result_key}' in {wording.seconds(summary.seconds)}"
         return ". ".join([solved_into, *notes, *subject.sharing_notes(obj)]), warnings
 

@@ -125,7 +125,6 @@ def nothing_is_held(report):
 class SolveSummary:
     """What is worth telling about a solve."""
 
-    iterations: int
     seconds: float
     converged: bool
     stop_reason: str
@@ -141,7 +140,6 @@ class SolveSummary:
     def of(cls, solution):
         """From the native solution."""
         return cls(
-            iterations=int(solution.iterations),
             seconds=float(solution.timings["total"]),
             converged=bool(solution.converged),
             stop_reason=str(solution.stop_reason),
