@@ -36,7 +36,7 @@ def choose_control(handle):
             bpy.context.view_layer.update()  # a control that was just made or moved has its place only after this
         controls.attach_where_they_are(handle.id_data, [handle], [shown])
     except (SceneError, np.linalg.LinAlgError):
-        controls.attach(handle, np.zeros((4, 4)))  # told as a problem of the control wherever it is used
+        handle.rest_relation = np.zeros(16)  # told as a problem of the control wherever it is used
     handle.id_data.update_tag()
 
 

@@ -19,7 +19,9 @@ LARGEST_SIZE = 0.1
 
 
 def problem(obj, handle):
-    """Why the control of `handle` cannot be followed, in words, or None."""
+    """Why the control of `handle` cannot be followed, in words, or None. A pin has none."""
+    if handle.follows == 'REST':
+        return None
     missing = why_it_is_missing(obj, handle)
     if missing is not None:
         return missing
@@ -100,11 +102,6 @@ def owner_of(control):
     return parent if any(handle.control == control for handle in parent.meanvalue.handles) else None
 
 
-def attach(handle, place):
-    """From here on the control is at `place` (4 x 4, in the key's space) with its handle in the rest shape."""
-    handle.rest_relation = place.ravel()
-
-
 def require_places(obj, handles):
     """@throws SceneError for what attach_where_they_are() would fail of."""
     rig_space.measure(obj)
@@ -117,7 +114,8 @@ def attach_where_they_are(obj, handles, moves=None):
     None: not at all. @throws SceneError."""
     transforms = control_places.rig_transforms(obj, handles)
     for handle, transform, move in zip(handles, transforms, moves or [motion.IDENTITY] * len(handles), strict=True):
-        attach(handle, np.linalg.inv(move) @ control_places.place_in_key(obj, handle, transform))
+        place = control_places.place_in_key(obj, handle, transform)
+        handle.rest_relation = (np.linalg.inv(move) @ place).ravel()
 
 
 def shown_move(obj, handle):
@@ -167,7 +165,7 @@ def add_control(obj, handle, rest_points, shown_points):
     place = np.eye(4)
     place[:3, :3] = move_now[:3, :3] @ frame
     place[:3, 3] = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
-    attach(handle, np.linalg.inv(move_now) @ place)
+    handle.rest_relation = (np.linalg.inv(move_now) @ place).ravel()
     control.matrix_basis = control_places.to_blender(np.linalg.inv(control_places.to_4x4(frame)) @ place)
     (transform,) = control_places.rig_transforms(obj, [handle])
     control_places.follow_rig(obj, handle, transform)
@@ -182,7 +180,7 @@ def is_attached(handle):
 def choose(handle, control, rest_relation, made=True):
     """Sets the control and where it is at rest (4 x 4). made: by the add-on, so that it goes with the handle."""
     handle.attached, handle.attached_bone = control, handle.bone
-    attach(handle, rest_relation)
+    handle.rest_relation = rest_relation.ravel()
     handle.control = control
     handle.made_control = made
 
@@ -224,6 +222,9 @@ def remove_handle(obj, index):
 
 def select(handle):
     """Makes the control the active object, and a bone the active one of its armature. @throws SceneError."""
+    found = problem(handle.id_data, handle)
+    if found:
+        raise SceneError(found)
     if handle.control.name not in bpy.context.view_layer.objects:
         raise SceneError(
             f"The control of '{handle.name}' is in a collection that this view layer leaves out. Tick the collection "

@@ -25,16 +25,19 @@ class Targets:
 
     def is_near(self, other, distance):
         """Whether no anchor is farther than `distance` from where `other` has it, and each counts the same."""
-        if self.weights is None or other.weights is None:
-            count_alike = self.weights is other.weights
-        else:
-            count_alike = np.array_equal(self.weights, other.weights)
+        count_alike = np.array_equal(self.weights, other.weights)  # so does None with None
         return count_alike and bool(np.abs(self.positions - other.positions).max(initial=0.0) <= distance)
 
 
 def enabled_handles(obj):
     """The handles that take part, in the order of the list; anchors have their numbers."""
     return [handle for handle in obj.meanvalue.handles if handle.is_enabled and not controls.is_deleted(handle)]
+
+
+def followed_handles(obj):
+    """Those of them whose controls can be followed now."""
+    handles = (handle for handle in enabled_handles(obj) if handle.follows == 'CONTROL')
+    return [handle for handle in handles if controls.problem(obj, handle) is None]
 
 
 def problem(obj):
@@ -46,10 +49,9 @@ def handles_problem(obj):
     """As problem(), but for where the result would go."""
     handles = enabled_handles(obj)
     for handle in handles:
-        if handle.follows == 'CONTROL':
-            found = controls.problem(obj, handle)
-            if found:
-                return found
+        found = controls.problem(obj, handle)
+        if found:
+            return found
     if all(handle.follows == 'REST' for handle in handles):
         return (
             "Only pins hold the mesh, so nothing is posed. Add a handle or grab the mesh, or move vertices of the pins "

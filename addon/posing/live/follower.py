@@ -10,7 +10,7 @@ from ...scene import mesh_arrays, rig_space, shape_keys, subject
 from ...scene.core import motion
 from ...solver import session
 from ...solver.core import result
-from ..bridge import bound_record, controls, scene_input, targets
+from ..bridge import bound_record, scene_input, targets
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
 #: own tolerance is 1e-4): a shape that was reopened or undone is not written again.
@@ -51,9 +51,9 @@ class Follower(Following):
         world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
         rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
         found = []
-        for handle in targets.enabled_handles(obj):
+        for handle in targets.followed_handles(obj):
             control = handle.control
-            if handle.follows != 'CONTROL' or controls.problem(obj, handle) is not None or control in rigs:
+            if control in rigs:
                 continue
             evaluated = control.evaluated_get(depsgraph)
             place = world @ evaluated.matrix_world

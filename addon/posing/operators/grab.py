@@ -9,7 +9,7 @@ from ... import compat, ids, wording
 from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ...scene import selection, subject
-from ...widgets import under_mouse
+from ...widgets import picking, under_mouse
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region
 from ..bridge.grip import Grip
@@ -90,7 +90,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 raise SceneError("Grab works in Object Mode. Go back to Object Mode")
             obj = pressing.find_object(context, self.object_name)
             if self.handle not in obj.meanvalue.handles:
-                pressing.require_vertex(obj, self.vertex)
+                picking.require_vertex(obj, self.vertex)
             if self.pin:
                 message = new_handles.toggle_pin(obj, self.vertex, self.size, self.handle)
                 if obj != subject.of(context):
@@ -225,9 +225,6 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if handle is not None:
             obj.meanvalue.active_handle = obj.meanvalue.handles.find(self.handle)
         if handle is not None and handle.follows == 'CONTROL':
-            problem = controls.problem(obj, handle)
-            if problem:
-                raise SceneError(problem)
             controls.select(handle)
             return self.tell("Control selected", [])
         selection.choose(obj)

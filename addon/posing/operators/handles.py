@@ -38,9 +38,6 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
         settings.active_handle = index
         handle = settings.handles[index]
         if handle.follows == 'CONTROL' and obj.mode != 'EDIT':
-            problem = controls.problem(obj, handle)
-            if problem:
-                raise SceneError(problem)
             controls.select(handle)
             return f"The control of '{handle.name}' is selected", []
         return self._select_vertices(obj, handle.name)

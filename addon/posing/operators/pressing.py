@@ -4,11 +4,10 @@
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ... import wording
 from ...errors import SceneError
 from ...scene import subject, views
 from ...widgets import under_mouse
-from ..bridge import control_places, controls
+from ..bridge import control_places, targets
 
 #: A press so near to a control, in pixels at interface scale 1, is meant for it, wherever the surface is.
 CONTROL_PIXELS = 12.0
@@ -51,20 +50,10 @@ def find_pressed(context, event):
     return obj, pressed, active.name if is_covering else ""
 
 
-def require_vertex(obj, vertex):
-    if not 0 <= vertex < len(obj.data.vertices):
-        raise SceneError(
-            f"'{obj.name}' has no vertex {vertex}: it has {wording.vertices(len(obj.data.vertices))}, counted from 0. "
-            "Give one of them as 'vertex'"
-        )
-
-
 def _control_under(context, obj, region, view, mouse):
     """The Pressed of a control of `obj` that is to be seen under the mouse, the nearest to it; or None."""
     found, least = None, CONTROL_PIXELS * context.preferences.system.ui_scale
-    for handle in obj.meanvalue.handles:
-        if not handle.is_enabled or handle.follows != 'CONTROL' or controls.problem(obj, handle) is not None:
-            continue
+    for handle in targets.followed_handles(obj):
         place = Vector(control_places.world_of(handle)[:3, 3])
         seen = view3d_utils.location_3d_to_region_2d(region, view, place)
         is_hidden = not views.is_visible(handle.control, context.space_data)

@@ -30,8 +30,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         return Posing(obj, reading, is_checked=False)
 
     def finish(self, obj, posing, _outcome):
-        handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
-        handles = [handle for handle in handles if controls.problem(obj, handle) is None]
+        handles = targets.followed_handles(obj)
         controls.require_places(obj, handles)  # throws before anything is changed
         if _has_other_rest_shape(obj, posing):
             controls.attach_where_they_are(obj, handles, [controls.shown_move(obj, handle) for handle in handles])

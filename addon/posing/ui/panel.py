@@ -29,7 +29,7 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
         color = row.row(align=True)
         color.ui_units_x = 0.6
         color.prop(item, "color", text="")
-        broken = missing or (item.follows == 'CONTROL' and controls.problem(obj, item) is not None)
+        broken = missing or controls.problem(obj, item) is not None
         name = row.row()
         name.alert = broken
         name.active = item.is_enabled
