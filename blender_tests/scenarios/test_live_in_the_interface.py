@@ -117,8 +117,10 @@ def test_it_goes_on_when_edit_mode_is_left(timers, part):
     obj, control = posed(timers)
     meshes.activate(obj)
     bpy.ops.object.mode_set(mode='EDIT')
+    before = shown(obj)
     move(control, (1.0, 0.0, 0.0))
     assert timers.run(0.1) < 3 and "Edit Mode" in part("live.engine").status(obj)[0]
+    assert np.array_equal(shown(obj), before)
     bpy.ops.object.mode_set(mode='OBJECT')
     update()
     timers.run(0.1)

@@ -18,7 +18,6 @@ from support.mixed_limbs import (
     rest,
     set_value,
     shown,
-    status,
 )
 from support.snapshot import assert_same, snapshot
 
@@ -139,15 +138,6 @@ def test_in_betweens_taken_back_leave_nothing():
     assert_same(before, snapshot(obj, without=("settings",)))
     animation = obj.data.shape_keys.animation_data
     assert animation is None or len(animation.drivers) == 0
-
-
-def test_live_mixing_waits_while_in_betweens_stand_for_it():
-    obj = bending()
-    bake(obj)
-    obj.meanvalue.mix.is_on = True
-    set_value(obj, "Bend", 0.4)
-    assert "Remove In-Betweens" in status(obj)[0]
-    assert "Rotation-Aware Mix" not in obj.data.shape_keys.key_blocks
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def test_in_betweens_are_those_of_all_objects_with_the_mesh():
     bpy.context.collection.objects.link(twin)
     twin.meanvalue.mix.is_on = True
     set_value(twin, "Bend", 0.5)
-    assert "Remove In-Betweens" in status(twin)[0]
+    assert "Remove In-Betweens" in status(twin)[0] and MIX not in keys_of(obj)
     twin.meanvalue.mix.is_on = False
     bake(twin)
     assert len(keys_of(obj)) == 2 + len(made)

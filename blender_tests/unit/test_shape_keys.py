@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """scene/shape_keys.py: reading and writing in single precision, bit by bit."""
 
-import bpy
 import numpy as np
 import pytest
 from support import meshes, steps
@@ -30,17 +29,6 @@ def test_the_basis_may_have_any_name_and_place(shape_keys):
     assert "is the rest shape" in shape_keys.result_problem(obj)
     obj.meanvalue.result_key = "Basis"
     assert shape_keys.result_problem(obj) is None
-
-
-def test_what_is_written_is_read_back_and_shown(shape_keys):
-    obj = meshes.grid()
-    steps.add_pose_key(obj)
-    wanted = np.random.default_rng(1).normal(size=(25, 3)).astype(np.float32)
-    shape_keys.write_result(obj, wanted)
-    assert np.array_equal(shape_keys.positions(obj.data.shape_keys.key_blocks["Mean-Value"]), wanted)
-    bpy.context.view_layer.update()
-    shown = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    assert np.abs(np.array([tuple(vertex.co) for vertex in shown.vertices]) - wanted).max() < 1e-6
 
 
 def test_a_pinned_pose_is_pointed_out(shape_keys):
