@@ -11,7 +11,8 @@ from .solver import job, native_loader, session
 from .widgets import base, overlay
 
 #: Each is a folder with a room.py. Without its line, and its folder, the rest goes on working. HOOKS says what it hangs
-#: into lists of the shared rooms: (list, item); register() and unregister() do what is left, where there is something.
+#: into lists of the shared rooms and into Blender's menus: (list or menu, item); register() and unregister() do what is
+#: left, where there is something.
 ROOMS = tuple(
     importlib.import_module(f"{__package__}.{name}.room")
     for name in (

@@ -43,11 +43,6 @@ CLASSES = (
     *panel.CLASSES,
     *import_motion.FILE_HANDLERS,
 )
-HOOKS = (
-    (menus.of_rooms, MEANVALUE_MT_capture.bl_idname),
-    (subject.finders, marker_pairs.mesh_of_marker),
-    (overlay.painters, pair_lines.paint),
-)
 
 
 def meanvalue_draw_import_menu(self, _context):
@@ -56,13 +51,19 @@ def meanvalue_draw_import_menu(self, _context):
     )
 
 
+HOOKS = (
+    (menus.of_rooms, MEANVALUE_MT_capture.bl_idname),
+    (subject.finders, marker_pairs.mesh_of_marker),
+    (overlay.painters, pair_lines.paint),
+    (bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu),
+)
+
+
 def register():
-    bpy.types.TOPBAR_MT_file_import.append(meanvalue_draw_import_menu)
     setattr(bpy.types.Collection, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_take))
 
 
 def unregister():
-    bpy.types.TOPBAR_MT_file_import.remove(meanvalue_draw_import_menu)
     delattr(bpy.types.Collection, ids.OBJECT_PROPERTY)
 
 

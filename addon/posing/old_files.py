@@ -23,7 +23,7 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
         "follows": EnumProperty(
             items=(('SHAPE', "", "", 0), ('CONTROL', "", "", 1), ('REST', "", "", 2)), default='SHAPE'
         ),
-        "made_group": BoolProperty(),
+        "made_group": BoolProperty(options={'HIDDEN'}),
     }
 
 

@@ -19,7 +19,7 @@ from .live import follower
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
-    """What the mesh was bound as: a solver/core/fingerprint.py. Counts are for messages, digests for comparing"""
+    """What the mesh was bound as, see posing/bridge/bound_record.py. Counts are for messages, digests for comparing"""
 
     is_bound: BoolProperty()
     vertex_count: IntProperty()

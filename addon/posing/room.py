@@ -61,20 +61,19 @@ HOOKS = (
     (subject.finders, moved_meshes.mesh_moved_by),
     (painters.painters, overlay.paint),
     (roll.kinds, Follower),
+    (bpy.types.VIEW3D_MT_object, menus.meanvalue_draw_object_menu),
+    (bpy.types.VIEW3D_MT_edit_mesh, menus.meanvalue_draw_edit_mesh_menu),
 )
-
-#: What is hung into Blender's own user interface.
-_USER_INTERFACE = (menus, keymap, grab_tool)
 
 
 def register():
-    for module in _USER_INTERFACE:
-        module.register()
+    keymap.register()
+    grab_tool.register()
 
 
 def unregister():
-    for module in reversed(_USER_INTERFACE):
-        module.unregister()
+    grab_tool.unregister()
+    keymap.unregister()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
     orphans.forget()

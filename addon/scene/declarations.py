@@ -33,11 +33,6 @@ def tell(group, _context):
     group.id_data.update_tag()
 
 
-def names(kind):
-    """Of the properties that a binding depends on, of a class of property groups, in the order of their declaration."""
-    return tuple(name for name, _is_plain in _declared(kind))
-
-
 def values(group):
     """What a property group says that a binding depends on, as nested tuples of plain values, to be compared."""
     return tuple(

@@ -95,7 +95,8 @@ def ensure_result_key(obj):
         key.mute = True  # else the mesh would be moved twice
         notes.append(why_result_is_hidden(obj))
     former = keys.key_blocks.get(settings.former_result)
-    if former not in {None, key, keys.reference_key} and not (former.mute or is_result_of_another(obj, former.name)):
+    theirs = {other.meanvalue.result_key for other in sharing(obj)}
+    if former not in {None, key, keys.reference_key} and not former.mute and former.name not in theirs:
         former.mute = True
         notes.append(f"Shape key '{former.name}' is muted, so that it is not added to '{name}'")
     settings.former_result = name
@@ -104,11 +105,6 @@ def ensure_result_key(obj):
     if obj.show_only_shape_key and key != active:
         notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{name}'")
     return name, notes
-
-
-def is_result_of_another(obj, name):
-    """Whether another object with the same mesh writes the shape key `name`."""
-    return any(other.meanvalue.result_key == name for other in sharing(obj))
 
 
 def sharing(obj):

@@ -16,7 +16,7 @@ FARTHEST = 10.0
 def make(obj, mix_input, found):
     """Keys with their drivers for a Found, in place of what stood for a mix before."""
     remove(obj)
-    mixed_keys.remove(obj)
+    shape_keys.remove(obj, [ids.MIX_KEY])
     names = [slider.name for slider in mix_input.sliders]
     knots = [polynomials.places(slider.low, slider.high) for slider in mix_input.sliders]
     made = []
@@ -54,9 +54,7 @@ def problem(obj):
 
 
 def _drive(keys, key, text, sliders):
-    curve = key.driver_add("value")
-    _make_plain(curve)
-    driver = curve.driver
+    driver = key.driver_add("value").driver
     driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
     names = [*polynomials.VARIABLES[: len(sliders)], ids.MIX_MARK]  # the last is not in the expression
     for name, slider in zip(names, [*sliders, sliders[0]], strict=True):
@@ -67,11 +65,3 @@ def _drive(keys, key, text, sliders):
         target.id_type, target.id = 'KEY', keys
         target.data_path = shape_keys.value_path(slider)
     driver.expression = text
-
-
-def _make_plain(curve):
-    """New driver curves have a modifier or keys that change what the expression gives."""
-    for modifier in list(curve.modifiers):
-        curve.modifiers.remove(modifier)
-    while len(curve.keyframe_points):
-        curve.keyframe_points.remove(curve.keyframe_points[0])

@@ -3,10 +3,11 @@
 
 import numpy as np
 
+from ... import ids
 from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
-from ...scene import subject
+from ...scene import shape_keys, subject
 from ...solver import session
 from . import mixed_keys, morphers
 from .mix_reading import MixReading
@@ -16,8 +17,10 @@ def turned(obj):
     """Rotation-Aware Keys were turned on or off. Without the key that turns the mix, keys add in straight lines."""
     if obj.meanvalue.mix.is_on:
         roll.turn_others_off(obj, MixFollower)
-    elif subject.object_problem(obj) is None and not mixed_keys.is_mixed_by_another(obj):
-        mixed_keys.remove(obj)
+    elif subject.object_problem(obj) is None:
+        others = shape_keys.sharing(obj)
+        if not any(other.meanvalue.mix.is_on for other in others):
+            shape_keys.remove(obj, [ids.MIX_KEY])
     obj.update_tag()
 
 

@@ -29,11 +29,6 @@ def is_baked(obj):
     return bool(obj.meanvalue.baked.target) and obj.meanvalue.baked.was_mixed
 
 
-def is_mixed_by_another(obj):
-    """Whether another object with the same mesh has Rotation-Aware Keys on."""
-    return any(other.meanvalue.mix.is_on for other in shape_keys.sharing(obj))
-
-
 def marked_drivers(obj):
     """The driver curves of the in-between keys that stand for a mix."""
     keys = obj.data.shape_keys
@@ -93,14 +88,6 @@ def ensure_key(obj):
         key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
         shape_keys.show_fully(keys, key)
     return key
-
-
-def remove(obj):
-    """Takes the key away, so that the mix goes in straight lines again."""
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(ids.MIX_KEY) if keys else None
-    if key is not None:
-        shape_keys.remove(obj, [key.name])
 
 
 def why_hidden(obj):

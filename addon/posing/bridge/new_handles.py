@@ -63,7 +63,7 @@ def handle_at(obj, vertex):
 
 def near_vertices(obj, vertex, distance):
     """Indices, int32: `vertex` and those within `distance` of it along edges that no other handle has."""
-    distances = region.distances(obj, np.array([vertex]), distance)
+    distances = region.Surface(obj, np.array([vertex])).distances(distance)
     near = np.flatnonzero(distances <= distance).astype(np.int32)
     is_free = [each == vertex or _handle_of(obj, int(each)) is None for each in near]
     return near[np.array(is_free)]

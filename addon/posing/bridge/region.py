@@ -78,8 +78,8 @@ def copies_of(obj, vertex):
     return [vertex, *(int(each) for each in np.flatnonzero(first == first[vertex]) if each != vertex)]
 
 
-class _Surface:
-    """The mesh over which regions grow: rest shape, edges and seeds, with copies merged."""
+class Surface:
+    """The mesh over which regions grow from the vertices `seeds`: rest shape, edges and seeds, with copies merged."""
 
     def __init__(self, obj, seeds):
         self.rest = shape_keys.rest_positions(obj.data)
@@ -93,6 +93,10 @@ class _Surface:
         own = self.edges[np.isin(self.edges, self.seeds).any(axis=1)]
         return np.linalg.norm(self.rest[own[:, 0]] - self.rest[own[:, 1]], axis=1).max(initial=0.0)
 
+    def distances(self, limit):
+        """n float64: from the seeds over the rest shape; infinite beyond `limit`."""
+        return self.of_mesh(region_growth.distances(self.edges, self.rest, self.seeds, limit))
+
     def of_mesh(self, values):
         """What was found of the merged vertices, for all copies of each."""
         return values if self._first is None else values[self._first]
@@ -105,12 +109,6 @@ def handle_members(obj, name):
     if len(members) == 0:
         raise SceneError(f"Handle '{name}' has no vertices to grow from. Assign some, or choose another handle")
     return members
-
-
-def distances(obj, seeds, limit):
-    """n float64: from the vertices `seeds` over the rest shape; infinite beyond `limit`."""
-    surface = _Surface(obj, seeds)
-    return surface.of_mesh(region_growth.distances(surface.edges, surface.rest, surface.seeds, limit))
 
 
 def write(obj, weights):
@@ -142,9 +140,9 @@ def around(obj, *handles):
 
 
 def _falloff(obj, seeds, distance):
-    surface = _Surface(obj, seeds)
+    surface = Surface(obj, seeds)
     distance = max(distance, LEAST_EDGES * surface.longest_edge())
-    weights = region_growth.falloff(distances(obj, seeds, distance), 0.0, distance)
+    weights = region_growth.falloff(surface.distances(distance), 0.0, distance)
     loose = region_growth.parts_within(surface.edges, surface.rest, surface.seeds, distance)
     return np.maximum(weights, surface.of_mesh(loose))
 

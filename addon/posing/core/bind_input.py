@@ -6,16 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from ... import wording
+from ... import ids, wording
 from ...errors import SceneError
 from ...scene.core import fixed_points
 from ...scene.core.finite import require_finite
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import solver_mesh as solver_meshes
 from . import springs, welding
-
-#: What becomes of parts that nothing holds, unless it is said.
-FOLLOW = "follow"
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +51,12 @@ class BindInput:
     border_strengths: np.ndarray | None = None
     planes: np.ndarray | None = None
     twins: np.ndarray | None = None
-    loose: str = FOLLOW
+    loose: str = ids.LOOSE_FOLLOW
     merge_distance: float = 0.0
 
     @cached_property
     def fingerprint(self):
+        settings = f"method={self.method} rigidity={self.rigidity} loose={self.loose} merge={self.merge_distance!r}"
         return Fingerprint(
             vertex_count=len(self.rest),
             face_count=len(self.face_starts),
@@ -70,7 +68,7 @@ class BindInput:
                 *([] if self.strengths is None else [self.strengths]),
             ),
             roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
-            settings=digest(f"method={self.method} rigidity={self.rigidity}{self._unusual}"),
+            settings=digest(settings),
             mirror="" if self.planes is None else digest(self.planes, self.twins),
         )
 
@@ -78,12 +76,6 @@ class BindInput:
     def revision(self):
         """Another one where it is bound otherwise."""
         return self.fingerprint
-
-    @property
-    def _unusual(self):
-        """Of settings that came later: nothing where they are as they were before."""
-        loose = "" if self.loose == FOLLOW else f" loose={self.loose}"
-        return loose + (f" merge={self.merge_distance!r}" if self.merge_distance > 0.0 else "")
 
     @cached_property
     def solver_mesh(self):

@@ -37,6 +37,10 @@ class Follower(Following):
     FOLLOWS = "controls"
     LABEL = "Live"
 
+    why_hidden = staticmethod(shape_keys.why_result_is_hidden)
+    _cached_binding = staticmethod(session.cached)
+    _make_key = staticmethod(shape_keys.ensure_result_key)
+
     @staticmethod
     def asks_for(obj):
         return obj.meanvalue.live
@@ -62,11 +66,6 @@ class Follower(Following):
             found.append(np.array(place).ravel())
         return np.concatenate(found) if found else np.empty(0)
 
-    @staticmethod
-    def why_hidden(obj):
-        """Why what it writes is not to be seen, in words, or None."""
-        return shape_keys.why_result_is_hidden(obj)
-
     def notes(self):
         """What is wrong with what is shown, in sentences."""
         yield from self._binding.summary.notes()
@@ -83,9 +82,6 @@ class Follower(Following):
         if obj.mode in BUSY_MODES or obj.data.is_editmode:
             mode = subject.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
             raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
-
-    def _cached_binding(self, bind_input):
-        return session.cached(bind_input)
 
     def _require_good_binding(self, obj):
         bound_record.require_fits(obj.meanvalue.bound, self._input.fingerprint)
@@ -149,9 +145,6 @@ class Follower(Following):
 
     def _near(self, first, second, share):
         return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)
-
-    def _make_key(self, obj):
-        shape_keys.ensure_result_key(obj)
 
 
 class LiveTargets:

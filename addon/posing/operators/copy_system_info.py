@@ -6,7 +6,7 @@ import platform
 import bpy
 import numpy as np
 
-from ...scene import declarations, subject
+from ...scene import subject
 from ...solver import native_loader
 from ...widgets.base import Reporting
 
@@ -52,7 +52,7 @@ def _facts(obj):
     yield "Modifiers", ", ".join(modifier.type for modifier in obj.modifiers)
     yield "Handles and pins, region", f"{len(settings.handles)}, {bool(settings.roi_group)}"
     yield "Live, bound, baked", f"{settings.live}, {settings.bound.is_bound}, {settings.baked.target or False}"
-    for name in declarations.names(type(settings)):
+    for name in type(settings).__annotations__:
         setting = settings.bl_rna.properties[name]
         if setting.type in {'BOOLEAN', 'INT', 'ENUM', 'FLOAT'}:  # names and lists are the artist's
             yield setting.name, getattr(settings, name)

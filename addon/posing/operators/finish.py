@@ -27,9 +27,9 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         name="Keep",
         description="What becomes of the pose",
         items=(
-            ('SHAPE_KEY', "As Shape Key", "A shape key of its own, fully on: the rest shape stays", 'SHAPEKEY_DATA', 0),
-            ('REST', "As Rest Shape", "The mesh itself: other shape keys are carried along", 'MESH_DATA', 1),
-            ('NOTHING', "Nothing", "The pose goes: the mesh is as it was before", 'X', 2),
+            ('SHAPE_KEY', "As Shape Key", "Keep the pose as a shape key, fully on", 'SHAPEKEY_DATA', 0),
+            ('REST', "As Rest Shape", "Make the pose the rest shape. Other shape keys go along", 'MESH_DATA', 1),
+            ('NOTHING', "Nothing", "Take the pose back", 'X', 2),
         ),
         default='SHAPE_KEY',
     )
@@ -48,12 +48,8 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context, properties):
-        does = {
-            'SHAPE_KEY': "Keep the pose as a shape key",
-            'REST': "Make the pose the rest shape",
-            'NOTHING': "Take the pose back",
-        }
-        return f"{does[properties.keep]}, and remove handles, pins and what was made for them"
+        kept = cls.bl_rna.properties["keep"].enum_items[properties.keep].description
+        return f"{kept}. Remove handles, pins and what was made for them"
 
     def start_reading(self, obj):
         return None if self.keep == 'NOTHING' else super().start_reading(obj)

@@ -40,7 +40,8 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         members = region.handle_members(obj, name)
         if not self.properties.is_property_set("distance"):
             self.distance = region.radius(obj, FIRST_DISTANCE)
-        weights = (region.distances(obj, members, self.distance) <= self.distance).astype(float)
+        distances = region.Surface(obj, members).distances(self.distance)
+        weights = (distances <= self.distance).astype(float)
         if self.extend:
             weights = np.maximum(weights, region.weights(obj))
         region.write(obj, weights)

@@ -22,9 +22,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     bl_label = "Update"
     doing = "Updating"
     problems = (scene_input.unheld_problem,)
-
-    def start_reading(self, obj):
-        return scene_input.start_reading(obj)
+    start_reading = staticmethod(scene_input.start_reading)
 
     def prepare(self, obj, reading):
         return Posing(obj, reading, is_checked=False)
@@ -68,9 +66,7 @@ class SolvingOperator(BackgroundOperator):
     """Mix-in: finish() for subclasses whose prepare() gives a Posing with targets."""
 
     doing = "Solving"
-
-    def start_reading(self, obj):
-        return scene_input.start_reading(obj)
+    start_reading = staticmethod(scene_input.start_reading)
 
     def finish(self, obj, posing, outcome):
         solved, summary = outcome

@@ -90,13 +90,3 @@ CLASSES = (
     MEANVALUE_MT_pose,
     MEANVALUE_MT_object,
 )
-
-
-def register():
-    bpy.types.VIEW3D_MT_object.append(meanvalue_draw_object_menu)
-    bpy.types.VIEW3D_MT_edit_mesh.append(meanvalue_draw_edit_mesh_menu)
-
-
-def unregister():
-    bpy.types.VIEW3D_MT_object.remove(meanvalue_draw_object_menu)
-    bpy.types.VIEW3D_MT_edit_mesh.remove(meanvalue_draw_edit_mesh_menu)
