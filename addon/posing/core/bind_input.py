@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ... import ids, wording
+from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points
 from ...scene.core.finite import require_finite
@@ -51,7 +51,7 @@ class BindInput:
     border_strengths: np.ndarray | None = None
     planes: np.ndarray | None = None
     twins: np.ndarray | None = None
-    loose: str = ids.LOOSE_FOLLOW
+    loose: str = "follow"
     merge_distance: float = 0.0
 
     @cached_property
