@@ -5,7 +5,6 @@ import math
 
 import bpy
 import numpy as np
-import pytest
 from support import baking, handles, heads, meshes, steps
 from support.handles import rest, shown, update
 
@@ -153,33 +152,3 @@ def test_what_is_hidden_is_shown_when_it_is_selected():
     assert bpy.ops.meanvalue.select_problems(kind='WIRE') == {'FINISHED'}
     assert selected(obj) == [29, 30]
     assert not obj.data.vertices[30].hide
-
-
-# -- an open seam -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("distance", [0.0, 1e-3])
-def test_an_open_seam_is_closed_for_the_solver_only(distance):
-    """Two halves of a strip that touch: without Merge Distance the second is carried as a rigid piece."""
-    first = [(0.5 * column, row, 0.0) for row in range(3) for column in range(7)]
-    second = [(x + 3.0 + 2e-4, y, z) for x, y, z in first]
-    faces = [
-        (low, low + 1, low + 8, low + 7) for row in range(2) for low in range(7 * row, 7 * row + 6)
-    ]
-    obj = meshes.make_object(first + second, faces + [tuple(21 + i for i in face) for face in faces], "Halves")
-    steps.list_anchors(obj, Left=[0, 1, 7, 14], Right=[26, 27, 34, 41])
-    obj.meanvalue.merge_distance = distance
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    steps.add_pose_key(obj)
-    steps.move(obj, [26, 27, 34, 41], (0.0, 0.0, 1.0))
-    steps.solve()
-    moved = shown(obj) - rest(obj)
-    left, right = [6, 13, 20], [21, 28, 35]
-    if distance:
-        assert np.abs(moved[left] - moved[right]).max() < 1e-6
-        assert 0.1 < moved[left][:, 2].mean() < 0.9
-        assert obj.meanvalue.bound.vertex_count == 42 and steps.summary(obj).anchor_count == 8
-    else:
-        assert np.abs(moved[left] - moved[right]).max() > 0.5
-    assert np.abs(moved[[26, 27, 34, 41], 2] - 1.0).max() < 1e-6
-    assert np.array_equal(moved[[0, 1, 7, 14]], np.zeros((4, 3), np.float32))

@@ -64,22 +64,6 @@ def test_other_axes(axis):
     assert np.abs(shown(obj) - rest(obj)).max() > 0.2
 
 
-def test_two_handles_on_mirrored_places_the_upper_one_leads():
-    obj, right = halves.whole()
-    steps.add_group(obj, "Left", np.flatnonzero(rest(obj)[:, 0] < -0.7).tolist())
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.add_handle(group="Left", live=True) == {'FINISHED'}
-    left = bpy.context.object
-    obj.meanvalue.symmetric = 'X'
-    update()
-    move(right, (0.3, 0.1, 0.2))
-    moved = (shown(obj) - rest(obj))[members(obj, 2)]
-    assert np.allclose(moved, (-0.3, 0.1, 0.2), atol=1e-5)
-    before = shown(obj)
-    move(left, (0.5, 0.5, 0.5))
-    assert np.abs(shown(obj) - before).max() < 1e-4
-
-
 def test_a_mesh_that_is_not_symmetric_is_told_in_numbers_and_shown():
     obj, _control = halves.whole(live=False)
     far = int(np.argmax(rest(obj)[:, 2]))

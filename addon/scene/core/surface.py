@@ -12,25 +12,17 @@ LEAF, POINTS = 8, 20_000
 class Surface:
     """Triangles in a binary tree of bounding boxes, each half of whose triangles go to either side.
 
-    vertices  (n, 3) finite; triangles  (t, 3) vertex numbers, at least one; degenerate ones are points or lines.
-    Raises InvalidMotionError for other input.
+    vertices  (n, 3); triangles  (t, 3) vertex numbers; degenerate ones are points or lines.
+    Raises InvalidMotionError where there are no triangles, or vertices are no numbers.
     """
 
     def __init__(self, vertices, triangles):
         self.vertices = np.array(vertices, np.float64)
-        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3 or not np.isfinite(self.vertices).all():
-            raise InvalidMotionError("The mesh must have vertices, n x 3 finite numbers, and some of these are not.")
-        triangles = np.asarray(triangles)
-        if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles) or triangles.dtype.kind not in "iu":
-            raise InvalidMotionError(
-                f"The mesh must have triangles, an array of whole numbers t x 3, but this one is {triangles.dtype} "
-                f"{triangles.shape}. A mesh without faces has no surface to match markers to."
-            )
-        if triangles.min() < 0 or triangles.max() >= len(self.vertices):
-            raise InvalidMotionError(
-                f"A triangle of the mesh names vertex {triangles.max()}, but there are {len(self.vertices)}."
-            )
-        self.triangles = triangles.astype(np.int64)
+        if not np.isfinite(self.vertices).all():
+            raise InvalidMotionError("The mesh has vertices at places that are not numbers. Move or delete them.")
+        if len(triangles) == 0:
+            raise InvalidMotionError("The mesh has no faces, so there is no surface to match to. Give it faces.")
+        self.triangles = np.array(triangles, np.int64)
         self._corners = self.vertices[self.triangles]
         self._crosses = np.cross(*(self._corners[:, k] - self._corners[:, 0] for k in (1, 2)))
         self._middles = self._corners.mean(axis=1)
