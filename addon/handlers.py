@@ -52,7 +52,9 @@ def meanvalue_leave_file(*_):
 def meanvalue_look_again(*_):
     global _is_unknown
     _is_unknown = False
-    _forget_what_was_read()
+    shared_readings.stop()
+    object_model.clear()
+    _have_heard("forget")
     engine.look_for_live_objects()
 
 
@@ -108,12 +110,6 @@ def _note_active_object(depsgraph):
         _last_active[layer] = name
         if active is not None and active.type == 'EMPTY':
             _have_heard("chosen", active)
-
-
-def _forget_what_was_read():
-    shared_readings.stop()
-    object_model.clear()
-    _have_heard("forget")
 
 
 def register(rooms):

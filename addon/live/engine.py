@@ -124,7 +124,8 @@ def _tick():
     """Timer: None ends it, a number calls it again after so many seconds."""
     global _is_missed
     _notice_end_of_rendering()
-    _tell_of_renders()
+    for note in render_notes.take_untold():
+        views.pop_up("Mean-Value", wording.sentence(note))
     if not (_is_rendering or _holds):
         is_missed, _is_missed = _is_missed, False
         with held():
@@ -157,11 +158,6 @@ def _wait():
         return 0.0
     waits = [follower.wait(obj) for obj, follower in roll.live_objects()]
     return min((each for each in waits if each is not None), default=None)
-
-
-def _tell_of_renders():
-    for note in render_notes.take_untold():
-        views.pop_up("Mean-Value", wording.sentence(note))
 
 
 @contextlib.contextmanager

@@ -24,7 +24,7 @@ def _choose_group(handle, context):
 def choose_control(handle):
     """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
     moved_meshes.forget()
-    if controls.is_attached(handle):
+    if (handle.attached, handle.attached_bone) == (handle.control, handle.bone):  # whose place at rest is known
         return
     handle.made_control = False
     handle.attached, handle.attached_bone = handle.control, handle.bone

@@ -28,7 +28,8 @@ def write_curve(id_block, data_path, index, frames, values, interpolation='LINEA
     keys = curve.keyframe_points
     keys.add(len(coordinates))
     keys.foreach_set("co", coordinates.ravel())
-    keys.foreach_set("interpolation", np.full(len(coordinates), _number(interpolation), np.int32))
+    number = bpy.types.Keyframe.bl_rna.properties["interpolation"].enum_items[interpolation].value
+    keys.foreach_set("interpolation", np.full(len(coordinates), number, np.int32))
     curve.update()
     return curve
 
@@ -71,8 +72,3 @@ def remove_action(id_block):
     with contextlib.suppress(ReferenceError):
         if action.users == 0:
             bpy.data.actions.remove(action)
-
-
-def _number(interpolation):
-    """foreach_set takes enums as the numbers that they stand for."""
-    return bpy.types.Keyframe.bl_rna.properties["interpolation"].enum_items[interpolation].value

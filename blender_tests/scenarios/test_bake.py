@@ -182,8 +182,7 @@ def test_what_moves_a_control_without_keyframes(tmp_path, how):
     if how == "driver":
         control.driver_add("location", 0).driver.expression = f"{control.location.x} + 0.1 * (frame - 1)"
     else:
-        leader = bpy.data.objects.new("Leader", None)
-        bpy.context.collection.objects.link(leader)
+        leader = meshes.new_object("Leader")
         leader.location = control.matrix_world.translation
         control.constraints.new('COPY_LOCATION').target = leader
         handles.update()

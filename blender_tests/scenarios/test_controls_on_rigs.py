@@ -20,8 +20,7 @@ NEAR = 1e-4
 def test_reset_puts_the_control_to_where_the_handle_is_seen():
     obj, _ = linear()
     before = rigs.seen(obj)
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
+    control = rigs.held(obj, "Part", MIDDLE)
     rigs.move_in_world(control, OFFSET)
     meshes.activate(obj)
     assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
@@ -32,11 +31,9 @@ def test_reset_puts_the_control_to_where_the_handle_is_seen():
 
 def test_another_control_takes_a_posed_handle_over_where_it_is_seen():
     obj, _armature = linear()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    rigs.move_in_world(rigs.handle(obj, "Part", MIDDLE), OFFSET)
+    rigs.move_in_world(rigs.held(obj, "Part", MIDDLE), OFFSET)
     before = rigs.seen(obj)
-    other = bpy.data.objects.new("Other", None)
-    bpy.context.collection.objects.link(other)
+    other = meshes.new_object("Other")
     other.location = (3.0, 2.0, 1.0)
     update()
     obj.meanvalue.handles["Part"].control = other
@@ -48,8 +45,7 @@ def test_another_control_takes_a_posed_handle_over_where_it_is_seen():
 
 def test_apply_pose_keeps_what_is_seen():
     obj, _armature = linear()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
+    control = rigs.held(obj, "Part", MIDDLE)
     rigs.move_in_world(control, OFFSET)
     before = rigs.seen(obj)
     meshes.activate(obj)
@@ -65,8 +61,7 @@ def test_apply_pose_keeps_what_is_seen():
 def test_a_control_of_before_the_bend_goes_along_before_it_is_moved(live):
     """The rig was bent with Live off."""
     obj, armature = rigs.arm()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", TOP, live=False)
+    control = rigs.held(obj, "Part", TOP, live=False)
     rigs.bend(armature, 90.0)
     meshes.activate(obj)
     if live:
@@ -89,8 +84,7 @@ def test_a_control_of_before_the_bend_goes_along_before_it_is_moved(live):
 def bone_carries(part):
     """(object, armature, where the part is seen, n x 3): the bone that deforms the part carries its handle too."""
     obj, armature = rigs.arm()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    rigs.handle(obj, "Part", part)
+    rigs.held(obj, "Part", part)
     handle = obj.meanvalue.handles["Part"]
     handle.control, handle.bone = armature, "Lower"
     update()
@@ -106,8 +100,7 @@ def test_a_bone_that_deforms_its_handle_moves_it_once(part):
 
 def test_choosing_a_control_and_then_its_bone_moves_nothing():
     obj, armature = rigs.arm()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    rigs.handle(obj, "Part", MIDDLE)
+    rigs.held(obj, "Part", MIDDLE)
     handle = obj.meanvalue.handles["Part"]
     before = steps.key_positions(obj, RESULT)
     handle.control = armature  # far from the handle

@@ -85,8 +85,7 @@ def test_finish_as_rest_shape_leaves_no_key_but_a_basis_that_the_artist_had(has_
 
 def test_finish_leaves_the_artists_own_groups_and_objects():
     obj = sheet()
-    own = bpy.data.objects.new("Own", None)
-    bpy.context.collection.objects.link(own)
+    own = meshes.new_object("Own")
     steps.add_group(obj, "Hand", [MIDDLE])
     steps.add_group(obj, "Painted", range(COLUMNS * COLUMNS))
     obj.meanvalue.roi_group = "Painted"
@@ -146,8 +145,7 @@ def test_what_is_kept_is_not_what_the_next_pose_writes():
 def test_what_hangs_on_a_control_stays_where_it_is():
     obj = sheet()
     grab()
-    hat = bpy.data.objects.new("Hat", None)
-    bpy.context.collection.objects.link(hat)
+    hat = meshes.new_object("Hat")
     hat.parent, hat.location = obj.meanvalue.handles[0].control, (1.0, 2.0, 3.0)
     handles.update()
     before = hat.matrix_world.copy()

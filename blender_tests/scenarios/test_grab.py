@@ -85,8 +85,7 @@ def test_size_of_a_handle_that_is_there_widens_and_narrows_what_follows():
 def test_a_mesh_that_another_live_object_poses_is_refused_before_anything_is_made():
     obj = sheet()
     grab()
-    other = bpy.data.objects.new("Other", obj.data)
-    bpy.context.collection.objects.link(other)
+    other = meshes.new_object("Other", obj.data)
     meshes.activate(other)
     before = snapshot(other)
     with steps.refused("'Sheet' has the same mesh and is live"):
@@ -265,8 +264,7 @@ def test_a_handle_that_something_else_holds_is_not_said_to_have_moved(capfd, hol
         for index in range(3):
             control.driver_add("location", index).driver.expression = str(control.location[index])
     if holder == "constraint":
-        post = bpy.data.objects.new("Post", None)
-        bpy.context.collection.objects.link(post)
+        post = meshes.new_object("Post")
         post.matrix_world = control.matrix_world
         control.constraints.new('COPY_TRANSFORMS').target = post
     handles.update()

@@ -124,8 +124,7 @@ def test_a_group_that_was_made_goes_with_its_handle_unless_the_artist_chose_one(
 
 def test_removing_a_handle_leaves_what_was_there_before():
     obj, _control = handles.tube()
-    other = bpy.data.objects.new("Mine", None)
-    bpy.context.collection.objects.link(other)
+    other = meshes.new_object("Mine")
     bpy.ops.meanvalue.remove_handle()
     assert "Top" in obj.vertex_groups
     obj.vertex_groups.active_index = obj.vertex_groups["Top"].index
@@ -259,8 +258,7 @@ def test_keyframes_on_all_controls_at_the_current_frame():
 
 def test_live_is_not_turned_on_without_handles():
     obj = meshes.grid()
-    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
-    bpy.context.collection.objects.link(lamp)
+    lamp = meshes.new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
     for active in (obj, lamp):
         meshes.activate(active)
         assert bpy.ops.wm.context_toggle(data_path="scene.meanvalue_live") == {'FINISHED'}  # as the shortcut does

@@ -204,8 +204,7 @@ def test_what_was_edited_is_read_back(tmp_path, part):
 def test_markers_under_a_moved_parent_are_read_where_they_are(tmp_path, part):
     labels, positions = take_files.waves()
     take = take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", labels, positions))
-    stand = bpy.data.objects.new("Stand", None)
-    bpy.context.collection.objects.link(stand)
+    stand = meshes.new_object("Stand")
     stand.location, stand.scale = (1.0, 2.0, 3.0), (2.0, 2.0, 2.0)
     for empty in take.objects:
         empty.parent = stand

@@ -39,8 +39,7 @@ def test_odd_names(name, status):
 
 def test_odd_matrices(status):
     obj, control = handles.tube()
-    parent = bpy.data.objects.new("Parent", None)
-    bpy.context.collection.objects.link(parent)
+    parent = meshes.new_object("Parent")
     parent.scale = (1.0, 3.0, 0.5)
     parent.rotation_euler = (0.3, 0.2, 0.1)
     obj.parent = parent
@@ -78,8 +77,7 @@ def test_choosing_a_control_for_an_object_scaled_to_nothing(capfd):
     obj, _control = handles.tube(live=False)
     obj.scale = (0, 0, 0)
     update()
-    other = bpy.data.objects.new("Other", None)
-    bpy.context.collection.objects.link(other)
+    other = meshes.new_object("Other")
     obj.meanvalue.handles["Top"].control = other
     err = capfd.readouterr()
     assert "Traceback" not in err.out + err.err, (err.out + err.err)[-400:]

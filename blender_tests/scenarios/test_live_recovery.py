@@ -44,8 +44,7 @@ def test_it_goes_on_when_the_other_object_with_the_mesh_is_no_longer_live(status
     twin = obj.copy()
     bpy.context.collection.objects.link(twin)
     handle = twin.meanvalue.handles["Top"]
-    other = bpy.data.objects.new("Other", None)
-    bpy.context.collection.objects.link(other)
+    other = meshes.new_object("Other")
     other.location = control.matrix_world.translation
     handle.control = other
     update()

@@ -109,8 +109,7 @@ def messy_grid():
     vertices += [tuple(0.5 * (a + b) for a, b in zip(vertices[23], vertices[24], strict=True))]  # 31
     mesh = bpy.data.meshes.new("Messy")
     mesh.from_pydata(vertices, [(29, 30)], [*faces, (25, 26, 27, 28), (23, 24, 31)])
-    messy = bpy.data.objects.new("Messy", mesh)
-    bpy.context.collection.objects.link(messy)
+    messy = meshes.new_object("Messy", mesh)
     meshes.activate(messy)
     return messy
 

@@ -219,8 +219,7 @@ def test_a_duplicate_gets_controls_of_its_own(tmp_path):
 def test_a_handle_that_was_given_another_control_is_the_artists(tmp_path):
     obj, _take = set_up(tmp_path)
     match()
-    own = bpy.data.objects.new("Own", None)
-    bpy.context.collection.objects.link(own)
+    own = meshes.new_object("Own")
     obj.meanvalue.handles["M0"].control = own
     match()
     assert obj.meanvalue.handles["M0"].control == own

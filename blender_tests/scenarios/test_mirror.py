@@ -87,8 +87,7 @@ def test_a_seam_that_is_not_quite_in_the_plane_is_merged_all_the_same():
 
 def test_a_mirror_object_turned_and_moved():
     obj, control = halves.half(live=False, shift=(0.5, 0.0, 0.0))
-    empty = bpy.data.objects.new("Plane", None)
-    bpy.context.collection.objects.link(empty)
+    empty = meshes.new_object("Plane")
     obj.modifiers["Mirror"].mirror_object = empty
     obj.rotation_euler, obj.location, obj.scale = (0.3, 0.4, 0.5), (2.0, 1.0, 0.0), (2.0, 2.0, 2.0)
     update()
@@ -167,8 +166,7 @@ def put_first(obj, modifier):
 
 
 def turned_mirror(obj, mirror):
-    empty = bpy.data.objects.new("Plane", None)
-    bpy.context.collection.objects.link(empty)
+    empty = meshes.new_object("Plane")
     empty.rotation_euler = (0.0, 0.0, 0.5)
     obj.scale = (1.0, 3.0, 1.0)
     mirror.mirror_object = empty

@@ -27,10 +27,7 @@ def test_a_part_of_another_object_keeps_its_shape_and_meets_the_border():
     source_shape = source_shape[:, [1, 0, 2]] * (1.0, -1.0, 1.0) + (3.0, 1.0, 9.0)
     meshes.make_object(source_shape.tolist(), bent_limb.limb()[1], "Thick")
     obj = limb()
-    group = obj.vertex_groups.new(name="End")
-    for index, weight in enumerate(np.clip((shape[:, 0] - 3.5) / 0.5, 0.0, 1.0)):
-        if weight > 0.0:
-            group.add([index], float(weight), 'REPLACE')
+    steps.add_weights(obj, "End", np.clip((shape[:, 0] - 3.5) / 0.5, 0.0, 1.0))
     assert bpy.ops.meanvalue.morph(source="Thick", part="End") == {'FINISHED'}
     placed = shown(obj)
     radii = np.linalg.norm(placed[:, 1:] - placed[:, 1:].mean(axis=0), axis=1)

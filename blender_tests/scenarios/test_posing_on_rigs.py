@@ -35,8 +35,7 @@ def test_the_control_is_where_the_handle_is_seen(make):
 @pytest.mark.parametrize("live", [True, False])
 def test_a_control_moves_what_is_seen_by_as_much(make, part, live):
     obj, _ = make()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", part, live)
+    control = rigs.held(obj, "Part", part, live)
     before = rigs.seen(obj)
     rigs.move_in_world(control, OFFSET)
     if not live:
@@ -51,8 +50,7 @@ def test_a_control_moves_what_is_seen_by_as_much(make, part, live):
 @ALL
 def test_a_control_turns_what_is_seen_about_itself(make):
     obj, _ = make()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
+    control = rigs.held(obj, "Part", MIDDLE)
     before = rigs.seen(obj)[MIDDLE]
     centre = np.array(control.matrix_world.translation)
     turn = Matrix.Rotation(0.6, 4, (0.2, 1.0, 0.4))
@@ -66,8 +64,7 @@ def test_a_control_turns_what_is_seen_about_itself(make):
 def test_the_key_is_what_inverse_skinning_gives(volume):
     obj, armature = rigs.arm(volume)
     rigs.bend(armature, 90.0)
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
+    control = rigs.held(obj, "Part", MIDDLE)
     rest = steps.key_positions(obj, "Basis").astype(np.float64)
     assert np.abs(rigs.skinned(obj, armature, rest, volume) - rigs.seen(obj)).max() < 1e-4
     rigs.move_in_world(control, OFFSET)
@@ -98,8 +95,7 @@ def test_a_rig_that_moves_changes_no_key(make):
 
 def test_the_control_goes_along_with_the_rig():
     obj, armature = rigs.arm()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Top", TOP)
+    control = rigs.held(obj, "Top", TOP)
     rigs.bend(armature, 90.0)
     assert np.allclose(control.matrix_world.translation, rigs.seen(obj)[TOP].mean(axis=0), atol=1e-4)
     assert tuple(control.location) == pytest.approx((0.0, 0.0, 9.6))

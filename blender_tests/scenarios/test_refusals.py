@@ -29,8 +29,7 @@ def assert_refused_unchanged(obj, operators, *texts):
 @pytest.mark.parametrize("has_lamp", [False, True])
 def test_no_mesh_is_active(has_lamp):
     if has_lamp:
-        lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
-        bpy.context.collection.objects.link(lamp)
+        lamp = meshes.new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
         meshes.activate(lamp)
     for name in ("bind", "solve", "solve_from_key", "remove_handle"):
         with steps.refused("'Lamp' is not a mesh" if has_lamp else "no active object"):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support import meshes, rigs, steps
 from support.posed_rigs import all_at_once, linear, other_keys
-from support.rigs import BOTTOM, MIDDLE, TOP, update
+from support.rigs import MIDDLE, TOP, update
 
 RESULT = "Mean-Value"
 OFFSET = (0.7, -0.4, 0.9)
@@ -22,8 +22,7 @@ def test_what_makes_vertices_is_not_in_the_way():
     obj.modifiers.new("Mirror", 'MIRROR').use_axis = (True, False, False)
     obj.modifiers.new("Subdivision", 'SUBSURF')
     bpy.context.view_layer.update()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
+    control = rigs.held(obj, "Part", MIDDLE)
     rest = steps.key_positions(obj, "Basis").astype(np.float64)
     rigs.move_in_world(control, OFFSET)
     shape = steps.key_positions(obj, RESULT).astype(np.float64)
@@ -33,8 +32,7 @@ def test_what_makes_vertices_is_not_in_the_way():
 
 def test_bones_scaled_to_nothing_are_told():
     obj, armature = linear()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Top", TOP, live=False)
+    control = rigs.held(obj, "Top", TOP, live=False)
     armature.pose.bones["Lower"].scale = (0.0, 0.0, 0.0)
     update()
     rigs.move_in_world(control, OFFSET)
@@ -47,8 +45,7 @@ def test_bones_scaled_to_nothing_are_told():
 def posed():
     """(object, armature, control, the key): moved in front of a bent arm, with Live on."""
     obj, armature = linear()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
+    control = rigs.held(obj, "Part", MIDDLE)
     rigs.move_in_world(control, OFFSET)
     return obj, armature, control, steps.key_positions(obj, RESULT)
 
@@ -127,8 +124,7 @@ def test_measuring_that_fails_leaves_no_trace(part, has_keys):
 
 def test_saved_and_loaded_it_goes_on(tmp_path):
     obj, _armature = linear()
-    rigs.pin(obj, "Bottom", BOTTOM)
-    rigs.move_in_world(rigs.handle(obj, "Part", MIDDLE), OFFSET)
+    rigs.move_in_world(rigs.held(obj, "Part", MIDDLE), OFFSET)
     shape, before = steps.key_positions(obj, RESULT), rigs.seen(obj)
     path = str(tmp_path / "rig.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
@@ -143,12 +139,10 @@ def test_saved_and_loaded_it_goes_on(tmp_path):
 def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
     obj, armature = rigs.arm()
     rigs.bend(armature, 90.0)
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE, live=False)
+    control = rigs.held(obj, "Part", MIDDLE, live=False)
     rigs.move_in_world(control, OFFSET)
     place = np.array(control.matrix_world.translation)
-    other = bpy.data.objects.new("Other", None)  # stays in the world, whatever the rig does
-    bpy.context.collection.objects.link(other)
+    other = meshes.new_object("Other")  # stays in the world, whatever the rig does
     other.location = place
     update()
     obj.meanvalue.handles["Part"].control = other
@@ -177,8 +171,7 @@ def test_behind_what_smooths_a_handle_moves_by_about_as_much(degrees):
     obj, armature = rigs.arm()
     obj.modifiers.new("Smooth", 'CORRECTIVE_SMOOTH')
     rigs.bend(armature, degrees)
-    rigs.pin(obj, "Bottom", BOTTOM)
-    control = rigs.handle(obj, "Part", MIDDLE)
+    control = rigs.held(obj, "Part", MIDDLE)
     before = rigs.seen(obj)[MIDDLE].mean(axis=0)
     rigs.move_in_world(control, OFFSET)
     moved = rigs.seen(obj)[MIDDLE].mean(axis=0) - before
@@ -189,8 +182,7 @@ def test_what_is_not_seen_through_is_told_by_name(part):
     obj, _armature = linear()
     obj.modifiers.new("Subdivision", 'SUBSURF')
     obj.modifiers.new("Follow", 'SURFACE_DEFORM')
-    rigs.pin(obj, "Bottom", BOTTOM)
-    rigs.handle(obj, "Part", MIDDLE, live=False)
+    rigs.held(obj, "Part", MIDDLE, live=False)
     meshes.activate(obj)
     bpy.ops.meanvalue.bind()
     steps.solve()

@@ -109,10 +109,7 @@ def test_baked_in_betweens_are_within_the_tolerance_and_need_no_addon():
 def masked_and_bending():
     """A key that is thicker in the last third alone, by a group with a soft edge, beside one that bends all."""
     obj = limb(Thick=rest() * (1.0, 1.5, 1.5), Bend=bent_limb.bent(rest(), 110.0))
-    group = obj.vertex_groups.new(name="Tail")
-    for index, weight in enumerate(np.clip((rest()[:, 0] - 3.5) / 0.5, 0.0, 1.0)):
-        if weight > 0.0:
-            group.add([index], float(weight), 'REPLACE')
+    steps.add_weights(obj, "Tail", np.clip((rest()[:, 0] - 3.5) / 0.5, 0.0, 1.0))
     obj.data.shape_keys.key_blocks["Thick"].vertex_group = "Tail"
     return obj
 

@@ -38,8 +38,7 @@ def test_in_betweens_are_those_of_all_objects_with_the_mesh():
     obj = bending()
     bake(obj)
     made = in_betweens_of(obj)
-    twin = bpy.data.objects.new("Twin", obj.data)
-    bpy.context.collection.objects.link(twin)
+    twin = meshes.new_object("Twin", obj.data)
     twin.meanvalue.mix.is_on = True
     set_value(twin, "Bend", 0.5)
     assert "Remove In-Betweens" in status(twin)[0] and MIX not in keys_of(obj)

@@ -137,8 +137,7 @@ def test_a_linked_mesh_is_left_alone(tmp_path):
     bpy.ops.wm.read_homefile(use_empty=True)
     with bpy.data.libraries.load(path, link=True) as (there, here):
         here.meshes = list(there.meshes)
-    obj = bpy.data.objects.new("Local", here.meshes[0])
-    bpy.context.collection.objects.link(obj)
+    obj = meshes.new_object("Local", here.meshes[0])
     for value in (True, False):
         obj.meanvalue.mix.is_on = value
         bpy.context.view_layer.update()

@@ -11,8 +11,7 @@ def make(**bones):
 
     bones: {name: (head, tail)}, or (head, tail, name of the parent); parents come before their children.
     """
-    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
-    bpy.context.collection.objects.link(armature)
+    armature = meshes.new_object("Rig", bpy.data.armatures.new("Rig"))
     meshes.activate(armature)
     bpy.ops.object.mode_set(mode='EDIT')
     for name, (head, tail, *parents) in bones.items():

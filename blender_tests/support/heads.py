@@ -28,8 +28,7 @@ def head(segments=32, live=True):
     mesh = bpy.data.meshes.new("Head")
     shape.to_mesh(mesh)
     shape.free()
-    obj = bpy.data.objects.new("Head", mesh)
-    bpy.context.collection.objects.link(obj)
+    obj = meshes.new_object("Head", mesh)
     meshes.activate(obj)
     loose = {index for each in parts.values() for part in each for index in part}
     skin = [vertex for vertex in mesh.vertices if vertex.index not in loose]

@@ -11,9 +11,15 @@ def make_object(vertices, faces, name="Thing"):
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices, [], faces)
     mesh.update()
-    obj = bpy.data.objects.new(name, mesh)
-    bpy.context.collection.objects.link(obj)
+    obj = new_object(name, mesh)
     activate(obj)
+    return obj
+
+
+def new_object(name, data=None):
+    """An object of the scene, an Empty without data."""
+    obj = bpy.data.objects.new(name, data)
+    bpy.context.collection.objects.link(obj)
     return obj
 
 

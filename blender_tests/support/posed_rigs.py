@@ -21,8 +21,7 @@ def dual_quaternions():
 
 def lattice(obj=None):
     obj = obj or meshes.tube(rigs.RINGS, rigs.SEGMENTS, "Arm")
-    cage = bpy.data.objects.new("Cage", bpy.data.lattices.new("Cage"))
-    bpy.context.collection.objects.link(cage)
+    cage = meshes.new_object("Cage", bpy.data.lattices.new("Cage"))
     cage.data.points_u = cage.data.points_v = 2
     cage.data.points_w = 4
     cage.location, cage.scale = (0.0, 0.0, 4.8), (6.0, 6.0, 16.0)

@@ -22,10 +22,7 @@ def arm(volume=False, name="Arm"):
     meshes.activate(obj)
     share = lower_share(obj)
     for bone, weights in (("Upper", 1.0 - share), ("Lower", share)):
-        group = obj.vertex_groups.new(name=bone)
-        for index, weight in enumerate(weights):
-            if weight > 0.0:
-                group.add([index], float(weight), 'REPLACE')
+        steps.add_weights(obj, bone, weights)
     modifier = obj.modifiers.new("Armature", 'ARMATURE')
     modifier.object = armature
     modifier.use_deform_preserve_volume = volume
@@ -36,8 +33,7 @@ def arm(volume=False, name="Arm"):
 def posed_arm(live=True):
     """(mesh object, armature object): arm() with a pin at its bottom and a handle at its top."""
     obj, armature = arm()
-    pin(obj, "Bottom", BOTTOM)
-    handle(obj, "Top", TOP, live)
+    held(obj, "Top", TOP, live)
     meshes.activate(obj)
     return obj, armature
 
@@ -99,6 +95,12 @@ def handle(obj, name, indices, live=True):
     assert bpy.ops.meanvalue.add_handle(group=name, live=live) == {'FINISHED'}
     update()
     return obj.meanvalue.handles[name].control
+
+
+def held(obj, name, indices, live=True):
+    """As handle(), of a mesh whose bottom is pinned for it."""
+    pin(obj, "Bottom", BOTTOM)
+    return handle(obj, name, indices, live)
 
 
 def pin(obj, name, indices):

@@ -16,6 +16,14 @@ def add_group(obj, name, indices, weight=1.0):
     return group
 
 
+def add_weights(obj, name, weights):
+    """A vertex group of the vertices with a weight above 0, of one for each vertex."""
+    group = obj.vertex_groups.new(name=name)
+    for index, weight in enumerate(weights):
+        if weight > 0.0:
+            group.add([index], float(weight), 'REPLACE')
+
+
 def add_handle(obj, name, indices, **options):
     """A vertex group and its handle, by the operator. Returns the control, which is active then; None for a pin."""
     add_group(obj, name, indices)

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from support import rigs
 from support.interface import is_settled
-from support.rigs import BOTTOM, MIDDLE, TOP
+from support.rigs import MIDDLE, TOP
 
 
 def arm():
@@ -29,8 +29,7 @@ def a_corrective_at_a_bent_elbow(ui):
     obj, _armature = rigs.arm()
     ui.remember()
     yield from ui.open_tab("Mean-Value")
-    rigs.pin(obj, "Bottom", BOTTOM)
-    rigs.handle(obj, "Top", TOP)
+    rigs.held(obj, "Top", TOP)
     rigs.handle(obj, "Elbow", MIDDLE)
     yield from ui.key('NUMPAD_3')
     ui.frame_all()

@@ -13,7 +13,8 @@ is_on, turn = MixFollower.asks_for, MixFollower.turn
 
 
 def is_meant(obj):
-    return is_on(obj) or mixed_keys.is_baked(obj)
+    baked = obj.meanvalue.baked
+    return is_on(obj) or (bool(baked.target) and baked.was_mixed)
 
 
 def bind(obj, _reading=None):

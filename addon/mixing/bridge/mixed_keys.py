@@ -24,11 +24,6 @@ def mixed(obj):
     ]
 
 
-def is_baked(obj):
-    """Whether a bake of the mix plays in its place."""
-    return bool(obj.meanvalue.baked.target) and obj.meanvalue.baked.was_mixed
-
-
 def marked_drivers(obj):
     """The driver curves of the in-between keys that stand for a mix."""
     keys = obj.data.shape_keys

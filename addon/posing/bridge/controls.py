@@ -172,11 +172,6 @@ def add_control(obj, handle, rest_points, shown_points):
     return control
 
 
-def is_attached(handle):
-    """Whether the place at rest that is known is that of the control."""
-    return (handle.attached, handle.attached_bone) == (handle.control, handle.bone)
-
-
 def choose(handle, control, rest_relation, made=True):
     """Sets the control and where it is at rest (4 x 4). made: by the add-on, so that it goes with the handle."""
     handle.attached, handle.attached_bone = control, handle.bone

@@ -51,7 +51,8 @@ class Grip:
         self.is_new = index is None
         _require_can_be_posed(obj)
         if self.is_new:
-            _require_edges(obj, vertex)
+            if not (mesh_arrays.edges(obj.data) == vertex).any():
+                raise SceneError("The vertex under the mouse has no edges, so nothing can follow it. Press elsewhere")
             rig_space.measure(obj)  # throws before anything is changed
             members = new_handles.near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
             is_first = all(handle.follows == 'REST' or not handle.is_enabled for handle in obj.meanvalue.handles)
@@ -257,8 +258,3 @@ def _require_control(obj, handle):
         problem = f"The control of '{handle.name}' is linked from another file. Move it there, or make it local"
     if problem:
         raise SceneError(problem)
-
-
-def _require_edges(obj, vertex):
-    if not (mesh_arrays.edges(obj.data) == vertex).any():
-        raise SceneError("The vertex under the mouse has no edges, so nothing can follow it. Press somewhere else")
