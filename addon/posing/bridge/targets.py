@@ -25,7 +25,7 @@ class Targets:
 
     def is_near(self, other, distance):
         """Whether no anchor is farther than `distance` from where `other` has it, and each counts the same."""
-        count_alike = np.array_equal(self.weights, other.weights)  # so does None with None
+        count_alike = self.weights is other.weights or np.array_equal(self.weights, other.weights)
         return count_alike and bool(np.abs(self.positions - other.positions).max(initial=0.0) <= distance)
 
 
