@@ -9,32 +9,26 @@ import numpy as np
 from support import halves
 
 
-def _center_of(control):
+def _drag(ui, obj, control, picture, off):
+    """By the mouse; off(): how far both sides are from being alike."""
+    ui.frame_all()
+    yield from ui.open_tab("Mean-Value")
     bpy.context.view_layer.objects.active = control
     control.select_set(True)
+    seen = []
+    yield from ui.drag_by_keys('G', 60, 40, between=lambda step: seen.append(off()))
+    yield from ui.wait_until(lambda: np.abs(halves.shown(obj) - halves.rest(obj)).max() > 0.05, "the mesh to follow")
+    assert max(seen) < 1e-6 and off() < 1e-6
+    yield from ui.screenshot(picture)
 
 
 def symmetric_while_dragging(ui):
     obj, control = halves.whole()
     obj.meanvalue.symmetric = 'X'
-    ui.frame_all()
-    yield from ui.open_tab("Mean-Value")
-    _center_of(control)
-    seen = []
-    yield from ui.drag_by_keys('G', 60, 40, between=lambda step: seen.append(halves.asymmetry(obj, halves.shown(obj))))
-    yield from ui.wait_until(lambda: np.abs(halves.shown(obj) - halves.rest(obj)).max() > 0.05, "the mesh to follow")
-    assert max(seen) < 1e-6 and halves.asymmetry(obj, halves.shown(obj)) < 1e-6
-    yield from ui.screenshot("symmetric")
+    yield from _drag(ui, obj, control, "symmetric", lambda: halves.asymmetry(obj, halves.shown(obj)))
 
 
 def seam_while_dragging(ui):
     obj, control = halves.half()
-    ui.frame_all()
-    yield from ui.open_tab("Mean-Value")
-    _center_of(control)
     seam = halves.seam(obj)
-    seen = []
-    yield from ui.drag_by_keys('G', 60, 40, between=lambda step: seen.append(halves.shown(obj)[seam, 0]))
-    yield from ui.wait_until(lambda: np.abs(halves.shown(obj) - halves.rest(obj)).max() > 0.05, "the mesh to follow")
-    assert np.abs(seen).max() < 1e-6 and np.abs(halves.shown(obj)[seam, 0]).max() < 1e-6
-    yield from ui.screenshot("mirror_seam")
+    yield from _drag(ui, obj, control, "mirror_seam", lambda: np.abs(halves.shown(obj)[seam, 0]).max())

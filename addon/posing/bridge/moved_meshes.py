@@ -15,8 +15,11 @@ def mesh_moved_by(control):
     if owner is not None:
         return owner
     key = compat.session_key(control)
-    if key in _known and (not _known[key] or _follows(bpy.data.objects.get(_known[key]), control)):
-        return bpy.data.objects.get(_known[key])
+    name = _known.get(key)
+    if name == "":  # Blender would go through all objects to find none
+        return None
+    if name is not None and _follows(bpy.data.objects.get(name), control):
+        return bpy.data.objects[name]
     found = next((obj for obj in bpy.context.view_layer.objects if _follows(obj, control)), None)
     _known[key] = found.name if found is not None else ""
     return found
