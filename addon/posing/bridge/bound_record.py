@@ -23,8 +23,8 @@ def require_fits(record, now):
     bound = read_fingerprint(record)
     if bound is None:
         return
-    changes, needs_update = fingerprint.changes(bound, now)
-    if needs_update:
+    changes = fingerprint.changes(bound, now)
+    if changes:
         raise StaleBindingError(f"{changes}. Check the handles and press Update")
 
 

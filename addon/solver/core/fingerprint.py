@@ -13,16 +13,8 @@ import numpy as np
 
 from ... import wording
 
-#: What each digest tells, in words. After the first two the anchors may no longer mean the same vertices.
-CHANGES = {
-    "faces": "the faces were changed",
-    "rest_shape": "the rest shape was edited",
-    "anchors": "the handles changed",
-    "roi": "the region changed",
-    "settings": "the settings changed",
-    "mirror": "the mirror planes changed",
-}
-
+#: What the digests of the mesh tell, in words: the anchors may no longer mean the same vertices.
+CHANGES = {"faces": "the faces were changed", "rest_shape": "the rest shape was edited"}
 
 #: Results of a `remembered` function that are kept.
 REMEMBERED = 4
@@ -85,9 +77,8 @@ def remembered(function):
 
 
 def changes(bound, now):
-    """(what changed, in words, "" if nothing did; whether the artist must look and press Update: else what poses the
-    mesh next binds again by itself)."""
+    """Why the artist must look and press Update, in words, or "": after other changes what poses the mesh next binds
+    again by itself."""
     if bound.vertex_count != now.vertex_count:  # then all else differs too, which would say nothing new
-        return f"the mesh has {wording.vertices(now.vertex_count)} ({bound.vertex_count:,} when bound)", True
-    found = [name for name in CHANGES if getattr(bound, name) != getattr(now, name)]
-    return wording.listed(CHANGES[name] for name in found), not {"faces", "rest_shape"}.isdisjoint(found)
+        return f"the mesh has {wording.vertices(now.vertex_count)} ({bound.vertex_count:,} when bound)"
+    return wording.listed(words for name, words in CHANGES.items() if getattr(bound, name) != getattr(now, name))
