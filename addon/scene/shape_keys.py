@@ -77,7 +77,7 @@ def result_problem(obj):
 def ensure_result_key(obj):
     """The result key, shown fully; made if it is missing, with the Basis. The active key stays active.
 
-    Returns (name, notes): notes on what else had to change, as sentences.
+    Returns notes on what else had to change, as sentences.
     """
     mesh = obj.data
     settings = obj.meanvalue
@@ -104,7 +104,7 @@ def ensure_result_key(obj):
     active = obj.active_shape_key
     if obj.show_only_shape_key and key != active:
         notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{name}'")
-    return name, notes
+    return notes
 
 
 def sharing(obj):
@@ -124,8 +124,8 @@ def write_positions(mesh, key, shape):
 
 def write_result(obj, result):
     """Writes n x 3 float32 `result` to the result key and shows it. Returns notes as ensure_result_key()."""
-    name, notes = ensure_result_key(obj)
-    write_positions(obj.data, obj.data.shape_keys.key_blocks[name], result)
+    notes = ensure_result_key(obj)
+    write_positions(obj.data, obj.data.shape_keys.key_blocks[obj.meanvalue.result_key], result)
     return notes
 
 

@@ -129,16 +129,15 @@ def _bone_names(obj):
 
 
 def remove_made(obj, name):
-    """Deletes a group that the add-on made. The active one stays active. Returns whether it was deleted.
+    """Deletes a group that the add-on made. The active one stays active.
 
     Objects with the same mesh share its groups, so one that another of them uses stays.
     """
     if name not in obj.vertex_groups or _is_used_by_another(obj, name):
-        return False
+        return
     active = active_name(obj)
     obj.vertex_groups.remove(obj.vertex_groups[name])
     make_active(obj, active)
-    return True
 
 
 def _is_used_by_another(obj, name):

@@ -36,7 +36,7 @@ class MixFollower(Following):
     _cached_binding = staticmethod(lambda mix_input: session.kept(mix_input.key))
     _read_targets = staticmethod(mixed_keys.values)
     _is_same_target = staticmethod(np.array_equal)
-    _make_key = staticmethod(mixed_keys.ensure_key)
+    _make_key = staticmethod(mixed_keys.make_key)
 
     @staticmethod
     def asks_for(obj):

@@ -75,14 +75,10 @@ def values(obj):
     return np.array([key.value for key in mixed(obj)], np.float64)
 
 
-def ensure_key(obj):
-    """The key that turns the mix, shown fully; made if it is missing, in the rest shape: it adds nothing then."""
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(ids.MIX_KEY)
-    if key is None:
-        key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
-        shape_keys.show_fully(keys, key)
-    return key
+def make_key(obj):
+    """Makes the key that turns the mix, shown fully, in the rest shape: it adds nothing then."""
+    key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
+    shape_keys.show_fully(obj.data.shape_keys, key)
 
 
 def why_hidden(obj):

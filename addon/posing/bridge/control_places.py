@@ -51,16 +51,11 @@ def placement(obj, handle):
 
 
 def follow_rig(obj, handle, rig_transform):
-    """Puts the control, if it is one that Add Handle made, to where the rig has its handle; it keeps its channels.
-    Returns whether it was elsewhere."""
-    if not follows_rig(obj, handle):
-        return False
+    """Puts the control, if it is one that Add Handle made, to where the rig has its handle; it keeps its channels."""
     wanted = rig_transform @ to_4x4(frame_of(handle))
-    if motion.same(_parent_inverse(handle.control), wanted):
-        return False
-    handle.control.matrix_parent_inverse = to_blender(wanted)
-    handle.control_carried = _parent_inverse(handle.control).ravel()
-    return True
+    if follows_rig(obj, handle) and not motion.same(_parent_inverse(handle.control), wanted):
+        handle.control.matrix_parent_inverse = to_blender(wanted)
+        handle.control_carried = _parent_inverse(handle.control).ravel()
 
 
 def rig_transforms(obj, handles):

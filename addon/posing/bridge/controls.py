@@ -198,10 +198,7 @@ def remove_control(handle):
 
 
 def remove_handle(obj, index):
-    """Removes a handle, with the control and vertex group that were made for it.
-
-    Returns whether the vertex group was deleted.
-    """
+    """Removes a handle, with the control and vertex group that were made for it."""
     settings = obj.meanvalue
     handle = settings.handles[index]
     name, made_group, control = handle.name, handle.name == handle.made_group, handle.control
@@ -209,10 +206,10 @@ def remove_handle(obj, index):
         selection.choose(obj)
     remove_control(handle)
     settings.handles.remove(index)
-    was_deleted = made_group and vertex_groups.remove_made(obj, name)
+    if made_group:
+        vertex_groups.remove_made(obj, name)
     obj.update_tag()
     settings.active_handle = max(0, min(settings.active_handle, len(settings.handles) - 1))
-    return was_deleted
 
 
 def select(handle):

@@ -45,13 +45,12 @@ def own_group(obj):
 
 
 def remove_made_group(obj):
-    """Clears the region, and deletes its vertex group if it was made for it. Returns whether it was deleted."""
+    """Clears the region, and deletes its vertex group if it was made for it."""
     settings = obj.meanvalue
-    name = settings.roi_group
-    was_deleted = name != "" and name == settings.made_region and vertex_groups.remove_made(obj, name)
+    if settings.roi_group == settings.made_region:
+        vertex_groups.remove_made(obj, settings.made_region)
     settings.roi_group = settings.made_region = ""
     settings.roi_invert = False
-    return was_deleted
 
 
 def weights(obj):
