@@ -10,7 +10,7 @@ from .. import compat
 
 
 def write_curve(id_block, data_path, index, frames, values, interpolation='LINEAR'):
-    """Replaces the F-curve of one number by one with these keys, and returns it; None if there are no keys.
+    """Replaces the F-curve of one number by one with these keys; by none if there are none.
 
     frames, values: n each; frames ascending. index: of the number in an array property, 0 for a single one.
     interpolation: 'CONSTANT', 'LINEAR', 'BEZIER', ... from each key to the next. Handles are Blender's own (clamped),
@@ -21,7 +21,7 @@ def write_curve(id_block, data_path, index, frames, values, interpolation='LINEA
     if former is not None:
         curves.remove(former)
     if len(frames) == 0:
-        return None
+        return
     coordinates = np.empty((len(frames), 2), np.float32)
     coordinates[:, 0], coordinates[:, 1] = frames, values
     curve = curves.new(data_path, index=index)
@@ -31,13 +31,12 @@ def write_curve(id_block, data_path, index, frames, values, interpolation='LINEA
     number = bpy.types.Keyframe.bl_rna.properties["interpolation"].enum_items[interpolation].value
     keys.foreach_set("interpolation", np.full(len(coordinates), number, np.int32))
     curve.update()
-    return curve
 
 
-def write_vector(id_block, data_path, frames, values, interpolation='LINEAR'):
+def write_vector(id_block, data_path, frames, values):
     """write_curve() for each column of `values`, n x c."""
     for index in range(values.shape[1]):
-        write_curve(id_block, data_path, index, frames, values[:, index], interpolation)
+        write_curve(id_block, data_path, index, frames, values[:, index])
 
 
 def read_keys(id_block, data_path, index=0):
