@@ -19,11 +19,10 @@ from .live import follower
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
-    """What the mesh was bound as, see posing/bridge/bound_record.py. Counts are for messages, digests for comparing"""
+    """What the mesh was bound as, see posing/bridge/bound_record.py: a count for messages, and digests"""
 
     is_bound: BoolProperty()
     vertex_count: IntProperty()
-    face_count: IntProperty()
     faces: StringProperty()
     rest_shape: StringProperty()
     anchors: StringProperty()

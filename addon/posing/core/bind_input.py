@@ -59,7 +59,6 @@ class BindInput:
         settings = f"method={self.method} rigidity={self.rigidity} loose={self.loose} merge={self.merge_distance!r}"
         return Fingerprint(
             vertex_count=len(self.rest),
-            face_count=len(self.face_starts),
             faces=digest(self.face_starts, self.face_corners),
             rest_shape=digest(self.rest),
             anchors=digest(

@@ -22,10 +22,9 @@ REMEMBERED = 4
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """Counts (for messages) and digests (for comparing) of what a binding depends on."""
+    """The count of vertices, for messages, and digests of what a binding depends on."""
 
     vertex_count: int
-    face_count: int
     faces: str
     rest_shape: str
     anchors: str
@@ -41,7 +40,7 @@ class Fingerprint:
     @property
     def shape_key(self):
         """The same of the mesh, what mirrors it and its region alone, whatever is anchored in it."""
-        return (self.vertex_count, self.face_count, self.faces, self.rest_shape, self.roi, self.mirror)
+        return (self.vertex_count, self.faces, self.rest_shape, self.roi, self.mirror)
 
 
 def digest(*parts):
