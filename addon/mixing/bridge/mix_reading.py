@@ -47,7 +47,6 @@ class MixReading:
         self._sliders = tuple(Slider(key.name, key.slider_min, key.slider_max) for key in keys)
         self._groups = [key.vertex_group for key in keys]
         self._shapes = []
-        self._masks = None
         self._weights = vertex_groups.Reading(obj, set(filter(None, self._groups)))
 
     @property
