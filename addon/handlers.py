@@ -60,7 +60,7 @@ def meanvalue_look_again(*_):
 
 @persistent
 def meanvalue_another_file(*_):
-    session.clear()
+    session.cache.clear()
     engine.render_ended()
     _begin()
 

@@ -5,7 +5,7 @@ import bpy
 
 from . import wording
 from .solver import native_loader
-from .widgets import text_box
+from .widgets import panels
 
 
 class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blender's way
@@ -16,7 +16,7 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
         box.label(text="Solver")
         problem = native_loader.problem()
         if problem:
-            text_box.draw_wrapped(box, context, wording.sentence(problem), icon='ERROR')
+            panels.draw_wrapped(box, context, wording.sentence(problem), icon='ERROR')
         else:
             ready = f"Ready, version {native_loader.module().__version__}"
             box.label(text=ready, icon='CHECKMARK')

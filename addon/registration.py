@@ -71,4 +71,4 @@ def unregister():
     properties.unregister(ROOMS)
     job.cancel_all()
     object_model.clear()
-    session.clear()
+    session.cache.clear()

@@ -8,8 +8,7 @@ from ..errors import SceneError
 from ..scene import subject
 from ..scene.baked import TO_CACHE
 from ..scene.core import whole_files
-from ..widgets.panels import PanelPart, column_of_settings
-from ..widgets.text_box import draw_wrapped
+from ..widgets.panels import PanelPart, column_of_settings, draw_wrapped
 from .bridge import preparing, sampling
 from .operators.bake import MEANVALUE_OT_bake
 from .operators.unbake import MEANVALUE_OT_unbake

@@ -5,8 +5,7 @@ import bpy
 
 from .. import wording
 from ..scene import subject
-from ..widgets.panels import SidebarPanel, column_of_settings
-from ..widgets.text_box import draw_wrapped
+from ..widgets.panels import SidebarPanel, column_of_settings, draw_wrapped
 from .bridge import marker_pairs, takes
 from .operators.import_motion import MEANVALUE_OT_import_motion
 from .operators.marker_problems import MEANVALUE_OT_find_marker_problems, MEANVALUE_OT_swap_markers

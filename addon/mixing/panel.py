@@ -6,8 +6,7 @@ import bpy
 from .. import wording
 from ..live import engine
 from ..scene import subject
-from ..widgets.panels import column_of_settings
-from ..widgets.text_box import draw_wrapped
+from ..widgets.panels import column_of_settings, draw_wrapped
 from .bridge import in_between_keys, mixed_keys
 from .operators import morph
 from .operators.bake_mix import MEANVALUE_OT_bake_mix

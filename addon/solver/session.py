@@ -62,7 +62,8 @@ class DeformerCache:
         return sum(byte_count for _, byte_count, _ in self._entries.values())
 
 
-_cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
+#: Bindings by the keys of their fingerprints, and what rooms bind besides handles by their own.
+cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 
 
 @dataclass(frozen=True)
@@ -75,16 +76,16 @@ class Binding:
 
 def cached(bind_input):
     """The Binding of `bind_input` if it is at hand, else None."""
-    return _cache.get(bind_input.fingerprint.key)
+    return cache.get(bind_input.fingerprint.key)
 
 
 def earlier(bind_input):
     """A Binding of the same mesh, region and method to other anchors if one is at hand, else None: see bind_steps()."""
-    return _cache.relative(_family(bind_input))
+    return cache.relative(_family(bind_input))
 
 
 def remember(bind_input, binding):
-    _cache.put(bind_input.fingerprint.key, binding, int(binding.deformer.report.bytes), _family(bind_input))
+    cache.put(bind_input.fingerprint.key, binding, int(binding.deformer.report.bytes), _family(bind_input))
 
 
 def _family(bind_input):
@@ -227,23 +228,6 @@ def _weights(mesh, weights):
     if weights is None or mesh.border is None:
         return weights
     return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(mesh.border)))], axis=-1)
-
-
-def kept(key):
-    """What was kept by that digest if it is at hand, else None: what rooms bind besides handles."""
-    return _cache.get(key)
-
-
-def keep(key, bound, byte_count):
-    _cache.put(key, bound, byte_count)
-
-
-def forget(fingerprint):
-    _cache.discard(fingerprint.key)
-
-
-def clear():
-    _cache.clear()
 
 
 def call(function, *arguments, refused=REFUSED_MESH, **options):

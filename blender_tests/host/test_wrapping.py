@@ -85,10 +85,8 @@ def test_what_the_other_has_not_stays_in_shape():
     other *= [1.1, 1.0, 0.95]
     found = wrapped(WrapInput(horned, triangles, other, faces, np.zeros(0, np.int32), np.zeros((0, 3))))
     tip = int(horned[:, 2].argmax())
-    assert not found.has_partner[tip]
     assert found.positions[tip, 2] > 1.7
     on_ball = vertices[:, 2] < np.cos(0.5)
-    assert found.has_partner[on_ball].all()
     diagonal = np.linalg.norm(np.ptp(other, axis=0))
     assert found.distance[on_ball].mean() < 0.002 * diagonal
     assert found.distance[tip] > 0.2 * diagonal

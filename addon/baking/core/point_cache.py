@@ -5,13 +5,14 @@ A file is a header of 32 bytes (POINTCACHE2, version 1, vertices, first frame, f
 float32 for each vertex of each sample, all little-endian.
 """
 
+import contextlib
 import pathlib
 import struct
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import DamagedCacheError
+from ...errors import CacheError, DamagedCacheError
 from ...scene.core import whole_files
 from ...scene.core.checked_json import read_checked_json, write_checked_json
 
@@ -118,9 +119,6 @@ def read_marker(path):
 
 def is_current(path, key, header):
     """Whether the cache at `path` is what was baked with this key."""
-    path = pathlib.Path(path)
-    try:
-        size = path.stat().st_size
-    except OSError:
-        return False
-    return read_marker(path).get("key") == key and size == header.bytes
+    with contextlib.suppress(CacheError):
+        return read_marker(path).get("key") == key and read_header(path).bytes == header.bytes
+    return False

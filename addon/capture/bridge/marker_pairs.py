@@ -98,8 +98,11 @@ def note_active(active):
 def mesh_of_marker(marker):
     """The mesh object whose take has the Empty `marker`, or None."""
     take = takes.of_marker(marker)
-    if take is None:
-        return None
+    return None if take is None else mesh_of_take(take)
+
+
+def mesh_of_take(take):
+    """The first mesh object that uses a take, or None."""
     for obj in bpy.context.view_layer.objects:
         if obj.type == 'MESH' and take in {obj.meanvalue.capture.take, obj.meanvalue.capture.reference_take}:
             return obj

@@ -18,9 +18,8 @@ from .hip_centres import with_hips
 LIMBS = ("thigh", "shank")
 #: Radians that a segment's roll may be off: how badly its markers fit it, over how far they are from its axis.
 ROLL = 0.3
-#: Vertices of a cuff; how thick (radius) a segment may be over the length that its markers span; radians of its round
-#: that markers must leave bare for it to need a cuff.
-COUNT, THICKEST, BARE = 3, 0.3, 2.1
+#: Vertices of a cuff; how thick (radius) a segment may be over the length that its markers span.
+COUNT, THICKEST = 3, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +67,8 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
         middle = middle + 0.5 * (along.min() + along.max()) * axis
         held = vertices[[anchors[k] for k in members if k < len(anchors)]]
         ring = ring_around(middle, axis, vertices, triangles, held)
-        if ring is None or ring.radius > THICKEST * np.ptp(along) or ring.bare < BARE:
-            continue  # no limb but a trunk; or held all round
+        if ring is None or ring.radius > THICKEST * np.ptp(along):
+            continue  # no limb but a trunk
         chosen = ring.spread(COUNT, taken)
         if len(chosen) == COUNT:
             taken |= set(chosen)
@@ -103,12 +102,6 @@ class Ring:
         self._across = np.stack([across, np.cross(axis, across)], axis=1) / np.linalg.norm(across)
         self.radius = float(np.linalg.norm((points - self.centre) @ self._across, axis=1).mean())
         self.angles, self.held = self._angles(points), self._angles(held)
-
-    @property
-    def bare(self):
-        """Radians of the widest stretch that nothing is held on."""
-        held = np.sort(self.held)
-        return float(np.diff(np.append(held, held[0] + 2.0 * np.pi)).max())
 
     def spread(self, count, taken):
         """At most `count` vertices, none of `taken`, as far round from each other and from what is held as can be."""

@@ -24,9 +24,9 @@ def planted(shape, root, markers, reference, character, landmarks, rate):
     """(f, m, 3): `shape`, each frame put where it belongs.
 
     The root goes the captured way, scaled by the height of the root over the ground in character and reference. What
-    each foot then still slides is taken away while it stands: it moves as the captured one does, its height over what
-    it stands on is as captured, and stairs are scaled as the path. Between two stances its correction is a cubic with
-    the speeds of both. The mean of both feet's corrections moves the whole body, and the rest each foot.
+    each foot then still slides is taken away while it stands: it moves and rises as the captured one does, scaled as
+    the path. Between two stances its correction is a cubic with the speeds of both. The mean of both feet's corrections
+    moves the whole body, and the rest each foot.
 
     shape  (f, m, 3) about the mean of `root` (indices); markers  (f, m, 3) the capture, without NaN; reference,
     character  (m, 3); landmarks  m names or None.
@@ -44,10 +44,8 @@ def planted(shape, root, markers, reference, character, landmarks, rate):
     stands[:, ground] = find_stances(markers[:, ground], rate, np.ptp(reference[:, 2]))
     corrections = []
     for foot in (numbers for numbers in feet if stands[:, numbers].any()):
-        size = _foot_size(character[foot], reference[foot])
-        rises = markers[:, foot, 2] - reference[foot, 2]
-        heights = character[foot, 2] + size * rises + (ratio - size) * _levels(rises, stands[:, foot])
-        goals = np.concatenate([size * markers[:, foot, :2], heights[..., None]], axis=2)
+        goals = ratio * markers[:, foot]
+        goals[..., 2] += character[foot, 2] - ratio * reference[foot, 2]
         corrections.append((foot, _correction(placed[:, foot], goals, stands[:, foot])))
     if not corrections:
         return placed
@@ -107,21 +105,6 @@ def find_stances(positions, rate_hz, height, slow=SLOW):
 def _stretches(flags, surely):
     """Begin and end of the runs of flags (f,) in which something of surely (f,) is."""
     return [(begin, end) for begin, end in runs(flags) if surely[begin:end].any()]
-
-
-def _foot_size(character, reference):
-    """How much larger the character's foot is, by the markers farthest apart; of one marker nothing can be told."""
-    sizes = [np.linalg.norm(points[:, None] - points[None], axis=2).max() for points in (character, reference)]
-    return sizes[0] / sizes[1] if min(sizes) > 0.0 else 1.0
-
-
-def _levels(rises, stands):
-    """(f, 1): how high what a foot stands on is over the ground of the reference, in each stance. rises  (f, k) of its
-    markers; stands  (f, k) bool."""
-    result = np.zeros((len(rises), 1))
-    for begin, end in runs(stands.any(axis=1)):
-        result[begin:end] = np.median(rises[begin:end][stands[begin:end]])
-    return result
 
 
 def _correction(placed, goals, stands):

@@ -109,9 +109,7 @@ def _end_slope(path):
         return np.zeros(3)
     steps = np.arange(1.0, len(good))
     powers = steps[:, None] ** np.arange(1, min(len(good), 3))
-    # A single sample of noise must not throw a long fill far off: slopes of few samples are damped.
-    damping = 1.0 if len(good) > 2 else 0.5
-    return damping * np.linalg.lstsq(powers, good[1:] - good[0], rcond=None)[0][0]
+    return np.linalg.lstsq(powers, good[1:] - good[0], rcond=None)[0][0]
 
 
 def _fill_rigidly(filled, how, gaps, variation):

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: A path may miss where its own speed leads by this share of the body's size (1 cm for an adult), and by this many
+from . import units
+
+#: A path may miss where its own speed leads by this share of the body's extent (1 cm for an adult), and by this many
 #: times what most of its steps do, in the whole take or among the NEARBY steps before and after: takes that lost single
 #: frames (of 120 Hz every sixth, say) stutter everywhere, and that is no fault of a marker.
-FREE, USUAL, NEARBY = 0.006, 4.0, 20
+FREE, USUAL, NEARBY = 0.008, 4.0, 20
 #: Gaps of less samples are judged by speeds, longer ones by neighbours.
 SHORT = 4
 #: Steps that speeds, and samples that distances, are the medians of.
@@ -52,13 +54,13 @@ def find_jumps(positions, rate_hz, labels=None, are_joints=False):
     more than its steps usually do, and by more than half of what the speeds themselves differ by: noise, fast motion
     and hard stops pass. After a gap, distances to the neighbours that are most rigid with the marker must be as before.
     Two markers whose paths break together and go on in each other's are swapped. Markers nearer to each other than
-    twice FREE of the body's size can't be told apart.
+    twice FREE of the body's extent can't be told apart.
 
     positions  (f, m, 3) metres, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words;
     are_joints  they are of a skeleton, as in BVH, where no point can be taken for another: swaps are not looked for.
     """
     names = [f"marker {number}" for number in range(positions.shape[1])] if labels is None else labels
-    size = _body_size(positions)
+    size = units.median_extent(positions)
     if not size > 0.0:
         return []
     breaks = []
@@ -67,15 +69,6 @@ def find_jumps(positions, rate_hz, labels=None, are_joints=False):
     findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate_hz * TOGETHER, names)
     findings += _single(rest, rate_hz * SPIKE, names, are_joints)
     return sorted(findings, key=lambda finding: (finding.sample, finding.marker))
-
-
-def _body_size(positions):
-    """Median over some frames of the diagonal of what is seen."""
-    some = positions[:: max(1, len(positions) // 200)]
-    some = some[~np.isnan(some[..., 0]).all(axis=1)]
-    if not len(some):
-        return 0.0
-    return float(np.median(np.linalg.norm(np.nanmax(some, axis=1) - np.nanmin(some, axis=1), axis=1)))
 
 
 def _breaks(positions, marker, size):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...posing.core.connected import parts
 from ...scene.core.rigid import fit_rotations, nearest_rotations
 from . import landmarks as places
 from .gaps import distance_variation
@@ -84,11 +85,7 @@ def marker_graph(reference, landmarks, markers):
 
 def _join(owners, cells_of, distances):
     """Adds to {edge: its cell} the shortest edges that join what these leave in several parts."""
-    part = np.arange(len(distances))
-    for first, second in owners:
-        part[part == part[first]] = part[second]
-    while len(np.unique(part)) > 1:
+    while (part := parts(np.array(list(owners), int).reshape(-1, 2), len(distances))).any():
         apart = np.where(part[:, None] != part[None], distances, np.inf)
         first, second = (int(k) for k in np.unravel_index(np.argmin(apart), apart.shape))
         owners[min(first, second), max(first, second)] = cells_of[first][0]
-        part[part == part[first]] = part[second]

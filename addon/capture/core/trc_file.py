@@ -60,17 +60,14 @@ def _labels(lines, keys):
     entries = [cell.strip() for cell in line.split("\t")]
     told = number_in(keys.get("nummarkers", ""))
     columns = lines.next_filled() or ""
-    labels = entries[2::3]
-    while labels and not labels[-1]:
-        labels.pop()
-    named = [cell for cell in entries[2:] if cell]
-    if told is not None and len(labels) != told:
-        if len(named) == told:  # the names follow each other without the two empty cells between them
-            labels = named
-        elif len(line.split()) - 2 == told:
-            labels = line.split()[2:]
-        elif len(labels) < told <= len(columns.split()) // 3:
-            labels += [""] * (int(told) - len(labels))
+    by_columns = entries[2::3]
+    while by_columns and not by_columns[-1]:
+        by_columns.pop()
+    # Some writers leave out the two empty cells after a name, some the tabs.
+    readings = (by_columns, [cell for cell in entries[2:] if cell], line.split()[2:])
+    labels = next((reading for reading in readings if len(reading) == told), by_columns)
+    if told is not None and len(labels) < told <= len(columns.split()) // 3:
+        labels = labels + [""] * (int(told) - len(labels))
     if not labels:
         lines.fail("the header names no marker", "Export the take with its markers")
     return labels

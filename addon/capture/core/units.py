@@ -46,13 +46,7 @@ def metres_in(name: str) -> float | None:
 
 def turn_up(positions: np.ndarray, up_axis: str) -> np.ndarray:
     """(..., 3) `positions` turned so that their `up_axis` is Z, exactly and right-handed; may be the same array."""
-    if up_axis == "Z":
-        return positions
-    turned = np.empty_like(positions)
-    for row, coefficients in enumerate(_TURNS[up_axis]):
-        axis = int(np.flatnonzero(coefficients)[0])
-        np.multiply(positions[..., axis], coefficients[axis], out=turned[..., row])
-    return turned
+    return positions if up_axis == "Z" else positions @ np.array(_TURNS[up_axis], np.float64).T
 
 
 def _lowest_and_highest(positions, most=200):

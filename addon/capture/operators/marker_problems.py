@@ -8,7 +8,7 @@ from ... import wording
 from ...errors import MeanValueError, SceneError
 from ...scene.core import sample_times
 from ...widgets.base import Reporting
-from ..bridge import takes
+from ..bridge import marker_pairs, takes
 from ..core import jumps
 
 #: Gaps that are too long for their thresholds are all listed; of jumps, so many. More would not be read.
@@ -42,7 +42,7 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
     bl_label = "Find Problems"
 
     def run(self, context, take):
-        longest = _longest_gap(context, take)
+        longest = _longest_gap(take)
         count = _list_problems(take, longest)
         if not count:
             return f"'{take.name}': no jumps, no swapped markers, no gaps over {longest:g} s", []
@@ -86,7 +86,7 @@ class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
         one, other = empties[self.marker], empties[self.other]
         takes.swap(take, one, other, None if self.whole_take else self.frame)
         if take.meanvalue.is_searched:
-            _list_problems(take, _longest_gap(context, take))
+            _list_problems(take, _longest_gap(take))
         where = "in the whole take" if self.whole_take else f"from frame {self.frame:g} on"
         return (
             f"'{self.marker}' and '{self.other}' have changed places {where}. What is matched already follows after "
@@ -130,10 +130,7 @@ def _gaps(recording, longest):
                 yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
 
 
-def _longest_gap(context, take):
+def _longest_gap(take):
     """Seconds: what the mesh that uses the take fills."""
-    for obj in context.view_layer.objects:
-        if obj.type == 'MESH' and obj.meanvalue.capture.take == take:
-            capture = obj.meanvalue.capture
-            return max(capture.spline_seconds, capture.rigid_seconds)
-    return 1.0
+    obj = marker_pairs.mesh_of_take(take)
+    return 1.0 if obj is None else max(obj.meanvalue.capture.spline_seconds, obj.meanvalue.capture.rigid_seconds)

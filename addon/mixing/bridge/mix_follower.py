@@ -33,7 +33,7 @@ class MixFollower(Following):
     LABEL = "Rotation-Aware Keys"
 
     why_hidden = staticmethod(mixed_keys.why_hidden)
-    _cached_binding = staticmethod(lambda mix_input: session.kept(mix_input.key))
+    _cached_binding = staticmethod(lambda mix_input: session.cache.get(mix_input.key))
     _read_targets = staticmethod(mixed_keys.values)
     _is_same_target = staticmethod(np.array_equal)
     _make_key = staticmethod(mixed_keys.make_key)

@@ -40,7 +40,7 @@ def bind_steps(mix_input, execution):
         morpher = session.call(task.result, refused=REFUSED_SHAPES)
     except SolverError as error:
         raise SolverError(_with_names(str(error), mix_input)) from error
-    session.keep(mix_input.key, morpher, int(morpher.report.bytes))
+    session.cache.put(mix_input.key, morpher, int(morpher.report.bytes))
     return morpher
 
 
@@ -84,7 +84,7 @@ class Mixing:
 
     def __init__(self, mix_input):
         self.bind_input = mix_input
-        self.binding = session.kept(mix_input.key)
+        self.binding = session.cache.get(mix_input.key)
 
     def record(self, _obj):
         """The file keeps no binding of a mix."""

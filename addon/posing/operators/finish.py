@@ -156,7 +156,7 @@ def remove_what_was_made(obj):
         controls.remove_handle(obj, index)
     region.remove_made_group(obj)
     if settings.bound.is_bound:
-        session.forget(bound_record.read_fingerprint(settings.bound))
+        session.cache.discard(bound_record.read_fingerprint(settings.bound).key)
         bound_record.clear(settings.bound)
     settings.former_result = ""
     return wording.counted(count, "handle or pin", "handles and pins")

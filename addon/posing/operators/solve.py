@@ -57,7 +57,7 @@ class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         record = obj.meanvalue.bound
-        session.forget(bound_record.read_fingerprint(record))
+        session.cache.discard(bound_record.read_fingerprint(record).key)
         bound_record.clear(record)
         return f"'{obj.name}' is no longer bound", []
 

@@ -8,8 +8,7 @@ from ...live import engine
 from ...scene import mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay, panels
-from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings
-from ...widgets.text_box import draw_wrapped
+from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
 from ..bridge import bound_record, controls, scene_input, targets
 from ..operators import tool_choice
 from .menus import MEANVALUE_MT_apply, draw_add

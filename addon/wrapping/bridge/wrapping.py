@@ -37,11 +37,10 @@ SLICE = 4000
 @dataclass(frozen=True, eq=False)
 class Wrapped:
     """positions: (n, 3) float64; distance: (n,) to the other surface, of vertices without faces 0;
-    has_partner: (n,) bool, drawn to a point of it; flipped: how many triangles are (see flips)."""
+    flipped: how many triangles are (see flips)."""
 
     positions: np.ndarray
     distance: np.ndarray
-    has_partner: np.ndarray
     flipped: int
 
 
@@ -70,20 +69,18 @@ class Wrap:
             self.share = (number + 0.5) / (len(STRENGTHS) + 1)
             springs = np.full(len(given.used), strength / len(given.used))
             deformer = yield from self._bind(rest, given.used, springs)
-            shape, weights, away = yield from self._rounds(deformer, rest, shape)
+            shape, away = yield from self._rounds(deformer, rest, shape)
             flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))
-            if best is not None and flipped > best[2]:
+            if best is not None and flipped > best[1]:
                 break
-            best = shape, weights, flipped
+            best = shape, flipped
             if away < CLOSE * given.diagonal:
                 break
-        shape, weights, flipped = best
+        shape, flipped = best
         distance = np.zeros(len(shape))
         distance[given.used] = (yield from _nearest(self._surface, shape[given.used]))[3]
-        has_partner = np.zeros(len(shape), bool)
-        has_partner[given.used] = weights > 0.0
         self.share = 1.0
-        return Wrapped(shape, distance, has_partner, flipped)
+        return Wrapped(shape, distance, flipped)
 
     def _bind(self, rest, anchors, strengths):
         start, triangles = native_loader.module().start_bind, self.given.triangles
@@ -107,7 +104,7 @@ class Wrap:
         return vertices
 
     def _rounds(self, deformer, rest, shape):
-        """Returns (shape, the last weights of the used vertices, their mean distance from their partners)."""
+        """Returns (shape, mean distance of the used vertices from their partners)."""
         last = np.inf
         for _ in range(ROUNDS):
             self._let_go(rest, shape)
@@ -120,7 +117,7 @@ class Wrap:
             if away > (1.0 - GAIN) * last:
                 break
             last = away
-        return shape, weights, away
+        return shape, away
 
     def _partners(self, shape):
         """(points (u, 3), weights (u,), mean distance to them) of the used vertices; picked ones have their own."""
