@@ -85,7 +85,7 @@ class PickingOperator(ModalOperator, MeshOperator):
 
 def vertex_clicked(obj, view):
     """The vertex that was pressed. @throws SceneError beside the mesh."""
-    return _required(under_mouse.vertex_under(obj, *view), obj)
+    return _required(under_mouse.press(obj, *view), obj).vertex
 
 
 def place_clicked(obj, view):

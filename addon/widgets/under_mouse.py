@@ -66,14 +66,8 @@ def place_under(obj, region, view, mouse):
     return np.array(place, np.float32) if is_hit else None
 
 
-def vertex_under(obj, region, view, mouse):
-    """The vertex that was pressed, or whose image was; None on copies and beside the mesh."""
-    pressed = press(obj, region, view, mouse)
-    return None if pressed is None else pressed.vertex
-
-
 def press(obj, region, view, mouse):
-    """The Pressed of the surface of `obj` under the mouse, or None."""
+    """The Pressed of the surface of `obj` or of an image of it, under the mouse; None on copies and beside it."""
     place = place_under(obj, region, view, mouse)
     found = None if place is None else vertex_or_image(obj, place)
     if found is None:

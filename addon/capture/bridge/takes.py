@@ -14,9 +14,10 @@ from ... import wording
 from ...errors import SceneError
 from ...scene import actions, selection
 from ...scene.core import sample_times
+from ..core import units
 
-#: Size of a marker, as a share of the size of the whole set, and where that has none, in metres.
-SIZE_OVER_SPREAD = 0.008
+#: Size of a marker, as a share of the extent of the whole set, and where that has none, in metres.
+SIZE_OVER_EXTENT = 0.01
 LEAST_SIZE = 0.002
 
 #: How far from its samples a key may lie, as a share of the time between them.
@@ -61,7 +62,7 @@ def make(take, frames, scale=1.0):
         _describe(collection.meanvalue, take, frames)
         positions = take.positions * scale
         measured = take.measured
-        size = _marker_size(positions, measured)
+        size = max(SIZE_OVER_EXTENT * units.median_extent(positions), LEAST_SIZE)
         for number in np.flatnonzero(measured.any(axis=0)):
             empty = _make_empty(take.labels[number], size, collection)
             _animate(empty, positions[:, number], measured[:, number], frames)
@@ -215,13 +216,6 @@ def _animate(empty, positions, measured, frames):
     actions.write_curve(empty, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
     if measured.any():
         empty.location = positions[int(measured.argmax())]
-
-
-def _marker_size(positions, measured):
-    fullest = positions[int(measured.sum(axis=1).argmax())]
-    seen = fullest[~np.isnan(fullest[:, 0])]
-    spread = float(np.linalg.norm(np.ptp(seen, axis=0))) if len(seen) else 0.0
-    return max(SIZE_OVER_SPREAD * spread, LEAST_SIZE)
 
 
 def _require_on_samples(collection, empty, off):

@@ -178,24 +178,23 @@ def _single(breaks, window, names, are_joints):
     """Findings of breaks that are no swaps; one that is undone soon is a spike."""
     findings, number = [], 0
     while number < len(breaks):
-        one, number = breaks[number], number + 1
+        one = breaks[number]
         distance = float(np.linalg.norm(one.place - one.expected))
-        told = f"{names[one.marker]} jumps by {1000.0 * distance:.0f} mm at sample {one.first}"
-        following = breaks[number] if number < len(breaks) else None
+        following = breaks[number + 1] if number + 1 < len(breaks) else None
         is_undone = (
             following is not None
             and following.marker == one.marker
             and following.first - one.first <= window
             and np.linalg.norm(_expected_at(one, following.first) - following.place) < 0.4 * distance
         )
+        number += 2 if is_undone else 1
+        kind = "spike" if is_undone else "jump"
         if is_undone:
-            number += 1
-            words = f"{told} and is back at sample {following.first}: delete the samples between, which will be filled."
-            findings.append(Finding("spike", one.marker, one.first, words))
+            rest = f" and is back at sample {following.first}: delete the samples between, which will be filled."
+        elif are_joints:
+            rest = ": the skeleton's motion is broken there; leave these frames out or mend its curves."
         else:
-            if are_joints:
-                words = f"{told}: the skeleton's motion is broken there; leave these frames out or mend its curves."
-            else:
-                words = f"{told}: another point may go by its name from there on; rename it or delete its samples."
-            findings.append(Finding("jump", one.marker, one.first, words))
+            rest = ": another point may go by its name from there on; rename it or delete its samples."
+        words = f"{names[one.marker]} jumps by {1000.0 * distance:.0f} mm at sample {one.first}{rest}"
+        findings.append(Finding(kind, one.marker, one.first, words))
     return findings
