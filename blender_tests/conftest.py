@@ -49,7 +49,7 @@ def empty_file(request):
     request.getfixturevalue("installed_addon")
     bpy.ops.wm.read_factory_settings(use_empty=True)  # this disables all add-ons
     installed.enable()
-    installed.part("solver.session").clear()
+    installed.part("solver.session").cache.clear()
 
 
 @pytest.fixture

@@ -187,7 +187,7 @@ def test_native_module_missing(part, monkeypatch):
     loader = part("solver.native_loader")
     monkeypatch.setattr(loader, "MODULE_NAMES", ("nowhere.meanvalue",))
     loader.forget()
-    part("solver.session").clear()
+    part("solver.session").cache.clear()
     try:
         assert_refused_unchanged(obj, BIND + SOLVE, "Install")
     finally:
@@ -202,7 +202,7 @@ def bind_gives(native, monkeypatch, part):
 
     def install(change):
         start_bind = native.start_bind
-        part("solver.session").clear()
+        part("solver.session").cache.clear()
         monkeypatch.setattr(native, "start_bind", lambda *a, **k: tasks.Changed(start_bind(*a, **k), change))
 
     return install
