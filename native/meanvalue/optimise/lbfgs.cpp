@@ -46,13 +46,13 @@ double energy_share(const LbfgsOptions& options, int iteration) {
 
 }  // namespace
 
-Lbfgs::Lbfgs(const Unknowns& unknowns, double size, InstructionSet instructions) : unknowns_(&unknowns) {
+Lbfgs::Lbfgs(const Unknowns& unknowns, double size) : unknowns_(&unknowns) {
     const auto count = static_cast<Eigen::Index>(unknowns.free.size());
     // Without writing to them: filling hundreds of megabytes takes longer than a cancel may wait. All is written
     // before it is read.
     for (Positions* vectors : {&gradient_, &trial_gradient_, &farther_gradient_, &direction_})
         vectors->resize(count, 3);
-    history_ = LbfgsHistory(static_cast<Index>(count), size, instructions);
+    history_ = LbfgsHistory(static_cast<Index>(count), size);
 }
 
 LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& preconditioner, const LbfgsOptions& options,
@@ -121,7 +121,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         const double share = energy_share(options, report.iterations());
         // The whole step: one that had to be shortened tells nothing.
         const double out_of_sight = options.patience > 0 ? kOutOfSight * options.step_tolerance : 0.0;
-        const bool is_out_of_sight = std::max(step, longest) < std::max(out_of_sight, options.negligible_step);
+        const bool is_out_of_sight = std::max(step, longest) < out_of_sight;
         const bool still_falls =
             options.energy_tolerance > 0.0 && falls(report.energies, kShortSteps, options.energy_tolerance);
         if (is_out_of_sight || (short_steps >= kShortSteps && !still_falls)) {
@@ -131,7 +131,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         if (share > 0.0 && step < kNearlyShort * options.step_tolerance &&
             !falls(report.energies, kSlowSteps, share)) {
             report.converged = share == options.energy_tolerance;
-            report.left_off = !report.converged;
+            report.left_off = !report.converged && short_steps < kShortSteps;
             break;
         }
     }

@@ -17,8 +17,6 @@ struct LbfgsOptions {
     /// Stop when no vertex has moved farther in a step, twice on end, with patience also once by far less; in the
     /// units of the positions.
     double step_tolerance = 0.0;
-    /// Stop as well after a single whole step that is no longer than this, whatever the energy does; same units.
-    double negligible_step = 0.0;
     /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less
     /// than this share of it; and not where it still falls faster, unless steps are far shorter with patience.
     double energy_tolerance = 0.0;
@@ -42,7 +40,8 @@ struct LbfgsReport {
     bool converged = false;
     bool is_refused = false;  ///< the start
     bool at_limit = false;    ///< of iterations
-    bool left_off = false;    ///< out of patience; if none of the three, no step lowers the energy further
+    bool left_off = false;    ///< out of patience, and not converged
+    // If none of the four is set, no step lowers the energy further.
 
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };
@@ -58,8 +57,7 @@ class Lbfgs {
 
     Lbfgs() = default;
     /// @param size of the shape. @pre unknowns outlive it.
-    explicit Lbfgs(const Unknowns& unknowns, double size = 1.0,
-                   InstructionSet instructions = InstructionSet::kFastest);
+    explicit Lbfgs(const Unknowns& unknowns, double size = 1.0);
 
     /// Moves the free vertices in `positions` (n x 3) down to a minimum of the energy.
     /// @param preconditioner the inverse of a symmetric positive definite matrix near the energy's Hessian, over the

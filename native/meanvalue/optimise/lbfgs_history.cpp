@@ -13,6 +13,29 @@ constexpr double kLeastCurvature = 1e-6;
 // Rows that stay in a core's cache.
 constexpr Index kPart = 2048;
 
+/// Numbers that are added up side by side, for the processor's vectors.
+constexpr std::int64_t kLanes = 4;
+
+/// sum_k a[k] b[k] in double precision.
+template <typename Number>
+double dot(const float* a, const Number* b, std::int64_t count) {
+    double sums[kLanes] = {};
+    std::int64_t k = 0;
+    for (; k + kLanes <= count; k += kLanes) {
+        for (std::int64_t lane = 0; lane < kLanes; ++lane)
+            sums[lane] += static_cast<double>(a[k + lane]) * static_cast<double>(b[k + lane]);
+    }
+    for (std::int64_t lane = 0; k < count; ++k, ++lane)
+        sums[lane] += static_cast<double>(a[k]) * static_cast<double>(b[k]);
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+/// to += factor * from
+void add_scaled(double factor, const float* from, std::int64_t count, double* to) {
+    for (std::int64_t k = 0; k < count; ++k)
+        to[k] += factor * static_cast<double>(from[k]);
+}
+
 /// sums[k] = sum over all rows of what `products` fills in for each piece: count numbers.
 template <typename Products>
 std::vector<double> sum_of_pieces(Index rows, int count, int threads, std::vector<double>& scratch,
@@ -40,8 +63,7 @@ void for_each_part(Index begin, Index end, const Body& body) {
 
 }  // namespace
 
-LbfgsHistory::LbfgsHistory(Index rows, double size, InstructionSet instructions)
-    : kernels_(lbfgs_kernels(instructions)), rows_(rows), size_(size), pairs_(kPairs + 1) {
+LbfgsHistory::LbfgsHistory(Index rows, double size) : rows_(rows), size_(size), pairs_(kPairs + 1) {
     order_.reserve(pairs_.size());
     products_.setZero(kPairs + 1, kPairs + 1);
 }
@@ -56,7 +78,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, const Preconditione
         return sum_of_pieces(rows_, count, threads, sums_, execution, [&](Index begin, Index end, double* sums) {
             const std::int64_t first = std::int64_t{3} * begin;
             for (int k = 0; k < count; ++k) {
-                sums[k] = kernels_.dot((pairs_[order_[k]].*of_pair).data() + first, vector.data() + first,
+                sums[k] = dot((pairs_[order_[k]].*of_pair).data() + first, vector.data() + first,
                                        std::int64_t{3} * (end - begin));
             }
         });
@@ -76,7 +98,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, const Preconditione
             for (std::int64_t n = 0; n < numbers; ++n)
                 to[n] = -scaling * from[n];
             for (int k = 0; k < count; ++k)
-                kernels_.add_scaled(-scaling * alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
+                add_scaled(-scaling * alpha[k], pairs_[order_[k]].change.data() + first, numbers, to);
         });
     });
     preconditioner.solve(direction, direction, threads, execution);
@@ -92,7 +114,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, const Preconditione
     parallel_for(rows_, threads, execution, [&](Index begin, Index end) {
         for_each_part(begin, end, [&](std::int64_t first, std::int64_t numbers) {
             for (int k = 0; k < count; ++k)
-                kernels_.add_scaled(add[k], pairs_[order_[k]].step.data() + first, numbers, direction.data() + first);
+                add_scaled(add[k], pairs_[order_[k]].step.data() + first, numbers, direction.data() + first);
         });
     });
 }
@@ -115,7 +137,7 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
     const auto count = static_cast<int>(order_.size());
     // With every pair kept: its step times the new change, and the new step times its change; then the new ones'.
     const std::vector<double> sums =
-        sum_of_pieces(rows_, 2 * count + 4, threads, sums_, execution, [&](Index begin, Index end, double* out) {
+        sum_of_pieces(rows_, 2 * count + 3, threads, sums_, execution, [&](Index begin, Index end, double* out) {
             const std::int64_t first = std::int64_t{3} * begin;
             const std::int64_t size = std::int64_t{3} * (end - begin);
             float* const step = pair.step.data() + first;
@@ -126,11 +148,12 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
             }
             for (int k = 0; k < count; ++k) {
                 const Pair& known = pairs_[order_[k]];
-                kernels_.cross_dots(known.step.data() + first, known.change.data() + first, step, change, size,
-                                    out + 2 * k);
+                out[2 * k] = dot(known.step.data() + first, change, size);
+                out[2 * k + 1] = dot(step, known.change.data() + first, size);
             }
-            kernels_.cross_dots(step, change, step, step, size, out + 2 * count);
-            kernels_.cross_dots(change, change, change, change, size, out + 2 * count + 2);
+            out[2 * count] = dot(step, step, size);
+            out[2 * count + 1] = dot(step, change, size);
+            out[2 * count + 2] = dot(change, change, size);
         });
     const double step_squared = sums[2 * count];
     const double step_by_change = sums[2 * count + 1];

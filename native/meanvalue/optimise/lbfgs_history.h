@@ -6,7 +6,6 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/preconditioner.h"
-#include "meanvalue/optimise/lbfgs_kernels.h"
 
 namespace meanvalue {
 
@@ -23,7 +22,7 @@ class LbfgsHistory {
 
     /// @param rows of the vectors, |V'|. @param size of the shape: what is kept in single precision is told in it.
     /// Memory is taken as pairs come.
-    LbfgsHistory(Index rows, double size, InstructionSet instructions);
+    LbfgsHistory(Index rows, double size);
 
     bool empty() const { return order_.empty(); }
     void clear() { order_.clear(); }
@@ -50,7 +49,6 @@ class LbfgsHistory {
 
     int free_place() const;
 
-    LbfgsKernels kernels_ = lbfgs_kernels(InstructionSet::kPortable);
     Index rows_ = 0;
     double size_ = 1.0;
     std::vector<Pair> pairs_;   // one more than may be in use

@@ -153,7 +153,7 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
         workspace->levels.emplace_back();
         FastWorkspace::OfLevel& of_level = workspace->levels.back();
         of_level.energy = level->energy->make_workspace();
-        of_level.minimiser = Lbfgs(level->unknowns, problem_.size, instructions_);
+        of_level.minimiser = Lbfgs(level->unknowns, problem_.size);
         of_level.downdates.resize(level->stages.size());
     }
     workspace->predictor = SecantPredictor(problem_.size);
