@@ -4,7 +4,6 @@
 
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/optimise/gauss_newton_cg.h"
 #include "tests/fast_poses.h"
 
 namespace meanvalue::tests {
@@ -49,9 +48,9 @@ TEST(PaperDecoder, RefusesPositionsWhoseEnergyOverflows) {
     Region region{{}, bend.mesh.vertices, bend.mesh.faces, std::vector<char>(bend.mesh.vertex_count(), 0)};
     for (Index v = 0; v < bend.mesh.vertex_count(); ++v)
         region.vertices.push_back(v);
-    for (const Index v : bend.anchors)
-        region.is_fixed[v] = 1;
-    const PaperDecoder decoder(encode_region(std::move(region), {}, 1, execution), 1, execution);
+    const auto shape = encode_shape(std::move(region), {}, 1, execution);
+    const std::vector<char> is_fixed = flags(bend.mesh.vertex_count(), bend.anchors);
+    const PaperDecoder decoder(with_fixed(shape, is_fixed, {}, execution), 1, execution);
     const auto workspace = decoder.make_workspace(execution);
     for (const double far : {1e160, 1e300}) {
         Positions positions = bend.mesh.vertices;
@@ -62,45 +61,6 @@ TEST(PaperDecoder, RefusesPositionsWhoseEnergyOverflows) {
     Positions positions = bend.mesh.vertices;
     decoder.decode({}, *workspace, positions, execution);
     EXPECT_TRUE(positions.allFinite());
-}
-
-TEST(PaperDecoder, DoesNotCallALineSearchThatFailedConverged) {
-    // A gradient that is no number leads nowhere: the end is told as what it is.
-    const Mesh mesh = capped_tube(12, 12, 6.0);
-    const Encoding encoding = encoding_of(mesh);
-    const Unknowns unknowns = find_unknowns(encoding, flags(mesh.vertex_count(), {0, 1}));
-    Execution execution;
-    const GaussNewtonSystem system(encoding, unknowns, execution);
-    auto at = system.make_workspace(execution);
-    Positions positions = mesh.vertices;
-    positions(0, 0) = 1e200;
-    const MinimiseReport failed =
-        GaussNewtonCg(system, unknowns, execution).minimise(0.0, 1, positions, execution, at);
-    EXPECT_EQ(failed.stop_reason, StopReason::kNoDescent);
-    EXPECT_FALSE(failed.converged());
-}
-
-TEST(GaussNewtonCg, EnergyNeverRisesAndTheGradientVanishes) {
-    const Mesh mesh = capped_tube(12, 12, 6.0);
-    const Encoding encoding = encoding_of(mesh);
-    std::vector<char> fixed(mesh.vertex_count(), 0);
-    for (Index v = 0; v < 12; ++v)
-        fixed[v] = fixed[11 * 12 + v] = 1;
-    const Unknowns unknowns = find_unknowns(encoding, fixed);
-    Execution execution;
-    const GaussNewtonSystem system(encoding, unknowns, execution);
-    auto at = system.make_workspace(execution);
-    Positions positions = mesh.vertices;
-    for (Index v = 0; v < 12; ++v)
-        positions(v, 0) += 1.5;
-    system.linearise(positions, nullptr, 1, execution, at);
-    const double start = at.gradient.norm();
-    const MinimiseReport report =
-        GaussNewtonCg(system, unknowns, execution).minimise(0.0, 1, positions, execution, at);
-    for (std::size_t k = 1; k < report.energies.size(); ++k)
-        EXPECT_LT(report.energies[k], report.energies[k - 1]);
-    system.linearise(positions, nullptr, 1, execution, at);
-    EXPECT_LT(at.gradient.norm(), 1e-2 * start);
 }
 
 TEST(GaussSeidel, LeavesAVertexThatItsRowsDoNotDetermineWhereItIs) {

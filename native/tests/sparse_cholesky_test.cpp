@@ -1,10 +1,9 @@
-#include "meanvalue/linalg/sparse_cholesky.h"
-
 #include <atomic>
 #include <limits>
 #include <thread>
 
 #include "meanvalue/linalg/multifrontal.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 #include "tests/matrices.h"
 #include "tests/support.h"
 

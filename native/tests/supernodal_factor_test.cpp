@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "meanvalue/linalg/sparse_cholesky.h"
 #include "tests/matrices.h"
 #include "tests/support.h"
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "meanvalue/baselines/problem.h"
-#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 
 namespace meanvalue::baselines {
 

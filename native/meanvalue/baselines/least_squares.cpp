@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/optimise/ring_room.h"
+#include "meanvalue/optimise/ring_limit.h"
 
 namespace meanvalue::baselines {
 namespace {
@@ -17,12 +17,12 @@ constexpr int kPasses = 4;
 }  // namespace
 
 void require_short_rings(const Setup& setup) {
-    RingRoom room(kBlockPairs);
+    std::vector<Index> neighbours;
     for (const Index v : setup.unknowns.rows) {
-        room.add(v, std::count_if(setup.rings.begin(v), setup.rings.end(v),
-                                  [&](Index j) { return setup.unknowns.slot[j] >= 0; }));
+        neighbours.push_back(static_cast<Index>(std::count_if(setup.rings.begin(v), setup.rings.end(v),
+                                                              [&](Index j) { return setup.unknowns.slot[j] >= 0; })));
     }
-    room.require();
+    meanvalue::require_short_rings(setup.unknowns.rows, neighbours);
 }
 
 void minimise_rows(const Rows& rows, const Eigen::MatrixXd& wanted, const std::vector<Index>& free,

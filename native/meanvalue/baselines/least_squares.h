@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "meanvalue/baselines/problem.h"
-#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 
 namespace meanvalue::baselines {
 

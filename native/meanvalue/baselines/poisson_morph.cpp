@@ -9,7 +9,7 @@
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/linalg/procrustes.h"
-#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 

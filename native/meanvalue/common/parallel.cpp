@@ -67,14 +67,9 @@ Index piece_count(Index count) {
 
 void parallel_pieces(Index count, int threads, const Execution& execution,
                      const std::function<void(Index, Index, Index)>& body) {
-    const Index pieces = piece_count(count);
-    const int workers = std::max(1, std::min<int>(threads, pieces));
-    run_workers(workers, [&](int worker) {
-        const auto share = [&](int k) { return static_cast<Index>(std::int64_t{pieces} * k / workers); };
-        for (Index piece = share(worker); piece < share(worker + 1); ++piece) {
-            execution.check();
-            body(piece, piece * kPiece, std::min(count, (piece + 1) * kPiece));
-        }
+    parallel_items(piece_count(count), threads, execution, [&](int, std::size_t item) {
+        const auto piece = static_cast<Index>(item);
+        body(piece, piece * kPiece, std::min(count, (piece + 1) * kPiece));
     });
 }
 

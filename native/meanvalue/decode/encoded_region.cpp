@@ -54,12 +54,4 @@ EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<c
     return result;
 }
 
-EncodedRegion encode_region(Region region, const std::vector<char>& is_soft, int threads, Execution& execution) {
-    std::vector<char> is_fixed = region.is_fixed;
-    auto shape = encode_shape(std::move(region), {}, threads, execution);
-    EncodedRegion result = with_fixed(shape, std::move(is_fixed), is_soft, execution);
-    result.timings = shape->timings;
-    return result;
-}
-
 }  // namespace meanvalue

@@ -57,7 +57,4 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts,
 EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
                          const std::vector<char>& is_soft, const Execution& execution);
 
-/// Both, with what is fixed by Region::is_fixed. @throws Cancelled. Cost: linear.
-EncodedRegion encode_region(Region region, const std::vector<char>& is_soft, int threads, Execution& execution);
-
 }  // namespace meanvalue

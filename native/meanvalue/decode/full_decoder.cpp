@@ -29,7 +29,7 @@ struct FullDecoder::FullWorkspace : Workspace {
 
 std::unique_ptr<Workspace> FullDecoder::make_workspace(const Execution& execution) const {
     return std::make_unique<FullWorkspace>(
-        system_->make_workspace(execution), analysed_.of_same_pattern(),
+        system_->make_workspace(execution), analysed_.with_same_pattern(),
         system_->workspace_bytes() + (analysed_.analysed() ? analysed_.bytes() : 0));
 }
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "meanvalue/decode/decoder.h"
-#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/optimise/gauss_newton_system.h"

@@ -9,7 +9,7 @@
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/one_ring.h"
 
 namespace meanvalue {
@@ -24,6 +24,9 @@ constexpr double kBaseTolerance = 1e-9;
 // Residuals below these shares of the diagonal are rounding; the splits that lead to the coarse level add to it.
 constexpr double kBaseRounding = 1e-13;
 constexpr double kCoarseRounding = 1e-11;
+// The coarse level is only a stage on the way: the splits that follow undo more than what is left by then.
+constexpr double kCoarseSettled = 1e-4;
+constexpr int kMostCoarseSteps = 30;
 
 /// Of residuals of `length` in all rows.
 double energy_of(const Unknowns& unknowns, double length) {
@@ -66,7 +69,6 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
                                  threads_, execution, shape.earlier_removals.get(), &removals_);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
-    coarse_minimiser_.emplace(*coarse_, coarse_unknowns_, execution, instructions_);
     base_unknowns_ = unknowns_of(hierarchy_.base());
     base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution);
 }
@@ -97,9 +99,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given
     }
     {
         const StageTimer timer(report.timings, "optimise");
-        const double negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
-        const MinimiseReport coarse =
-            coarse_minimiser_->minimise(negligible_energy, threads, positions, execution, workspace.coarse);
+        const MinimiseReport coarse = solve_coarse(workspace, threads, positions, execution);
         report.iterations = coarse.iterations;
         report.initial_gradient = coarse.initial_gradient;
         report.gradient = coarse.gradient;
@@ -161,6 +161,17 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, 
     options.threads = threads;
     SparseCholesky cholesky(instructions_);
     return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
+}
+
+MinimiseReport PaperDecoder::solve_coarse(PaperWorkspace& workspace, int threads, Positions& positions,
+                                          Execution& execution) const {
+    MinimiseOptions options;
+    options.settled_decrease = kCoarseSettled;
+    options.negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
+    options.max_iterations = kMostCoarseSteps;
+    options.threads = threads;
+    SparseCholesky cholesky(instructions_);
+    return minimise(*coarse_, workspace.coarse, cholesky, coarse_unknowns_, options, positions, execution);
 }
 
 std::size_t PaperDecoder::bytes() const {

@@ -11,7 +11,6 @@
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/region.h"
-#include "meanvalue/optimise/gauss_newton_cg.h"
 #include "meanvalue/optimise/gauss_newton_system.h"
 #include "meanvalue/optimise/gauss_seidel.h"
 #include "meanvalue/optimise/levenberg_marquardt.h"
@@ -38,14 +37,14 @@ class PaperDecoder : public Decoder {
     std::vector<Index> level_sizes() const override;
     Index longest_ring() const override { return std::max(encoding_.longest_ring(), hierarchy_.longest_ring()); }
 
-    const Hierarchy& hierarchy() const { return hierarchy_; }
-
   private:
     struct PaperWorkspace;
     /// The unknowns of one level: removable vertices still there.
     Unknowns unknowns_of(const Level& level) const;
     MinimiseReport solve_base(PaperWorkspace& workspace, int threads, Positions& positions,
                               Execution& execution) const;
+    MinimiseReport solve_coarse(PaperWorkspace& workspace, int threads, Positions& positions,
+                                Execution& execution) const;
     double fine_energy(const Positions& positions, int threads, const Execution& execution) const;
 
     double diagonal_;
@@ -54,7 +53,6 @@ class PaperDecoder : public Decoder {
     Unknowns coarse_unknowns_;
     Unknowns base_unknowns_;
     std::optional<GaussNewtonSystem> coarse_;
-    std::optional<GaussNewtonCg> coarse_minimiser_;
     std::optional<GaussNewtonSystem> base_;
     std::optional<GaussSeidel> relaxation_;
 };

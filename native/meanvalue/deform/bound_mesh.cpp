@@ -13,7 +13,7 @@
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
-#include "meanvalue/optimise/ring_room.h"
+#include "meanvalue/optimise/ring_limit.h"
 
 namespace meanvalue {
 namespace {
@@ -23,18 +23,6 @@ namespace {
 constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
 constexpr double kFlatTolerance = 5e-5;
-
-PairBytes pair_bytes_of(Method method) {
-    switch (method) {
-        case Method::kFast:
-            return kNumberPairs;
-        case Method::kPaper:  // its levels have short rings; its last sweeps go over every ring for each vertex of it
-            return kNoPairs;
-        case Method::kFull:
-            break;
-    }
-    return kBlockPairs;
-}
 
 std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft,
                                       std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
@@ -147,7 +135,7 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& compon
     const bool is_same = earlier != nullptr && is_outside_ == earlier->is_outside_;
     Region region = is_same ? Region() : surroundings_of_free(rest(), *mesh_->faces, is_outside_, execution);
     const Region& of = is_same ? earlier->decoder().shape()->region : region;
-    require_room_for_rings(of, rows_of(is_fixed_, of.vertices), pair_bytes_of(method_), execution);
+    require_short_rings(of, rows_of(is_fixed_, of.vertices), execution);
     if (is_same) return earlier->decoder().shape();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (method_ == Method::kFast) region = in_spatial_order(region, execution);

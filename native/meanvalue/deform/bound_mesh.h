@@ -30,7 +30,7 @@ class BoundMesh {
     /// rest found along it where that is quicker. The bits are the same. @pre `binding` is of its mesh, region and
     /// method, as its binding_again() is; else InvalidInput.
     /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
-    /// anchor named twice, rings that are too long (RingRoom), ...),
+    /// anchor named twice, rings that are too long (require_short_rings()), ...),
     ///         SolverFailure, Cancelled.
     BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier = nullptr);
     BoundMesh(const BoundMesh&) = delete;

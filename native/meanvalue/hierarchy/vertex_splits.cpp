@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/sort.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/linalg/closest_rotation.h"
@@ -116,26 +117,22 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
         depth_[taken_.vertices[k]] = depth + 1;
         deepest = std::max(deepest, depth + 1);
     }
-    Splits sorted;
-    sorted.batches.assign(deepest + 1, 0);
-    for (Index k = 0; k < count; ++k) {
-        ++sorted.batches[depth_[taken_.vertices[k]]];
-    }
-    for (Index depth = 0; depth < deepest; ++depth)
-        sorted.batches[depth + 1] += sorted.batches[depth];
     execution.check();
     // In a batch by ascending vertex number: neighbours in the caller's order are mostly neighbours in space.
-    std::vector<Index> number(depth_.size(), -1);  // in `taken_`
+    std::vector<std::pair<Index, Index>> by_depth;  // and vertex
+    std::vector<Index> number(depth_.size());       // of a vertex in `taken_`
     for (Index k = 0; k < count; ++k) {
-        execution.check_every(k);
+        by_depth.emplace_back(depth_[taken_.vertices[k]], taken_.vertices[k]);
         number[taken_.vertices[k]] = k;
     }
-    std::vector<Index> place(sorted.batches.begin(), sorted.batches.end() - 1);
-    std::vector<Index> source(count);
-    for (std::size_t v = 0; v < number.size(); ++v) {
-        if (number[v] >= 0) source[place[depth_[v] - 1]++] = number[v];
+    sort_cancellable(by_depth, execution);
+    Splits sorted;
+    sorted.batches.assign(deepest + 1, 0);
+    std::vector<Index> source;
+    for (const auto& [depth, vertex] : by_depth) {
+        source.push_back(number[vertex]);
+        sorted.batches[depth] = static_cast<Index>(source.size());
     }
-    execution.check();
     sorted.vertices.resize(count);
     sorted.closed.resize(count);
     sorted.offsets.resize(count + 1);

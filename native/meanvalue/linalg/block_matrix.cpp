@@ -85,15 +85,6 @@ double BlockMatrix::largest_on_diagonal() const {
     return largest;
 }
 
-SparseMatrix BlockMatrix::with_numbers(const std::vector<double>& values) const {
-    SparseMatrix result(block_column_count(), block_column_count());
-    result.resizeNonZeros(block_count());
-    std::copy(block_start_.begin(), block_start_.end(), result.outerIndexPtr());
-    std::copy(block_row_.begin(), block_row_.end(), result.innerIndexPtr());
-    std::copy(values.begin(), values.end(), result.valuePtr());
-    return result;
-}
-
 std::size_t BlockMatrix::bytes() const {
     return pattern_bytes() + static_cast<std::size_t>(matrix_.nonZeros()) * sizeof(double);
 }

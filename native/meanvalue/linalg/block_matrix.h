@@ -45,8 +45,6 @@ class BlockMatrix {
 
     /// A matrix with the same blocks, of which none is set. @throws Cancelled.
     BlockMatrix with_same_pattern(const Execution& execution) const;
-    /// A matrix with one number where this one has a block. @param values one number a block.
-    SparseMatrix with_numbers(const std::vector<double>& values) const;
 
     const SparseMatrix& matrix() const { return matrix_; }
     std::int64_t block_count() const { return block_start_.back(); }

@@ -209,16 +209,6 @@ MEANVALUE_INLINE void update_rest(const FrontShape& shape, const double* panel, 
     }
 }
 
-bool factor_top_portable(const FrontShape& shape, double* panel, double* reciprocals) {
-    return factor_top<NarrowRows>(shape, panel, reciprocals);
-}
-void solve_below_portable(const FrontShape& shape, double* panel, const double* reciprocals, Index begin, Index end) {
-    solve_below<NarrowRows>(shape, panel, reciprocals, begin, end);
-}
-void update_rest_portable(const FrontShape& shape, const double* panel, double* rest, Index begin, Index end) {
-    update_rest<NarrowRows>(shape, panel, rest, begin, end);
-}
-
 #if defined(__x86_64__)
 __attribute__((target("avx2,fma"))) bool factor_top_avx2(const FrontShape& shape, double* panel,
                                                          double* reciprocals) {
@@ -240,7 +230,7 @@ FrontKernels front_kernels([[maybe_unused]] InstructionSet instructions) {
 #if defined(__x86_64__)
     if (use_avx2_and_fma(instructions)) return {factor_top_avx2, solve_below_avx2, update_rest_avx2};
 #endif
-    return {factor_top_portable, solve_below_portable, update_rest_portable};
+    return {factor_top<NarrowRows>, solve_below<NarrowRows>, update_rest<NarrowRows>};
 }
 
 }  // namespace meanvalue

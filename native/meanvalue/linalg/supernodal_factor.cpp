@@ -5,14 +5,15 @@
 #include <limits>
 #include <new>
 
+#include "meanvalue/common/errors.h"
 #include "meanvalue/linalg/multifrontal.h"
-#include "meanvalue/linalg/sparse_cholesky.h"
 
 namespace meanvalue {
 namespace {
 
 // A thread is worth starting for so many lanes of values: some 50 microseconds of work.
 constexpr std::int64_t kLanesPerThread = 1 << 15;
+
 /// A power of two that takes the largest number near 1: single precision has a short range of exponents.
 double scale_of(const PositionsView& numbers) {
     const double largest = numbers.size() == 0 ? 0.0 : numbers.cwiseAbs().maxCoeff();
@@ -20,10 +21,59 @@ double scale_of(const PositionsView& numbers) {
     return std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1000, 1000));
 }
 
+[[noreturn]] void throw_too_large(const SparseMatrix& lower, const char* action) {
+    throw SolverFailure(message("too little memory to ", action, " a linear system of ", lower.rows(),
+                                " unknowns with ", lower.nonZeros(), " entries; restrict the region of influence"));
+}
+
+/// The values of a supernode from the panel of its front, of which nothing above the diagonal is read.
+template <typename Number>
+void pack(const FrontShape& shape, const double* panel, Lanes<Number>* values) {
+    constexpr Index kPerBlock = kLanes<Number>;
+    const Index row_count = shape.width + shape.below;
+    const auto entry = [&](Index row, Index column) {
+        return panel[shape.place(row) + std::int64_t{column} * kBlockRows];
+    };
+    for (Index column = 0; column < shape.width; column += kGroup) {
+        const Index end = std::min(column + kGroup, shape.width);
+        Number* corner = values->value;
+        std::fill_n(corner, kCornerLanes<Number> * kPerBlock, Number(0));
+        Number* below = corner + kGroup;
+        for (Index c = column; c < end; ++c) {
+            corner[c - column] = static_cast<Number>(1.0 / entry(c, c));
+            for (Index r = c + 1; r < end; ++r)
+                *below++ = static_cast<Number>(entry(r, c));
+        }
+        values += kCornerLanes<Number>;
+        for (Index row = first_block<Number>(end) * kPerBlock; row < row_count; row += kPerBlock) {
+            const Index first = std::max(row, end);
+            const Index behind = std::min(row + kPerBlock, row_count);
+            std::int64_t places[kPerBlock];
+            for (Index r = first; r < behind; ++r)
+                places[r - row] = shape.place(r);
+            const double* from = panel + std::int64_t{column} * kBlockRows;
+            // Mostly the rows are next to one another in the panel, too.
+            if (behind - first == kPerBlock && places[kPerBlock - 1] == places[0] + kPerBlock - 1) {
+                for (Index c = column; c < end; ++c, ++values, from += kBlockRows) {
+                    for (Index lane = 0; lane < kPerBlock; ++lane)
+                        values->value[lane] = static_cast<Number>(from[places[0] + lane]);
+                }
+                continue;
+            }
+            for (Index c = column; c < end; ++c, ++values, from += kBlockRows) {
+                *values = {};
+                for (Index lane = first - row; lane < behind - row; ++lane)
+                    values->value[lane] = static_cast<Number>(from[places[lane]]);
+            }
+        }
+    }
+}
+
 }  // namespace
 
-void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execution, int threads,
-                               const std::vector<Index>& order) {
+template <typename Number>
+void CholeskyFactor<Number>::analyse(const SparseMatrix& lower, const Execution& execution, int threads,
+                                     const std::vector<Index>& order) {
     analysis_.reset();
     values_.reset();
     try {
@@ -33,19 +83,22 @@ void SupernodalFactor::analyse(const SparseMatrix& lower, const Execution& execu
     }
 }
 
-SupernodalFactor SupernodalFactor::of_same_pattern() const {
-    SupernodalFactor other(instructions_);
+template <typename Number>
+CholeskyFactor<Number> CholeskyFactor<Number>::with_same_pattern() const {
+    CholeskyFactor other(instructions_);
     other.analysis_ = analysis_;
     return other;
 }
 
-SupernodalFactor::Analysis::Analysis(SupernodalPattern found, const Execution& execution)
+template <typename Number>
+CholeskyFactor<Number>::Analysis::Analysis(SupernodalPattern found, const Execution& execution)
     : pattern(std::move(found)) {
     build_supernodes();
     place_rows(execution);
 }
 
-void SupernodalFactor::Analysis::build_supernodes() {
+template <typename Number>
+void CholeskyFactor<Number>::Analysis::build_supernodes() {
     supernodes.resize(pattern.count());
     std::vector<std::int64_t> weights(pattern.count());
     std::int64_t below_count = 0;
@@ -56,15 +109,16 @@ void SupernodalFactor::Analysis::build_supernodes() {
         const Index row_count = pattern.row_count(s);
         supernodes[s] = {pattern.first_column[s], width, row_count, below_count, value_count};
         below_count += row_count - width;
-        value_count += lanes_of(width, row_count);
-        most_blocks = std::max(most_blocks, block_count(row_count));
+        value_count += lanes_of<Number>(width, row_count);
+        most_blocks = std::max(most_blocks, block_count<Number>(row_count));
         weights[s] = pattern.panel_size(s);
     }
     below.resize(below_count);
     tasks = cut_into_tasks(pattern.parents, weights);
 }
 
-void SupernodalFactor::Analysis::place_rows(const Execution& execution) {
+template <typename Number>
+void CholeskyFactor<Number>::Analysis::place_rows(const Execution& execution) {
     update_rows.assign(tasks.size(), {});
     std::vector<std::vector<Index>> rows(tasks.size());  // outside of each task, ascending
     std::vector<Index> place(pattern.size());
@@ -107,10 +161,11 @@ void SupernodalFactor::Analysis::place_rows(const Execution& execution) {
     row_count = next_place;
 }
 
-bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
+template <typename Number>
+bool CholeskyFactor<Number>::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
     try {
         // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
-        if (!values_) values_.reset(new Lanes[analysis_->value_count]);
+        if (!values_) values_.reset(new Lanes<Number>[analysis_->value_count]);
         // In double precision only what is being worked on.
         const auto keep = [&](Index s, const FrontShape& shape, const double* panel) {
             pack(shape, panel, &values_[analysis_->supernodes[s].values]);
@@ -121,15 +176,16 @@ bool SupernodalFactor::factorise(const SparseMatrix& lower, const Execution& exe
     }
 }
 
-void SupernodalFactor::solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
-                             const Execution& execution, Workspace& workspace) const {
+template <typename Number>
+void CholeskyFactor<Number>::solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
+                                   const Execution& execution, Workspace& workspace) const {
     const auto worthwhile =
         static_cast<int>(std::min<std::int64_t>(1 + analysis_->value_count / kLanesPerThread, 1024));
     const int workers = std::min({threads, worthwhile, std::max(1, static_cast<int>(analysis_->tasks.size()))});
     const std::size_t numbers = static_cast<std::size_t>(analysis_->row_count) * kStride;
     if (workspace.rows.size() < numbers) workspace.rows.resize(numbers);
     if (workspace.blocks.size() < static_cast<std::size_t>(workers)) workspace.blocks.resize(workers);
-    for (std::vector<Lanes>& blocks : workspace.blocks) {
+    for (std::vector<Lanes<Number>>& blocks : workspace.blocks) {
         if (blocks.size() < 3 * static_cast<std::size_t>(analysis_->most_blocks))
             blocks.resize(3 * analysis_->most_blocks);
     }
@@ -140,27 +196,45 @@ void SupernodalFactor::solve(const PositionsView& right_hand_sides, Eigen::Ref<P
         [&](Index task, int worker) { backward(solution, task, worker, execution, workspace); });
 }
 
-void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task, int worker,
-                               const Execution& execution, Workspace& workspace) const {
+template <typename Number>
+Eigen::MatrixXd CholeskyFactor<Number>::solve(const Eigen::MatrixXd& right_hand_sides,
+                                              const Execution& execution) const {
+    Workspace workspace;
+    Eigen::MatrixXd solution(right_hand_sides.rows(), right_hand_sides.cols());
+    Positions three(right_hand_sides.rows(), 3);
+    for (Eigen::Index first = 0; first < solution.cols(); first += 3) {
+        const Eigen::Index count = std::min<Eigen::Index>(3, solution.cols() - first);
+        execution.check();
+        three.setZero();
+        three.leftCols(count) = right_hand_sides.middleCols(first, count);
+        solve(three, three, 1, execution, workspace);
+        solution.middleCols(first, count) = three.leftCols(count);
+    }
+    return solution;
+}
+
+template <typename Number>
+void CholeskyFactor<Number>::forward(const PositionsView& right_hand_sides, Index task, int worker,
+                                     const Execution& execution, Workspace& workspace) const {
     const FlushDenormals flush;
     const EliminationTask& nodes = analysis_->tasks[task];
     const Supernode& last = analysis_->supernodes[nodes.end - 1];
     for (Index k = analysis_->supernodes[nodes.begin].first_column; k < last.first_column + last.width; ++k) {
         for (int side = 0; side < 3; ++side)
             workspace.row(k)[side] =
-                static_cast<float>(workspace.scale * right_hand_sides(analysis_->pattern.order[k], side));
+                static_cast<Number>(workspace.scale * right_hand_sides(analysis_->pattern.order[k], side));
     }
     const UpdateRows& updates = analysis_->update_rows[task];
-    std::fill_n(workspace.row(updates.place), updates.in_parent.size() * kStride, 0.0F);
+    std::fill_n(workspace.row(updates.place), updates.in_parent.size() * kStride, Number(0));
     for (const Index child : nodes.children) {
-        const float* from = workspace.row(analysis_->update_rows[child].place);
+        const Number* from = workspace.row(analysis_->update_rows[child].place);
         for (const Index place : analysis_->update_rows[child].in_parent) {
             for (int side = 0; side < 3; ++side)
                 workspace.row(place)[side] += from[side];
             from += kStride;
         }
     }
-    const auto kernel = supernode_kernels(instructions_).forward;
+    const auto kernel = supernode_kernels<Number>(instructions_).forward;
     for (Index s = nodes.begin; s < nodes.end; ++s) {
         execution.check();
         const Supernode& node = analysis_->supernodes[s];
@@ -169,16 +243,17 @@ void SupernodalFactor::forward(const PositionsView& right_hand_sides, Index task
     }
 }
 
-void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
-                                Workspace& workspace) const {
+template <typename Number>
+void CholeskyFactor<Number>::backward(Eigen::Ref<Positions> solution, Index task, int worker,
+                                      const Execution& execution, Workspace& workspace) const {
     const FlushDenormals flush;
     const EliminationTask& nodes = analysis_->tasks[task];
-    float* to = workspace.row(analysis_->update_rows[task].place);
+    Number* to = workspace.row(analysis_->update_rows[task].place);
     for (const Index place : analysis_->update_rows[task].in_parent) {
         std::copy_n(workspace.row(place), kStride, to);
         to += kStride;
     }
-    const auto kernel = supernode_kernels(instructions_).backward;
+    const auto kernel = supernode_kernels<Number>(instructions_).backward;
     for (Index s = nodes.end - 1; s >= nodes.begin; --s) {
         execution.check();
         const Supernode& node = analysis_->supernodes[s];
@@ -192,19 +267,25 @@ void SupernodalFactor::backward(Eigen::Ref<Positions> solution, Index task, int 
     }
 }
 
-std::size_t SupernodalFactor::bytes() const {
+template <typename Number>
+std::size_t CholeskyFactor<Number>::bytes() const {
     if (!analysis_) return 0;
-    std::size_t bytes = analysis_->value_count * sizeof(Lanes) + analysis_->supernodes.size() * sizeof(Supernode) +
+    std::size_t bytes = analysis_->value_count * sizeof(Lanes<Number>) +
+                        analysis_->supernodes.size() * sizeof(Supernode) +
                         (analysis_->pattern.order.size() + analysis_->below.size()) * sizeof(Index);
     for (const UpdateRows& updates : analysis_->update_rows)
         bytes += updates.in_parent.size() * sizeof(Index);
     return bytes;
 }
 
-std::size_t SupernodalFactor::workspace_bytes() const {
+template <typename Number>
+std::size_t CholeskyFactor<Number>::workspace_bytes() const {
     if (!analysis_) return 0;
-    return static_cast<std::size_t>(analysis_->row_count) * kStride * sizeof(float) +
-           3 * static_cast<std::size_t>(analysis_->most_blocks) * sizeof(Lanes);
+    return static_cast<std::size_t>(analysis_->row_count) * kStride * sizeof(Number) +
+           3 * static_cast<std::size_t>(analysis_->most_blocks) * sizeof(Lanes<Number>);
 }
+
+template class CholeskyFactor<float>;
+template class CholeskyFactor<double>;
 
 }  // namespace meanvalue

@@ -1,4 +1,4 @@
-// A Cholesky factor that is applied often: single precision, three right-hand sides, several threads.
+// Cholesky factors of sparse matrices, stored in double or in single precision.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,26 @@
 
 namespace meanvalue {
 
-/// Cholesky factor of a symmetric positive definite n x n matrix, to be factored once and applied at screen rate, as
-/// a preconditioner: one solve is as exact as single precision lets it be
-/// (docs/decisions/0006-single-precision-factor.md). Only the lower triangle of a matrix is read.
+/// Cholesky factor of a symmetric positive definite n x n matrix, of which only the lower triangle is read. It is
+/// supernodal, in the order of a nested dissection (docs/decisions/0010-own-cholesky.md), and always computed in
+/// double precision. `Number` is what it is stored and applied in.
 ///
-/// The bits of a solution do not depend on the number of threads. They may differ between processors, of which some
-/// round less often. Once factored it is not written to: any number of threads may solve with it, each with a
-/// Workspace of its own.
-class SupernodalFactor {
+/// The bits of a solution do not depend on the number of threads, nor on what else runs. They may differ between
+/// processors with and without AVX2. Once factored it is not written to: any number of threads may solve with it,
+/// each with a Workspace of its own.
+template <typename Number>
+class CholeskyFactor {
   public:
-    explicit SupernodalFactor(InstructionSet instructions = InstructionSet::kFastest) : instructions_(instructions) {}
+    explicit CholeskyFactor(InstructionSet instructions = InstructionSet::kFastest) : instructions_(instructions) {}
 
     /// What a solve writes besides its result; for factors of any sizes, one after another.
     struct Workspace {
-        float* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
+        Number* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
 
         TaskRunner runner;
-        std::vector<float> rows;
-        std::vector<std::vector<Lanes>> blocks;  ///< one a worker
-        double scale = 1.0;                      ///< of the right-hand sides
+        std::vector<Number> rows;
+        std::vector<std::vector<Lanes<Number>>> blocks;  ///< one a worker
+        double scale = 1.0;                              ///< of the right-hand sides
     };
 
     /// Fill-reducing order, symbolic analysis and the division into tasks; once for each pattern.
@@ -41,8 +42,8 @@ class SupernodalFactor {
     void analyse(const SparseMatrix& lower, const Execution& execution, int threads = 1,
                  const std::vector<Index>& order = {});
     bool analysed() const { return analysis_ != nullptr; }
-    /// Another one for a matrix of the pattern that was analysed; not factored yet.
-    SupernodalFactor of_same_pattern() const;
+    /// Another one for matrices of the pattern that was analysed; not factored yet.
+    CholeskyFactor with_same_pattern() const;
 
     /// Factors a matrix with the pattern that was analysed; may be called again with other values.
     /// @return false where the matrix is not positive definite to working precision.
@@ -56,12 +57,16 @@ class SupernodalFactor {
     /// @throws Cancelled; `solution` is then half written. @pre factorise() returned true, the last time.
     void solve(const PositionsView& right_hand_sides, Eigen::Ref<Positions> solution, int threads,
                const Execution& execution, Workspace& workspace) const;
+    /// The same in one thread for any number of right-hand sides, one a column.
+    Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides, const Execution& execution) const;
 
     Index size() const { return analysis_ == nullptr ? 0 : analysis_->pattern.size(); }
     /// What it keeps, without what the analysis keeps for factorising again.
     std::size_t bytes() const;
     /// Of a workspace that one thread solves with.
     std::size_t workspace_bytes() const;
+    /// @pre analysed().
+    const SupernodalPattern& pattern() const { return analysis_->pattern; }
 
   private:
     /// The rows of the tasks above that a task adds to: they have places of their own in the work vector, so that no
@@ -94,7 +99,13 @@ class SupernodalFactor {
 
     InstructionSet instructions_;
     std::shared_ptr<const Analysis> analysis_;
-    std::unique_ptr<Lanes[]> values_;
+    std::unique_ptr<Lanes<Number>[]> values_;
 };
+
+/// To be factored once and applied at screen rate, as a preconditioner: one solve is as exact as single precision
+/// lets it be, and reads half the memory (docs/decisions/0006-single-precision-factor.md).
+using SupernodalFactor = CholeskyFactor<float>;
+/// To be solved with once or a few times.
+using SparseCholesky = CholeskyFactor<double>;
 
 }  // namespace meanvalue

@@ -230,13 +230,6 @@ std::int64_t SupernodalPattern::work(Index supernode) const {
     return columns * columns * columns / 3 + columns * below * (columns + below);
 }
 
-std::int64_t SupernodalPattern::entry_count() const {
-    std::int64_t entries = 0;
-    for (Index s = 0; s < count(); ++s)
-        entries += panel_size(s) - std::int64_t{width(s)} * (width(s) - 1) / 2;
-    return entries;
-}
-
 SupernodalPattern find_supernodes(const SparseMatrix& lower, int threads, const Execution& execution,
                                   const std::vector<Index>& order) {
     const Graph columns = graph_of(lower, execution);

@@ -34,8 +34,6 @@ struct SupernodalPattern {
     std::int64_t panel_size(Index supernode) const { return std::int64_t{width(supernode)} * row_count(supernode); }
     /// Multiplications and additions that its elimination takes.
     std::int64_t work(Index supernode) const;
-    /// Of the factor, in triangles: what decision documents call numbers a column, times the columns.
-    std::int64_t entry_count() const;
 };
 
 /// Order, elimination tree and supernodes of a symmetric matrix.

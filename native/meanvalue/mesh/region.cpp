@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "meanvalue/common/sort.h"
 #include "meanvalue/mesh/disjoint_sets.h"
 #include "meanvalue/mesh/extent.h"
 
@@ -30,28 +31,6 @@ std::uint64_t spread_bits(std::uint64_t bits) {
     bits = (bits | bits << 8) & 0x100f00f00f00f00fULL;
     bits = (bits | bits << 4) & 0x10c30c30c30c30c3ULL;
     return (bits | bits << 2) & 0x1249249249249249ULL;
-}
-
-using CurvePoint = std::pair<std::uint64_t, Index>;
-
-/// As std::sort(), in pieces with checks between them: a million take it a tenth of a second.
-void sort_in_pieces(std::vector<CurvePoint>& points, const Execution& execution) {
-    constexpr std::size_t kSorted = 1 << 15;
-    for (std::size_t begin = 0; begin < points.size(); begin += kSorted) {
-        execution.check();
-        std::sort(points.begin() + begin, points.begin() + std::min(begin + kSorted, points.size()));
-    }
-    std::vector<CurvePoint> merged(points.size());
-    for (std::size_t width = kSorted; width < points.size(); width *= 2) {
-        for (std::size_t begin = 0; begin < points.size(); begin += 2 * width) {
-            execution.check();
-            const std::size_t middle = std::min(begin + width, points.size());
-            const std::size_t end = std::min(middle + width, points.size());
-            std::merge(points.begin() + begin, points.begin() + middle, points.begin() + middle, points.begin() + end,
-                       merged.begin() + begin);
-        }
-        std::swap(points, merged);
-    }
 }
 
 /// A region of these vertices, in this order, and faces.
@@ -129,7 +108,7 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
     const Eigen::RowVector3d low = along.colwise().minCoeff();
     const double extent = (along.colwise().maxCoeff() - low).maxCoeff();
     const double scale = extent > 0.0 ? static_cast<double>((1 << 21) - 1) / extent : 0.0;
-    std::vector<CurvePoint> order(count);
+    std::vector<std::pair<std::uint64_t, Index>> order(count);  // code and vertex
     execution.check();
     for (std::size_t v = 0; v < count; ++v) {
         std::uint64_t code = 0;
@@ -138,7 +117,7 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
         }
         order[v] = {code, static_cast<Index>(v)};
     }
-    sort_in_pieces(order, execution);
+    sort_cancellable(order, execution);
     std::vector<Index> vertices;
     vertices.reserve(order.size());
     for (const auto& [code, v] : order)

@@ -18,7 +18,6 @@
 #include "meanvalue/morph/cell_assembly.h"
 #include "meanvalue/morph/following_parts.h"
 #include "meanvalue/morph/shape_overlay.h"
-#include "meanvalue/optimise/ring_room.h"
 
 namespace meanvalue {
 namespace {

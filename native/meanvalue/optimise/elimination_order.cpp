@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "meanvalue/linalg/nested_dissection.h"
-#include "meanvalue/optimise/ring_room.h"
+#include "meanvalue/optimise/ring_limit.h"
 
 namespace meanvalue {
 namespace {
@@ -15,7 +15,7 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
     const Index count = encoding.vertex_count();
     const auto valence = [&](Index row) { return encoding.ring_offsets[row + 1] - encoding.ring_offsets[row]; };
     const auto each_in_ring = [&](Index row, const auto& action) {
-        if (valence(row) > RingRoom::kMostNeighbours) return;
+        if (valence(row) > kMostNeighbours) return;
         std::for_each(encoding.ring.begin() + encoding.ring_offsets[row],
                       encoding.ring.begin() + encoding.ring_offsets[row + 1], action);
     };

@@ -23,7 +23,7 @@ class GaussNewtonSystem {
         std::vector<Vector3> residuals;  ///< |rows|
     };
 
-    /// @pre both outlive the system, and there is room for the rings (RingRoom). @throws Cancelled.
+    /// @pre both outlive the system, and no ring is too long (require_short_rings()). @throws Cancelled.
     GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
 
     /// @throws Cancelled.

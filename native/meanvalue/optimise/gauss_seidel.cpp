@@ -62,15 +62,15 @@ void GaussSeidel::find_colours(const Execution& execution) {
         mark_row(unknowns_.free[slot]);
         for (std::int64_t k = use_offsets_[slot]; k < use_offsets_[slot + 1]; ++k)
             mark_row(uses_[k].row);
-        work.add(colour_count());
-        Index chosen = 0;
-        while (chosen < colour_count() && taken_by[chosen] == static_cast<Index>(slot))
+        work.add(colours_.size());
+        std::size_t chosen = 0;
+        while (chosen < colours_.size() && taken_by[chosen] == static_cast<Index>(slot))
             ++chosen;
-        if (chosen == colour_count()) {
+        if (chosen == colours_.size()) {
             colours_.emplace_back();
             taken_by.push_back(-1);
         }
-        colour[slot] = chosen;
+        colour[slot] = static_cast<Index>(chosen);
         colours_[chosen].push_back(static_cast<Index>(slot));
     }
 }

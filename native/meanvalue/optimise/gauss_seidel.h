@@ -27,7 +27,6 @@ class GaussSeidel {
     /// term.
     void sweep(Positions& positions, int threads, const Execution& execution) const;
 
-    Index colour_count() const { return static_cast<Index>(colours_.size()); }
     std::size_t bytes() const;
 
   private:

@@ -79,7 +79,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, const Preconditione
             const std::int64_t first = std::int64_t{3} * begin;
             for (int k = 0; k < count; ++k) {
                 sums[k] = dot((pairs_[order_[k]].*of_pair).data() + first, vector.data() + first,
-                                       std::int64_t{3} * (end - begin));
+                              std::int64_t{3} * (end - begin));
             }
         });
     };

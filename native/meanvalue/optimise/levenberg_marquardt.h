@@ -7,7 +7,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/linalg/sparse_cholesky.h"
+#include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/optimise/gauss_newton_system.h"
 #include "meanvalue/optimise/unknowns.h"
 

@@ -136,7 +136,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
                 hessian, execution, threads_,
                 is_whole ? slots_in_order(shape_->elimination_order, level->unknowns) : std::vector<Index>());
         } else {
-            stage.factor = level->stages.front().factor.of_same_pattern();  // it does not depend on rigidity
+            stage.factor = level->stages.front().factor.with_same_pattern();  // it does not depend on rigidity
         }
         if (!stage.factor.factorise(hessian, execution, threads_)) {
             throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
